@@ -221,16 +221,8 @@ def test_libraries_stay_where_their_idea_lives():
 
 def test_what_takes_long_to_load_is_loaded_when_it_is_used():
     """By arms, fits, readers, and the page before its first picture; each of these takes up to a second."""
-    heavy = (
-        "scipy.interpolate",
-        "scipy.signal",
-        "scipy.stats",
-        "matplotlib",
-        "pandas",
-        "trimesh",
-        "rerun",
-        "joblib",
-    )
+    heavy = ("scipy.interpolate", "scipy.signal", "scipy.stats", "matplotlib", "pandas", "pint", "openpyxl")
+    heavy += ("trimesh", "rerun", "joblib")
     steps = (
         "import workbench as wb; wb.load_robot('aria'); wb.identify; wb.diagnose",
         "print('coal' in sys.modules)",

@@ -41,11 +41,11 @@ def _plugged_in() -> dict:
 
 @cache
 def _checked(verb: Callable) -> Callable:
-    """A verb that the package itself calls as it is, with its arguments checked or read at the door."""
-    from workbench.base.door import door
+    """A verb that the package itself calls as it is, with its arguments checked or read."""
+    from workbench.base.argument_checks import checked_arguments
 
-    import_module("workbench.data.door")  # what stands for an arm and for measurements
-    return door()(verb)
+    import_module("workbench.data.argument_types")  # what stands for an arm and for measurements
+    return checked_arguments()(verb)
 
 
 def __getattr__(name: str):

@@ -10,9 +10,6 @@ from workbench.arm.kinematics.forward import sensitivity_blocks as sensitivity_b
 from workbench.arm.kinematics.forward import tool_poses as tool_poses
 from workbench.arm.motion import Motion as Motion
 from workbench.arm.mounting import Mounting as Mounting
-from workbench.arm.own_robot.find_convention import find_convention as find_convention
-from workbench.arm.own_robot.readings import table_readings as table_readings
-from workbench.arm.own_robot.readings import typed_readings as typed_readings
 from workbench.arm.robot import Robot as Robot
 from workbench.arm.robot_toml import write_toml as write_toml
 from workbench.arm.urdf import read_urdf as read_urdf
@@ -39,6 +36,9 @@ from workbench.extras.hobby.motor_map import MotorMap as MotorMap
 from workbench.extras.hobby.motor_map import map_motors as map_motors
 from workbench.extras.pendant.extract import Extraction as Extraction
 from workbench.extras.pendant.extract import extract as extract
+from workbench.extras.pendant.own_robot.find_convention import find_convention as find_convention
+from workbench.extras.pendant.own_robot.readings import table_readings as table_readings
+from workbench.extras.pendant.own_robot.readings import typed_readings as typed_readings
 from workbench.extras.pendant.touching.check import Check as Check
 from workbench.extras.pendant.touching.check import check as check
 from workbench.extras.pendant.touching.tool_tip import ToolTip as ToolTip

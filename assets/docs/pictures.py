@@ -28,7 +28,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.plate.design import optimise_plate
 from workbench.extras.workshop.drawing import figure_of
 from workbench.extras.workshop.drawing_set import drawings_of
-from workbench.plate.parts.fixture import fixture_of
+from workbench.extras.workshop.fixture import fixture_of
 from workbench.plate.plate_toml import load_plate
 from workbench.report.figures import png
 from workbench.session.commands.compare import ShowRow

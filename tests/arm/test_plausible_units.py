@@ -5,7 +5,6 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
-from workbench.arm.own_robot.readings import table_readings
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import write_toml
 from workbench.base.assets import built_in_robots
@@ -84,16 +83,6 @@ def test_sane_arms_are_never_refused():
     assert moved.notes == ()
 
 
-def test_a_joint_table_in_millimetres_and_degrees_is_read_in_these():
-    rows = [
-        dict(zip(("theta", "d", "a", "alpha"), r, strict=True)) for r in (UR5 * [1, 1e3, 1e3, 180 / np.pi])
-    ]
-    found = table_readings(rows)
-    assert {reading.assumptions[1:] for reading in found} == {("lengths in mm", "angles in deg")}
-    with pytest.raises(FileError, match="degrees"):
-        table_readings(rows, lengths=("mm",), angles=("rad",))
-
-
 def test_degrees_for_joints_are_refused_where_the_limits_tell():
     arm = Robot.from_dh(UR5)
     for robot in (arm, load_robot("ur5")):
@@ -102,3 +91,22 @@ def test_degrees_for_joints_are_refused_where_the_limits_tell():
         np.testing.assert_allclose(
             robot.predict([0, -H, H + 4 * np.pi, 0, H, 0]), robot.predict([0, -H, H, 0, H, 0]), atol=1e-12
         )
+
+
+def test_xacro_files_are_robots(tmp_path):
+    pytest.importorskip("xacrodoc")
+    path = tmp_path / "arm.urdf.xacro"
+    path.write_text(
+        '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="length" default="0.5"/>'
+        '<link name="b"/><link name="l"/><link name="t"/>'
+        '<joint name="j" type="continuous"><parent link="b"/><child link="l"/><axis xyz="0 0 1"/></joint>'
+        '<joint name="f" type="fixed"><parent link="l"/><child link="t"/>'
+        "<origin xyz=\"${float(xacro.arg('length')) if False else '$(arg length)'} 0 0\"/></joint></robot>"
+    )
+    assert load_robot(path, tip="t").predict([0.0])[0, 3] == pytest.approx(0.5)
+    assert load_robot(f"{path} length:=0.7", tip="t").predict([0.0])[0, 3] == pytest.approx(0.7)
+    path.write_text("<robot")
+    with pytest.raises(FileError, match="expanded"):
+        load_robot(path)
+    with pytest.raises(FileError, match="no such"):
+        load_robot(tmp_path / "none.xacro")

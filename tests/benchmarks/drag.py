@@ -30,14 +30,14 @@ from workbench.arm.motion import Motion
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
-from workbench.plate.cubes import map_cubes
+from workbench.plate.cube_map import map_cubes
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.region import SetRegion, ShowCubes, corner
-from workbench.session.cubes import values
+from workbench.session.cube_values import values
 from workbench.session.state import CubeView, Field, Tab
 from workbench.views.page import html
 from workbench.views.page.app import App

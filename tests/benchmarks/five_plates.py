@@ -22,9 +22,9 @@ from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.target_blocks import Blocks
-from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import load_plate
+from workbench.plate.stock import Stock
 from workbench.report.tables import new_table
 
 JOINT = float(np.deg2rad(0.002))

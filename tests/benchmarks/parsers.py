@@ -247,7 +247,7 @@ def robot() -> tuple[bytes, Parse]:
 
 
 def joint_table() -> tuple[bytes, Parse]:
-    from workbench.arm.own_robot.check import read_joint_table
+    from workbench.extras.pendant.own_robot.check import read_joint_table
 
     return JOINT_TABLE.encode(), in_file("arm.csv", read_joint_table)
 
@@ -357,11 +357,11 @@ def workbook() -> Made:
 def matlab() -> Made:
     from scipy.io import savemat
 
-    from workbench.data import binary_tables
+    from workbench.extras.logs.matlab_arrays import matlab_arrays
 
     file = io.BytesIO()
     savemat(file, {"Q": np.ones((3, 2)), "s": {"a": np.eye(2), "n": "text"}})
-    return file.getvalue(), binary_tables.matlab_arrays, door("rows.mat")
+    return file.getvalue(), matlab_arrays, door("rows.mat")
 
 
 def parquet() -> Made:

@@ -349,41 +349,30 @@ def test_unwritable_places(refused, measured, option, place):
     refused([place], "identify", measured / "good.csv", "--robot", "aria", option, place)
 
 
+SIMULATE = "simulate --robot aria --out"
 OTHER_COMMANDS = {
-    "plate and poses": (["simulate", "--robot", "aria", "--out", "d.csv"], ["--plate", "--poses"]),
-    "no poses": (["simulate", "--robot", "aria", "--out", "d.csv", "--poses", "0"], ["poses"]),
-    "unknown instrument": (
-        ["simulate", "--robot", "aria", "--out", "d.csv", "--poses", "9", "--instrument", "ruler"],
-        ["ruler", "tracker-6d"],
-    ),
-    "unknown branch": (
-        ["simulate", "--robot", "aria", "--out", "d.csv", "--plate", "table2", "--branch", "upside"],
-        ["upside"],
-    ),
-    "unwritable simulation": (
-        ["simulate", "--robot", "aria", "--out", "/proc/nowhere/d.csv", "--poses", "9"],
-        ["/proc/nowhere/d.csv"],
-    ),
-    "unknown plate": (
-        ["simulate", "--robot", "aria", "--out", "d.csv", "--plate", "table3"],
-        ["table3", "table2"],
-    ),
-    "unknown index": (["poses", "--robot", "aria", "--number", "4", "--index", "O7"], ["O7", "O1"]),
-    "no number": (["poses", "--robot", "aria", "--number", "0"], ["0"]),
+    "plate and poses": (f"{SIMULATE} d.csv", ["--plate", "--poses"]),
+    "no poses": (f"{SIMULATE} d.csv --poses 0", ["poses"]),
+    "unknown instrument": (f"{SIMULATE} d.csv --poses 9 --instrument ruler", ["ruler", "tracker-6d"]),
+    "unknown branch": (f"{SIMULATE} d.csv --plate table2 --branch upside", ["upside"]),
+    "unwritable simulation": (f"{SIMULATE} /proc/nowhere/d.csv --poses 9", ["/proc/nowhere/d.csv"]),
+    "unknown plate": (f"{SIMULATE} d.csv --plate table3", ["table3", "table2"]),
+    "unknown index": ("poses --robot aria --number 4 --index O7", ["O7", "O1"]),
+    "no number": ("poses --robot aria --number 0", ["0"]),
     "unwritable poses": (
-        ["poses", "--robot", "aria", "--number", "4", "--index", "O1", "--out", "/proc/nowhere/q.csv"],
+        "poses --robot aria --number 4 --index O1 --out /proc/nowhere/q.csv",
         ["/proc/nowhere/q.csv"],
     ),
-    "nothing to export": (["export", "aria"], ["--urdf", "--toml"]),
-    "unwritable export": (["export", "aria", "--urdf", "/proc/nowhere/a.urdf"], ["/proc/nowhere/a.urdf"]),
-    "controller without nominal": (["export", "aria", "--controller", "c.json"], ["--nominal"]),
+    "nothing to export": ("export aria", ["--urdf", "--toml"]),
+    "unwritable export": ("export aria --urdf /proc/nowhere/a.urdf", ["/proc/nowhere/a.urdf"]),
+    "controller without nominal": ("export aria --controller c.json", ["--nominal"]),
 }
 
 
 @pytest.mark.parametrize("case", OTHER_COMMANDS)
 def test_other_commands_refuse(refused, case):
     command, text = OTHER_COMMANDS[case]
-    refused(text, *command)
+    refused(text, *command.split())
 
 
 @pytest.mark.parametrize(

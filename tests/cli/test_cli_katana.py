@@ -25,34 +25,14 @@ def test_level_1_frees_the_offsets_alone(run, refused, tmp_path, rows):
     assert [p["name"] for p in offsets["ols"]["parameters"]] == [f"joint{i}.theta" for i in range(1, 6)]
     errors = [found["ols"]["held_out"]["position_mm"]["mean"] for found in (offsets, whole)]
     assert errors[0] > 10.0 * errors[1]
-    refused(
-        ["--level 1"],
-        "identify",
-        rows,
-        "--robot",
-        "katana450",
-        "--level",
-        1,
-        "--free",
-        "joint1.theta",
-        status=64,
-    )
+    options = ("--robot", "katana450", "--level", 1, "--free", "joint1.theta")
+    refused(["--level 1"], "identify", rows, *options, status=64)
 
 
 @pytest.mark.parametrize("instrument", ["laser-tracker-fixed", "inclinometer", "plane-probe"])
 def test_instruments_are_chosen_by_name(run, tmp_path, instrument):
-    options = (
-        "simulate",
-        "--robot",
-        "katana450",
-        "--poses",
-        80,
-        "--index",
-        "circle-points",
-        "--out",
-        "i.csv",
-    )
-    status, out, _ = run(*options, "--instrument", instrument)
+    options = "simulate --robot katana450 --poses 80 --index circle-points --out i.csv --instrument"
+    status, out, _ = run(*options.split(), instrument)
     assert status == 0
     assert "80 rows" in out
     head = (tmp_path / "i.csv").read_text().splitlines()[0]

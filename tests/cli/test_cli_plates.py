@@ -67,27 +67,3 @@ def test_plates_are_compared_as_if_made_alike(run, tmp_path, aria):
     status, out, _ = run("plate", "compare", "one.toml", "./one.toml", "--robot", "aria")
     assert status == 0
     assert "Table 2 (one.toml)" in " ".join(out.split())
-
-
-def test_clusters_as_a_plate(run, tmp_path):
-    options = ("--robot", "aria", "--side", "100mm", "--index", "O1", "--out", "c.toml", "--json", "c.json")
-    status, out, _ = run("plate", "cluster", *options)
-    assert status == 0
-    assert "joint 1 alone turned" in out
-    found = json.loads((tmp_path / "c.json").read_text())
-    assert (found["best"]["rank"], found["turned"]["rank"]) == (24, 6)
-    assert len(set(found["best"]["cubes"])) == 10
-    status, _, _ = run("plate", "score", "c.toml", "--robot", "aria", "--json", "s.json")
-    assert status == 0
-    scored = json.loads((tmp_path / "s.json").read_text())
-    assert scored["set"]["stacked_ratio"] == pytest.approx(found["best"]["stacked_ratio"], rel=1e-5)
-
-
-def test_regions_that_make_no_sense(refused):
-    for region, message in (("0,0:1,1,1", "two corners"), ("nowhere", "nowhere"), ("1,1,1:0,0,0", "empty")):
-        command = ("plate", "cluster", "--robot", "aria", "--region", region)
-        refused([message], *command, status=1 if region == "nowhere" else 64)
-
-
-def test_a_format_that_there_is_not(refused):
-    refused(["stl, csv"], "plate", "export", "table2", "--out", "made", "--formats", "obj", status=64)

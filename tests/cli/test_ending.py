@@ -202,7 +202,6 @@ WRITERS = (
     "identify rows.csv --robot aria --report x",
     "diagnose rows.csv --robot aria --report x",
     "export aria --toml x.toml",
-    "plate export table2 --robot aria --out x",
 )
 FULL = """
 import resource

@@ -42,6 +42,7 @@ def test_no_sentence_is_cut_off(run, options):
 def test_start_and_help_load_nothing_heavy():
     code = (
         "import sys, workbench\n"
+        "assert 'show' in dir(workbench)\n"
         "sys.argv = ['workbench', '--help']\n"
         "from workbench.cli import main\n"
         "try: main()\n"

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.base.errors import FileError, MissingExtraError, OptionError
+from workbench.base.errors import FileError, MissingExtraError
 from workbench.data.readers import preview, read_measurements, read_trajectory
 from workbench.data.readers.text import separator_of
 
@@ -306,42 +306,6 @@ def test_the_separator_is_the_one_of_the_heading(separators, message, title):
     rows = [own.join(["1", "2.5", "3", "4", label]) for label in labels]
     lines = ["rows of today"] * title + [own.join(["q1[deg]", "x[mm]", "y[mm]", "z[mm]", "session"]), *rows]
     assert separator_of(lines).value == own
-
-
-def save_mat(path, **variables):
-    from scipy.io import savemat
-
-    savemat(path, variables)
-    return path
-
-
-def test_matlab_pages_labels_and_vectors(tmp_path):
-    poses = np.repeat(np.eye(4)[:, :, None], 5, axis=2)
-    poses[:3, :3, 1], poses[:3, 3, 1] = ROTATED, [1, 2, 3]
-    names = np.array([["a"], ["a"], ["b"], ["b"], ["b"]], dtype=object)
-    file = save_mat(tmp_path / "t.mat", Q=np.arange(10.0).reshape(5, 2), T=poses, s=names, t=np.arange(5.0))
-    data = read_measurements(file, columns="q[deg|row]=Q, pose[mm]=T, session=s, time[s]=t")
-    np.testing.assert_allclose(data.rotation[1], ROTATED)
-    assert data.position[1].tolist() == [0.001, 0.002, 0.003]
-    assert data.sessions == ("a", "b")
-    assert data.time.tolist() == [0, 1, 2, 3, 4]
-
-
-def test_matlab_square_or_open_matrices_ask_for_row_or_column(read_here, tmp_path):
-    file = save_mat(tmp_path / "t.mat", Q=np.zeros((3, 3)), P=np.zeros((3, 3)))
-    with pytest.raises(OptionError, match="row or"):
-        read_measurements(file, columns="q[deg|row]=Q, xyz[mm]=P")
-    with pytest.raises(OptionError, match="row or"):
-        read_measurements(file, columns="q[deg]=Q, xyz[mm|row]=P")
-
-
-def test_matlab_matrices_that_do_not_fit(read_here, tmp_path):
-    file = save_mat(tmp_path / "t.mat", Q=np.zeros((4, 2)), P=np.zeros((5, 3)))
-    with pytest.raises(FileError, match=r"\b5 "):
-        read_measurements(file, columns="q[deg|row]=Q, xyz[mm]=P")
-    for bad in ("q[deg|row]=Z", "q[deg|row]=Q,foo[mm]=P", "q1[deg],q2[deg]"):
-        with pytest.raises(OptionError):
-            read_measurements(file, columns=bad)
 
 
 def test_preview_says_what_was_understood(tmp_path):

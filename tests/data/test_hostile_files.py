@@ -4,25 +4,16 @@ import io
 import os
 import re
 import signal
-import struct
 import tracemalloc
 import zipfile
-import zlib
 
-import numpy as np
 import openpyxl
 import pytest
 
 from workbench.base.bounded_process import ChildError, in_child
-from workbench.base.errors import FileError, WorkbenchError
+from workbench.base.errors import FileError
 from workbench.base.progress import Cancelled, running
-from workbench.data import binary_tables
 from workbench.data.readers import preview, read_measurements
-
-HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H2s", 0x100, b"IM")
-CRASHING = HEADER + struct.pack(  # the array's name is of a type that no name has
-    "<16I72x", 14, 528, 6, 8, 6, 0, 5, 8, 10, 6, 0x10001, 1, 0, 0, 9, 72
-)
 
 
 def workbook(**cells: float | str) -> bytes:
@@ -53,95 +44,6 @@ def refusal(tmp_path, name: str, content: bytes) -> str:
     assert preview(path).problems == (str(caught.value),)
     assert len(str(caught.value)) <= 300
     return str(caught.value)
-
-
-@pytest.mark.parametrize("packed", [False, True])
-def test_a_matlab_file_that_would_crash_its_reader(tmp_path, packed):
-    from scipy.io import savemat
-
-    path = tmp_path / "crash.mat"
-    savemat(path, {"Q": np.zeros((3, 2))})
-    at, crashing = path.stat().st_size, CRASHING[len(HEADER) :]
-    if packed:
-        crashing = struct.pack("<2I", 15, len(zlib.compress(crashing))) + zlib.compress(crashing)
-    assert f"variable 2, at byte {at}, is damaged" in refusal(
-        tmp_path, "crash.mat", path.read_bytes() + crashing
-    )
-
-
-@pytest.mark.parametrize("packed", [False, True])
-def test_matlab_variables_of_every_class_are_read_and_none_that_is_changed_crashes(packed):
-    """In a process of its own, as what crashes takes it along."""
-    assert in_child(_read_changed, packed, seconds=20.0, needs="scipy.io") > 100
-
-
-def _read_changed(packed: bool) -> int:
-    """How many of some files, each with one byte of the variables changed, are refused in words."""
-    from scipy.io import savemat
-    from scipy.sparse import csc_array
-
-    cells, file = np.array([[1.0, "two"], [np.eye(2), 4]], dtype=object), io.BytesIO()
-    structs = {"inner": {"d": np.eye(2)}, "text": "some text"}
-    savemat(
-        file, {"Q": np.ones((3, 2)), "z": np.full(2, 1j), "c": cells, "s": structs, "p": csc_array(np.eye(3))}
-    )
-    sound, rng, refused = file.getvalue(), np.random.default_rng(1), 0
-    assert set(binary_tables.matlab_arrays(_packed(sound) if packed else sound)) >= {
-        "Q",
-        "z",
-        "c",
-        "s.inner.d",
-    }
-    for place in rng.integers(128, len(sound), 600):
-        changed = bytearray(sound)
-        changed[place] = rng.integers(256)
-        try:
-            binary_tables.matlab_arrays(_packed(bytes(changed)) if packed else bytes(changed))
-        except ChildError:
-            refused += 1
-    return refused
-
-
-def _packed(content: bytes) -> bytes:
-    """A MATLAB file whose variables are compressed; sizes beyond its end are cut."""
-    made, at = content[:128], 128
-    while at + 8 <= len(content):
-        end = at + 8 + min(struct.unpack_from("<I", content, at + 4)[0], len(content))
-        small = zlib.compress(content[at:end])
-        made, at = made + struct.pack("<2I", 15, len(small)) + small, end
-    return made
-
-
-@pytest.mark.parametrize(
-    ("depth", "text"), [(20, "there are no matrices|which matrix"), (3000, "variable 1.* is damaged")]
-)
-def test_matlab_cells_in_cells(tmp_path, depth, text):
-    content = struct.pack("<2I", 14, 0)
-    for _ in range(depth):
-        content = struct.pack("<12I", 14, 40 + len(content), 6, 8, 1, 0, 5, 8, 1, 1, 1, 0) + content
-    path = tmp_path / "deep.mat"
-    path.write_bytes(HEADER + content)
-    with pytest.raises(WorkbenchError, match=text):
-        read_measurements(path)
-
-
-def test_a_matlab_file_that_unpacks_to_all_memory(tmp_path, monkeypatch):
-    from scipy.io import savemat
-
-    file = io.BytesIO()
-    savemat(file, {"Q": np.zeros((2000, 2000))}, do_compression=True)
-    assert len(file.getvalue()) < 50_000
-    monkeypatch.setattr(binary_tables, "BASE_MEMORY", 16 * 2**20)
-    assert "MiB of memory" in refusal(tmp_path, "bomb.mat", file.getvalue())
-
-
-def test_the_command_says_which_variable_is_damaged(run, tmp_path):
-    (tmp_path / "crash.mat").write_bytes(CRASHING)
-    status, _, err = run("identify", "crash.mat", "--robot", "aria")
-    assert status == 1
-    assert "variable 1, at byte 128, is damaged" in err
-    assert err.count("\n") == 1
-    assert len(err.strip()) <= 300
 
 
 def test_a_row_of_a_number_that_no_sheet_has(tmp_path):

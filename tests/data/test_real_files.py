@@ -52,31 +52,6 @@ def test_the_sheet_can_be_chosen(shared_data):
         read_measurements(file, sheet="Info")
 
 
-@pytest.mark.parametrize(
-    ("name", "columns"),
-    [
-        ("wam_matrices.mat", "q[rad|column]=Q,xyz[mm|column]=P"),
-        ("wam_matrices.mat", "Q[column]=q1[rad],…,q7[rad],P[column]=x[mm],y[mm],z[mm]"),
-        ("wam_matrices.mat", "Q[rad|column]=q; P[mm|column]=xyz"),
-        ("wam_struct.mat", "q[deg|row]=data.joints_deg, xyz[m|row]=data.position_m"),
-    ],
-)
-def test_matlab(shared_data, name, columns):
-    converted = read_measurements(shared_data / "wam_jacobi" / "measurements.csv")
-    data = read_measurements(shared_data / "importer_variants" / name, columns=columns, joints=7)
-    np.testing.assert_allclose(data.q, converted.q[-20:], atol=2e-10)
-    np.testing.assert_allclose(data.position, converted.position[-20:], atol=1e-7)
-
-
-def test_matlab_says_what_it_holds(shared_data):
-    with pytest.raises(OptionError, match=r"Q \(7 x 20\)"):
-        read_measurements(shared_data / "importer_variants" / "wam_matrices.mat")
-    with pytest.raises(OptionError, match=r"20 values a measurement|has 20|says not"):
-        read_measurements(
-            shared_data / "importer_variants" / "wam_matrices.mat", columns="q[rad|row]=Q,xyz[mm|row]=P"
-        )
-
-
 def test_german_utf16(shared_data, ur10):
     data = read_measurements(shared_data / "importer_variants" / "ur10_german_utf16.txt", joints=6)
     np.testing.assert_allclose(data.q, ur10.q[:200], atol=1e-8)

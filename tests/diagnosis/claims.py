@@ -85,4 +85,6 @@ def named(thing) -> Iterator[Named]:
 def map_gain(result) -> float:
     """What the residual map takes off the mean held-out error [mm]; NaN where there is none."""
     found = getattr(result, "residual_map", None)
-    return float("nan") if found is None else float(found.before_mm - found.after_mm)
+    return (
+        float("nan") if found is None else float(found.before.position_mm.mean - found.after.position_mm.mean)
+    )

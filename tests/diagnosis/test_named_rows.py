@@ -82,6 +82,6 @@ def test_the_map_takes_off_no_more_than_the_geometry_leaves(named, before):
         SimpleNamespace(before=validation(0.4), after=validation(0.1)),
     )
     assert found.effects == (other,)
-    assert found.before_mm == pytest.approx(before)
-    assert found.after_mm == pytest.approx(0.1)
+    assert found.before.position_mm.mean == pytest.approx(before)
+    assert found.after.position_mm.mean == pytest.approx(0.1)
     assert found.beside_causes is (named < 0.4)

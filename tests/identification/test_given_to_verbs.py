@@ -152,7 +152,6 @@ def test_names_of_the_root_that_the_package_calls_as_they_are_have_it_too(tmp_pa
         (lambda: wb.write_measurements(ROWS, 3), OptionError, "path"),
         (lambda: wb.write_toml(ARM, 3), OptionError, "path"),
         (lambda: wb.read_urdf(3), OptionError, "path"),
-        (lambda: wb.find_convention(3, 4), OptionError, "readings"),
         (lambda: wb.measure_poses(ARM, -1), OptionError, "number"),
         (lambda: wb.Robot.from_dh("x"), wb.WorkbenchError, "joint 1"),
     ],

@@ -8,8 +8,8 @@ from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.base.types import frozen
 from workbench.plate import predicted_error as accuracy
-from workbench.plate.criterion import criterion_of
 from workbench.plate.observability import INDICES, I
+from workbench.plate.optimality_criterion import criterion_of
 from workbench.plate.predicted_error import position_weight, predicted_error
 
 

@@ -8,9 +8,9 @@ import pytest
 from workbench.base.errors import OptionError
 from workbench.base.progress import running
 from workbench.base.types import Outcome
-from workbench.plate.criterion import criterion_of
 from workbench.plate.exchange import descend, exchange
 from workbench.plate.observability import INDICES
+from workbench.plate.optimality_criterion import criterion_of
 from workbench.plate.poses.d_optimal import (
     d_bound,
     d_exchange,

@@ -25,8 +25,6 @@ from workbench.plate.optimiser.target_blocks import (
     places_of,
     tool_poses_at,
 )
-from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.plate import Target
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.tolerances import Production, max_clearance, pin_play
 
@@ -70,23 +68,6 @@ def test_only_what_may_be_made_is_drawn(style):
     assert np.allclose(steps, steps.round())
     assert (len(np.unique(places[:, 2])) == 1) == (style is BlockStyle.FLAT)
     assert np.allclose(blocks.makeable(places, HALF), places)
-
-
-def test_blocks_collide_as_they_are_made(plate):
-    """The corners are those of the bars that the workshop saws."""
-    places = Blocks().draw(40, HALF, rng=rng(3))
-    poses = tool_poses_at(plate, places)
-    for pose in poses:
-        target = Target(pose[:3, 3], se3.matrix_to_rpy(pose[:3, :3]))
-        block = fixture_of(replace(plate, targets=(target,))).blocks[0]
-        foot = se3.apply(
-            plate.pose @ block.pose,
-            0.5 * block.side * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float),
-        )
-        mine = block_corners(plate, pose[None])[0]
-        assert np.allclose(mine[:4], foot, atol=1e-9)
-        heights = se3.apply(se3.inverse(plate.pose), mine[4:])[:, 2]
-        assert sorted({heights.min(), heights.max()}) == pytest.approx(sorted(block.heights), abs=1e-9)
 
 
 def test_a_face_too_steep_has_a_short_bar_behind_it(plate):

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from typed_poses import pendant, plural
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.arm.robot_toml import write_toml
 from workbench.arm.urdf import write_urdf
 from workbench.base import se3
 from workbench.plate.optimiser.constraints import is_clear_of
@@ -16,7 +15,7 @@ from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, d
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut
-from workbench.session.export import calibrated_urdf, robot_toml
+from workbench.session.export import calibrated_urdf
 from workbench.session.state import Focus, Severity
 
 
@@ -36,24 +35,6 @@ def test_an_edited_plate_goes_with_a_robot_in_whose_base_it_does_not_stand(do, f
     session = do(ChooseRobot(name))
     assert session.plate.name == plate
     assert is_clear_of(session.robot, session.plate)
-
-
-def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_path):
-    arm = load_robot("ur10e")
-    table, typed, shown = pendant(arm, 4)
-    session = do(LoadModel("mine.csv", table.encode(), typed[:3]))
-    assert "standard DH" in session.page.messages[-1].text
-    assert "joint 2 is inverted" in session.page.messages[-1].text
-    found = tool_poses(session.robot, Motion(shown))
-    assert np.abs(found[:, :3, 3] - tool_poses(arm, Motion(plural(shown)))[:, :3, 3]).max() < 1e-4
-    name, content = robot_toml(session)
-    (tmp_path / name).write_bytes(content)
-    np.testing.assert_allclose(tool_poses(read_toml(tmp_path / name), Motion(shown)), found, atol=1e-9)
-    for wrong, message in ((typed[:2], "at least 3 poses"), (("1, 2 = 3",) * 3, "6 joint positions")):
-        refused = do(LoadModel("mine.csv", table.encode(), wrong))
-        assert message in refused.page.messages[-1].text
-        assert refused.robot is session.robot
-    assert "none of" in do(ChooseRobot("ur5e", poses=typed)).page.messages[-1].text
 
 
 def test_files_of_robots_and_plates_are_opened(do, first, tmp_path):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.io import savemat
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
@@ -184,18 +183,6 @@ def test_a_bad_file_is_one_sentence_without_our_folders(do, first, name, content
     assert "/tmp" not in message.text
     assert "is unchanged" not in message.text
     assert session.measurements.loaded is None
-
-
-def test_a_file_whose_words_only_the_command_takes_says_where_they_go(do, tmp_path):
-    """Which matrix of a MATLAB file is what, no choice of the page can say."""
-    savemat(tmp_path / "a.mat", {"Q": np.zeros((20, 6)), "P": np.zeros((20, 3))})
-    session = do(LoadData("a.mat", (tmp_path / "a.mat").read_bytes()))
-    message = session.page.messages[-1].text
-    assert message.startswith(
-        "a.mat: a MATLAB file says not which matrix is what; it holds Q (20 x 6), P (20 x 3)"
-    )
-    assert "--columns" in message
-    assert session.measurements.loaded is session.measurements.unread is None
 
 
 def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):

@@ -11,7 +11,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.progress import cancelled
-from workbench.plate.cubes import map_cubes
+from workbench.plate.cube_map import map_cubes
 from workbench.plate.predicted_error import predicted_error
 from workbench.plate.readings import assumptions, usual_sigma
 from workbench.plate.region import Region
@@ -24,7 +24,7 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
 from workbench.session.commands.undo import Undo
-from workbench.session.cubes import are_shown, drawn, shown_cubes, values
+from workbench.session.cube_values import are_shown, drawn, shown_cubes, values
 from workbench.session.journal import Ending
 from workbench.session.state import CubeView, Field, Severity
 from workbench.views.drawables.region import region as region_items

@@ -1,4 +1,4 @@
-"""Diagnoses that can't be made are refused in words; poses of equal index are searched."""
+"""Diagnoses that can't be made are refused in words; plates are improved."""
 
 import threading
 from functools import partial
@@ -6,19 +6,15 @@ from functools import partial
 import numpy as np
 
 from workbench.arm.inverse.branch import margins
-from workbench.arm.kinematics.forward import sensitivity
-from workbench.arm.motion import Motion
-from workbench.plate.collision import solid_clear
 from workbench.plate.design import optimise_plate
-from workbench.plate.observability import inverse_condition
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.edit import LockTarget
-from workbench.session.commands.plate import ClusterTargets, ImprovePlate
+from workbench.session.commands.plate import ImprovePlate
 from workbench.session.state import Severity
 from workbench.session.target_state import TargetState
-from workbench.views.page.panels.targets import near_limit
+from workbench.views.page.panels.selected_target import near_limit
 
 
 def test_what_can_not_be_diagnosed_is_said(do):
@@ -26,19 +22,6 @@ def test_what_can_not_be_diagnosed_is_said(do):
         session = do(*commands)
         assert session.results.diagnosis is None
         assert session.page.messages[-1].severity is Severity.ERROR
-
-
-def test_clustering_gives_equal_indices_in_different_cubes(do):
-    session = do(ClusterTargets(10))
-    q = np.stack([s.q for s in session.states])
-    assert len(q) == 10
-    index = inverse_condition(sensitivity(session.robot, Motion(q), session.robot.default_free)[1])
-    assert np.ptp(index) < 1e-3
-    cells = session.plate.region.cells(session.plate.poses[:, :3, 3])
-    assert len(set(cells.tolist())) == 10
-    assert solid_clear(session.robot, session.plate, q).all()
-    assert [state.obstacle for state in session.states] == [""] * 10
-    assert do(ClusterTargets(1)).page.messages[-1].severity is Severity.ERROR
 
 
 def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first, monkeypatch):

@@ -9,7 +9,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.region import MapCubes
-from workbench.session.cubes import values
+from workbench.session.cube_values import values
 from workbench.session.state import CubeView, Field, Focus
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, SCALE, SELECTED, css
 from workbench.views.page.panels.legend import cubes_scale, things

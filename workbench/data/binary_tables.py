@@ -1,6 +1,6 @@
-"""Excel, Parquet and MATLAB files: their cells, read in a child process with time and memory limits.
+"""Excel and Parquet files: their cells, read in a child process with time and memory limits.
 
-`read_workbook`, `read_columns` and `read_arrays` are the only entry points to the third-party readers. What
+`read_workbook` and `read_columns` are the only entry points to the third-party readers. What
 is plainly broken or too large is refused before a child is begun; the rest of what a file can do ends with
 the child.
 """
@@ -13,11 +13,8 @@ from datetime import date, datetime, time
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from workbench.base.bounded_process import MEBIBYTE, ChildError, in_child
 from workbench.base.errors import FileError, MissingExtraError
-from workbench.data.matlab_elements import check_matlab
 
 MAX_ROWS, MAX_COLUMNS = 2**20, 1000
 """Rows are what a sheet can hold at most; no arm has so many columns."""
@@ -39,11 +36,11 @@ def read_workbook(data: bytes, path: Path) -> dict[str, Cells]:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             unpacked = sum(entry.file_size for entry in archive.infolist())
     except Exception as error:  # a broken archive raises nearly anything
-        raise _refusal(what, type(error).__name__, instead, path) from None
+        raise refusal(what, type(error).__name__, instead, path) from None
     if unpacked > maximum:
         why = f"it unpacks to {unpacked / MEBIBYTE:.0f} MiB; the limit is {maximum / MEBIBYTE:.0f} MiB"
-        raise _refusal(what, why, "save the measurements alone, or as CSV", path)
-    return _read(workbook_cells, "openpyxl", data, path, what=what, instead=instead)
+        raise refusal(what, why, "save the measurements alone, or as CSV", path)
+    return read_bounded(workbook_cells, "openpyxl", data, path, what=what, instead=instead)
 
 
 def read_columns(data: bytes, path: Path) -> tuple[list[str], list[list[str]]]:
@@ -54,19 +51,13 @@ def read_columns(data: bytes, path: Path) -> tuple[list[str], list[list[str]]]:
     except ImportError:
         raise MissingExtraError("reading parquet files", extra="parquet") from None
     if len(data) < 12 or not data.endswith(b"PAR1"):
-        raise _refusal(what, "its end is missing", instead, path)
-    return _read(parquet_columns, "pyarrow.parquet", data, path, what=what, instead=instead)
+        raise refusal(what, "its end is missing", instead, path)
+    return read_bounded(parquet_columns, "pyarrow.parquet", data, path, what=what, instead=instead)
 
 
-def read_arrays(data: bytes, path: Path) -> dict[str, np.ndarray]:
-    """Arrays of a MATLAB file by name, fields of structs as 'struct.field'."""
-    what, instead = "this MATLAB file", "save it with -v7, or as CSV"
-    if len(data) < 136 or 0 in data[:4] or data[124:128] not in (b"\0\1IM", b"\1\0MI"):
-        raise _refusal(what, "it has no header of version 5 to 7", instead, path)
-    return _read(matlab_arrays, "scipy.io", data, path, what=what, instead=instead)
-
-
-def _read(function: Callable[[bytes], Any], library: str, data: bytes, path: Path, **options: Any) -> Any:
+def read_bounded(
+    function: Callable[[bytes], Any], library: str, data: bytes, path: Path, **options: Any
+) -> Any:
     """The function's result for these bytes from a child whose bounds grow with the file."""
     seconds, memory = 1.0 + 20.0 * len(data) / MEBIBYTE, BASE_MEMORY + 100 * len(data)
     return read_in_child(function, data, path, needs=library, seconds=seconds, memory=memory, **options)
@@ -79,10 +70,10 @@ def read_in_child(
     try:
         return in_child(function, content, **bounds)
     except ChildError as error:
-        raise _refusal(what, str(error), instead, path) from None
+        raise refusal(what, str(error), instead, path) from None
 
 
-def _refusal(what: str, why: str, instead: str, path: Path) -> FileError:
+def refusal(what: str, why: str, instead: str, path: Path) -> FileError:
     return FileError(f"{what} can't be read ({why}): {instead}", path=str(path))
 
 
@@ -121,37 +112,6 @@ def parquet_columns(data: bytes) -> tuple[list[str], list[list[str]]]:
         raise ChildError(f"it has {file.metadata.num_rows} rows and {file.metadata.num_columns} columns")
     table = file.read(use_threads=False)
     return list(table.column_names), [[text_of(v) for v in column.to_pylist()] for column in table.columns]
-
-
-def matlab_arrays(data: bytes) -> dict[str, np.ndarray]:
-    """What `read_arrays` gives, in this process."""
-    from scipy.io import loadmat
-
-    check_matlab(data)
-    result: dict[str, np.ndarray] = {}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            variables = loadmat(io.BytesIO(data))
-        except (
-            TypeError,
-            ValueError,
-            ArithmeticError,
-            LookupError,
-        ):  # text or indices that contradict each other
-            raise ChildError("a variable is damaged") from None
-    for name, value in variables.items():
-        if not name.startswith("__"):
-            _collect(name, value, result)
-    return result
-
-
-def _collect(name: str, value: Any, result: dict[str, np.ndarray]) -> None:
-    if isinstance(value, np.ndarray) and value.dtype.names and value.size == 1:
-        for field in value.dtype.names:
-            _collect(f"{name}.{field}", value.flat[0][field], result)
-    elif type(value) is np.ndarray:
-        result[name] = value
 
 
 def text_of(value: Any) -> str:

@@ -41,7 +41,7 @@ def candidate_columns(
     x: Float[np.ndarray, " p"],
     effects: Sequence[AbstractEffect],
     *,
-    weighed: Sequence[AbstractEffect] = (),
+    loaded: Sequence[AbstractEffect] = (),
 ) -> Iterator[tuple[RowBlock, Columns]]:
     """Whitened columns of some effects, block by block.
 
@@ -49,7 +49,7 @@ def candidate_columns(
         problem: Its arm carries what was accepted so far.
         x: Its answer.
         effects: Without common coefficients; K of these in all.
-        weighed: Fitted effects of load; masses, centres and gravity act through each of them.
+        loaded: Fitted effects of load; masses, centres and gravity act through each of them.
 
     Yields:
         A block of the problem, and the derivative of its residual components in coefficients, then in all of
@@ -60,7 +60,7 @@ def candidate_columns(
         block, robot, motion = arm
         places, varying = acting(problem, block)
         poses, twists, laws = effect_twists(
-            robot, motion, effects, weighed=weighed, varying=varying, link=block.observation.link
+            robot, motion, effects, loaded=loaded, varying=varying, link=block.observation.link
         )
         part = block.observation.linearise(poses, problem.unknown(block, x))
         shown = problem.whiten(block, part.by_twist) @ twists
@@ -104,16 +104,16 @@ def effect_twists(
     motion: Motion,
     effects: Sequence[AbstractEffect],
     *,
-    weighed: Sequence[AbstractEffect] = (),
+    loaded: Sequence[AbstractEffect] = (),
     varying: np.ndarray | None = None,
     link: int | None = None,
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 e"], list[tuple[np.ndarray, np.ndarray]]]:
     """Poses of an arm with the effects that it has, the tool's twists per element that further ones move, and
-    by each of these, and of `weighed`, which elements are its own, and its law.
+    by each of these, and of `loaded`, which elements are its own, and its law.
 
     Args:
         effects: Further ones.
-        weighed: Effects of load, sized, through which the twists per mass and centre are wanted too.
+        loaded: Effects of load, sized, through which the twists per mass and centre are wanted too.
         varying: Which of these, as `load_regressor` has them.
         link: The moving link, from 1, that is watched from a level frame in place of the tool.
     """
@@ -123,16 +123,16 @@ def effect_twists(
     chain = wide.chain
     shift = np.zeros((len(motion), len(chain.elements)))
     shift[:, chain.indices([e.name for e in robot.chain.elements])] = deflected.shift
-    loaded = any(e.loads for e in effects)
-    wrenches = known_wrenches(robot, motion, deflected.shift) if loaded else NO_WRENCHES
-    moved = [chain.indices(e.elements(chain)) for e in (*effects, *weighed)]
+    needed = any(e.loads for e in effects)
+    wrenches = known_wrenches(robot, motion, deflected.shift) if needed else NO_WRENCHES
+    moved = [chain.indices(e.elements(chain)) for e in (*effects, *loaded)]
     union = np.unique(np.concatenate([*moved, np.zeros(0, np.int64)]))
     view = watched(wide, link)
     poses, twists = view.turned(*chains.twists(chain, motion.q, union, shift=shift, part=view.part))
     laws = [e.law(chain, motion, wrenches) for e in effects]
-    if weighed and varying is not None:
+    if loaded and varying is not None:
         known = load_regressor(robot, motion, masses(robot), varying, shift=deflected.shift)
-        for effect in weighed:
+        for effect in loaded:
             loads = effect.components(chain)
             laws.append(effect.slope(chain, motion, wrenches) @ known[:, loads[:, 0], loads[:, 1]])
     return poses, twists, [(np.searchsorted(union, m), law) for m, law in zip(moved, laws, strict=True)]

@@ -42,7 +42,7 @@ class CauseSearch:
         ready: The rows, without held-out ones that don't tell on which side of an event they lie.
         first: The geometry alone.
         rounds: The searches, from the first to the last.
-        short: Why none was made; None if one was.
+        too_few: Why none was made; None if one was.
         before: The geometry on the rows that judge.
         after: The last round's arm on them.
         nominal: The nominal arm on them.
@@ -52,7 +52,7 @@ class CauseSearch:
     ready: Prepared
     first: Stage
     rounds: Sequence[Searched]
-    short: str | None
+    too_few: str | None
     before: JudgedArm
     after: JudgedArm
     nominal: Validation
@@ -68,14 +68,14 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     """Fit the geometry, then look for effects; what then explains next to nothing is the wrong robot's."""
     progress(0.3, "fitting the geometry, setting outliers apart")
     first = geometry_first(ready.problem)
-    short = too_few_rows(first.fitted.fit)
-    found = _rounds_with_sure_events(first, rng) if short is None else rounds(first, rng, search=False)
+    too_few = too_few_rows(first.fitted.fit)
+    found = _rounds_with_sure_events(first, rng) if too_few is None else rounds(first, rng, search=False)
     progress(0.8, "judging what was found")
-    search = _validated_search(robot, ready, first, found, short)
+    search = _validated_search(robot, ready, first, found, too_few)
     if search.is_lost:
-        search = _validated_search(robot, ready, first, rounds(first, rng, events=()), short)
+        search = _validated_search(robot, ready, first, rounds(first, rng, events=()), too_few)
     if search.is_lost or explains_little(search.nominal.train, search.after.errors.train, robot.reach):
-        search = _validated_search(robot, ready, first, rounds(first, rng, search=False), short)
+        search = _validated_search(robot, ready, first, rounds(first, rng, search=False), too_few)
     return search
 
 
@@ -97,12 +97,12 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator) -> tuple[Se
 
 
 def _validated_search(
-    robot: Robot, ready: Prepared, first: Stage, found: Sequence[Searched], short: str | None
+    robot: Robot, ready: Prepared, first: Stage, found: Sequence[Searched], too_few: str | None
 ) -> CauseSearch:
     """What was found, with its errors on the rows that are on a known side of its events."""
     ready = without_undecided(ready, found[-1])
     before, after = _validated(ready, first), _validated(ready, found[-1].stage)
-    return CauseSearch(robot, ready, first, found, short, before, after, _nominal(ready))
+    return CauseSearch(robot, ready, first, found, too_few, before, after, _nominal(ready))
 
 
 def _nominal(ready: Prepared) -> Validation:

@@ -197,16 +197,6 @@ class ResidualMap:
             f"{self.before.text('mean')}{without} to {self.after.text('mean')}"
         )
 
-    @property
-    def before_mm(self) -> float:
-        """Mean without them [mm]."""
-        return self.before.position_mm.mean
-
-    @property
-    def after_mm(self) -> float:
-        """Mean with them [mm]."""
-        return self.after.position_mm.mean
-
 
 def together(effects: Sequence[AbstractEffect]) -> AbstractEffect:
     """Effects of one kind as one of all their joints."""
@@ -361,7 +351,7 @@ def _masked_by_scatter(
     """Those that don't stand out of what their joint alone scatters."""
     if scatter is None:
         return []
-    mine = [e for e in effects if e.joints and e.joints[0] in scatter.alone and not e.is_event]
+    mine = [e for e in effects if e.joints and e.joints[0] in scatter.joints_that_scatter and not e.is_event]
     return [e for e in mine if maximum[e.names] < STANDS_OUT * scatter.sigma[e.joints[0]]]
 
 

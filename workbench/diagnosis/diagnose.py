@@ -56,7 +56,7 @@ from workbench.identification.set_apart import (
     suspect_note,
     suspects,
 )
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 
 NO_DIRECTION = (
     "play by the direction of motion was not tried: no row has a direction or a time; if rows stand in the "
@@ -64,7 +64,7 @@ NO_DIRECTION = (
 )
 
 
-@door(FitChoices)
+@checked_arguments(FitChoices)
 @one_thread()
 def diagnose(
     robot: Robot,
@@ -89,17 +89,17 @@ def diagnose(
     if (own := preparation_of(data)) is not None:
         raise OptionError(f"{data.source}: {own.undiagnosed}")
     began, choices = perf_counter(), FitChoices.of(choices, **fields)
-    weighed, rng, advice = with_assumed_masses(robot), np.random.default_rng(choices.seed), Advice()
+    massed, rng, advice = with_assumed_masses(robot), np.random.default_rng(choices.seed), Advice()
     with part_of(0.0, 0.3):
         ready, gross = prepare_without_gross_outliers(
-            weighed, with_directions(data), _with_directions(choices)
+            massed, with_directions(data), _with_directions(choices)
         )
-    search = search_causes(weighed, ready, rng)
+    search = search_causes(massed, ready, rng)
     saved = _saved_arm(search, advice)
-    claims = _claims(search, saved, file=robot, known=choices.noise, rng=rng, advice=advice)
+    claims = _claims(search, saved, given=robot, known=choices.noise, rng=rng, advice=advice)
     progress(0.9, "choosing poses to measure next")
     next_ones = _measured_next(search, saved, claims, rng=rng, measurable=measurable, advice=advice)
-    result = _diagnosis(search, saved, claims, next_ones, file=robot, gross=gross, advice=advice)
+    result = _diagnosis(search, saved, claims, next_ones, given=robot, gross=gross, advice=advice)
     progress(1.0, "done")
     return replace(result, seconds=perf_counter() - began)
 
@@ -116,7 +116,7 @@ class _Saved:
         undetectable: Effects of load that the rows can't show.
         std: Standard errors of the coefficients, with what undetectable effects may add.
         effects: What the model holds, the clearest first.
-        judge: Computes the errors of other models.
+        trial: Computes the errors of other models.
         now: The event after which the saved arm holds, and its error since; None if nothing happened.
     """
 
@@ -126,7 +126,7 @@ class _Saved:
     undetectable: tuple[Undetectable, ...]
     std: StandardErrors
     effects: tuple[Accepted, ...]
-    judge: Trial
+    trial: Trial
     now: Now | None
 
 
@@ -138,7 +138,7 @@ class _Claims:
     residual_map: ResidualMap | None
     structure: Structure
     noise: Noise
-    floor: Noise | None
+    known_noise: Noise | None
     joint_noise: Readings | None
     verdict: Verdict
     message: str
@@ -150,22 +150,22 @@ def _saved_arm(search: CauseSearch, advice: Advice) -> _Saved:
     fit = last.stage.fitted.fit
     suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.fit.x))
     final, note = fitted_on_all(ready, last, suspect_rows)
-    motion, judge = Motion.of(fit.problem.data), Trial(ready, last)
+    motion, trial = Motion.of(fit.problem.data), Trial(ready, last)
     missing = advice.ask(
-        "what the rows can't show", lambda: () if search.short else undetectable(last, fit.arm, motion), ()
+        "what the rows can't show", lambda: () if search.too_few else undetectable(last, fit.arm, motion), ()
     )
     std = StandardErrors(final, hidden_variance(last, missing))
     alone, after = (judged(v.errors) for v in (search.before, search.after))
-    effects = _accepted(last, final, judge, std, advice, alone=alone, after=after)
+    effects = _accepted(last, final, trial, std, advice, alone=alone, after=after)
     now = arm_now(ready, final, suspect_rows)
-    return _Saved(final, suspect_rows, note, missing, std, effects, judge, now)
+    return _Saved(final, suspect_rows, note, missing, std, effects, trial, now)
 
 
 def _claims(
     search: CauseSearch,
     saved: _Saved,
     *,
-    file: Robot,
+    given: Robot,
     known: Noise | None,
     rng: np.random.Generator,
     advice: Advice,
@@ -173,18 +173,18 @@ def _claims(
     """Causes, residual map, structure of what is left, and the verdict.
 
     Args:
-        file: The robot as it was given.
+        given: The robot as it was given.
         known: Noise that was stated beforehand.
     """
     last, ready = search.rounds[-1], search.ready
     fit, geometric = last.stage.fitted.fit, last.stage.geometric
     noise = noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise
-    floor = noises.stated(ready.problem) or known or noises.from_repeats(ready.problem.data)
+    known_noise = noises.stated(ready.problem) or known or noises.from_repeats(ready.problem.data)
     joint_noise = readings(fit.problem.with_noise(geometric.noise))
-    causes = (*_found_causes(search, saved, floor), *standing_causes(saved.fit, file, noise))
-    residual_map = _residual_map(last.found.model, saved.effects, causes, saved.judge, search)
+    causes = (*_found_causes(search, saved, known_noise), *standing_causes(saved.fit, given, noise))
+    residual_map = _residual_map(last.found.model, saved.effects, causes, saved.trial, search)
     structure = Structure()
-    if search.short is None:
+    if search.too_few is None:
         structure = advice.ask("the structure of what is left", lambda: structure_of(fit, rng), structure)
     verdict, message = conclude(
         causes,
@@ -194,19 +194,19 @@ def _claims(
         noise=noise,
         before=judged(search.before.errors),
         after=judged(search.after.errors),
-        floor=floor,
+        known_noise=known_noise,
         structure=structure,
         distrusted=last.found.distrusted,
         joint_noise=joint_noise,
         chain=search.robot.chain,
     )
-    if search.short is not None:
-        verdict, message = Verdict.NONE, search.short
+    if search.too_few is not None:
+        verdict, message = Verdict.NONE, search.too_few
     message = " ".join([message, *_additions(search, saved, advice)])
-    return _Claims(causes, residual_map, structure, noise, floor, joint_noise, verdict, message)
+    return _Claims(causes, residual_map, structure, noise, known_noise, joint_noise, verdict, message)
 
 
-def _found_causes(search: CauseSearch, saved: _Saved, floor: Noise | None) -> tuple[Cause, ...]:
+def _found_causes(search: CauseSearch, saved: _Saved, known_noise: Noise | None) -> tuple[Cause, ...]:
     """The causes among the accepted effects."""
     if not saved.effects:
         return ()
@@ -214,7 +214,7 @@ def _found_causes(search: CauseSearch, saved: _Saved, floor: Noise | None) -> tu
     motion = Motion.of(last.stage.fitted.problem.data)
     alone_mm, all_mm = (v.errors.train.position_mm.rms for v in (search.before, search.after))
     together_mm = float(np.sqrt(max(alone_mm**2 - all_mm**2, 0.0)))
-    return find_causes(last, saved.fit.arm, motion, floor, saved.std, together_mm=together_mm)
+    return find_causes(last, saved.fit.arm, motion, known_noise, saved.std, together_mm=together_mm)
 
 
 def _additions(search: CauseSearch, saved: _Saved, advice: Advice) -> Iterator[str]:
@@ -255,7 +255,7 @@ def _measured_next(
 
 
 def _notes(
-    search: CauseSearch, saved: _Saved, outliers: Int[np.ndarray, " k"], file: Robot, advice: Advice
+    search: CauseSearch, saved: _Saved, outliers: Int[np.ndarray, " k"], given: Robot, advice: Advice
 ) -> Iterator[str]:
     """What users should know beside the verdict, one sentence each."""
     ready, last = search.ready, search.rounds[-1]
@@ -263,7 +263,7 @@ def _notes(
     chain = search.robot.chain
     yield from ready.notes
     yield from last.offered.notes
-    yield from [] if search.short else coverage(fit.problem.data, chain)
+    yield from [] if search.too_few else coverage(fit.problem.data, chain)
     yield from (
         f"held out: {text}" for text in extrapolation_notes(effects, chain, ready.held.q, ready.held.row)
     )
@@ -274,12 +274,12 @@ def _notes(
         yield far
     if saved.note is not None:
         yield saved.note
-    if search.short is None and saved.undetectable and any(e.loads for e in effects):
+    if search.too_few is None and saved.undetectable and any(e.loads for e in effects):
         yield describe(saved.undetectable)
     if pairs := advice.ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
         yield exchange_note(pairs)
-    yield from weights_that_differ(saved.fit, file)
-    yield from standing_notes(saved.fit, file)
+    yield from weights_that_differ(saved.fit, given)
+    yield from standing_notes(saved.fit, given)
     motion = Motion.of(fit.problem.data)
     yield from (text for e in effects if (text := e.caveat(motion)))
     if motion.direction is None:
@@ -292,7 +292,7 @@ def _diagnosis(
     claims: _Claims,
     next_ones: tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]],
     *,
-    file: Robot,
+    given: Robot,
     gross: np.ndarray,
     advice: Advice,
 ) -> Diagnosis:
@@ -334,7 +334,7 @@ def _diagnosis(
         residual_map=claims.residual_map,
         ranking=advice.ask("the ranking of candidates", Trial(ready, search.rounds[0]).ranking, ()),
         noise=noise,
-        floor=claims.floor,
+        known_noise=claims.known_noise,
         joint_noise=claims.joint_noise,
         structure=claims.structure,
         now=saved.now,
@@ -343,14 +343,14 @@ def _diagnosis(
         undetectable=saved.undetectable,
         measure_next=poses,
         next_reasons=reasons,
-        notes=tuple(_notes(search, saved, outliers, file, advice)),
+        notes=tuple(_notes(search, saved, outliers, given, advice)),
         warnings=tuple(advice.warnings),
         seconds=0.0,
     )
 
 
 def _residual_map(
-    model: Model, accepted: Sequence[Accepted], causes: Sequence[Cause], judge: Trial, search: CauseSearch
+    model: Model, accepted: Sequence[Accepted], causes: Sequence[Cause], trial: Trial, search: CauseSearch
 ) -> ResidualMap | None:
     """The accepted effects that are no causes, with what they add to those that are."""
     claimed = {e.names for c in causes for e in c.effects}
@@ -359,7 +359,7 @@ def _residual_map(
         return None
     blamed = tuple(t for t in model if t.candidate.names in claimed)
     alone, after = (judged(v.errors) for v in (search.before, search.after))
-    named = judge.refitted(blamed) if blamed else alone
+    named = trial.refitted(blamed) if blamed else alone
     is_better = named.position_mm.mean < alone.position_mm.mean
     return ResidualMap(
         effects=others,
@@ -378,7 +378,7 @@ def _with_directions(choices: FitChoices) -> FitChoices:
 def _accepted(
     last: Searched,
     final: Fit,
-    judge: Trial,
+    trial: Trial,
     std: StandardErrors,
     advice: Advice,
     *,
@@ -390,7 +390,7 @@ def _accepted(
     Args:
         last: The last search.
         final: Its model on all rows.
-        judge: Tries models out at that search.
+        trial: Tries models out at that search.
         std: Standard errors of the coefficients [SI].
         advice: Asks for rivals, and for the errors without each effect.
         alone: Errors of the geometry alone on the rows that judge.
@@ -402,14 +402,14 @@ def _accepted(
         term, offered = model[k], last.found.offers[k]
         effect, rest = sized[term.candidate.names], drop(model, [term])
         without = f"the error without {effect.phrase}"
-        alternatives = advice.ask(f"alternatives to {effect.phrase}", partial(judge.alternatives, term), ())
+        alternatives = advice.ask(f"alternatives to {effect.phrase}", partial(trial.alternatives, term), ())
         out.append(
             Accepted(
                 effect=effect,
                 std=tuple(std[n] for n in effect.names),
                 gain=offered.gain,
                 p_value=float(np.exp(offered.log_p)),
-                before=advice.ask(without, partial(judge.refitted, rest), UNKNOWN) if rest else alone,
+                before=advice.ask(without, partial(trial.refitted, rest), UNKNOWN) if rest else alone,
                 after=after,
                 alternatives=alternatives,
                 text=sentence_of(effect, (), std, final.arm, Motion.of(final.problem.data)),

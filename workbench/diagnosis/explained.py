@@ -10,10 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.effects import AbstractEffect
-from workbench.diagnosis.candidate_columns import candidate_columns, carriers
+from workbench.diagnosis.candidate_columns import candidate_columns
 from workbench.diagnosis.evidence import Model, drop, without_each_fold
-from workbench.diagnosis.gram_matrices import weighed
+from workbench.diagnosis.gram_matrices import Coefficients
 from workbench.diagnosis.rounds import Searched
 from workbench.identification.noise import channels
 
@@ -33,10 +32,10 @@ def explained(searched: Searched, groups: Sequence[Model]) -> list[Explained]:
     solutions = np.stack(
         [without_each_fold(searched.grams, m) for m in (model, *(drop(model, g) for g in groups))], axis=2
     )
-    left = np.concatenate(list(_left(searched, solutions)))
+    remainders = np.concatenate(list(_remainders(searched, solutions)))
     problem = searched.stage.fitted.problem.with_noise(searched.stage.geometric.noise)
     straight, turned, _ = channels(problem)
-    sizes = np.stack([problem.physical(each) for each in left.T]) ** 2
+    sizes = np.stack([problem.physical(each) for each in remainders.T]) ** 2
     falls = []
     for mine, unit in ((straight, 1e3), (turned, float(np.rad2deg(1.0)))):
         squares = 3.0 * sizes[:, mine].mean(1) if mine.any() else np.full(len(sizes), np.nan)
@@ -44,37 +43,23 @@ def explained(searched: Searched, groups: Sequence[Model]) -> list[Explained]:
     return [Explained(*pair) for pair in np.transpose(falls).tolist()]
 
 
-def _left(
+def _remainders(
     searched: Searched, solutions: Float[np.ndarray, "folds gc k"]
 ) -> Iterator[Float[np.ndarray, "m k"]]:
     """What solutions leave of the rows of the fold that each has not seen, whitened, block by block."""
     grams, fitted = searched.grams, searched.stage.fitted
     problem, x = fitted.problem.with_noise(searched.stage.geometric.noise), fitted.fit.x
-    effects: Sequence[AbstractEffect] = carriers([t.candidate.effect for t in searched.found.model])
-    loaded = weighed(problem, problem.robot_at(x))
-    moved = {
-        p.name: v - p.nominal for p, v in zip(problem.parameters, x.tolist(), strict=True) if p.is_inertia
-    }
-    own = [n for e in effects for n in e.names]
-    inertial = [f"{n} by {' '.join(e.names)}" for e in loaded for n in moved]
-    names, value = [*own, *inertial], dict(zip(problem.names, x.tolist(), strict=True))
-    present = np.array([value.get(n, 0.0) for n in own] + list(moved.values()) * len(loaded))
-    fitted_by = {
-        n: e in problem.robot_at(x).effects
-        for e in loaded
-        for n in (f"{m} by {' '.join(e.names)}" for m in moved)
-    }
-    present[len(own) :] *= [fitted_by[n] for n in inertial]
-    steps = solutions[:, grams.columns(names)] / grams.scales(names)[:, None]
+    tried = Coefficients.of(problem, x, [t.candidate.effect for t in searched.found.model])
+    steps = solutions[:, grams.columns(tried.names)] / grams.scales(tried.names)[:, None]
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     geometry = np.einsum("pg,fgk->fpk", grams.basis, solutions[:, : grams.geometry])
     pieces = {block.start: piece for block, piece in problem.pieces(x, only=plain) if block is not None}
     fold = searched.fold[searched.stage.keep]
-    for block, columns in candidate_columns(problem, x, effects, weighed=loaded):
+    for block, columns in candidate_columns(problem, x, tried.carriers, loaded=tried.loaded):
         piece, table = pieces[block.start], columns.table
         label = np.repeat(fold[block.rows], len(table) // len(block.rows))
         out = np.empty((len(table), solutions.shape[2]))
-        whole = piece.residual + table @ present
+        whole = piece.residual + table @ tried.present
         for f in np.unique(label):
             mine = label == f
             out[mine] = whole[mine, None] - piece.jacobian[mine] @ geometry[f] - table[mine] @ steps[f]

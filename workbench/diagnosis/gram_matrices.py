@@ -123,6 +123,50 @@ class Grams:
         return self.maximum[self.columns(names) - self.geometry]
 
 
+@dataclass(frozen=True, eq=False)
+class Coefficients:
+    """Coefficients in the order of their columns.
+
+    Args:
+        carriers: Effects that may be tried; their coefficients come first.
+        loaded: Fitted effects of load, sized.
+        inertia: By the names of each of these, the masses, centres and angles of gravity through it.
+        values: What the fit holds, by name: those of its effects, and inertia beside the file's [SI].
+    """
+
+    carriers: Sequence[AbstractEffect]
+    loaded: Sequence[AbstractEffect]
+    inertia: Mapping[tuple[str, ...], tuple[str, ...]]
+    values: Mapping[str, float]
+
+    @classmethod
+    def of(
+        cls, problem: Problem, x: Float[np.ndarray, " p"], effects: Sequence[AbstractEffect]
+    ) -> "Coefficients":
+        """At a problem's answer."""
+        arm, named = problem.robot_at(x), list(zip(problem.parameters, x.tolist(), strict=True))
+        offsets = {p.name: v - p.nominal for p, v in named if p.is_inertia}
+        loaded = _loaded(problem, arm)
+        inertia = {e.names: tuple(f"{n} by {' '.join(e.names)}" for n in offsets) for e in loaded}
+        values = {p.name: v for p, v in named if p.is_coefficient}
+        for each in (e.names for e in loaded if e in arm.effects):
+            values |= zip(inertia[each], offsets.values(), strict=True)
+        return cls(carriers(effects), loaded, inertia, values)
+
+    @cached_property
+    def of_effects(self) -> tuple[str, ...]:
+        return tuple(name for e in self.carriers for name in e.names)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        return (*self.of_effects, *(n for each in self.inertia.values() for n in each))
+
+    @property
+    def present(self) -> Float[np.ndarray, " c"]:
+        """What the fit holds of each; 0 of what it lacks."""
+        return np.array([self.values.get(n, 0.0) for n in self.names])
+
+
 def compress(
     problem: Problem,
     x: Float[np.ndarray, " p"],
@@ -142,23 +186,15 @@ def compress(
         changed: Effects whose columns make its history.
         pieces: Piece of the time that every row belongs to, counted from 0.
     """
-    bearers = carriers(effects)
-    arm = problem.robot_at(x)
-    off = {p.name: v - p.nominal for p, v in zip(problem.parameters, x.tolist(), strict=True) if p.is_inertia}
-    loaded = weighed(problem, arm)
-    inertia = {e.names: tuple(f"{n} by {' '.join(e.names)}" for n in off) for e in loaded}
-    own = sum(len(e.names) for e in bearers)
-    names = (*(name for e in bearers for name in e.names), *(n for each in inertia.values() for n in each))
+    coefficients = Coefficients.of(problem, x, effects)
+    names, own = coefficients.names, len(coefficients.of_effects)
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     parts = [piece for block, piece in problem.pieces(x, only=plain) if block is not None]
     residual, jacobian = (np.concatenate(part) for part in zip(*parts, strict=True))
     basis = factorise(jacobian, residual).root
-    accepted = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if p.is_coefficient}
     size = basis.shape[1] + len(names) + 1
-    fitted = [e.names for e in loaded if e in arm.effects]
-    accepted |= {n: v for each in fitted for n, v in zip(inertia[each], off.values(), strict=True)}
     extra = sum(len(e.names) for e in changed)
-    present = np.array([accepted.get(n, 0.0) for n in (*names[:own], *[""] * extra, *names[own:])])
+    present = np.insert(coefficients.present, own, np.zeros(extra))
     sums = np.zeros((int(fold.max()) + 1, size + extra, size + extra))
     history = np.zeros((0 if pieces is None else int(pieces.max()) + 1, extra, size + extra))
     ahead = basis.shape[1]
@@ -169,7 +205,9 @@ def compress(
 
     def tables() -> Iterator[tuple[Int[np.ndarray, " rows"], Columns]]:
         """Columns of each block with those of the geometry and the residual without any effect."""
-        for block, columns in candidate_columns(problem, x, [*bearers, *changed], weighed=loaded):
+        for block, columns in candidate_columns(
+            problem, x, [*coefficients.carriers, *changed], loaded=coefficients.loaded
+        ):
             here, shape = slice(block.start, block.stop), (*columns.shown.shape[:2], -1)
             whole = residual[here].reshape(shape) + columns.times(present)[..., None]
             beside = [columns.plain, (jacobian[here] @ basis).reshape(shape), whole]
@@ -190,10 +228,10 @@ def compress(
     by = np.concatenate([np.ones(ahead), scale, np.ones(1 + extra)])
     sums /= np.outer(by[:size], by[:size])
     history /= by
-    widths = [problem.inertia_tolerance[n] for n in off] * len(inertia)
-    known = dict(zip((n for each in inertia.values() for n in each), widths, strict=True))
-    scales = dict(zip(names, scale.tolist(), strict=True))
-    known = {n: width * scales[n] for n, width in known.items()}
+    inertia = coefficients.inertia
+    tolerances = [problem.inertia_tolerance[p.name] for p in problem.parameters if p.is_inertia]
+    widths = np.tile(tolerances, len(inertia)) * scale[own:]
+    known = dict(zip(names[own:], widths.tolist(), strict=True))
     moved = np.array([abs(v - p.nominal) for p, v in zip(problem.parameters, x.tolist(), strict=True)])
     return Grams(
         names,
@@ -204,7 +242,7 @@ def compress(
         inertia,
         known,
         np.maximum(TETHER, moved[plain]),
-        np.array([*_bounds(problem, arm, bearers), *[np.inf] * (len(names) - own)]) * scale,
+        np.array([*_bounds(problem, x, coefficients.carriers), *[np.inf] * (len(names) - own)]) * scale,
         None if pieces is None else history,
     )
 
@@ -221,26 +259,26 @@ def _together(labels: Int[np.ndarray, " m"]) -> Iterator[tuple[int, Int[np.ndarr
         yield int(labels[mine[0]]), mine
 
 
-def _bounds(problem: Problem, arm: Robot, effects: Sequence[AbstractEffect]) -> list[float]:
+def _bounds(problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect]) -> list[float]:
     """Largest credible size of every coefficient [SI]."""
-    offered, motion = {n for e in effects for n in e.names}, Motion.of(problem.data)
+    offered, motion, arm = {n for e in effects for n in e.names}, Motion.of(problem.data), problem.robot_at(x)
     chain = arm.with_effects(*effects, *(e for e in arm.effects if not offered & set(e.names))).chain
     wrenches = known_wrenches(arm, motion) if any(e.loads for e in effects) else NO_WRENCHES
     return [maximum for e in effects for maximum in e.bounds(chain, motion, wrenches)]
 
 
-def weighed(problem: Problem, arm: Robot) -> list[AbstractEffect]:
+def _loaded(problem: Problem, arm: Robot) -> list[AbstractEffect]:
     """Effects through which masses are seen: every fitted effect of load, and each of its joints alone."""
     if not problem.inertia_tolerance:
         return []
     fitted = {p.name for p in problem.parameters if p.is_coefficient}
-    loaded = [
+    whole = [
         e for e in arm.effects if e.loads and fitted.issuperset(e.names) and len(e.components(arm.chain))
     ]
-    alone = [
+    single = [
         replace(e, joints=(j,), coefficients=(c,))
-        for e in loaded
+        for e in whole
         if len(e.joints) == len(e.coefficients) > 1
         for j, c in zip(e.joints, e.coefficients, strict=True)
     ]
-    return [*loaded, *alone]
+    return [*whole, *single]

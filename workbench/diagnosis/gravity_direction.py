@@ -41,26 +41,26 @@ class GravityDirection(AbstractEffect):
         return f"The arm is tilted {angle:.3g}° from what its file states"
 
 
-def standing_notes(fit: Fit, file: Robot) -> list[str]:
+def standing_notes(fit: Fit, given: Robot) -> list[str]:
     """Sentences on arms that stand clearly otherwise than the file says, though that allows it."""
-    found = standings(fit, file)
+    found = standings(fit, given)
     return [s.text for s in found if s.size > CLEAR * s.error and not s.is_contradicted]
 
 
-def standing_causes(fit: Fit, file: Robot, noise: Noise) -> Iterator[Cause]:
+def standing_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[Cause]:
     """Placements in which the file's gravity is wrong and matters.
 
     Args:
-        file: The arm as it was given.
+        given: The arm as it was given.
         noise: What is left; a third of it must be explained.
     """
     arm, motion = fit.calibrated, Motion.of(fit.problem.data)
-    for found in standings(fit, file):
+    for found in standings(fit, given):
         if not found.is_contradicted:
             continue
         here = arm.in_session(found.session) if found.session else arm
         rows = motion.take(fit.problem.data.in_session(found.session)) if found.session else motion
-        moved = (tool_poses(a, rows)[:, :3, 3] for a in (here, here.under(file.gravity)))
+        moved = (tool_poses(a, rows)[:, :3, 3] for a in (here, here.under(given.gravity)))
         explained = 1e3 * float(np.sqrt((np.subtract(*moved) ** 2).sum(1).mean()))
         if explained >= 1e3 * PART_OF_NOISE * np.sqrt(3.0) * noise.position:
             effect = GravityDirection((), tuple(found.angles.tolist()))

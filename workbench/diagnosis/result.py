@@ -92,16 +92,6 @@ class Accepted:
     alternatives: tuple[Ranked, ...]
     text: str
 
-    @property
-    def before_mm(self) -> float:
-        """Mean without it [mm]."""
-        return self.before.position_mm.mean
-
-    @property
-    def after_mm(self) -> float:
-        """Mean with all effects [mm]."""
-        return self.after.position_mm.mean
-
 
 def harm_done(before: RowErrors, after: RowErrors) -> str | None:
     """A sentence where a model makes rows worse than another by more than the standard error of the mean.
@@ -157,7 +147,7 @@ class Diagnosis(AbstractShown):
         residual_map: What the others predict; None if there are none.
         ranking: What each candidate would have brought to the geometry alone, the best first.
         noise: What is left, per axis [m], [rad]; NaN for rotations that nobody measured.
-        floor: Noise that was known beforehand, from repeats or as given; None if it was not.
+        known_noise: Noise that was known beforehand, from repeats or as given; None if it was not.
         joint_noise: Of joint readings, by which the rows were weighed; None where these seem exact.
         structure: Along which axes what is left was looked at, and what agrees there.
         now: The arm that is saved, where something happened while rows were measured.
@@ -196,7 +186,7 @@ class Diagnosis(AbstractShown):
     residual_map: ResidualMap | None
     ranking: tuple[Ranked, ...]
     noise: Noise
-    floor: Noise | None
+    known_noise: Noise | None
     joint_noise: Readings | None
     structure: Structure
     now: Now | None
@@ -236,7 +226,7 @@ class Diagnosis(AbstractShown):
             return False
         fall = self.error.before.position_mm.mean - self.error.after.position_mm.mean
         found = self.residual_map
-        return found is None or not found.before_mm - found.after_mm > 0.5 * fall
+        return found is None or not found.before.position_mm.mean - found.after.position_mm.mean > 0.5 * fall
 
     @property
     def is_good(self) -> bool:

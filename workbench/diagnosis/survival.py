@@ -127,6 +127,12 @@ def _joints(group: Model) -> set[int]:
     return {j for t in group for j in t.candidate.effect.joints}
 
 
+def _several_joints(group: Model, widest: Candidate) -> set[int]:
+    """The joints of an effect of several, if its widest form has them all; else none."""
+    mine = _joints(group)
+    return mine if len(mine) > 1 and mine <= set(widest.effect.joints) else set()
+
+
 def _weak_joints(left: Remainder, group: Model, widest: Candidate | None, minimum: float) -> set[int | None]:
     """Joints of which a claim's coefficients are not significant, or in whose place others would do; None for
     coefficients that are of no joint in particular."""
@@ -151,9 +157,7 @@ def _replaceable(
     left: Remainder, group: Model, widest: Candidate, candidates: Sequence[Candidate], minimum: float
 ) -> set[int | None]:
     """Joints of an effect of several in whose place an effect of another kind would do."""
-    every, mine = widest.effect.joints, _joints(group)
-    if len(mine) < 2 or not mine <= set(every):
-        return set()
+    every, mine = widest.effect.joints, _several_joints(group, widest)
     kind, out = kind_of(group[0]), set[int | None]()
     for joint in mine:
         alone = [c for c in candidates if kind_of(Term(c)) == kind and c.effect.joints == (joint,)]
@@ -173,20 +177,17 @@ def _replaceable(
 
 def _exchangeable(left: Remainder, group: Model, widest: Candidate, minimum: float) -> set[int | None]:
     """Joints of an effect of several that others, or none, could stand for."""
-    every = widest.effect.joints
-    mine = sorted(_joints(group))
-    if len(mine) < 2 or not set(mine) <= set(every):
-        return set()
+    every, mine = widest.effect.joints, _several_joints(group, widest)
 
     def gain(joints: set[int]) -> float:
         fewer = widest.only([k for k, j in enumerate(every) if j in joints])
         return _best_gain(offers(left, [fewer], group=group))
 
-    best, out = gain(set(mine)), set[int | None]()
-    for joint in mine:
-        others = [set(mine) - {joint} | {k} for k in every if k not in mine]
+    best, out = gain(mine) if mine else -np.inf, set[int | None]()
+    for joint in sorted(mine):
+        others = [mine - {joint} | {k} for k in every if k not in mine]
         if len(mine) > 2:
-            others.append(set(mine) - {joint})
+            others.append(mine - {joint})
         if max(map(gain, others), default=-np.inf) > best - minimum:
             out.add(joint)
     return out

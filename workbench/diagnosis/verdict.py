@@ -26,11 +26,11 @@ NOISE_LIKE = 1.25
 """What is left may be this many times the noise that was known beforehand and still count as noise."""
 LEADS = 0.5
 """Share of the remaining error due to joint readings above which the message opens with it."""
-SETTLE = "let the arm settle before its joints are read, or average several readings"
+LET_SETTLE = "let the arm settle before its joints are read, or average several readings"
 """Advice if all joints scatter."""
-LOOK = "check for friction that winds up the drive, a worn coupling or a poor encoder"
+CHECK_DRIVES = "check for friction that winds up the drive, a worn coupling or a poor encoder"
 """Advice if only some joints do."""
-LITTLE = np.deg2rad(30.0)
+SMALL_TRAVEL = np.deg2rad(30.0)
 """A joint that turned less than this moved little [rad]; below `STILL` it did not move."""
 TOGETHER = 0.02
 """Part of the widest spread of poses below which a direction in joint space was not measured."""
@@ -49,7 +49,7 @@ def conclude(
     noise: Noise,
     before: Errors,
     after: Errors,
-    floor: Noise | None,
+    known_noise: Noise | None,
     structure: Structure,
     distrusted: Sequence[Offer],
     joint_noise: Readings | None,
@@ -65,48 +65,81 @@ def conclude(
         noise: Standard deviation of what is left, per axis [m], [rad].
         before: Errors of the geometry alone, on the rows that judge it.
         after: Errors with the effects.
-        floor: Noise that was known beforehand.
+        known_noise: Noise that was known beforehand.
         structure: Axes along which neighbouring rows have similar residuals.
         distrusted: Candidates that chance can't explain, but that cross-validation did not confirm.
         joint_noise: Noise of joint readings, as far as the rows show any.
     """
-    left = after.position_mm.mean
+    is_added = bool(causes or residual_map)
     if explains_little(nominal, after, reach):
-        return Verdict.UNEXPLAINED, _lost(bool(causes or residual_map), nominal, after)
-    alone = joint_noise is not None and bool(joint_noise.alone)
-    is_structured = bool(structure.found) and not (alone and all(a.is_of_joint for a in structure.found))
-    more = bool(is_structured or distrusted)
-    rest = "is taken to be noise: too few rows to look for structure"
-    if structure.tests:
-        rest = "shows no structure, so it is taken to be noise"
-    if structure.found:
-        rest = f"{structure.sentence} in the readings of joints that scatter"
-    if floor is not None and np.isfinite(noise.position):
-        instrument = 1.0 if joint_noise is None or is_structured else 1.0 - joint_noise.share
-        ratio = np.sqrt(instrument) * noise.position / floor.position
-        more = ratio > NOISE_LIKE
-        known = f"the known noise ({1e3 * floor.position:.2g} mm per axis)"
-        agrees = "agrees with" if ratio * NOISE_LIKE > 1.0 else "is less than"
-        rest = f"is {ratio:.1f} times what {known} explains" if more else f"{agrees} {known}"
-    elif more:
-        rest = "has structure that no known effect explains"
-    if is_structured:
-        rest += f": it {structure.sentence}"
-    lead = ""
-    if joint_noise is not None:
-        size, part = joint_noise.text(chain), f"{100 * joint_noise.share:.0f} %"
-        if is_structured:
-            rest += f"; {part} of it is like noise of the joint readings ({size}), or an effect not found yet"
-        elif joint_noise.share > LEADS:
-            advice = LOOK if joint_noise.alone else SETTLE
-            lead = f"The joint readings scatter by {size}, which makes {part} of what is left: {advice}. "
-        else:
-            rest += f"; noise of the joint readings ({size}) makes {part} of it"
-    if not (causes or residual_map):
-        verdict, size = Verdict.UNEXPLAINED if more else Verdict.NONE, after.text("mean")
+        return Verdict.UNEXPLAINED, _lost(is_added, nominal, after)
+    by_readings = joint_noise is not None and joint_noise.joints_that_scatter
+    is_structured = any(not (by_readings and axis.is_of_joint) for axis in structure.found)
+    of_instrument = noise.position
+    if joint_noise is not None and not is_structured:
+        of_instrument *= np.sqrt(1.0 - joint_noise.share)
+    times_known = np.nan if known_noise is None else of_instrument / known_noise.position
+    is_more = bool(is_structured or distrusted) if np.isnan(times_known) else times_known > NOISE_LIKE
+    opening, aside = _joint_noise(joint_noise, chain, is_structured)
+    remainder = _remainder(structure, is_structured, is_more, times_known, known_noise) + aside
+    if not is_added:
+        verdict, size = Verdict.UNEXPLAINED if is_more else Verdict.NONE, after.text("mean")
         of = f" of {size}" if size else ""
-        return verdict, f"{lead}No effect was found beside the geometry; the remaining error{of} {rest}."
-    verdict = Verdict.PARTLY if more else Verdict.EXPLAINED
+        return (
+            verdict,
+            f"{opening}No effect was found beside the geometry; the remaining error{of} {remainder}.",
+        )
+    verdict, added = Verdict.PARTLY if is_more else Verdict.EXPLAINED, _added(causes, residual_map)
+    if not causes:
+        return verdict, f"{opening}{added} What remains {remainder}."
+    fall = "reduces the error"
+    if np.isfinite(after.position_mm.mean):
+        fall += f" from {before.text('mean')} to {after.text('mean')}"
+    subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding these"
+    return verdict, f"{opening}{added} {subject} {fall}; what remains {remainder}."
+
+
+def _remainder(
+    structure: Structure, is_structured: bool, is_more: bool, times_known: float, known_noise: Noise | None
+) -> str:
+    """What the remaining error is, continuing a sentence: `agrees with the known noise (0.05 mm per axis)`.
+
+    Args:
+        is_structured: Whether there is structure beside that of joints that scatter.
+        is_more: Whether it is more than noise.
+        times_known: By what factor it exceeds the known noise; NaN if none is known.
+    """
+    if known_noise is not None and np.isfinite(times_known):
+        known = f"the known noise ({1e3 * known_noise.position:.2g} mm per axis)"
+        agrees = "agrees with" if times_known * NOISE_LIKE > 1.0 else "is less than"
+        text = f"is {times_known:.1f} times what {known} explains" if is_more else f"{agrees} {known}"
+    elif is_more:
+        text = "has structure that no known effect explains"
+    elif structure.found:
+        text = f"{structure.sentence} in the readings of joints that scatter"
+    elif structure.tests:
+        text = "shows no structure, so it is taken to be noise"
+    else:
+        text = "is taken to be noise: too few rows to look for structure"
+    return f"{text}: it {structure.sentence}" if is_structured else text
+
+
+def _joint_noise(noise: Readings | None, chain: Chain, is_structured: bool) -> tuple[str, str]:
+    """What noise of joint readings makes of the remaining error: an opening sentence where it leads, or else
+    an addition to the sentence about the remainder."""
+    if noise is None:
+        return "", ""
+    size, part = noise.text(chain), f"{100 * noise.share:.0f} %"
+    if is_structured:
+        return "", f"; {part} of it is like noise of the joint readings ({size}), or an effect not found yet"
+    if noise.share <= LEADS:
+        return "", f"; noise of the joint readings ({size}) makes {part} of it"
+    advice = CHECK_DRIVES if noise.joints_that_scatter else LET_SETTLE
+    return f"The joint readings scatter by {size}, which makes {part} of what is left: {advice}. ", ""
+
+
+def _added(causes: Sequence[Cause], residual_map: ResidualMap | None) -> str:
+    """Sentences on what was added to the model."""
     sentences = [f"{c.stated}." for c in causes[:SPELT_OUT]]
     if len(causes) > SPELT_OUT:
         sentences.append(f"{len(causes) - SPELT_OUT} more causes are listed.")
@@ -114,13 +147,7 @@ def conclude(
     if residual_map is not None:
         in_full = residual_map.beside_causes or not causes  # else the fall of both together says it all
         sentences.append(f"{residual_map.sentence if in_full else residual_map.claim}.")
-    if not causes:
-        return verdict, f"{lead}{' '.join(sentences)} What remains {rest}."
-    fall = "reduces the error"
-    if np.isfinite(left):
-        fall += f" from {before.text('mean')} to {after.text('mean')}"
-    subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding these"
-    return verdict, f"{lead}{' '.join(sentences)} {subject} {fall}; what remains {rest}."
+    return " ".join(sentences)
 
 
 def doubts(causes: Sequence[Cause]) -> list[str]:
@@ -179,7 +206,7 @@ def freedoms(data: Dataset) -> int:
 def coverage(data: Dataset, chain: Chain) -> list[str]:
     """Notes on joints that moved little or only together, and on data with a single group."""
     span = np.ptp(data.q, axis=0)
-    little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < LITTLE]
+    little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < SMALL_TRAVEL]
     notes = [
         f"joint {j + 1} moved over only {np.rad2deg(span[j]):.0f}°; outside this range nothing is known of it"
         for j in little
@@ -195,11 +222,11 @@ def coverage(data: Dataset, chain: Chain) -> list[str]:
     return notes
 
 
-def weights_that_differ(fit: Fit, file: Robot) -> list[str]:
+def weights_that_differ(fit: Fit, given: Robot) -> list[str]:
     """Sentences on masses that the file lacks, and on masses and centres in it that the rows contradict."""
     known, out = fit.problem.robot.inertia_tolerance, []
     found, errors = fit.problem.named(fit.x), fit.problem.named(fit.std)
-    for old, new in zip(file.joints, fit.problem.robot.joints, strict=True):
+    for old, new in zip(given.joints, fit.problem.robot.joints, strict=True):
         if old.mass is None and new.mass is not None:
             name = f"{new.name}.mass"
             value = (

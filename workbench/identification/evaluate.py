@@ -12,10 +12,10 @@ from workbench.identification.arm_match import MISREAD, arm_match
 from workbench.identification.frames import choose_frames
 from workbench.identification.result import Evaluation
 from workbench.identification.row_errors import row_errors
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evaluation:
     """Errors of a given model; nothing is fitted, or only base and tool.

@@ -6,10 +6,10 @@ from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
-from workbench.base.door import Given, accept, admit, share_of
+from workbench.base.argument_checks import Given, accept, admit, share_of
 from workbench.base.errors import OptionError
+from workbench.data.argument_types import pair_of
 from workbench.data.dataset import Dataset
-from workbench.data.door import pair_of
 from workbench.identification.frames import Sessions
 from workbench.identification.problem import Noise
 from workbench.plate.plate import Plate

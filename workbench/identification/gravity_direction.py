@@ -92,11 +92,11 @@ def freed(problem: Problem, fit: Fit) -> Problem:
     return replace(problem, robot=replace(problem.robot, mounting=mounting))
 
 
-def standings(fit: Fit, file: Robot) -> Iterator[Standing]:
+def standings(fit: Fit, given: Robot) -> Iterator[Standing]:
     """What a fit found of gravity, placement by placement; nothing where it was not asked."""
-    arm, tolerance = fit.calibrated, max(file.mounting.gravity_tolerance, EXACT)
+    arm, tolerance = fit.calibrated, max(given.mounting.gravity_tolerance, EXACT)
     for session, mine in _angles(fit):
-        stated, found = (r.in_session(session).gravity for r in (file, arm))
+        stated, found = (r.in_session(session).gravity for r in (given, arm))
         covariance = fit.covariance[np.ix_(mine, mine)]
         yield Standing(session, angles_between(stated, found), covariance, tolerance)
 

@@ -27,13 +27,13 @@ from workbench.identification.problem import Problem
 from workbench.identification.result import Identification, Outlier, Run, Validation
 from workbench.identification.row_errors import Errors
 from workbench.identification.set_apart import prepare_without_outliers, suspects
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 
 REWEIGHTINGS = 10
 """Rounds of a robust loss."""
 
 
-@door(FitChoices)
+@checked_arguments(FitChoices)
 @one_thread()
 def identify(
     robot: Robot | None,

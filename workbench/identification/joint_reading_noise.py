@@ -41,8 +41,8 @@ MIN_VARIANCE_SHARE = 1e-4
 """Minimum variance of a channel, as part of what is left, where rows state none …"""
 MIN_READING_VARIANCE = 1e-3
 """… and that of a joint below which its readings count as exact."""
-ALONE = 3.0
-"""Times the scatter of most other joints from which on a joint is said to scatter alone."""
+STANDS_OUT = 3.0
+"""Times the scatter of most other joints from which on a joint stands out."""
 WORST_READING = 0.01
 """Joints that would have to be read as badly as this [rad or m] to make what is left count as exact."""
 SMOOTH = 3.0
@@ -63,10 +63,10 @@ class Readings(NamedTuple):
     share: float
 
     @property
-    def alone(self) -> tuple[int, ...]:
+    def joints_that_scatter(self) -> tuple[int, ...]:
         """Joints that scatter far more than most others: less likely their readings than their mechanics."""
         sigma = np.array(self.sigma)
-        return tuple(np.flatnonzero(sigma > ALONE * np.median(sigma)).tolist())
+        return tuple(np.flatnonzero(sigma > STANDS_OUT * np.median(sigma)).tolist())
 
     def text(self, chain: Chain) -> str:
         """`0.5 mrad`, or `0.5 mrad in joint 2, 0.1 mm in joint 3`; joints that read exactly are left out."""
@@ -84,7 +84,7 @@ class _Table(NamedTuple):
     """Rows with the same components: residuals, stated variances, what was measured, by_joint, joints."""
 
     residual: Float[np.ndarray, "rows m"]
-    own: Float[np.ndarray, "rows m"]
+    stated: Float[np.ndarray, "rows m"]
     live: Bool[np.ndarray, "rows m"]
     by_joint: Float[np.ndarray, "rows m n"]
     q: Float[np.ndarray, "rows n"]
@@ -265,7 +265,7 @@ def _fit(tables: Sequence[_Table], members: np.ndarray, size: np.ndarray, stated
 
 def _whitened(table: _Table, variances: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Inverse lower roots of the covariances, their log determinants, whitened residuals."""
-    alone = np.where(table.live, np.maximum(table.own + variances[table.channel], 1e-300), 1.0)
+    alone = np.where(table.live, np.maximum(table.stated + variances[table.channel], 1e-300), 1.0)
     scaled = table.by_joint * np.sqrt(variances[2:])
     covariance = scaled @ scaled.transpose(0, 2, 1)
     diagonal = np.arange(alone.shape[1])

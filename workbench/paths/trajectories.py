@@ -27,13 +27,13 @@ from workbench.paths.correction import Compensation, CorrectionMethod, compensat
 from workbench.paths.curves import Circle, circle_through
 from workbench.paths.path import Commanded, command_joints, command_poses
 from workbench.paths.planning import Planned, derivatives
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 
 MIN_MOVING = 6
 """Rows from which velocities and accelerations can be told."""
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def compensate_trajectory(
     calibrated: Robot,

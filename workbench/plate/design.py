@@ -1,41 +1,33 @@
-"""Designing a plate and clustering poses, as one call each."""
+"""Designing a plate, as one call."""
 
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
 
-from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
-from workbench.plate import clustering
-from workbench.plate.clustering import Clustering
-from workbench.plate.criterion import goal_index
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
-from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Plate
 from workbench.plate.readings import TargetReading, reading_named, usual_reading
-from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
+from workbench.plate.stock import Stock
 from workbench.plate.tolerances import Production
 
-ERROR = "I"
-"""Name of the index that is the predicted error over the region."""
 NARROW = Constraints(clearance=0.005, spacing=0.06, retreat=0.025)
 """Margins for an arm that has no room for the usual ones."""
 DOWN = np.diag([1.0, -1.0, -1.0])
 """Orientation of a tool that points straight down."""
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def optimise_plate(
     robot: Robot,
@@ -160,54 +152,3 @@ def goal_poses(robot: Robot, plate: Plate) -> np.ndarray:
         return plate_region_poses(robot, plate)
     rng, down = np.random.default_rng(0), (plate.pose[:3, :3] @ DOWN)[None]
     return region_poses(robot, plate.region, PLATE_POSES, rng=rng, towards=down, cone=PLATE_CONE)
-
-
-@one_thread()
-def cluster_region(
-    robot: Robot,
-    region: Region,
-    *,
-    number: int = 10,
-    side: float | None = None,
-    index: str = ERROR,
-    towards: Float[np.ndarray, "orientations 3 3"] | None = None,
-    cone: float = np.pi,
-    solid: Plate | None = None,
-    seed: int = 0,
-) -> Clustering:
-    """Poses with equal O in different cubes of a region, the best such set (ARIA 4.2).
-
-    Args:
-        robot: Nominal arm.
-        region: The cuboid.
-        number: How many poses.
-        side: Side L of the cubes [m]; the region's own if None.
-        index: What is made large among sets with equal O: `O1` … `O5`, `A`, `D`, or `I`.
-        towards: Orientations of the tool about which a cone opens; any orientation if None.
-        cone: Maximum angle from the nearest of them [rad].
-        solid: A plate that the arm must not run into, as long as there are such poses; none if None.
-        seed: Of the random candidates.
-    """
-    goal: str | np.ndarray = index
-    if index == ERROR:
-        goal = region_poses(
-            robot, region, PLATE_POSES, rng=np.random.default_rng(0), towards=towards, cone=cone
-        )
-    middle = robot.search_limits.mean(axis=1)[None]
-
-    def search(solid: Plate | None) -> Clustering:
-        return clustering.cluster_region(
-            robot,
-            region if side is None else replace(region, cube=side),
-            index=goal_index(goal, robot, linearise(robot, middle)),
-            rng=np.random.default_rng(seed),
-            number=number,
-            limits=replace(clustering.ROOMY, towards=towards, cone=cone, solid=solid),
-        )
-
-    if solid is None or solid.size is None:
-        return search(None)
-    try:
-        return search(solid)
-    except DataError:  # too few poses are clear of it: the others are better than none, and are named
-        return search(None)

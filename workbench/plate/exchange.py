@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.base.progress import cancelled, progress
 from workbench.base.types import Outcome
-from workbench.plate.criterion import AbstractCriterion
+from workbench.plate.optimality_criterion import AbstractCriterion
 
 MAX_EXCHANGE_ROUNDS = 50
 """Maximum number of rounds from one start."""

@@ -21,7 +21,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, part_of
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome, frozen
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.plate.free_constants import identified_names, visible, visible_basis, visible_weight
 from workbench.plate.observability import I, O, evaluate
 from workbench.plate.plate import Plate
@@ -167,7 +167,7 @@ class TargetScorer:
         return frozen(every)
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def score_plate(
     robot: Robot,

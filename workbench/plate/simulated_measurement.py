@@ -29,8 +29,8 @@ from workbench.data.simulation.simulate import (
     virtual_arm,
     without,
 )
+from workbench.plate.argument_types import checked_arguments
 from workbench.plate.collision import hits
-from workbench.plate.door import door
 from workbench.plate.plate import Plate
 from workbench.plate.poses.circle_points import circle_poses
 from workbench.plate.poses.informative_poses import informative_poses
@@ -49,7 +49,7 @@ DESIGNED = "designed"
 """Name of the choice of branches that spreads them for the smallest predicted error."""
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def measure_poses(
     robot: Robot,
@@ -96,7 +96,7 @@ def measure_poses(
     return actual, replace(rows, source=note, notes=(*rows.notes, *notes))
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def measure_plate(
     robot: Robot,

@@ -20,10 +20,10 @@ from workbench.base.errors import DataError
 from workbench.base.progress import part_of
 from workbench.base.types import Outcome, frozen
 from workbench.plate.collision import hits, unobstructed
-from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.exchange import exchange
 from workbench.plate.free_constants import visible, visible_basis
 from workbench.plate.observability import index_named
+from workbench.plate.optimality_criterion import criterion_of, goal_index
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error

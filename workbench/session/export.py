@@ -99,7 +99,7 @@ def report_zip(session: Session) -> File:
 
 def fixture_zip(session: Session) -> File:
     """Everything that a workshop needs to make the current plate, as a folder in a ZIP file."""
-    from workbench.plate.parts.export import export_plate
+    from workbench.plate.export import export_plate
 
     noise = session.noise
     sigma = (noise.position, noise.rotation)

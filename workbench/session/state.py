@@ -20,7 +20,7 @@ from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.problem_blocks import Noise
 from workbench.identification.result import Identification, Run
-from workbench.plate.cubes import CubeMap
+from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay

@@ -17,9 +17,9 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from workbench.base.entrance import speak_to_page
 from workbench.base.errors import WorkbenchError
 from workbench.base.progress import Cancelled, running
+from workbench.base.remedy import speak_to_page
 from workbench.base.threads import one_thread
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask
 from workbench.session.commands.messages import Tell

@@ -9,7 +9,7 @@ from rendered_boards import looking_at, render
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.types import Freedom
 from workbench.extras.camera.camera import Camera, Mount, project
-from workbench.extras.camera.detect import BoardFinder, Finder, find_corners
+from workbench.extras.camera.corner_detection import BoardFinder, Finder, find_corners
 from workbench.extras.camera.picture_files import blur
 from workbench.extras.camera.printed import FOOT, RULER, board_sheet
 from workbench.extras.camera.rig import Rig

@@ -157,7 +157,7 @@ def test_pictures_that_show_only_a_board_that_is_left_out_are_kept_out(tmp_path)
     once = read(tmp_path, "once.csv")
     assert once.included.tolist() == [False, True, True, True, True]
     assert once.reason[0] == "shows no usable corner"
-    with pytest.raises(DataError, match=r"of its boards \('A'\) none is in the pictures to fit"):
+    with pytest.raises(DataError, match=r"none of its boards \('A'\) is in the pictures to fit"):
         with_boards(once, ["target[B]"])
 
 
@@ -297,7 +297,7 @@ def test_intrinsics_that_the_pictures_contradict_are_left_free(tmp_path):
     run = wb.identify(robot, data, algorithms=("opt2",))
     assert run.identifiability.step.name == "geometry"
     (doubt,) = run.identifiability.doubts
-    assert re.search("the given intrinsics do not suit the pictures.*fx 13(49|50|51).*calibrate", doubt)
+    assert re.search("the given intrinsics do not fit the pictures.*fx 13(49|50|51).*calibrate", doubt)
     assert true_errors(arm, (run.robot,))[0] < 0.2 * true_errors(arm, (robot,))[0]
     fit = run.best.fit
     at = [fit.problem.names.index(f"camera[c0].{part}") for part in ("fx", "fy")]

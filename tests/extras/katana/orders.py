@@ -25,8 +25,8 @@ from workbench.extras.katana.load_test.experiment import (
     read_plan,
     tilting_of,
 )
+from workbench.extras.katana.load_test.joint_tilting_fit import fit_tilting, tilting_effects, unknown_sizes
 from workbench.extras.katana.load_test.postures import plan_load_test
-from workbench.extras.katana.load_test.tilting import fit_tilting, tilting_effects, unknown_sizes
 from workbench.extras.katana.load_test.tolerance import with_centre_tolerance
 from workbench.identification.problem import Noise
 from workbench.identification.row_errors import row_errors

@@ -24,8 +24,8 @@ from workbench.arm.statics.moments import joint_moments
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.extras.katana.load_test.experiment import pulled_joint, tilting_of
+from workbench.extras.katana.load_test.joint_tilting_fit import JointTilting, tilting_effects
 from workbench.extras.katana.load_test.postures import FIRM, PairPurpose, plan_load_test, possible, side_loads
-from workbench.extras.katana.load_test.tilting import JointTilting, tilting_effects
 
 SEED = 20_001
 

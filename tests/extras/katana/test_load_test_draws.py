@@ -13,9 +13,9 @@ from workbench.base.errors import DataError
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.extras.katana.load_test import experiment
+from workbench.extras.katana.load_test.joint_tilting_fit import KINDS
 from workbench.extras.katana.load_test.postures import plan_load_test
 from workbench.extras.katana.load_test.report import notes
-from workbench.extras.katana.load_test.tilting import KINDS
 from workbench.extras.katana.load_test.tolerance import (
     ANGLE,
     CENTRE,

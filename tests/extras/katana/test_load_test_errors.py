@@ -13,7 +13,7 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.extras.katana.load_test import experiment
-from workbench.extras.katana.load_test.tilting import KINDS
+from workbench.extras.katana.load_test.joint_tilting_fit import KINDS
 from workbench.identification.problem import Problem
 
 DRAWS = [20, pytest.param(60, marks=pytest.mark.slow)]

@@ -8,7 +8,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
 from workbench.arm.motion import Motion
 from workbench.arm.statics.deflection import deflect
-from workbench.extras.katana.load_test.tilting import JointTilting, tilting_effects
+from workbench.extras.katana.load_test.joint_tilting_fit import JointTilting, tilting_effects
 
 SHAFT = 0.05
 """Length L of a joint's shaft [m]."""

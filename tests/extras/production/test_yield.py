@@ -50,7 +50,7 @@ from workbench.plate.target_branches import choose_branches
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.region import SetRegion, ShowCubes
-from workbench.session.cubes import values
+from workbench.session.cube_values import values
 from workbench.session.guide import guide
 from workbench.session.state import CubeView, Field, Severity, Tab, UndoStep
 

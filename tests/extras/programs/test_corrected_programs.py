@@ -23,48 +23,21 @@ def degrees(row, form="{:.2f}"):
 
 
 def rapid(rows) -> str:
-    lines = [
-        f"  CONST jointtarget p{k}:=[[{','.join(degrees(r))}],[9E9,9E9,9E9,9E9,9E9,9E9]];"
-        for k, r in enumerate(rows)
-    ]
-    return "\r\n".join(
-        [
-            "MODULE Main ! [[1,2,3,4,5,6],[1,1,1,1,1,1]] é",
-            *lines,
-            "  PROC main()",
-            "    MoveAbsJ p0,v100,z10,tool0;",
-            "  ENDPROC",
-            "ENDMODULE",
-        ]
-    )
+    lines = [f"  CONST jointtarget p{k}:=[[{','.join(degrees(r))}],{STAY}];" for k, r in enumerate(rows)]
+    head, main = "MODULE Main ! [[1,2,3,4,5,6],[1,1,1,1,1,1]] é", "    MoveAbsJ p0,v100,z10,tool0;"
+    return "\r\n".join([head, *lines, "  PROC main()", main, "  ENDPROC", "ENDMODULE"])
 
 
 def krl(rows) -> str:
     parts = [", ".join(f"A{k + 1} {v}" for k, v in enumerate(degrees(r))) for r in rows]
-    return (
-        "&ACCESS RVP\nDEF p()\n;FOLD PTP P1\n"
-        + "\n".join(f"PTP {{{p}, E1 5.0}} C_PTP" for p in parts)
-        + "\nEND\n"
-    )
+    moves = "\n".join(f"PTP {{{part}, E1 5.0}} C_PTP" for part in parts)
+    return f"&ACCESS RVP\nDEF p()\n;FOLD PTP P1\n{moves}\nEND\n"
 
 
 def jbi(rows) -> str:
-    lines = [f"C{k:05d}={','.join(degrees(r))}" for k, r in enumerate(rows)]
-    return "\r\n".join(
-        [
-            "/JOB",
-            "//NAME A",
-            "//POS",
-            "///NPOS 2,0,0,0,0,0",
-            "///POSTYPE ANGLE",
-            "///ANGLE",
-            *lines,
-            "//INST",
-            "MOVJ C00000 VJ=10.00",
-            "END",
-            "",
-        ]
-    )
+    head = "/JOB\n//NAME A\n//POS\n///NPOS 2,0,0,0,0,0\n///POSTYPE ANGLE\n///ANGLE\n"
+    lines = "".join(f"C{k:05d}={','.join(degrees(r))}\n" for k, r in enumerate(rows))
+    return f"{head}{lines}//INST\nMOVJ C00000 VJ=10.00\nEND\n".replace("\n", "\r\n")
 
 
 def urscript(rows) -> str:
@@ -131,12 +104,8 @@ def test_a_target_that_can_not_be_corrected_is_named_by_its_line(run, tmp_path, 
         ("a.mod", "MODULE x\nENDMODULE", "no joint target was found"),
         ("a.mod", f"{RAPID_TARGET}\nMoveJ pHome,v100,fine,tool0;", "line 2"),
         ("a.mod", f"{RAPID_TARGET}\nTriggL p9,v100,t1,fine,tool0;", "line 2"),
-        (
-            "a.mod",
-            f"{RAPID_TARGET}\np.robax.rax_2:=p.robax.rax_2+5;",
-            "'p' is a joint target that is computed",
-        ),
-        ("a.mod", f"{RAPID_TARGET}\np:=CJointT();", "'p' is a joint target that is computed"),
+        ("a.mod", f"{RAPID_TARGET}\np.robax.rax_2:=p.robax.rax_2+5;", "'p' is a joint target"),
+        ("a.mod", f"{RAPID_TARGET}\np:=CJointT();", "'p' is a joint target"),
         ("a.mod", f"{RAPID_TARGET}\nMoveAbsJ pHome,v100,fine,tool0;", "'pHome' is not a list"),
         ("a.mod", f"{RAPID_TARGET}\nMoveAbsJ [[10+5,0,0,0,0,0],{STAY}],v1,z1,tool0;", "computed"),
         ("a.src", f"PTP {KRL_TARGET}\nPTP {{A3 45}}", "1 joints"),
@@ -160,41 +129,25 @@ def test_what_can_not_be_read_is_refused(refused, tmp_path, calibrated, name, te
     refused([message], *command, status=1)
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "count"),
-    [
-        (
-            "a.mod",
-            "PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n"
-            f"CONST jointtarget p{{2}}:=[[[{DEGREES}],{STAY}],\r\n"
-            " [[1E+1,-.5,3,4,5,6.],[100,9E9,9E9,9E9,9E9,9E9]]];\n"
-            f"MoveAbsJ \\Conc, p{{1}}, v100, z10, t;\nmoveabsj [[{DEGREES}],{STAY}]\\NoEOffs,v1,z1,t;",
-            3,
-        ),
-        (
-            "a.src",
-            f"$TOOL={{X 0,Y 0,Z 100,A 0,B 0,C 0}}\nPTP $AXIS_ACT\n"
-            f"ptp {KRL_TARGET.lower()} c_ptp ;{KRL_TARGET}\n"
-            f"E6AXIS XP1={{E6AXIS: A2 2.0,A1 1.0,A3 3.0,A4 4.0,A5 5.0,A6 6.0,E1 7.0}}\nXP1.E1=8\nPTP XP1\n",
-            2,
-        ),
-        (
-            "a.jbi",
-            f"{ANGLE}C00000={DEGREES}\nBC00000=100.000\nEC00000=12.500\n"
-            "//INST\n'MOVJ P001\nMOVJ C00000 VJ=1\n",
-            1,
-        ),
-        (
-            "a.script",
-            "set_tcp(p[0,0,0.1,0,0,0])\nglobal home = [1.0,2.0,3.0,4.0,5.0,6.0]\n"
-            'popup("movej([9,9,9,9,9,9])")\n'
-            "movej(q=[1e-1,2,3,4,5,6], a=1)\nmovej(home)\nspeedj([0,0,0,0,0,0.1],1,2)\n",
-            2,
-        ),
-    ],
-)
-def test_what_stands_around_the_targets_is_no_target(tmp_path, name, text, count):
-    (tmp_path / name).write_bytes(text.encode())
+AROUND = {
+    "a.mod": "PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n"
+    f"CONST jointtarget p{{2}}:=[[[{DEGREES}],{STAY}],\r\n"
+    " [[1E+1,-.5,3,4,5,6.],[100,9E9,9E9,9E9,9E9,9E9]]];\n"
+    f"MoveAbsJ \\Conc, p{{1}}, v100, z10, t;\nmoveabsj [[{DEGREES}],{STAY}]\\NoEOffs,v1,z1,t;",
+    "a.src": "$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}\nPTP $AXIS_ACT\n"
+    f"ptp {KRL_TARGET.lower()} c_ptp ;{KRL_TARGET}\n"
+    "E6AXIS XP1={E6AXIS: A2 2.0,A1 1.0,A3 3.0,A4 4.0,A5 5.0,A6 6.0,E1 7.0}\nXP1.E1=8\nPTP XP1\n",
+    "a.jbi": f"{ANGLE}C00000={DEGREES}\nBC00000=100.000\nEC00000=12.500\n"
+    "//INST\n'MOVJ P001\nMOVJ C00000 VJ=1\n",
+    "a.script": "set_tcp(p[0,0,0.1,0,0,0])\nglobal home = [1.0,2.0,3.0,4.0,5.0,6.0]\n"
+    'popup("movej([9,9,9,9,9,9])")\nmovej(q=[1e-1,2,3,4,5,6], a=1)\n'
+    "movej(home)\nspeedj([0,0,0,0,0,0.1],1,2)\n",
+}
+
+
+@pytest.mark.parametrize(("name", "count"), [("a.mod", 3), ("a.src", 2), ("a.jbi", 1), ("a.script", 2)])
+def test_what_stands_around_the_targets_is_no_target(tmp_path, name, count):
+    (tmp_path / name).write_bytes(AROUND[name].encode())
     program = read_program(tmp_path / name, 6)
     assert len(program.q) == count
     program.save(program.q + np.arange(6) * program.form.unit, tmp_path / f"new_{name}")

@@ -43,8 +43,8 @@ def test_the_card_names_the_joint_that_moved(app, look, tmp_path, aria):
     screen.give("Load measurements", path)
     screen.wait_text("preview", path.name)
     screen.tab("Calibrate")
-    screen.page.get_by_text("Joint zeros after a knock").click()
-    screen.wait_text("knocked", "After a knock or a new motor")
+    screen.page.get_by_text("Joint zeros after a collision").click()
+    screen.wait_text("knocked", "After a collision or a new motor")
     screen.press("Find moved joints")
     screen.wait_text("rezero", "Joint 3 by", timeout=60_000)
     assert screen.text("rezero").count("Moved") == 1
@@ -60,7 +60,7 @@ def test_a_knocked_arm_has_a_door_on_the_start_card(chromium, tmp_path, aria):
     try:
         with chromium.new_context(viewport={"width": 1280, "height": 800}) as context:
             visit = Visit.open(context.new_page(), app)
-            visit.press("An arm that was knocked")
+            visit.press("An arm after a collision")
             visit.drop(0, write_toml(replace(aria, name="mine"), tmp_path / "calibrated.toml"))
             visit.says("Robot: mine", "start")
             visit.app.worker.wait()

@@ -7,8 +7,8 @@ import pytest
 
 from workbench.base.errors import WorkbenchError
 from workbench.extras.workshop.as_measured import PlateFrame, as_measured
+from workbench.extras.workshop.csv_lists import targets_csv
 from workbench.plate.measured_plate import UNCERTAINTY, read_measured_targets
-from workbench.plate.parts.csv_lists import targets_csv
 from workbench.plate.plate_toml import load_plate as load_toml
 from workbench.plate.tolerances import Production
 

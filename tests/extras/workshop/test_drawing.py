@@ -14,13 +14,13 @@ import trimesh
 from manifold3d import Manifold
 
 from workbench.base.errors import MissingExtraError
+from workbench.extras.workshop.csv_lists import blocks_csv, bores_csv, holes_csv, parts_csv
 from workbench.extras.workshop.drawing import Sheet
 from workbench.extras.workshop.drawing_set import AXIAL, drawings_of
-from workbench.plate.parts.csv_lists import blocks_csv, bores_csv, holes_csv, parts_csv
-from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.parts import Turned
-from workbench.plate.parts.solids import mesh_of, stl
-from workbench.plate.parts.stock import Stock
+from workbench.extras.workshop.fixture import fixture_of
+from workbench.extras.workshop.meshes import mesh_of, stl
+from workbench.extras.workshop.parts import Turned
+from workbench.plate.stock import Stock
 from workbench.plate.tolerances import USUAL, Production
 
 SLANTED = ((-0.08, 0.05, 0.07, 0.4371, 0.7, 0.83), (0.05, -0.03, 0.09, 0.61, -2.0, -2.2))

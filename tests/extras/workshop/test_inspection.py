@@ -6,10 +6,10 @@ import io
 import pytest
 
 from tests.extras.workshop.test_drawing import SLANTED
+from workbench.extras.workshop.csv_lists import holes_csv, parts_csv
+from workbench.extras.workshop.fixture import fixture_of
 from workbench.extras.workshop.inspection import inspection_csv
-from workbench.plate.parts.csv_lists import holes_csv, parts_csv
-from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.stock import Stock
+from workbench.plate.stock import Stock
 
 
 @pytest.fixture(scope="module")

@@ -8,20 +8,21 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from workbench.extras.workshop.drawing import figure_of, pdf_of
 from workbench.extras.workshop.drawing_set import drawings_of
+from workbench.extras.workshop.fixture import fixture_of
+from workbench.extras.workshop.outputs import as_drawn
 from workbench.extras.workshop.sheet import PlateSheet
-from workbench.plate.parts.export import as_drawn, export_plate
-from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.stock import Stock
+from workbench.plate.export import export_plate
 from workbench.plate.plate import Target
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.score import score_plate
+from workbench.plate.stock import Stock
 
 PARTS = ("plate", "block-A", "block-B", "probe", "bottom", "stand-off")
 FORMATS = ("pdf", "svg", "3mf", "step", "inspection", "sheet")
 
 
 def test_every_format_is_written(tmp_path, aria):
-    fixture, files, missing = export_plate(load_plate("table2"), tmp_path, formats=FORMATS, robot=aria)
+    files, missing = export_plate(load_plate("table2"), tmp_path, formats=FORMATS, robot=aria)
     assert {path.name for path in files} == {
         *(f"{part}.{end}" for part in PARTS for end in ("svg", "step")),
         *("fixture.3mf", "drawings.pdf", "sheet.html", "inspection.csv"),
@@ -29,7 +30,7 @@ def test_every_format_is_written(tmp_path, aria):
     assert not missing
     page = (tmp_path / "sheet.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 1
-    score = score_plate(aria, as_drawn(load_plate("table2"), fixture, Stock()))
+    score = score_plate(aria, as_drawn(load_plate("table2"), fixture_of(load_plate("table2")), Stock()))
     assert "made within ±0.05 mm, ±0.05°, seat play ±0.012 mm, ±0.08°" in page
     assert f"{1e3 * score.measured.error.position_mean:.3f} mm" in page
     assert "wrist flip" in page

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.plate.test_solids import by_hand, parts
+from tests.extras.workshop.test_solids import by_hand, parts
 from workbench.base.errors import MissingExtraError
+from workbench.extras.workshop.fixture import fixture_of
+from workbench.extras.workshop.meshes import mesh_of
+from workbench.extras.workshop.parts import Block
 from workbench.extras.workshop.solids import step_of, three_mf
-from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.parts import Block
-from workbench.plate.parts.solids import mesh_of
 
 
 def test_three_mf_holds_every_part_in_its_place(made_plate, fixture):

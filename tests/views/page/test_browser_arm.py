@@ -57,7 +57,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.press("Change to this robot")
     screen.wait_text("arm", "Katana 450, tilting")
     screen.tab("Compare")
-    screen.page.get_by_role("checkbox", name="Bent arm", exact=True).check()
+    screen.page.get_by_role("checkbox", name="Deflected arm", exact=True).check()
     screen.page.wait_for_function("() => window.__viserMutable.nodePoseData['/arm/bent/body5'] !== undefined")
     for i, frame in enumerate(body_frames(app.worker.session.robot, drawn_joints(app.worker.session))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
@@ -66,7 +66,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     )
     screen.shoot("katana")
     screen.wait_text("bending", "Joint 5")
-    screen.page.get_by_role("checkbox", name="Bent arm", exact=True).uncheck()
+    screen.page.get_by_role("checkbox", name="Deflected arm", exact=True).uncheck()
     screen.until(lambda session: not session.choices.overlay.is_deflected)
     screen.press("Plan it")
     screen.wait_text("track", "Error, mean")

@@ -6,7 +6,7 @@ import pytest
 from workbench.plate.region import Region
 from workbench.views.appearance.shapes import box
 from workbench.views.drawables.drawable import Cubes, Mesh, Points
-from workbench.views.page.scene.cubes import NORMALS, TURNS, cube_under, outer_faces
+from workbench.views.page.scene.cube_mesh import NORMALS, TURNS, cube_under, outer_faces
 from workbench.views.page.scene.picking import distance_to, picked
 
 REGION = Region(min=np.zeros(3), max=np.array([0.6, 0.5, 0.4]), cube=0.1)

@@ -64,8 +64,8 @@ from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.fit import read_rows
 from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.history import HistoryPanel
+from workbench.views.page.panels.selected_target import TargetsPanel
 from workbench.views.page.panels.start_card import StartCard, load
-from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.render import BrowserView
 from workbench.views.page.style import RULES
 from workbench.views.page.tabs import Tabs
@@ -360,7 +360,7 @@ def test_the_plate_to_make_is_packed_with_all_that_is_made_of_it(app, monkeypatc
         folder.mkdir()
         (folder / "plate.stl").write_text("")
 
-    monkeypatch.setattr("workbench.plate.parts.export.export_plate", export)
+    monkeypatch.setattr("workbench.plate.export.export_plate", export)
     name, content = fixture_zip(session)
     assert name.endswith("-fixture.zip")
     assert zipfile.ZipFile(io.BytesIO(content)).namelist() == ["fixture/plate.stl"]
@@ -420,16 +420,16 @@ def test_a_move_sets_only_what_it_changes(app, monkeypatch):
     assert jog.value != before
 
 
-def test_a_refused_entry_goes_back_and_typed_poses_stay(app):
-    place, table = control(app, "x, y, z [mm]"), control(app, "Poses")
+def test_a_refused_entry_goes_back_and_a_typed_pose_stays(app):
+    place, tool = control(app, "x, y, z [mm]"), control(app, "Tool [mm]")
     before = place.value
-    place.value, table.value = (1e6, 0.0, 0.0), "1 2 3"
+    place.value, tool.value = (1e6, 0.0, 0.0), (1.0, 2.0, 3.0)
     targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
     targets.send(targets._typed)
     assert app.worker.wait(60.0)
     assert app.worker.session.page.messages[-1].severity is Severity.ERROR
     assert place.value == before
-    assert table.value == "1 2 3"
+    assert tuple(tool.value) == (1.0, 2.0, 3.0)
 
 
 def test_a_message_draws_no_figure_again(app, monkeypatch):

@@ -8,7 +8,7 @@ from workbench.diagnosis.diagnose import diagnose
 from workbench.plate.simulated_measurement import measure_poses
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import SelectTarget
-from workbench.session.commands.plate import ClusterTargets
+from workbench.session.commands.plate import ImprovePlate
 from workbench.session.journal.entry import Ending, Entry
 from workbench.views.recording.recorder import recorder
 from workbench.views.recording.session_report import write_page
@@ -33,7 +33,7 @@ def draw(tmp_path, reader):
 def test_a_search_is_one_row_against_the_plate_before(draw, sample, replayed):
     before, after = sample.first, replayed.session
     pictures = draw(
-        (None, before), (ClusterTargets(4), after), (SelectTarget(1), after), (ClusterTargets(4), before)
+        (None, before), (ImprovePlate(), after), (SelectTarget(1), after), (ImprovePlate(), before)
     )
     (first_step, (first,)), (last_step, (last,)) = pictures.values("/searches", "TextDocument:text")
     assert (first_step, last_step) == (1, 3)

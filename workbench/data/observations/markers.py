@@ -103,7 +103,7 @@ def marker_poses(
         position[i], rotation[i] = fit[:3, 3], fit[:3, :3]
         off = measured[seen] - se3.apply(fit, layout[seen])
         residual[i] = np.sqrt((off**2).sum(-1).mean())
-    note = f"poses from {len(layout)} markers at known places: rms residual {1e3 * residual.mean():.3f} mm"
+    note = f"poses from {len(layout)} markers at known positions: rms residual {1e3 * residual.mean():.3f} mm"
     poses = replace(data, markers=None, position=position, rotation=rotation, notes=(*data.notes, note))
     return poses, frozen(residual)
 
@@ -122,7 +122,7 @@ def synchronise(
         The data in the base frame, and the rms distance [m] of the base's markers from the rigid fit.
     """
     if data.position is None:
-        raise DataError(f"{data.source}: there are no positions to bring into the base frame")
+        raise DataError(f"{data.source}: there are no positions to transform into the base frame")
     fit = se3.best_fit(seen_base, base_layout)
     residual = float(np.sqrt(((se3.apply(fit, seen_base) - base_layout) ** 2).sum(-1).mean()))
     note = f"frames synchronised by {len(base_layout)} base markers: rms residual {1e3 * residual:.3f} mm"

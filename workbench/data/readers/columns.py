@@ -6,8 +6,8 @@ from collections import Counter
 from dataclasses import dataclass, replace
 
 from workbench.base.columns import Per
-from workbench.base.entrance import remedy
 from workbench.base.errors import FileError, UnitError, WorkbenchError
+from workbench.base.remedy import remedy
 from workbench.base.units import EXAMPLES, REMARKS, Conversion, Quantity, conversion, parse_heading
 from workbench.base.wording import listed, span
 from workbench.data.columns import known_columns

@@ -162,7 +162,7 @@ def decimal_of(table: Table, indices: Sequence[int]) -> Decimal:
     if point is not None:
         raise table.error(
             f"'{text}' has a decimal comma, but '{point[0]}' (line {table.lines[point[2]]}) a decimal point: "
-            "write all numbers in one way",
+            "use the same one in all numbers",
             *place,
         )
     if all(_THOUSANDS.fullmatch(cell) for column in cells for cell in column if "," in cell):

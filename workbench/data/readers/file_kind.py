@@ -13,7 +13,6 @@ class FileKind(StrEnum):
     TEXT = "text table"
     EXCEL = "xlsx"
     PARQUET = "parquet"
-    MATLAB = "MATLAB v5"
 
 
 TABLE = "write the measurements as CSV, TSV, xlsx, parquet or MATLAB v5"
@@ -53,8 +52,6 @@ def kind_of(data: bytes, path: Path) -> FileKind:
     for magic, sentence in _REFUSED:
         if data.startswith(magic):
             raise FileError(f"{sentence}; {TABLE}" if "not a table" in sentence else sentence, path=str(path))
-    if data.startswith(b"MATLAB 5.0 MAT-file") or path.suffix.lower() == ".mat":
-        return FileKind.MATLAB
     return FileKind.TEXT
 
 

@@ -100,7 +100,7 @@ def _agree(
         row = int(rows[np.argmax(between > AGREEMENT)])
         angle = np.degrees(between[np.argmax(between > AGREEMENT)])
         raise fields.error(
-            f"{forms[0].name} and {forms[1].name} are {angle:.3g}° apart: give only one of them, "
+            f"{forms[0].name} and {forms[1].name} differ by {angle:.3g}°: give only one of them, "
             "or correct the order of rotations",
             row,
             forms[1].keys[0],

@@ -21,7 +21,7 @@ from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
 from workbench.data.readers.table import Grid, Table, with_headings, with_joint_names, with_names, with_pairs
 from workbench.data.readers.text import read_text
-from workbench.data.readers.workbooks import read_excel, read_frame, read_matlab, read_parquet
+from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet
 
 
 def read_measurements(
@@ -151,8 +151,6 @@ def read_table(
     naming = naming_of(columns)
     if sheet is not None and kind is not FileKind.EXCEL:
         raise OptionError(f"{path}: not a workbook, so it has no sheet '{sheet}': leave 'sheet' out")
-    if kind is FileKind.MATLAB:
-        return with_headings(read_matlab(data, path, naming=naming))
     if kind is FileKind.EXCEL:
         grid = read_excel(data, path, sheet=sheet)
     elif kind is FileKind.PARQUET:
@@ -204,5 +202,5 @@ def read_marker_rows(path: Path | str, rows: int) -> Float[np.ndarray, "rows mar
         raise FileError(f"has no column {missing}; markers are counted m1, m2, …", path=str(path)) from None
     found = np.moveaxis(np.array(places, float), 2, 0)
     if not np.isfinite(found).all():
-        raise FileError("has a blank cell; every marker's place is needed", path=str(path))
+        raise FileError("has a blank cell; every marker's position is needed", path=str(path))
     return found

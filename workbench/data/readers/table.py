@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
-from workbench.base.entrance import remedy
 from workbench.base.errors import FileError, OptionError
+from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import NamedUnit, Naming, Pair

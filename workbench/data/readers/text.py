@@ -5,8 +5,8 @@ import re
 from collections import Counter
 from pathlib import Path
 
-from workbench.base.entrance import remedy
 from workbench.base.errors import FileError
+from workbench.base.remedy import remedy
 from workbench.data.readers.file_kind import TABLE
 from workbench.data.readers.table import NUMBER, Grid, Separator
 

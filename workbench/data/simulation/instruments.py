@@ -155,7 +155,7 @@ INSTRUMENTS: Registry[Instrument] = Registry(
     ),
     _kind(
         *("photogrammetric-tracker", Observes.RIGID_BODY, 0.06, None),
-        "a photogrammetric tracker and three passive marks at known places of the tool",
+        "a photogrammetric tracker and three passive marks at known positions on the tool",
         markers=THREE_MARKERS,
     ),
     _kind(

@@ -11,7 +11,7 @@ from workbench.report.colours import CALIBRATED, GEOMETRY, NOMINAL
 def budget(found: Diagnosis) -> dict[str, float]:
     """What each step takes off the mean held-out position error, and what it leaves [mm]."""
     nominal, before, after = (judged(v).position_mm.mean for v in (found.nominal, found.before, found.after))
-    named = after if found.residual_map is None else found.residual_map.before_mm
+    named = after if found.residual_map is None else found.residual_map.before.position_mm.mean
     return {"geometry": nominal - before, "causes": before - named, "map": named - after, "left": after}
 
 

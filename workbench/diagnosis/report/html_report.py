@@ -141,8 +141,8 @@ def _facts(result: Diagnosis) -> list[tuple[str, str]]:
                 f"mean error {result.saved_errors.text('mean')} on all {count} rows it was fitted to",
             )
         )
-    if result.floor is not None:
-        facts.append(("Known noise", f"{result.floor.text} per axis"))
+    if result.known_noise is not None:
+        facts.append(("Known noise", f"{result.known_noise.text} per axis"))
     if result.joint_noise is not None:
         facts.append(("Noise of joint readings", joint_noise_text(result)))
     return facts

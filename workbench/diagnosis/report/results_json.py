@@ -37,7 +37,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "map": None if result.residual_map is None else _map(result.residual_map),
             "after": validation_json(result.after),
             "noise": result.noise.json(),
-            "noise_floor": None if result.floor is None else result.floor.json(),
+            "noise_floor": None if result.known_noise is None else result.known_noise.json(),
             **_joint_noise(result),
             "saved_arm": None
             if result.now is None

@@ -191,7 +191,7 @@ def alternatives(result: Diagnosis) -> list[str]:
 def nearly_as_good(found: Accepted) -> list[Ranked]:
     """What would do in an effect's place: not beyond a million to one, and no worse than nothing there."""
     near = [r for r in found.alternatives if found.gain - r.gain <= UNLIKELY]
-    return [r for r in near if r.held_out_mm is None or not r.held_out_mm > found.before_mm]
+    return [r for r in near if r.held_out_mm is None or not r.held_out_mm > found.before.position_mm.mean]
 
 
 def _instead(found: Accepted) -> str:

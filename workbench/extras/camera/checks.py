@@ -289,7 +289,7 @@ def _other_joints(data: Dataset) -> Iterator[tuple[str, Float[np.ndarray, "rows 
         )
     for joint in range(data.joints):
         yield (
-            f"joint {joint + 1} counts backwards: the pictures suit its positions with the opposite sign; "
+            f"joint {joint + 1} counts backwards: the pictures fit its readings with the opposite sign; "
             "correct its column, or the robot",
             data.q * np.where(np.arange(data.joints) == joint, -1.0, 1.0),
         )

@@ -169,7 +169,7 @@ def unpacked(name: str, content: bytes) -> Iterator[Path]:
             raise FileError("is not a ZIP or tar archive; pack the folder again", path=name) from None
         except Exception as error:  # a broken archive raises nearly anything
             if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-                raise FileError(f"there is no room to unpack it in {folder}; make room", path=name) from None
+                raise FileError(f"there is no space to unpack it in {folder}; free some", path=name) from None
             why = (isinstance(error, OSError) and error.strerror) or type(error).__name__
             raise FileError(
                 f"can't be unpacked ({why}); pack the folder again, without a password", path=name

@@ -16,7 +16,7 @@ import numpy as np
 from workbench.base.errors import FileError, WorkbenchError
 from workbench.data.readers.read import read_fields
 from workbench.extras.camera.capture import Capture, Shot
-from workbench.extras.camera.detect import BoardFinder
+from workbench.extras.camera.corner_detection import BoardFinder
 from workbench.extras.camera.folder import TABLES, small_jpeg
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.picture_files import ENDINGS, blur, read_picture

@@ -14,8 +14,8 @@ from pathlib import Path, PurePath
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.entrance import remedy
 from workbench.base.errors import DataError, FileError
+from workbench.base.remedy import remedy
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
 from workbench.base.wording import listed, plural
@@ -25,7 +25,7 @@ from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import PIXEL_LABELS
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
-from workbench.extras.camera.detect import find_corners
+from workbench.extras.camera.corner_detection import find_corners
 from workbench.extras.camera.lens import assumed_of_corners, assumed_of_folder, with_lenses
 from workbench.extras.camera.pixel_rows import PixelRows
 from workbench.extras.camera.resection import with_corners
@@ -123,7 +123,7 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
                 "pictures; give one row of joints per picture, best with a column 'image'"
             )
         return taken, [
-            "joints have no column 'image': the first row is taken for the first picture, and so on"
+            "joints have no column 'image': the first row is assigned to the first picture, and so on"
         ]
     names = plain_names(joints.values["image"])
     if len(set(names)) < len(names):

@@ -30,7 +30,7 @@ from workbench.data.readers.fields import decimal_of, to_numbers
 from workbench.data.readers.read import read_table
 from workbench.extras.hobby.data_set import ACTION, STATE, MotorLog, read_data_set, root_of
 from workbench.extras.hobby.layouts import COUNTS, TURN
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
@@ -129,7 +129,7 @@ class Following(AbstractShown):
         return plain({"schema": SCHEMA, "source": self.source, **message, "joints": joints})
 
 
-@door()
+@checked_arguments()
 def compare_leader(recording: Path) -> Following:
     """Compare a follower with its leader.
 

@@ -19,8 +19,8 @@ from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.robot import Frame, Robot
+from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.hand_eye import base_and_tool
@@ -35,7 +35,7 @@ from workbench.identification.identify import identify
 from workbench.identification.noise import with_alike_readings
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
@@ -199,7 +199,7 @@ class MotorMap(AbstractShown):
         )
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> MotorMap:
     """Find how motors count against an arm's joints, from poses of a board or of the tool.

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
-from workbench.arm.own_robot.many_starts import descend
+from workbench.arm.many_starts import descend
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import base_and_tool

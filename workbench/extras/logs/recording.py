@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base.entrance import remedy
 from workbench.base.errors import DataError, OptionError
+from workbench.base.remedy import remedy
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields

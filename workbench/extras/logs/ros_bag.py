@@ -12,8 +12,8 @@ from typing import Any, final
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.entrance import remedy
 from workbench.base.errors import DataError
+from workbench.base.remedy import remedy
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields

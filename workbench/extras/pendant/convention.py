@@ -14,7 +14,6 @@ from workbench.arm.frame import Frame
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.own_robot.displayed_poses import SIZES, DisplayedPoses, Orientation, meanings
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -23,6 +22,7 @@ from workbench.base.types import Freedom
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import refuse_joint_units
+from workbench.extras.pendant.own_robot.displayed_poses import SIZES, DisplayedPoses, Orientation, meanings
 from workbench.extras.pendant.readings import PendantReadings
 from workbench.identification.arm_match import CLOSE, SOME, arm_match
 

@@ -17,7 +17,6 @@ from scipy import special
 
 from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
-from workbench.arm.own_robot.displayed_poses import DisplayedPoses
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import FileError
@@ -28,11 +27,12 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers import read_measurements
 from workbench.diagnosis.diagnose import diagnose
 from workbench.extras.pendant.convention import as_dataset, find_convention, with_displayed_frames
+from workbench.extras.pendant.own_robot.displayed_poses import DisplayedPoses
 from workbench.extras.pendant.readings import PendantReadings, read_readings, readings_of, typed_readings
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json, validation_json
 from workbench.identification.result import Identification, error_rows
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, plain
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import headed, line, new_table
@@ -165,7 +165,7 @@ class Extraction(AbstractShown):
         )
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def extract(robot: Robot, readings: Path | Dataset | Sequence[str]) -> Extraction:
     """Find the model that a controller computes with from joints and poses that its pendant shows.

@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.joint_units import sliding
-from workbench.arm.own_robot.displayed_poses import typed_cells
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -19,6 +18,7 @@ from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.table import Grid
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel
+from workbench.extras.pendant.own_robot.displayed_poses import typed_cells
 
 JOINT = re.compile(r"(?:q|j|a|ax|axis|jt|joint|theta|actual_q)[ _]*(\d+)(?: pos(?:ition)?)?", re.IGNORECASE)
 RTDE = tuple(f"actual_tcp_pose_{k}" for k in range(6))

@@ -98,9 +98,9 @@ class TradeoffPanel(AbstractPanel):
     depends = ("parts", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("What does it buy me", expand_by_default=False):
+        with gui.add_folder("Cost and accuracy of plates", expand_by_default=False):
             self._weigh = self.button(
-                "Weigh plates",
+                "Compare plates",
                 WeighPlates,
                 viser.Icon.SCALE,
                 "Search plates with 8 and 12 targets, machined, printed, on a breadboard, with a ball-bar, "

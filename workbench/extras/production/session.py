@@ -95,7 +95,7 @@ class WeighPlates(AbstractTask[Tradeoff]):
         seed: Of the searches.
     """
 
-    title = "Weigh plates"
+    title = "Compare plates"
 
     numbers: tuple[int, ...] = (8, 12)
     places: int = 150
@@ -129,7 +129,7 @@ class OpenChoice(AbstractChange):
             raise OptionError(
                 f"the plate must be 1 to {count}, got {self.number + 1}"
                 if count
-                else "no plates have been compared yet; press Weigh plates first"
+                else "no plates have been compared yet; press Compare plates first"
             )
 
     def apply(self, session: Session) -> Session:

@@ -1,4 +1,4 @@
-"""What does it buy me: predicted error by numbers of targets, shapes and ways to make them.
+"""Cost and accuracy of plates: predicted error by numbers of targets, shapes and ways to make them.
 
 Every choice is a plate of its own, searched for and kept, so that whoever picks one has it. Choices stand in
 the order of the work that they take; one is on the front if no other is both less work and better.
@@ -96,7 +96,7 @@ class Tradeoff(AbstractShown):
         return tuple(kept)
 
     def summary(self) -> RenderableType:
-        table = new_table("What does it buy me", "no., plate", "rms [mm]", "rms [°]", "yield [%]", "front")
+        table = new_table("Cost and accuracy", "no., plate", "rms [mm]", "rms [°]", "yield [%]", "front")
         for number, choice in enumerate(self.choices, start=1):
             share = "–" if choice.tried is None else _share(choice.tried)
             turned = np.rad2deg(choice.design.rotation)

@@ -13,7 +13,7 @@ from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
 from workbench.extras.production.production_yield import ARMS, Yield, check_number, try_production
 from workbench.extras.production.yield_inputs import ErrorSizes, YieldJob, constrained_by
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.plate.plate import ANCHOR_SIGMA, Plate
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.readings import assumptions, usual_sigma
@@ -25,7 +25,7 @@ JUDGED_POSES = 500
 """Poses of the tool in the region, in all their branches, at which arms are judged."""
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def try_plate(
     robot: Robot,

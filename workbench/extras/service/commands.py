@@ -91,7 +91,7 @@ def rezero(
     save: opt.SaveOption = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """After a knock or a motor replacement: which joint's zero has moved, and by how much."""
+    """After a collision or a motor replacement: which joint's zero has moved, and by how much."""
     from workbench.extras.service.rezero.result import RezeroVerdict
     from workbench.identification.prior import read_prior
 

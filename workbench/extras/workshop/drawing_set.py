@@ -11,9 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from workbench.extras.workshop.csv_lists import BOTTOM, MM, SHORT_OF, STEEL, dowel_length, position_text
 from workbench.extras.workshop.drawing import TEXT, Sheet, View
-from workbench.plate.parts.csv_lists import BOTTOM, MM, SHORT_OF, STEEL, dowel_length, position_text
-from workbench.plate.parts.parts import Block, BlockShape, Bore, Fixture, Purpose, Slab, Turned
+from workbench.extras.workshop.parts import Block, BlockShape, Bore, Fixture, Purpose, Slab, Turned
 from workbench.plate.plate import Kind
 from workbench.plate.tolerances import GENERAL, Tolerances
 

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from workbench.base import se3
+from workbench.extras.workshop.csv_lists import MM, PIN_PLACE, RADIAL, csv_text
 from workbench.extras.workshop.drawing_set import FLAT, LENGTH
-from workbench.plate.parts.csv_lists import MM, PIN_PLACE, RADIAL, csv_text
-from workbench.plate.parts.parts import Bore, Fixture, Purpose
+from workbench.extras.workshop.parts import Bore, Fixture, Purpose
 from workbench.plate.plate import Kind, Plate
 
 

@@ -1,38 +1,87 @@
 """What `plate export` writes for a workshop, each by the name that follows `--formats`."""
 
+from dataclasses import replace
+from functools import lru_cache
+
+from workbench.extras.workshop.csv_lists import (
+    blocks_csv,
+    bores_csv,
+    distances_csv,
+    holes_csv,
+    parts_csv,
+    targets_csv,
+)
 from workbench.extras.workshop.drawing import pdf_of, svg_of
 from workbench.extras.workshop.drawing_set import drawings_of
+from workbench.extras.workshop.fixture import fixture_of
 from workbench.extras.workshop.inspection import inspection_csv
+from workbench.extras.workshop.meshes import mesh_of, stl
+from workbench.extras.workshop.parts import Fixture
 from workbench.extras.workshop.sheet import PlateSheet
 from workbench.extras.workshop.solids import step_of, three_mf
-from workbench.plate.parts.export import PlateFile, PlateJob
+from workbench.plate.export import PlateFile, PlateJob
+from workbench.plate.plate import Kind, Plate
 from workbench.plate.score import score_plate
+from workbench.plate.stock import Stock
+from workbench.plate.tolerances import Production
+
+
+@lru_cache(maxsize=1)
+def parts_of(job: PlateJob) -> Fixture:
+    """The parts of its plate, once for all formats."""
+    return fixture_of(job.plate, stock=job.stock)
+
+
+def as_drawn(plate: Plate, fixture: Fixture, stock: Stock) -> Plate:
+    """The plate with what its drawings ask for: their tolerances, and the play of the pins in its seats."""
+    requested = fixture.tolerances.production
+    play = stock.play if any(t.kind is Kind.SEAT for t in plate.targets) else (0.0, 0.0)
+    return replace(
+        plate, production=Production(position=requested.position, angle=requested.angle, play=play)
+    )
+
+
+def _solids(job: PlateJob) -> dict[str, bytes]:
+    return {f"{name}.stl": stl(mesh_of(part)) for name, part in parts_of(job).made}
+
+
+def _lists(job: PlateJob) -> dict[str, bytes]:
+    fixture, plate = parts_of(job), job.plate
+    lists = {"holes": holes_csv(fixture), "blocks": blocks_csv(fixture), "bores": bores_csv(fixture)}
+    lists |= {"targets": targets_csv(plate), "parts": parts_csv(fixture)}
+    if plate.anchors is not None:
+        lists["distances"] = distances_csv(plate)
+    return {f"{name}.csv": text.encode() for name, text in lists.items()}
 
 
 def _sheet(job: PlateJob) -> dict[str, bytes]:
-    score = None if job.robot is None else score_plate(job.robot, job.drawn, sigma=job.sigma)
-    sheet = PlateSheet(fixture=job.fixture, score=score, notes=(*job.fixture.notes, *job.plate.notes))
+    fixture, score = parts_of(job), None
+    if job.robot is not None:
+        score = score_plate(job.robot, as_drawn(job.plate, fixture, job.stock), sigma=job.sigma)
+    sheet = PlateSheet(fixture=fixture, score=score, notes=(*fixture.notes, *job.plate.notes))
     return {"sheet.html": sheet.html().encode()}
 
 
 def _drawings(job: PlateJob) -> dict[str, bytes]:
-    return {f"{name}.dxf": sheet.dxf().encode() for name, sheet in drawings_of(job.fixture).items()}
+    return {f"{name}.dxf": sheet.dxf().encode() for name, sheet in drawings_of(parts_of(job)).items()}
 
 
 def _step(job: PlateJob) -> dict[str, bytes]:
-    return {f"{name}.step": step_of(part, f"{job.plate.name} {name}") for name, part in job.fixture.made}
+    return {f"{name}.step": step_of(part, f"{job.plate.name} {name}") for name, part in parts_of(job).made}
 
 
 def _pictures(job: PlateJob) -> dict[str, bytes]:
-    return {f"{name}.svg": svg_of(sheet, name).encode() for name, sheet in drawings_of(job.fixture).items()}
+    return {f"{name}.svg": svg_of(sheet, name).encode() for name, sheet in drawings_of(parts_of(job)).items()}
 
 
+STL = PlateFile("stl", _solids)
+CSV = PlateFile("csv", _lists)
 DXF = PlateFile("dxf", _drawings)
-PDF = PlateFile("pdf", lambda job: {"drawings.pdf": pdf_of(drawings_of(job.fixture).values())})
+PDF = PlateFile("pdf", lambda job: {"drawings.pdf": pdf_of(drawings_of(parts_of(job)).values())})
 SVG = PlateFile("svg", _pictures, is_usual=False)
-THREE_MF = PlateFile("3mf", lambda job: {"fixture.3mf": three_mf(job.fixture)})
+THREE_MF = PlateFile("3mf", lambda job: {"fixture.3mf": three_mf(parts_of(job))})
 STEP = PlateFile("step", _step, is_usual=False)
 INSPECTION = PlateFile(
-    "inspection", lambda job: {"inspection.csv": inspection_csv(job.plate, job.fixture).encode()}
+    "inspection", lambda job: {"inspection.csv": inspection_csv(job.plate, parts_of(job)).encode()}
 )
 SHEET = PlateFile("sheet", _sheet)

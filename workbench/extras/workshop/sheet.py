@@ -6,10 +6,10 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.base.wording import capital
+from workbench.extras.workshop.csv_lists import MM
 from workbench.extras.workshop.drawing import svg_of
 from workbench.extras.workshop.drawing_set import slab_sheet
-from workbench.plate.parts.csv_lists import MM
-from workbench.plate.parts.parts import Fixture
+from workbench.extras.workshop.parts import Fixture
 from workbench.plate.readings import assumptions
 from workbench.plate.score import PlateScore
 from workbench.report.html import page_template

@@ -8,8 +8,8 @@ import numpy as np
 
 from workbench.base.errors import FileError, MissingExtraError
 from workbench.base.types import Matrix4
-from workbench.plate.parts.parts import Bore, Fixture, Turned
-from workbench.plate.parts.solids import MM, Part, cut, cylinders, mesh_of, prism
+from workbench.extras.workshop.meshes import MM, Part, cut, cylinders, mesh_of, prism
+from workbench.extras.workshop.parts import Bore, Fixture, Turned
 
 
 def step_of(part: Part, name: str) -> bytes:

@@ -19,8 +19,8 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancelled, part_of, progress
 from workbench.base.types import Outcome
-from workbench.plate.criterion import RegionCriterion
 from workbench.plate.exchange import exchange
+from workbench.plate.optimality_criterion import RegionCriterion
 from workbench.plate.optimiser.candidates import (
     Candidates,
     Neighbours,

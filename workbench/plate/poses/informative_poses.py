@@ -21,10 +21,10 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import part_of, progress
 from workbench.base.types import Outcome, frozen
-from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.exchange import Exchanged, exchange
 from workbench.plate.free_constants import visible_basis
 from workbench.plate.observability import OV1, AbstractIndex, O
+from workbench.plate.optimality_criterion import criterion_of, goal_index
 from workbench.plate.poses.d_optimal import d_bound, d_exchange, greedy_choice
 from workbench.plate.poses.gradient import PoseClimb
 from workbench.plate.poses.measurement_order import measuring_order, travels

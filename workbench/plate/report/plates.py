@@ -9,10 +9,7 @@ from rich.markup import escape
 from rich.text import Text
 
 from workbench.arm.confounded_constants import combinations
-from workbench.arm.joint_units import shown_joints
 from workbench.arm.parameters import Parameter
-from workbench.base.wording import plural
-from workbench.plate.clustering import Cluster, Clustering
 from workbench.plate.observability import INDICES, I
 from workbench.plate.readings import assumptions
 from workbench.plate.region_poses import PLATE_CONE
@@ -23,9 +20,6 @@ Json = dict[str, Any]
 
 SCORE = "workbench.plate-score/1"
 COMPARISON = "workbench.plate-comparison/1"
-CLUSTERING = "workbench.clustering/1"
-EQUAL = 1e-6
-"""Relative difference of O below which it is called equal."""
 
 
 def score_tables(score: PlateScore) -> RenderableType:
@@ -113,7 +107,7 @@ def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, list[str]]]:
     ]
     meanings = {name: index.meaning for name, index in INDICES.items()} | {I.name: I.meaning}
     for name, meaning in meanings.items():
-        cells = ["–" if s is None else _number(s.indices[name]) for s in sets]
+        cells = ["–" if s is None else number_or_open(s.indices[name]) for s in sets]
         rows.append((f"{name}: {meaning}", cells))
     return rows
 
@@ -125,10 +119,10 @@ def _open_text(score: SetScore) -> list[str]:
 
 
 def _cell(score: SetScore | None, value) -> str:
-    return "–" if score is None else _number(value(score))
+    return "–" if score is None else number_or_open(value(score))
 
 
-def _number(value: float) -> str:
+def number_or_open(value: float) -> str:
     return f"{value:.4g}" if np.isfinite(value) else "open"
 
 
@@ -201,63 +195,4 @@ def set_json(score: SetScore) -> Json:
         "visible": score.visible,
         "parameters": len(score.names),
         "open": _open_text(score),
-    }
-
-
-def cluster_tables(found: Clustering) -> RenderableType:
-    """The poses with their cubes, and what equal O alone would have been worth."""
-    cubes = found.region.centres[found.best.cubes]
-    poses = new_table(
-        f"{plural(len(cubes), 'pose')}, one each of the {found.region.cube_text}, for {found.robot.name}",
-        "pose",
-        "cube about [mm]",
-        "O",
-        "joints [°, mm]",
-    )
-    for k, (cube, o, q) in enumerate(zip(cubes, found.best.o, found.best.q, strict=True)):
-        joints = " ".join(f"{v:.1f}" for v in shown_joints(found.robot, q))
-        poses.add_row(str(k + 1), " ".join(f"{1e3 * v:.0f}" for v in cube), f"{o:.5f}", joints)
-    sets = new_table("Sets with equal O", "", "cubes", "O apart [%]", "rank", "σmin/σmax", found.index)
-    for text, cluster in (
-        ("the best", found.best),
-        ("the first found", found.plain),
-        ("joint 1 alone turned", found.turned),
-    ):
-        numbers = (f"{100 * cluster.difference:.2g}", str(cluster.rank))
-        values = (_number(cluster.stacked), _number(cluster.value))
-        sets.add_row(text, str(len(cluster.cubes)), *numbers, *values)
-    difference = found.best.difference
-    equal = (
-        "O is equal in all poses"
-        if difference < EQUAL
-        else f"O is equal to {100 * difference:.2g} % in all poses"
-    )
-    return Group(poses, sets, Text(equal))
-
-
-def cluster_json(found: Clustering) -> Json:
-    sets = {"best": found.best, "plain": found.plain, "turned": found.turned}
-    return {
-        "schema": CLUSTERING,
-        "robot": found.robot.name,
-        "index": found.index,
-        "region": {
-            "min": found.region.min,
-            "max": found.region.max,
-            "cube": found.region.cube,
-            "cells": found.region.size / found.region.shape,
-        },
-        **{name: _cluster_json(cluster) for name, cluster in sets.items()},
-    }
-
-
-def _cluster_json(cluster: Cluster) -> Json:
-    return {
-        "q": cluster.q,
-        "O": cluster.o,
-        "difference": cluster.difference,
-        "cubes": cluster.cubes,
-        "rank": cluster.rank,
-        "stacked_ratio": cluster.stacked,
-        "index": cluster.value,
     }

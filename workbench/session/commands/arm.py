@@ -3,6 +3,7 @@
 import shutil
 import tempfile
 import weakref
+from collections.abc import Callable
 from dataclasses import field, replace
 from pathlib import Path
 
@@ -10,11 +11,11 @@ import numpy as np
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.solve import follow
-from workbench.arm.own_robot.check import check_robot, convention_notes
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.progress import progress
+from workbench.base.registry import Registry
 from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, computed
@@ -206,10 +207,16 @@ def drawn_joints(session: Session) -> np.ndarray:
     return session.states[session.selected].q
 
 
+ROBOT_CHECKS: Registry[Callable[[Path | str, tuple[str, ...]], Robot]] = Registry(
+    "check of a robot", None, group="workbench.robot_checks"
+)
+"""Find the robot of a file, or a built-in one, that gives typed poses; the first one is used."""
+
+
 def _robot_that_gives(source: Path | str, poses: tuple[str, ...]) -> Robot:
-    """The arm that gives the typed poses, with what was found in its notes."""
-    found = check_robot(source, poses)
-    return replace(found.robot, notes=(*found.robot.notes, *convention_notes(found)))
+    for check in ROBOT_CHECKS.values():
+        return check(source, poses)
+    raise OptionError("typed poses can't be checked: what does it, workbench.extras.pendant, isn't installed")
 
 
 def start_with(robot: Robot, session: Session) -> Session:

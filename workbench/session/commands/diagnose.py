@@ -58,7 +58,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
         if rows < MIN_ROWS:
             raise DataError(
                 f"a diagnosis needs at least {MIN_ROWS} rows, got {rows} "
-                "(for a virtual arm, raise 'More poses' in the Measure tab)"
+                "(for a virtual arm, increase 'More poses' in the Measure tab)"
             )
 
     def compute(self, session: Session) -> tuple[Loaded, Diagnosis]:

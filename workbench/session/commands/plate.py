@@ -1,4 +1,4 @@
-"""Commands for whole plates: equal index (ARIA §4.2), smallest error, trials on virtual arms."""
+"""Commands for whole plates: smallest error, trials on virtual arms."""
 
 from dataclasses import replace
 
@@ -6,47 +6,13 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.patterns import MAX_TARGETS
-from workbench.plate.plate import Plate, Target
-from workbench.session.command import AbstractChange, AbstractTask, computed
+from workbench.plate.plate import Target
+from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.commands.target_placement import place_targets
 from workbench.session.reach import from_limit
 from workbench.session.score import PlateTrial
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free, is_better, rescore
-
-
-class ClusterTargets(AbstractTask[Plate]):
-    """Replace the targets by poses with equal O in mutually different cubes of the region.
-
-    Args:
-        number: How many.
-        seed: Of the search.
-    """
-
-    number: int = 10
-    seed: int = 0
-
-    title = computed(lambda self: f"Search {self.number} poses of equal index")
-
-    def check(self, session: Session) -> None:
-        check_free(session)
-        maximum = min(MAX_TARGETS, session.plate.region.cubes)
-        if not 2 <= self.number <= maximum:
-            raise OptionError(f"the number of poses must be 2 to {maximum}, got {self.number}")
-
-    def compute(self, session: Session) -> Plate:
-        from workbench.plate.design import cluster_region
-
-        plate = session.plate
-        found = cluster_region(session.robot, plate.region, number=self.number, solid=plate, seed=self.seed)
-        return found.plate(plate)
-
-    def finish(self, session: Session, result: Plate) -> Session:
-        check_free(session)
-        session = place_targets(session, result.targets)
-        parts = (f"the targets are now {len(result)} poses of equal index", *result.notes)
-        return session.tell(Severity.INFO, "; ".join(parts))
 
 
 class ImprovePlate(AbstractTask[tuple[Target, ...]]):
@@ -57,6 +23,7 @@ class ImprovePlate(AbstractTask[tuple[Target, ...]]):
     """
 
     title = "Improve this plate"
+    is_plate_search = True
 
     seed: int = 0
 

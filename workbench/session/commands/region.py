@@ -6,12 +6,12 @@ import numpy as np
 
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancelled
-from workbench.plate.cubes import CubeMap, map_cubes
+from workbench.plate.cube_map import CubeMap, map_cubes
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
 from workbench.session.command import AbstractChange, AbstractChore, computed
 from workbench.session.commands.data import measurements
-from workbench.session.cubes import are_shown, values
+from workbench.session.cube_values import are_shown, values
 from workbench.session.score import draw_region
 from workbench.session.state import CubeView, Field, Session
 from workbench.session.target_steps import begin_step, rescore

@@ -103,7 +103,7 @@ def _restored(now: Session, whole: Session, undone: tuple[UndoStep, ...]) -> Ses
     session = replace(whole, page=now.page, choices=choices, history=history)
     loaded = whole.measurements.loaded
     rows = "" if loaded is None else f", {loaded.name} with its results"
-    return session.tell(Severity.INFO, f"back on {whole.robot.name}, plate '{whole.plate.name}'{rows}")
+    return session.tell(Severity.INFO, f"back to {whole.robot.name}, plate '{whole.plate.name}'{rows}")
 
 
 def go_to_step(session: Session, step: UndoStep) -> Session:

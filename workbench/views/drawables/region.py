@@ -8,7 +8,7 @@ import numpy as np
 from workbench.arm.kinematics.envelope import ring_at
 from workbench.arm.robot import Robot
 from workbench.plate.region import Region
-from workbench.session.cubes import (
+from workbench.session.cube_values import (
     LARGER_IS_BETTER,
     CubeValues,
     are_shown,

@@ -7,7 +7,7 @@ from typing import final
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import matched_to_arm, observation_text, with_data
 from workbench.session.journal.folder import StartedSession
@@ -64,7 +64,7 @@ class Page:
         return f'<a href="{url}" target="_blank">{url}</a>' if self._app is not None else escape(repr(self))
 
 
-@door()
+@checked_arguments()
 def show(
     robot: Robot,
     data: Dataset | None = None,

@@ -95,7 +95,7 @@ def _scene(session: Session, prefix: str = "", name: str = "") -> rrb.Spatial3DV
 def _log(prefix: str = "") -> rrb.TextLogView:
     return rrb.TextLogView(
         origin=f"{prefix}log",
-        name=f"{prefix.strip('/')} What was done".strip(),
+        name=f"{prefix.strip('/')} Steps".strip(),
         columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
     )
 

@@ -11,7 +11,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import unseen
 from workbench.identification.result import Identification
 from workbench.report.numbers import signed, standard_error
-from workbench.session import cubes
+from workbench.session import cube_values
 from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
@@ -83,13 +83,13 @@ def _scale_text(session: Session) -> str:
 
 def cube_text(session: Session) -> Iterator[str]:
     """What the colours of the region's cubes mean, where they are shown."""
-    shown, field = cubes.values(session), session.cube_view.field
+    shown, field = cube_values.values(session), session.cube_view.field
     if shown is None:
         return
-    factor, unit = cubes.FACTORS[field], cubes.UNITS[field]
+    factor, unit = cube_values.FACTORS[field], cube_values.UNITS[field]
     low, high = (f"{factor * bound:.3g} {unit}".strip() for bound in (shown.low, shown.high))
-    worst, best = (low, high) if field in cubes.LARGER_IS_BETTER else (high, low)
-    title = cubes.TITLES[field].lower()
+    worst, best = (low, high) if field in cube_values.LARGER_IS_BETTER else (high, low)
+    title = cube_values.TITLES[field].lower()
     yield f"**Cubes:** {title}, violet {worst} or worse, light green {best} or better; grey: not reached."
     yield ""
 

@@ -14,7 +14,6 @@ from workbench.diagnosis.result import judged
 from workbench.plate.plate import Plate
 from workbench.report.numbers import short
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
-from workbench.session.commands.plate import ClusterTargets, ImprovePlate
 from workbench.session.journal.entry import Ending
 from workbench.session.state import Session
 from workbench.session.target_state import Score
@@ -173,7 +172,7 @@ class Searches(AbstractTimeline):
         entry, before, self._before = moment.entry, self._before, moment.session
         if entry is None or before is None or entry.ending is not Ending.DONE:
             return
-        if isinstance(entry.command, ClusterTargets | ImprovePlate):
+        if entry.command.is_plate_search:
             now = moment.session.score
             pairs = zip(_cells(before.score), _cells(now), strict=True)
             cells = [f"{moment.step}", entry.command.title, *(f"{a} → {b}" for a, b in pairs)]

@@ -3,8 +3,8 @@
        double q[ARM_N], left[2];
        if (arm_correct(wanted, NULL, q, left) == 0) send(q);
 
-   Joints in rad or m; poses are 3 x 4, row by row, of the tool in the robot's base. `left` is what the arm still
-   misses [m, rad]. A correction that would make it worse is not made. Loads are those of the arm at rest. Each
+   Joints in rad or m; poses are 3 x 4, row by row, of the tool in the robot's base. `left` is the remaining
+   error [m, rad]. A correction that would make it worse is not applied. Loads are those of the arm at rest. Each
    function returns 0, 1 if more than ARM_CLEAR is left, 2 if something that drives the arm's effects is missing.
    No memory is allocated and nothing is kept between calls. */
 #ifndef ARM_KERNEL_H

@@ -1,8 +1,8 @@
-"""Corrected joint positions of a calibrated arm, with all its effects, in one file that needs numpy alone.
+"""Corrected joint positions of a calibrated arm, with all its effects, in one file that needs only numpy.
 
     q, left = correct(wanted)                    joints of the nominal arm → joints of this arm [rad or m]
     q, left = correct_poses(poses, near)         poses of the tool in the robot's base → joints near `near`
-    poses = forward(q)                           where this arm's tool is, deflected as it is
+    poses = forward(q)                           poses of this arm's tool, with its deflections
 
 Rows in, rows out. `left` is the remaining error per row [m, rad]; a row that a correction would make worse
 keeps its joints. Loads are those of the arm at rest; payload [kg], temperature [degC] and direction (sign of
@@ -21,7 +21,7 @@ class State:
 
     def __init__(self, rows, payload=0.0, temperature=None, direction=None):
         if ARM["warm"] and temperature is None:
-            raise ValueError("this arm grows with its temperature; give temperature [degC]")
+            raise ValueError("this arm expands with temperature; give temperature [degC]")
         if ARM["directed"] and direction is None:
             raise ValueError("this arm has play; give direction, the sign of each joint's last motion")
         fill = (payload, 0.0 if temperature is None else temperature)

@@ -21,6 +21,14 @@ from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate, virtual_arm
+from workbench.extras.katana.load_test.joint_tilting_fit import (
+    KINDS,
+    JointTilting,
+    Tilting,
+    fit_tilting,
+    tilting_effects,
+    unknown_sizes,
+)
 from workbench.extras.katana.load_test.postures import (
     LoadTestPlan,
     PairPurpose,
@@ -28,14 +36,6 @@ from workbench.extras.katana.load_test.postures import (
     plan_load_test,
     pullable,
     side_loads,
-)
-from workbench.extras.katana.load_test.tilting import (
-    KINDS,
-    JointTilting,
-    Tilting,
-    fit_tilting,
-    tilting_effects,
-    unknown_sizes,
 )
 from workbench.extras.katana.load_test.tolerance import (
     ANGLE,

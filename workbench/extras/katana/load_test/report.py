@@ -10,8 +10,8 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.extras.katana.load_test.experiment import LoadTest
+from workbench.extras.katana.load_test.joint_tilting_fit import KINDS, JointTilting
 from workbench.extras.katana.load_test.postures import LoadTestPlan, PairPurpose, PosturePair
-from workbench.extras.katana.load_test.tilting import KINDS, JointTilting
 from workbench.extras.katana.load_test.tolerance import LENGTH
 from workbench.identification.report.table import line, new_table
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
@@ -27,9 +27,9 @@ PARTS = (
 )
 """Sizes, factors to the units that people read, and headings."""
 LABELS = {
-    PairPurpose.CROSSWISE: "tips both ways",
-    PairPurpose.REVERSAL: "turns both ways",
-    PairPurpose.SIZE: "little and much",
+    PairPurpose.CROSSWISE: "tilts in both directions",
+    PairPurpose.REVERSAL: "turns in both directions",
+    PairPurpose.SIZE: "light and heavy load",
 }
 
 

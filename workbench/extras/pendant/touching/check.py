@@ -38,7 +38,7 @@ from workbench.extras.pendant.touching.causes import (
     tested,
 )
 from workbench.extras.pendant.touching.touches import EXACT, Touches, checked_length, read_touches, tips
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
@@ -214,7 +214,7 @@ class Check(AbstractShown):
         )
 
 
-@door()
+@checked_arguments()
 def check(
     robot: Robot, touches: Path | Dataset, *, reference: Path | Dataset | None = None, wanted: float = WANTED
 ) -> Check:

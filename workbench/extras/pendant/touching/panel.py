@@ -24,7 +24,7 @@ from workbench.views.page.html import CAREFUL, GOOD, badge, block, bullets, fold
 from workbench.views.page.panels.panel import AbstractPanel
 
 READY = (
-    "A table of joints, one touch a row. Tip: touch one point in 4 or more orientations. Frame: name what "
+    "A table of joints, one touch per row. Tip: touch one point in 4 or more orientations. Frame: name what "
     "was touched in a column 'contact': origin, x, xy; or plane, line, end (3-2-1); or a drawing's points. "
     "Frames use the tip that was found, else the arm's own tool."
 )

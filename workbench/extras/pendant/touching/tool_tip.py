@@ -36,7 +36,7 @@ from workbench.extras.pendant.touching.touches import (
     solve_without_slipped,
     squared,
 )
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
@@ -138,7 +138,7 @@ class ToolTip(AbstractShown):
         )
 
 
-@door()
+@checked_arguments()
 def tcp(robot: Robot, touches: Path | Dataset, *, wanted: float | None = None) -> ToolTip:
     """Find a tool's tip from touching one point in four orientations or more, joints alone.
 

@@ -219,7 +219,7 @@ def orientation_line(what: str, rotation: Float[np.ndarray, "3 3"], half: float)
     known = f" ± {np.rad2deg(half):.2g}°" if np.isfinite(half) else ""
     return line(
         what,
-        f"roll, pitch, yaw {', '.join(signed(v, 3) for v in rpy)}° (A, B, C the other way round); rotation "
+        f"roll, pitch, yaw {', '.join(signed(v, 3) for v in rpy)}° (A, B, C in reverse order); rotation "
         f"vector {', '.join(signed(v, 5) for v in vector)} rad{known}",
     )
 

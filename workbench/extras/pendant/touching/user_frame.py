@@ -40,7 +40,7 @@ from workbench.extras.pendant.touching.touches import (
     squared,
     tips,
 )
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
@@ -138,7 +138,7 @@ class UserFrame(AbstractShown):
         return self.of.json(SCHEMA, self.doubt or self.sentence, self.notes, **found)
 
 
-@door()
+@checked_arguments()
 def frame(
     robot: Robot,
     touches: Path | Dataset,

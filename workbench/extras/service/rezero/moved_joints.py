@@ -35,7 +35,7 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.result import BeforeAfter
 from workbench.identification.row_errors import Errors, instrument_places
 from workbench.identification.row_selection import check_enough
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 
 SIGNIFICANT = 0.3
 """A zero known to less than this part of what it was before the rows counts as determined."""
@@ -47,7 +47,7 @@ FARTHEST = np.deg2rad(120.0)
 """A zero that moved farther is that of another arm, or of a search that went astray."""
 
 
-@door()
+@checked_arguments()
 @one_thread()
 @whole_or_nothing()
 def rezero(

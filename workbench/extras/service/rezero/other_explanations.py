@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.base.entrance import remedy
 from workbench.base.progress import progress
+from workbench.base.remedy import remedy
 from workbench.extras.service.rezero.f_test import Optimum
 from workbench.extras.service.rezero.last_calibration import LastCalibration, link_constants
 from workbench.extras.service.rezero.result import readable

@@ -30,7 +30,7 @@ HEADLINES = {
     RezeroVerdict.REFUSED: "Not the zeros alone",
 }
 READY = (
-    "After a knock or a new motor: load the calibrated arm and 3 to 10 poses measured since. "
+    "After a collision or a new motor: load the calibrated arm and 3 to 10 poses measured since. "
     "The calibration is taken as known; only the joint zeros are identified."
 )
 
@@ -39,11 +39,11 @@ class RezeroPanel(AbstractPanel):
     """A closed folder: start, verdict, a bar for every joint."""
 
     tab, order = Tab.CALIBRATE, 50
-    door = ("An arm that was knocked", viser.Icon.TOOL, FindZeros)
+    door = ("An arm after a collision", viser.Icon.TOOL, FindZeros)
     depends = (zeros_of, "measurements.loaded", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("Joint zeros after a knock", expand_by_default=False):
+        with gui.add_folder("Joint zeros after a collision", expand_by_default=False):
             self._replaced = gui.add_text(
                 "Replaced joints", "", hint="Such as 3, or 3, 4: the links next to them may differ too."
             )

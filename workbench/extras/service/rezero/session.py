@@ -37,7 +37,7 @@ class FindZeros(AbstractTask[tuple[Loaded, Rezero]]):
 
     def check(self, session: Session) -> None:
         if session.measurements.loaded is None:
-            raise DataError("there are no measurements yet; load a few poses measured after the knock")
+            raise DataError("there are no measurements yet; load a few poses measured after the collision")
         for joint in self.replaced:
             if not 1 <= joint <= session.robot.dof:
                 raise OptionError(f"replaced joints must be 1–{session.robot.dof}, got {joint}")

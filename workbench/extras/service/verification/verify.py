@@ -26,7 +26,7 @@ from workbench.extras.service.verification.iso9283 import (
 )
 from workbench.identification.evaluate import evaluate
 from workbench.identification.result import Evaluation
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.report.result_display import AbstractShown, figures_of, tables_of
 
 USUAL_POSES = 100
@@ -138,7 +138,7 @@ class Verification(AbstractShown):
         return f"Failed: {failed} of {rows} {'is' if failed == 1 else 'are'} beyond {limit}."
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def verify(
     robot: Robot,
@@ -193,8 +193,8 @@ def verify(
     wanted = Wanted(position=wanted) if isinstance(wanted, int | float) else wanted
     if wanted is not None and wanted.rotation is not None and not turned.all():
         warnings.append(
-            f"{int(turned.sum())} of {plural(len(turned), 'row')} carry a measured orientation: the limit of "
-            f"{np.rad2deg(wanted.rotation):.2g}° is judged on {'those' if turned.any() else 'none'}"
+            f"{int(turned.sum())} of {plural(len(turned), 'row')} have a measured orientation: the limit of "
+            f"{np.rad2deg(wanted.rotation):.2g}° is evaluated on {'those' if turned.any() else 'none'}"
         )
     return Verification(
         evaluation=replace(found, notes=(*found.notes, cycle_text(repeated))),

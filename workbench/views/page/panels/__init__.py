@@ -1,7 +1,7 @@
 """The panels of the page; each says its tab and its place in it itself."""
 
 from workbench.base.registry import Registry
-from workbench.views.page.panels.arm import ArmPanel, OwnRobotPanel
+from workbench.views.page.panels.arm import ArmPanel
 from workbench.views.page.panels.columns import ColumnsPanel
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.data import DataPanel
@@ -19,15 +19,14 @@ from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.production import NoisePanel, PlateFilesPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.row_errors import RowErrorsPanel
+from workbench.views.page.panels.selected_target import BranchesPanel, TargetsPanel
 from workbench.views.page.panels.target_placement import ImprovePanel, PatternPanel
-from workbench.views.page.panels.targets import BranchesPanel, TargetsPanel
 from workbench.views.page.panels.trajectory import TrackPanel
 
 PANELS: Registry[type[AbstractPanel]] = Registry(
     "panel",
     AbstractPanel,
     ArmPanel,
-    OwnRobotPanel,
     JogPanel,
     ToolPanel,
     CapturedPanel,

@@ -33,12 +33,12 @@ class BendingPanel(AbstractPanel):
         self._folder = gui.add_folder("Deflection under load", visible=False)
         with self._folder:
             self._is_on = gui.add_checkbox(
-                "Bent arm",
+                "Deflected arm",
                 overlay.is_deflected,
                 hint="Show the violet arm, deflected by the effects of its model.",
             )
             self._times = self.slider(
-                "Bending ×",
+                "Deflection ×",
                 int(overlay.deflection),
                 (int(MIN_EXAGGERATION), MAX_BENDING, 1),
                 "Exaggeration of the violet arm's deflection.",
@@ -86,6 +86,6 @@ def _joints(robot: Robot, bending: Bending) -> str:
     names = ", ".join(dict.fromkeys(str(effect.name) for effect in robot.effects))
     return (
         table(("", "N m about", "across", "turned", "tilted"), rows)
-        + f'<div style="margin-top:4px">{badge("Bent arm", css(DEFLECTED))} '
+        + f'<div style="margin-top:4px">{badge("Deflected arm", css(DEFLECTED))} '
         f'<span style="color:{MUTED}">by {text(names)}</span></div>'
     )

@@ -10,7 +10,15 @@ import viser
 from workbench.arm.effects.events import AbstractEvent
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
-from workbench.session.cubes import FACTORS, LARGER_IS_BETTER, TITLES, UNITS, CubeValues, are_shown, drawn
+from workbench.session.cube_values import (
+    FACTORS,
+    LARGER_IS_BETTER,
+    TITLES,
+    UNITS,
+    CubeValues,
+    are_shown,
+    drawn,
+)
 from workbench.session.deflection import bending_robot
 from workbench.session.state import Field, Focus, Session
 from workbench.views.appearance.colours import (

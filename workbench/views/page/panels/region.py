@@ -6,7 +6,7 @@ import viser
 
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.region import SetRegion, ShowCubes
-from workbench.session.cubes import IN_MILLIMETRES, TITLES, CubeValues, shown_layer, values
+from workbench.session.cube_values import IN_MILLIMETRES, TITLES, CubeValues, shown_layer, values
 from workbench.session.state import Field, Session, Tab
 from workbench.views.page.html import block, note, number, pairs
 from workbench.views.page.panels.coordinates import Coordinates, Measure

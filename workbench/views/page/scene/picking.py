@@ -14,7 +14,7 @@ from jaxtyping import Float
 from workbench.base.types import Vector3
 from workbench.views.appearance.shapes import Solid
 from workbench.views.drawables.drawable import Cubes, Mesh, Points
-from workbench.views.page.scene.cubes import cube_under
+from workbench.views.page.scene.cube_mesh import cube_under
 from workbench.views.page.scene.node import Ray
 
 POINTER = 0.008

@@ -19,7 +19,7 @@ from workbench.views.appearance.colours import linear
 from workbench.views.appearance.shapes import cuboid_edges
 from workbench.views.drawables.drawable import Arm, Arrows, Axes, Cubes, Cuboid, Label, Line, Mesh, Points
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
-from workbench.views.page.scene.cubes import add_cubes
+from workbench.views.page.scene.cube_mesh import add_cubes
 from workbench.views.page.scene.node import Node, Ray, place_out_of_sight, put
 from workbench.views.page.scene.picking import picked
 

@@ -1,0 +1,135 @@
+"""Workspace clustering in Table 2's region: equal O, different cubes, full rank; what equal O alone is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from workbench.arm.frame import Frame
+from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.motion import Motion
+from workbench.base.errors import DataError, OptionError
+from workbench.extras.clustering.design import cluster_region as cluster
+from workbench.extras.clustering.report import cluster_tables
+from workbench.extras.clustering.search import cluster_region
+from workbench.plate.observability import INDICES
+from workbench.plate.plate_toml import read_plate, write_plate
+from workbench.plate.poses.pose_limits import PoseLimits, folded, sample_poses
+from workbench.plate.region import Region
+from workbench.plate.target_branches import single_branches
+
+O1 = INDICES["O1"]
+
+
+def rng(seed=0):
+    return np.random.default_rng(seed)
+
+
+def ratio(robot, q):
+    """σmin/σmax of the stacked, unscaled Jacobian, and the same pose by pose: eq. (17)."""
+    blocks = sensitivity(robot, Motion(q), robot.default_free)[1]
+    whole = np.linalg.svd(blocks.reshape(-1, blocks.shape[2]), compute_uv=False)
+    each = np.linalg.svd(blocks, compute_uv=False)
+    return whole[-1] / whole[0], each[:, -1] / each[:, 0], int((whole > 1e-9 * whole[0]).sum())
+
+
+@pytest.fixture(scope="module")
+def found(aria, plate):
+    return cluster(aria, plate.region, side=0.1)
+
+
+def test_ten_poses_of_equal_o_in_ten_cubes_with_full_rank(aria, plate, found):
+    best = found.best
+    stacked, o, rank = ratio(aria, best.q)
+    assert np.allclose(best.o, o, rtol=1e-9)
+    assert o.max() / o.min() - 1.0 < 1e-8
+    places = tool_poses(aria, Motion(best.q))[:, :3, 3]
+    corners = np.floor((places - plate.region.min) / plate.region.size * [6, 5, 3]).astype(int)
+    assert plate.region.contains(places).all()
+    assert len({tuple(c) for c in corners}) == 10
+    assert rank == best.rank == 24
+    assert best.stacked == pytest.approx(stacked)
+    low, high = aria.search_limits.T
+    assert ((best.q >= low) & (best.q <= high)).all()
+
+
+def test_better_than_table_2_with_any_one_branch(aria, solutions, found):
+    alike = single_branches(solutions).values()
+    assert found.best.stacked >= max(ratio(aria, q)[0] for q in alike)
+    assert found.best.value >= found.plain.value
+
+
+def test_what_the_cubes_really_measure_is_said(aria, found):
+    """0.55 m in steps of 0.1 m: six of 91.7 mm."""
+    console = Console(width=120)
+    with console.capture() as text:
+        console.print(cluster_tables(found))
+    message = " ".join(text.get().split())
+    assert "cells of 91.67 × 100 × 100 mm (cubes of 100 mm do not fill the region)" in message
+    assert "O is equal in all poses" in message
+    assert found.region.cube_text in message
+    assert replace(found.region, cube=0.05).cube_text == "cubes of 50 mm"
+
+
+def test_equal_o_alone_may_have_rank_six(aria, found):
+    """Turning joint 1 alone changes O of no pose, and adds nothing to the rank."""
+    turned = found.turned
+    assert len(turned.q) == len(set(turned.cubes.tolist())) >= 2
+    assert np.ptp(turned.q[:, 1:], axis=0).max() == 0.0
+    assert turned.difference < 1e-9
+    assert turned.rank == ratio(aria, turned.q)[2] == 6
+    assert turned.stacked == 0.0
+
+
+def test_orientations_stay_in_the_cone_and_the_plate_round_trips(aria, plate, tmp_path):
+    towards, cone = plate.poses[:, :3, :3], np.deg2rad(50)
+    index = INDICES["O2"]
+    limits = PoseLimits(towards=towards, cone=cone)
+    found = cluster_region(
+        aria, plate.region, index=index, rng=rng(), number=6, limits=limits, candidates=800
+    )
+    poses = tool_poses(aria, Motion(found.best.q))
+    cosines = 0.5 * (np.einsum("rij,kij->rk", poses[:, :3, :3], towards).max(1) - 1.0)
+    assert (cosines >= np.cos(cone) - 1e-9).all()
+    again = read_plate(write_plate(found.plate(), tmp_path / "cluster.toml"))
+    assert np.allclose(again.poses, poses)
+    assert np.allclose(np.stack([t.q for t in again.targets]), found.best.q)
+
+
+def test_the_base_and_the_seed(aria, plate):
+    region = replace(plate.region, cube=0.1)
+    moved = aria.with_frames(base=Frame(np.array([1.0, 2.0, 0.0]), np.diag([-1.0, -1.0, 1.0])))
+    one, two = (
+        cluster_region(r, region, index=O1, rng=rng(3), number=5, candidates=700) for r in (aria, moved)
+    )
+    assert np.allclose(one.best.q, two.best.q)
+
+
+def test_what_does_not_fit_is_said(aria, plate):
+    region = replace(plate.region, cube=0.25)
+    with pytest.raises(DataError, match=r"13 .*12"):
+        cluster_region(aria, region, index=O1, rng=rng(), number=13)
+    with pytest.raises(DataError, match=r"at most .* are needed"):
+        cluster_region(aria, plate.region, index=O1, rng=rng(), number=60, candidates=300)
+    with pytest.raises(OptionError, match="at least 2"):
+        cluster_region(aria, region, index=O1, rng=rng(), number=1)
+    with pytest.raises(OptionError, match="single"):
+        cluster_region(aria, region, index=INDICES["O"], rng=rng(), candidates=300, number=5)
+
+
+def test_region_and_cone_that_conflict_are_named(aria):
+    above = Region(min=np.array([-0.05, -0.05, 1.05]), max=np.array([0.05, 0.05, 1.12]))
+    down = PoseLimits(region=above, towards=np.diag([1.0, -1.0, -1.0])[None], cone=np.deg2rad(20))
+    with pytest.raises(DataError, match="20°"):
+        sample_poses(aria, 5, down, rng=rng())
+
+
+def test_folded_poses_are_the_same_within_limits(aria):
+    q = rng().uniform(*aria.search_limits.T, (50, 6))
+    near = folded(aria, q)
+    assert np.allclose(tool_poses(aria, Motion(near)), tool_poses(aria, Motion(q)))
+    low, high = aria.search_limits.T
+    assert ((near >= low) & (near <= high)).all()
+    middle = 0.5 * (low + high)
+    assert (np.abs(near - middle) <= np.abs(q - middle) + 1e-12).all()

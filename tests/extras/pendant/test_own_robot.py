@@ -1,0 +1,298 @@
+"""One's own robot: tables that are read wrongly in every way, found out by three poses of the pendant."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from typed_poses import pendant, plural
+
+import workbench as wb
+from tests.arm.test_plausible_units import UR5
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.conventions import CONSTANTS
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.many_starts import descend
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.robot_toml import read_toml, robot_to_table
+from workbench.arm.signs_and_offsets import with_signs_and_offsets
+from workbench.arm.statics.moments import joint_moments
+from workbench.base import se3
+from workbench.base.errors import DataError, FileError, OptionError, ShapeError
+from workbench.extras.pendant.own_robot.check import read_joint_table
+from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
+from workbench.extras.pendant.own_robot.readings import TableReading, Typed, table_readings, typed_readings
+from workbench.session.commands.arm import ChooseRobot, LoadModel
+from workbench.session.export import robot_toml
+
+ARMS = ("ur10", "aria", "panda", "iiwa14", "katana450")
+ANGLES = (se3.matrix_to_rpy, lambda r: se3.matrix_to_rpy(r)[..., ::-1], se3.matrix_to_rotvec)
+
+
+def plain(name: str) -> Robot:
+    return load_robot(name).bare
+
+
+def rows_of(robot: Robot, length: float = 1.0, angle: float = 1.0) -> list[dict]:
+    keep = ("type", *CONSTANTS)
+    size = dict.fromkeys(CONSTANTS, angle) | {"d": length, "a": length}
+    rows = robot_to_table(robot)["joint"]
+    return [{k: v if k == "type" else v * size[k] for k, v in row.items() if k in keep} for row in rows]
+
+
+def wrong_choice(rng: np.random.Generator, name: str):
+    """An arm, how its pendant counts, its table in some units, and three poses as they are typed."""
+    arm = plain(name)
+    low, high = arm.search_limits.T
+    q = rng.uniform(np.maximum(low, -2.5), np.minimum(high, 2.5), (3, arm.dof))
+    poses = tool_poses(arm, Motion(q))
+    signs = np.where(rng.random(arm.dof) < 0.3, -1.0, 1.0)
+    offsets = (
+        np.zeros(arm.dof),
+        rng.choice([0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi], arm.dof),
+        np.where(rng.random(arm.dof) < 0.4, rng.uniform(-np.pi, np.pi, arm.dof), 0.0),
+    )[rng.integers(3)]
+    table = rows_of(arm, rng.choice([1.0, 1e3]), rng.choice([1.0, np.rad2deg(1.0)]))
+    shown = signs * (q - offsets)
+    angles = ANGLES[rng.integers(3)](poses[:, :3, :3])
+    parts = [
+        np.round(np.rad2deg(shown), 2) if rng.random() < 0.7 else np.round(shown, 4),
+        np.round(1e3 * poses[:, :3, 3], 1) if rng.random() < 0.7 else np.round(poses[:, :3, 3], 4),
+        np.round(np.rad2deg(angles), 2) if rng.random() < 0.7 else np.round(angles, 4),
+    ]
+    return arm, signs, offsets, table, np.column_stack(parts)
+
+
+def right(found: FoundConvention, arm: Robot, signs: np.ndarray, offsets: np.ndarray) -> bool:
+    """Whether the arm that was found goes where the pendant says, everywhere."""
+    q = np.random.default_rng(0).uniform(-2.0, 2.0, (50, arm.dof))
+    distance = tool_poses(found.robot, Motion(q)) - tool_poses(arm, Motion(signs * q + offsets))
+    return bool(np.abs(distance[:, :3, 3]).max() < 2e-3)
+
+
+@pytest.mark.parametrize(("name", "seed"), [("ur10", 10), ("aria", 1), ("iiwa14", 8), ("katana450", 9)])
+def test_signs_offsets_units_and_convention_are_found(name, seed):
+    arm, signs, offsets, table, numbers = wrong_choice(np.random.default_rng(seed), name)
+    found = find_convention(table_readings(table), typed_readings(numbers, [False] * arm.dof))
+    assert right(found, arm, signs, offsets)
+    wanted = "modified DH (Craig)" if arm.convention.startswith("craig") else "standard DH"
+    assert found.assumptions[0] == wanted
+    assert found.position < 1e-3
+
+
+def test_a_wrong_table_is_refused_and_an_unmoved_joint_is_named():
+    arm = plain("ur10")
+    q = np.random.default_rng(4).uniform(-2.0, 2.0, (3, 6))
+    table = rows_of(arm)
+    table[2]["a"] *= 1.1
+    typed = Typed(q, tool_poses(arm, Motion(q)))
+    with pytest.raises(DataError, match=r"the nearest is [\d.]+, [\d.]+, [\d.]+ mm off \(standard DH"):
+        find_convention(table_readings(table), [typed])
+    q[:, 4] = 0.7
+    still = Typed(q, tool_poses(arm, Motion(q)))
+    with pytest.raises(DataError, match="joint 5"):
+        find_convention(table_readings(rows_of(arm)), [still])
+    for few in (still.q[:2], still.q[:, :5]):
+        with pytest.raises(ShapeError):
+            find_convention(table_readings(rows_of(arm)), [Typed(few, still.poses[: len(few)])])
+
+
+def test_a_slip_in_one_pose_is_named_with_its_size():
+    arm = plain("ur10")
+    q = np.random.default_rng(4).uniform(-2.0, 2.0, (4, 6))
+    poses = tool_poses(arm, Motion(q)).copy()
+    poses[2, 1, 3] += 0.040
+    with pytest.raises(DataError, match=r"pose 3 .*40 mm"):
+        find_convention([TableReading(arm, ("as given",))], [Typed(q, poses)])
+
+
+@pytest.mark.parametrize(("axes", "expected"), [("zyz", "Doosan"), ("xyz", "Stäubli"), ("wxyz", "ABB")])
+def test_makers_angles_are_read(axes, expected):
+    """R = R1(a) R2(b) R3(c), each about an axis that the last one turned; or a quaternion."""
+    arm = plain("ur10")
+    rng = np.random.default_rng(7)
+    q = rng.uniform(-2.0, 2.0, (3, 6))
+    poses = tool_poses(arm, Motion(q))
+    turned = Rotation.from_matrix(poses[:, :3, :3])
+    angles = (
+        turned.as_quat(scalar_first=True) if axes == "wxyz" else turned.as_euler(axes.upper(), degrees=True)
+    )
+    numbers = np.column_stack([np.rad2deg(q), 1e3 * poses[:, :3, 3], angles])
+    found = find_convention([TableReading(arm)], typed_readings(numbers, [False] * 6))
+    assert expected in found.assumptions[-1]
+    assert found.position < 1e-6
+
+
+def test_tables_are_read_as_they_stand_in_books(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text(
+        "theta[deg],d[mm],a[mm],alpha[rad],type\n0,20,0,0,fixed\nq1-90,100,0,pi/2,r\nθ2,0,425,-2*π/3,p\n"
+    )
+    with pytest.raises(FileError, match="mixes"):
+        read_joint_table(path)
+    path.write_text(path.read_text().replace("[deg]", "[rad]").replace("q1-90", "q1 − pi/2"))
+    rows = read_joint_table(path).rows
+    assert [row["type"] for row in rows] == ["fixed", "revolute", "prismatic"]
+    np.testing.assert_allclose([row["theta"] for row in rows], [0.0, -np.pi / 2, 0.0])
+    np.testing.assert_allclose([row["alpha"] for row in rows], [0.0, np.pi / 2, -2.0 * np.pi / 3])
+    path.write_text("theta,d,a,alpha\npie,0,0,0\n")
+    with pytest.raises(FileError, match="'pie'"):
+        read_joint_table(path)
+
+
+def test_joints_of_a_few_degrees_are_not_taken_for_radians():
+    arm = plain("ur10")
+    q = np.deg2rad(np.random.default_rng(5).uniform(-3.0, 3.0, (3, 6)))
+    poses = tool_poses(arm, Motion(q))
+    numbers = np.column_stack(
+        [np.rad2deg(q), 1e3 * poses[:, :3, 3], np.rad2deg(se3.matrix_to_rpy(poses[:, :3, :3]))]
+    )
+    found = find_convention(table_readings(rows_of(arm)), typed_readings(numbers, [False] * 6))
+    assert right(found, arm, np.ones(6), np.zeros(6))
+
+
+@pytest.mark.parametrize("name", ["ur10", "aria", "panda", "katana450"])
+def test_joints_counted_otherwise_are_the_same_arm_with_the_same_weights(name):
+    arm = plain(name)
+    rng = np.random.default_rng(6)
+    signs, offsets = np.where(rng.random(arm.dof) < 0.5, -1.0, 1.0), rng.uniform(-2.0, 2.0, arm.dof)
+    signs[0], signs[-1] = -1.0, -1.0
+    for other in (arm, plain("ur10") if name == "ur10" else arm):
+        again = with_signs_and_offsets(other, signs, offsets)
+        assert again.convention == other.convention
+        q = rng.uniform(-1.0, 1.0, (20, arm.dof))
+        counted = Motion(signs * q + offsets)
+        np.testing.assert_allclose(tool_poses(again, Motion(q)), tool_poses(other, counted), atol=1e-12)
+        for (low, high), (a, b), s, o in zip(again.limits, other.limits, signs, offsets, strict=True):
+            np.testing.assert_allclose(sorted((s * low + o, s * high + o)), (a, b), atol=1e-12)
+        if other.has_masses:
+            moments = joint_moments(again, Motion(q)).about
+            np.testing.assert_allclose(moments, signs * joint_moments(other, counted).about, atol=1e-9)
+
+
+def test_descriptions_without_a_table_are_recounted_too(tmp_path):
+    from workbench.arm.urdf import write_urdf
+
+    arm = plain("ur10")
+    urdf = load_robot(write_urdf(arm, tmp_path / "arm.urdf"))
+    signs, offsets = np.array([1.0, -1, 1, -1, 1, 1]), np.array([0.0, 0.3, 0, 1, 0, 0])
+    q = np.random.default_rng(7).uniform(-2.0, 2.0, (4, 6))
+    typed = Typed(signs * (q - offsets), tool_poses(arm, Motion(q)))
+    found = find_convention([TableReading(urdf)], [typed])
+    assert right(found, arm, signs, offsets)
+    assert right(find_convention([TableReading(urdf)], [Typed(q, typed.poses)]), arm, np.ones(6), np.zeros(6))
+
+
+def test_tables_as_people_write_them(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text("Joint;θ [°];d (mm);r [mm];α [deg];type\n1;0;89.2;0;90;R\n2;0;0;-425;;revolute\n\n")
+    table = read_joint_table(path)
+    assert (table.lengths, table.angles, table.conventions) == (("mm",), ("deg",), ("dh", "craig"))
+    assert table.rows[1] == {
+        "type": "revolute",
+        "theta": 0.0,
+        "d": 0.0,
+        "a": -425.0,
+        "alpha": 0.0,
+        "beta": 0.0,
+    }
+    for text in (
+        "theta,d,a\n0,0,0\n", "theta,d,a,alpha\n", "", "theta,d,a,alpha\n0,x,0,0\n",
+        "theta[mm],d,a,alpha\n0,0,0,0\n", "theta,d[m],a[mm],alpha\n0,0,0,0\n",
+        "theta,d,a,alpha,type\n0,0,0,0,q\n",
+        "# convention = mine\ntheta,d,a,alpha\n0,0,0,0\n",
+    ):  # fmt: skip
+        path.write_text(text)
+        with pytest.raises(FileError):
+            read_joint_table(path)
+
+
+def test_the_command(run, refused, tmp_path):
+    arm = plain("ur5")
+    table: Path = tmp_path / "mine.csv"
+    rows = rows_of(arm, 1e3, np.rad2deg(1.0))
+    lines = [",".join(str(round(row[c], 6)) for c in CONSTANTS[:4]) for row in rows]
+    table.write_text("\n".join(["theta,d,a,alpha", *lines]))
+    signs = np.array([1.0, 1, -1, 1, 1, 1])
+    rng = np.random.default_rng(8)
+    q = rng.uniform(-2.0, 2.0, (3, 6))
+    poses = tool_poses(arm, Motion(q))
+    options = []
+    for row, pose in zip(signs * q, poses, strict=True):
+        numbers = [*np.rad2deg(row), *1e3 * pose[:3, 3], *se3.matrix_to_rotvec(pose[:3, :3])]
+        shown = [f"{v:.3f}" for v in numbers]
+        options += ["--pose", f"{', '.join(shown[:6])} = {', '.join(shown[6:])}"]
+    out = tmp_path / "mine.toml"
+    code, message, error = run("new", table, "--out", out, "--json", tmp_path / "r.json", *options)
+    assert code == 0, error
+    assert "joint 3 is inverted" in message
+    assert "standard DH" in message
+    assert json.loads((tmp_path / "r.json").read_text())["position_m"] < 1e-3
+    mine = load_robot(out)
+    assert mine.name == "mine"
+    np.testing.assert_allclose(tool_poses(mine, Motion(signs * q)), poses, atol=1e-4)
+    refused(["--pose"], "new", table, "--out", out, status=64)
+    refused(["6 joint positions"], "new", table, "--out", out, "--pose", "1,2 = 3", status=64)
+
+
+def test_a_table_from_elsewhere_is_read_in(run, refused, tmp_path):
+    """The joint table of a calibration becomes the nominal arm of the next one."""
+    table, out = tmp_path / "table.csv", tmp_path / "mine.toml"
+    assert run("export", "ur10", "--for", "dh-csv", "--out", table)[0] == 0
+    table.write_text(table.read_text().replace("-0.612", "-0.611"))
+    options = ("new", "ur10", "--apply", table, "--for", "dh-csv", "--out")
+    code, _, error = run(*options, out)
+    assert code == 0, error
+    mine = load_robot(out)
+    assert mine.chain.values[mine.chain.index["joint2.a"]] == pytest.approx(-0.611)
+    table.write_text(table.read_text().replace("-0.611", "0.212"))
+    refused(["UR10"], *options, tmp_path / "no.toml", status=1)  # no UR10 is made like that
+    refused(["--for"], "new", "ur10", "--apply", table, "--out", out, status=64)
+
+
+def test_every_start_descends_to_its_own_minimum():
+    """x² = 4 from both sides; the second unknown does nothing and stays."""
+    starts = np.array([[-3.0, 1.0], [1.0, 5.0], [0.1, 0.0]])
+
+    def linearise(x):
+        slope = np.stack([2.0 * x[:, :1], np.zeros((len(x), 1))], axis=2)
+        return 4.0 - x[:, :1] ** 2, slope
+
+    (found,), left = descend((starts,), linearise, lambda x, step: (x + step,))
+    np.testing.assert_allclose(found, [[-2.0, 1.0], [2.0, 5.0], [2.0, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(left, 0.0, atol=1e-8)
+
+
+def test_a_joint_table_in_millimetres_and_degrees_is_read_in_these():
+    rows = [
+        dict(zip(("theta", "d", "a", "alpha"), r, strict=True)) for r in (UR5 * [1, 1e3, 1e3, 180 / np.pi])
+    ]
+    found = table_readings(rows)
+    assert {reading.assumptions[1:] for reading in found} == {("lengths in mm", "angles in deg")}
+    with pytest.raises(FileError, match="degrees"):
+        table_readings(rows, lengths=("mm",), angles=("rad",))
+
+
+def test_the_verb_refuses_what_is_no_reading():
+    with pytest.raises(OptionError, match="readings"):
+        wb.find_convention(3, 4)
+
+
+def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_path):
+    arm = load_robot("ur10e")
+    table, typed, shown = pendant(arm, 4)
+    session = do(LoadModel("mine.csv", table.encode(), typed[:3]))
+    assert "standard DH" in session.page.messages[-1].text
+    assert "joint 2 is inverted" in session.page.messages[-1].text
+    found = tool_poses(session.robot, Motion(shown))
+    assert np.abs(found[:, :3, 3] - tool_poses(arm, Motion(plural(shown)))[:, :3, 3]).max() < 1e-4
+    name, content = robot_toml(session)
+    (tmp_path / name).write_bytes(content)
+    np.testing.assert_allclose(tool_poses(read_toml(tmp_path / name), Motion(shown)), found, atol=1e-9)
+    for wrong, message in ((typed[:2], "at least 3 poses"), (("1, 2 = 3",) * 3, "6 joint positions")):
+        refused = do(LoadModel("mine.csv", table.encode(), wrong))
+        assert message in refused.page.messages[-1].text
+        assert refused.robot is session.robot
+    assert "none of" in do(ChooseRobot("ur5e", poses=typed)).page.messages[-1].text

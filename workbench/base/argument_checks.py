@@ -1,0 +1,259 @@
+"""Checks of arguments where users call: arguments of verbs and fields of records as their annotations say.
+
+Inside, types are trusted. Here a value of another type is read where its meaning is plain (a path
+for measurements, "20%" for a number, one name for several), and refused in one sentence elsewhere.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sized
+from dataclasses import fields
+from enum import Enum
+from functools import cache, wraps
+from inspect import Parameter, Signature, cleandoc, signature
+from numbers import Integral, Real
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, NamedTuple, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+from jaxtyping import AbstractArray
+
+from workbench.base.errors import OptionError
+
+P = ParamSpec("P")
+Result = TypeVar("Result")
+Given = Mapping[str, Any]
+"""Arguments before the one that is read, by name: what a path means may depend on the robot."""
+Read = Callable[[Any, Given], Any]
+
+_REFUSED = object()
+
+
+class _Reading(NamedTuple):
+    text: str
+    read: Read
+
+
+_READINGS: dict[type, _Reading] = {}
+_PLAIN = {bool: "True or False", int: "a whole number", float: "a number", str: "text", Path: "a path"}
+
+
+def accept(kind: type, text: str, read: Read) -> None:
+    """Let other values stand for a type in arguments.
+
+    Args:
+        kind: The type.
+        text: What may be given, for messages.
+        read: Makes one of a value that may mean one; anything else comes back as it is.
+    """
+    _READINGS[kind] = _Reading(text, read)
+
+
+def checked_arguments(record: type | None = None) -> Callable[[Callable[P, Result]], Callable[P, Result]]:
+    """Decorator of a verb: its arguments are checked, or read, by their annotations.
+
+    Args:
+        record: A dataclass whose fields the verb takes as `**fields`; help shows them one by one.
+    """
+
+    def decorate(verb: Callable[P, Result]) -> Callable[P, Result]:
+        shown = _expanded(signature(verb), record)
+
+        @wraps(verb)
+        def call(*args: P.args, **options: P.kwargs) -> Result:
+            try:
+                values = shown.bind(*args, **options).arguments
+            except TypeError as error:
+                raise TypeError(f"{verb.__name__}() {error}") from None
+            hints = {**(_hints(record) if record else {}), **_hints(verb)}
+            return verb(**admitted(hints, values))  # type: ignore[call-arg]
+
+        call.__signature__ = shown  # type: ignore[attr-defined]
+        call.__doc__ = _documented(verb.__doc__, record)
+        return call
+
+    return decorate
+
+
+def admit(record: Any) -> None:
+    """The fields of a frozen dataclass by their annotations; for its `__post_init__`."""
+    values = {f.name: getattr(record, f.name) for f in fields(record)}
+    kind: Callable[..., Any] = type(record)
+    for name, value in admitted(_hints(kind), values).items():
+        object.__setattr__(record, name, value)
+
+
+def admitted(hints: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by name, each of the type that its annotation says."""
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        found[name] = _read(value, hints.get(name, Any), found)
+        if found[name] is _REFUSED:
+            raise OptionError(f"{name} must be {_text(hints[name])}, got {_shown(value)}")
+    return found
+
+
+def _documented(text: str | None, record: type | None) -> str | None:
+    """A verb's docstring with the fields of a record among its arguments."""
+    if record is None or not text or not record.__doc__:
+        return text
+    lines = cleandoc(record.__doc__).partition("Args:\n")[2].splitlines()
+    own, raises, rest = text.partition("\n    Raises:")
+    return "\n".join([own.rstrip(), *(f"    {line}" for line in lines), raises + rest])
+
+
+def _expanded(own: Signature, record: type | None) -> Signature:
+    """A signature with the fields of a record in place of `**fields`."""
+    if record is None:
+        return own
+    made = {f.name: getattr(record(), f.name) for f in fields(record)}
+    flat = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=made[name], annotation=_bare(hint))
+        for name, hint in _hints(record).items()
+        if name in made
+    ]
+    kept = [p for p in own.parameters.values() if p.kind is not Parameter.VAR_KEYWORD]
+    return own.replace(parameters=[*kept, *flat])
+
+
+@cache
+def _hints(of: Callable[..., Any]) -> dict[str, Any]:
+    """Annotations; one that is there for type checkers alone lets everything in."""
+    try:
+        return get_type_hints(of, include_extras=True)
+    except NameError:
+        own = signature(of).parameters.values()
+        return {p.name: Any if isinstance(p.annotation, str) else p.annotation for p in own}
+
+
+def _bare(hint: Any) -> Any:
+    return get_args(hint)[0] if get_origin(hint) is Annotated else hint
+
+
+def _read(value: Any, hint: Any, given: Given) -> Any:
+    """The value as a type says, or `_REFUSED`."""
+    kind, parts = get_origin(hint) or hint, get_args(hint)
+    if kind is Any or _is_array_like(parts):
+        return value
+    if kind is Annotated:
+        for read in filter(callable, hint.__metadata__):
+            value = read(value, given)
+        return _read(value, parts[0], given)
+    if kind in (Union, UnionType):
+        readings = (_read(value, part, given) for part in _ordered(parts))
+        return next((found for found in readings if found is not _REFUSED), _REFUSED)
+    if not isinstance(kind, type):
+        return value
+    if issubclass(kind, AbstractArray):
+        return _REFUSED if isinstance(value, str) else value
+    if kind is Callable or kind is type(Callable):
+        return value if callable(value) else _REFUSED
+    if issubclass(kind, Mapping):
+        return _entries(value, parts, given)
+    if parts and issubclass(kind, Iterable):
+        return _items(value, kind, parts, given)
+    return _single(value, kind, given)
+
+
+def _is_array_like(parts: tuple[Any, ...]) -> bool:
+    """Whether what is read is numpy's `ArrayLike`, which says so by protocols of its own."""
+    return any(getattr(part, "__module__", "").startswith("numpy._typing") for part in parts)
+
+
+def _ordered(parts: tuple[Any, ...]) -> list[Any]:
+    """Members of a union as they are tried: text last, and not at all beside words of an enumeration."""
+    has_enum = any(isinstance(part, type) and issubclass(part, Enum) for part in parts)
+    kept = [part for part in parts if not (part is str and has_enum)]
+    return sorted(kept, key=lambda part: (part is not NoneType, part is str))
+
+
+def _single(value: Any, kind: type, given: Given) -> Any:
+    if kind in (int, float) and isinstance(value, bool | np.bool_):
+        return _REFUSED
+    if isinstance(value, kind):
+        return value
+    if kind in _READINGS:
+        value = _READINGS[kind].read(value, given)
+    elif kind in _PLAIN:
+        return _plain(value, kind)
+    elif issubclass(kind, Enum) and value in list(kind):
+        return kind(value)
+    return value if isinstance(value, kind) else _REFUSED
+
+
+def _plain(value: Any, kind: type) -> Any:
+    """A number, a truth value or a path from what says one without doubt."""
+    if kind is bool:
+        return bool(value) if isinstance(value, np.bool_) else _REFUSED
+    if kind is int:
+        whole = isinstance(value, Integral) or (isinstance(value, float) and value.is_integer())
+        return int(value) if whole else _REFUSED
+    if kind is float:
+        value = share_of(value) if isinstance(value, str) else value
+        return float(value) if isinstance(value, Real) else _REFUSED
+    return Path(value) if kind is Path and isinstance(value, str) else _REFUSED
+
+
+def share_of(text: str) -> float | str:
+    """The number in a text such as `0.2` or `20%`; the text itself if it is none."""
+    try:
+        return float(text.strip().removesuffix("%")) / (100.0 if text.strip().endswith("%") else 1.0)
+    except ValueError:
+        return text
+
+
+def _entries(value: Any, parts: tuple[Any, ...], given: Given) -> Any:
+    if not isinstance(value, Mapping):
+        return _REFUSED
+    if not parts:
+        return value
+    read = {_read(k, parts[0], given): _read(v, parts[1], given) for k, v in value.items()}
+    return _REFUSED if _REFUSED in read or any(v is _REFUSED for v in read.values()) else read
+
+
+def _items(value: Any, kind: type, parts: tuple[Any, ...], given: Given) -> Any:
+    """Several of a kind; a single one stands for itself, and names may have commas between them."""
+    if isinstance(value, Mapping) or value is None:
+        return _REFUSED
+    if isinstance(value, str):
+        value = [name.strip() for name in value.split(",") if name.strip()]
+    several = list(value) if isinstance(value, Iterable) and isinstance(value, Sized) else [value]
+    kinds = list(parts) if kind is tuple and parts[-1] is not Ellipsis else [parts[0]] * len(several)
+    if len(kinds) != len(several):
+        return _REFUSED
+    found = tuple(_read(v, k, given) for v, k in zip(several, kinds, strict=True))
+    return _REFUSED if any(v is _REFUSED for v in found) else found
+
+
+def _text(hint: Any) -> str:
+    """What may be given, for people; an annotation may say it itself."""
+    if own := [text for text in getattr(hint, "__metadata__", ()) if isinstance(text, str)]:
+        return own[0]
+    hint = _bare(hint)
+    kind, parts = get_origin(hint) or hint, get_args(hint)
+    if kind in (Union, UnionType):
+        return " or ".join(_text(part) for part in _ordered(parts) if part is not NoneType)
+    if kind in _READINGS:
+        return _READINGS[kind].text
+    if kind in _PLAIN:
+        return _PLAIN[kind]
+    if not isinstance(kind, type) or issubclass(kind, Callable):  # type: ignore[arg-type]
+        return "a function"
+    if issubclass(kind, Enum):
+        return f"one of {', '.join(map(str, kind))}"
+    if issubclass(kind, Mapping):
+        return f"a mapping to {_text(parts[1])}" if parts else "a mapping"
+    if issubclass(kind, AbstractArray):
+        return "an array"
+    if parts and issubclass(kind, Iterable):
+        pair = kind is tuple and parts[-1] is not Ellipsis
+        return f"{len(parts)} values" if pair else f"several of {_text(parts[0])}"
+    return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
+
+
+def _shown(value: Any) -> str:
+    """What was given, for people; only its kind where it is large."""
+    if isinstance(value, str):
+        return f"'{value}'"
+    if value is None or isinstance(value, bool | int | float | tuple | list | set | dict):
+        return repr(value)
+    return f"{'an' if type(value).__name__[0] in 'AEIOU' else 'a'} {type(value).__name__}"

@@ -1,0 +1,102 @@
+"""Possible meanings of a joint table, and of poses typed with it: conventions and units."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.frame import Frame
+from workbench.arm.robot import Robot
+from workbench.arm.robot_toml import robot_from_rows
+from workbench.base.errors import FileError
+from workbench.base.types import frozen
+from workbench.extras.pendant.own_robot.displayed_poses import SIZES, USUAL, meanings, possible
+from workbench.plate.argument_types import checked_arguments
+
+
+@dataclass(frozen=True, eq=False)
+class Typed:
+    """Joint positions and poses under one understanding of their units.
+
+    Args:
+        q: Joint positions [rad or m].
+        poses: Of the flange in the robot's base.
+        assumptions: What was assumed of the numbers, such as `joints in deg`.
+    """
+
+    q: Float[np.ndarray, "m n"]
+    poses: Float[np.ndarray, "m 4 4"]
+    assumptions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class TableReading:
+    """One way to read a table.
+
+    Args:
+        robot: The arm under it, with neither base nor tool.
+        assumptions: What was assumed, such as `standard DH` or `lengths in mm`.
+    """
+
+    robot: Robot
+    assumptions: tuple[str, ...] = ()
+
+
+@checked_arguments()
+def table_readings(
+    rows: Sequence[dict],
+    *,
+    conventions: Sequence[str] = ("dh", "craig"),
+    lengths: Sequence[str] = ("m", "mm"),
+    angles: Sequence[str] = ("rad", "deg"),
+    name: str = "robot",
+    limits=None,
+) -> list[TableReading]:
+    """What a joint table may mean.
+
+    Args:
+        rows: `theta`, `d`, `a`, `alpha` (`beta`, `type`) of every joint, as numbers stand there.
+        conventions: That may be meant.
+        lengths: Units that may be meant, the likeliest first.
+        angles: The same for angles.
+        name: Of the robot.
+        limits: Of its joints [rad or m], if known.
+    """
+    titles = {"dh": "standard DH", "craig": "modified DH (Craig)"}
+    lengths = possible(lengths, [float(r.get(c, 0.0)) for r in rows for c in ("d", "a")])
+    angles = possible(angles, [float(r.get(c, 0.0)) for r in rows for c in ("theta", "alpha", "beta")])
+    out: list[TableReading] = []
+    refused: FileError | None = None
+    for convention, length, angle in product(conventions, lengths, angles):
+        scaled = [
+            {
+                key: value if key == "type" else float(value) * SIZES[length if key in ("d", "a") else angle]
+                for key, value in row.items()
+            }
+            for row in rows
+        ]
+        try:
+            robot = robot_from_rows(scaled, convention, name=name, limits=limits)
+        except FileError as error:  # units that no arm has
+            refused = error
+            continue
+        assumed = (titles.get(convention, convention), f"lengths in {length}", f"angles in {angle}")
+        out.append(TableReading(robot.with_frames(base=Frame(), tool=Frame()), assumed))
+    if refused is not None and not out:
+        raise refused
+    return out
+
+
+@checked_arguments()
+def typed_readings(numbers: Float[np.ndarray, "m k"], slides: Sequence[bool]) -> list[Typed]:
+    """What numbers typed from a pendant may mean: joints, then x, y, z, and three angles or a quaternion.
+
+    Args:
+        numbers: A row for each pose.
+        slides: Which joints slide.
+    """
+    joints, xyz, turn = np.split(numbers, [len(slides), len(slides) + 3], axis=1)
+    found = meanings(joints, xyz, turn, slides, kinds=USUAL)
+    return [Typed(frozen(m.q), frozen(m.poses), m.assumptions) for m in found]

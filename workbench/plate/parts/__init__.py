@@ -1,1 +1,0 @@
-"""Manufacturing a plate: its parts as solids and drawings, and the plate as measured afterwards."""
