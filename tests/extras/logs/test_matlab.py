@@ -157,7 +157,7 @@ def test_matlab(read_here, shared_data, name, columns):
 def test_matlab_says_what_it_holds(read_here, shared_data):
     with pytest.raises(OptionError, match=r"Q \(7 x 20\)"):
         read_measurements(shared_data / "importer_variants" / "wam_matrices.mat")
-    with pytest.raises(OptionError, match=r"20 values per measurement|has 20|says not"):
+    with pytest.raises(OptionError, match=r"20 values per measurement|has 20|state what"):
         read_measurements(
             shared_data / "importer_variants" / "wam_matrices.mat", columns="q[rad|row]=Q,xyz[mm|row]=P"
         )
@@ -169,7 +169,7 @@ def test_a_file_whose_words_only_the_command_takes_says_where_they_go(do, tmp_pa
     session = do(LoadData("a.mat", (tmp_path / "a.mat").read_bytes()))
     message = session.page.messages[-1].text
     assert message.startswith(
-        "a.mat: a MATLAB file says not which matrix is what; it holds Q (20 x 6), P (20 x 3)"
+        "a.mat: a MATLAB file doesn't state what its matrices are; it holds Q (20 x 6), P (20 x 3)"
     )
     assert "--columns" in message
     assert session.measurements.loaded is session.measurements.unread is None

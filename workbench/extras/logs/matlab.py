@@ -43,7 +43,7 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
         raise FileError("there are no matrices in this MATLAB file", path=str(path))
     if naming is None or not naming.pairs:
         raise OptionError(
-            f"{path}: a MATLAB file says not which matrix is what; it holds {_contents(variables)}: "
+            f"{path}: a MATLAB file doesn't state what its matrices are; it holds {_contents(variables)}: "
             + remedy(
                 "write e.g. columns='q[rad|column]=Q,xyz[mm|column]=P' (--columns), 'column' where one "
                 "measurement is a column",
