@@ -263,8 +263,8 @@ def _pairs(
         if picked := _picked(robot, chosen, heavy, joint, purpose, each):
             return picked
     raise DataError(
-        f"every posture that robot '{robot.name}' reaches to load joint {joint + 1} as '{purpose}' requires "
-        "leaves some joint's load so close to reversing that small errors of the arm decide its side; "
+        f"in every posture in which robot '{robot.name}' loads joint {joint + 1} as '{purpose}' requires, "
+        "some joint's load is so small that errors of the arm may reverse it; "
         "widen its limits, or add mass at the tool"
     )
 

@@ -71,9 +71,9 @@ def notes(found: LoadTest) -> list[str]:
             f"{left_out} postures are left out, since small errors of the arm decide a load's side there"
         )
     out.append(
-        f"standard errors include errors of lengths up to {1e3 * LENGTH:g} mm, of the links' masses as the "
-        "arm's file states them (10 % if not), and of their centres, one σ of "
-        f"{1e3 * centre:g} mm along each axis (--centre-tolerance)"
+        f"standard errors include errors of lengths (up to {1e3 * LENGTH:g} mm), of link masses (as in the "
+        "arm's file, or 10 %) and of their centres "
+        f"(one σ of {1e3 * centre:g} mm along each axis, --centre-tolerance)"
     )
     return out
 
