@@ -173,6 +173,9 @@ def test_the_plate_is_judged_by_what_is_wanted(first):
     tried = replace(moved, trial=trial_of(first, 0.97))
     assert guide(tried).tone is Tone.GOOD
     assert guide(tried).next.save is fixture_zip  # in view, without scrolling
+    few = guide(replace(moved, trial=trial_of(first, 0.5)))
+    assert few.tone is Tone.CAREFUL
+    assert few.other.save is fixture_zip
     assert replace(tried, choices=replace(tried.choices, wanted=None)).tried is None
 
 

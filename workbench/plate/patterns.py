@@ -94,17 +94,17 @@ def circle_before(robot: Robot, centre: tuple[float, float] = CENTRE) -> Plate:
     """A circle of targets before an arm, sized by its reach; above the floor that it stands on.
 
     Args:
-        centre: How far before the base and how high its middle is, as shares of the reach.
+        centre: How far before the base and how high its middle is, as shares of the reach; the region stays.
     """
-    reach = robot.reach
-    middle = np.array([centre[0], 0.0, centre[1]]) * reach - [0.0, 0.0, height_above_floor(robot)]
+    reach, floor = robot.reach, [0.0, 0.0, height_above_floor(robot)]
+    middle, usual = (np.array([x, 0.0, z]) * reach - floor for x, z in (centre, CENTRE))
     half = np.array([0.2, 0.24, 0.12]) * reach
     radius = max(0.16 * reach, ROOM)
     side = 2.0 * radius + 0.1 * reach
     return Plate(
         name=CIRCLE,
         targets=pattern("circle", TARGETS, centre=middle, radius=radius),
-        region=Region(min=middle - half * [1, 1, 0.5], max=middle + 1.5 * half, cube=float(0.05 * reach)),
+        region=Region(min=usual - half * [1, 1, 0.5], max=usual + 1.5 * half, cube=float(0.05 * reach)),
         xyz=frozen(middle - [0.0, 0.0, 0.05]),
         size=frozen(np.array([side, side, 0.012])),
     )

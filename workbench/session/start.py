@@ -2,8 +2,8 @@
 
 An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is, where it
 meets all of them well clear of limits and plate. A target that it can't reach so, and every one of an arm
-with fewer than six joints, is turned about the vertical, and moved nearer if need be, until it does; it then
-has the orientation that the tool has there.
+with fewer than six joints, is turned about the vertical, and moved in or out if need be, until it does; it
+then has the orientation that the tool has there.
 """
 
 from collections.abc import Sequence
@@ -83,9 +83,9 @@ ARIA, TABLE_2, TABLE_2_NAME = "ARIA", "table2", "Table 2"
 """The paper's arm and its plate, as it is loaded and called."""
 TURNS = 6
 """Turns about the vertical that are tried at a place."""
-CENTRES = (CENTRE, (0.55, 0.25), (0.5, 0.35), (0.5, 0.15), (0.6, 0.35), (0.6, 0.15))
+CENTRES = (CENTRE, (0.55, 0.25), (0.5, 0.25), (0.5, 0.35), (0.5, 0.15), (0.6, 0.35), (0.6, 0.15))
 """Where the middle of the circle is tried, as shares of the reach."""
-NEARER = (1.0, 0.95, 0.9, 0.85)
+DISTANCES = (1.0, 0.95, 0.9, 0.85, 1.05, 1.1, 1.2)
 """Shares of a place's distance from the base at which they are tried."""
 
 
@@ -117,14 +117,13 @@ def default_circle(robot: Robot) -> Plate:
 
 
 def _circle(robot: Robot, centre: tuple[float, float]) -> Plate:
-    plate, straight = circle_before(robot, centre), robot.with_effects()
-    targets = (
-        target
-        if robot.dof >= int(Task.POSE) and _has_room(robot, plate, i, branches_to(robot, target))
-        else _met(straight, plate, i)
-        for i, target in enumerate(plate.targets)
-    )
-    return replace(plate, targets=tuple(targets))
+    circle, straight = circle_before(robot, centre), robot.with_effects()
+    plate, is_free = circle, robot.dof >= int(Task.POSE)
+    for number in (2 if is_free else 1) * list(range(len(circle))):  # again: other blocks have turned by then
+        if not (is_free and _has_room(robot, plate, number, branches_to(robot, plate.targets[number]))):
+            met = _met(straight, plate, number, circle.targets[number])
+            plate = replace(plate, targets=(*plate.targets[:number], met, *plate.targets[number + 1 :]))
+    return plate
 
 
 def _has_room(robot: Robot, plate: Plate, number: int, branches: Sequence[Branch]) -> bool:
@@ -133,13 +132,12 @@ def _has_room(robot: Robot, plate: Plate, number: int, branches: Sequence[Branch
     return max((branch.margin for branch in clear), default=0.0) >= LIMIT_MARGIN - LIMIT_SLACK
 
 
-def _met(robot: Robot, plate: Plate, number: int) -> Target:
-    """The target, turned or nearer to the base, as the arm meets it; a socket where it can't hold any."""
-    placed = plate.targets[number]
+def _met(robot: Robot, plate: Plate, number: int, placed: Target) -> Target:
+    """The target, turned, nearer or farther, as the arm meets it; a socket where it can't hold any."""
     kind = Kind.SOCKET if Task.default(robot.dof) is Task.POSITION else Kind.SEAT
     turns = se3.rotvec_to_matrix(np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)[:, None] * [0, 0, 1])
     found: list[tuple[bool, float, Target]] = []
-    places = [replace(placed, xyz=frozen(placed.xyz * [nearer, nearer, 1.0])) for nearer in NEARER]
+    places = [replace(placed, xyz=frozen(placed.xyz * [share, share, 1.0])) for share in DISTANCES]
     for target in places:
         poses = robot.base.pose @ se3.pose(turns @ target.pose[:3, :3], np.tile(target.xyz, (TURNS, 1)))
         branches = [branch for result in solve_many(robot, poses) for branch in result.within_limits]
