@@ -12,6 +12,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
+from workbench.report.numbers import compared
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
@@ -216,7 +217,7 @@ def test_errors_fall_stage_by_stage_on_the_same_rows(walked):
     errors = [stage.error for stage in stages(walked["added"])]
     assert titles == ["nominal", "geometry", "causes"]
     assert errors[0] > errors[1] > errors[2]
-    assert guide(walked["added"]).sentence.startswith(" → ".join(f"{e:.3g}" for e in errors))
+    assert guide(walked["added"]).sentence.startswith(" → ".join(compared(e) for e in errors))
     assert stages(walked["loaded"]) == ()
 
 
@@ -230,8 +231,8 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
     nominal, geometry, causes = (stage.error for stage in stages(added))
     assert stages(identified)[0].error == pytest.approx(nominal, rel=1e-9)
     assert stages(identified)[1].error == stages(diagnosed)[1].error == geometry
-    assert f"{geometry:.3g} mm" in guide(diagnosed).sentence
-    figures = [f"{error:.3g}" for error in (nominal, geometry, causes)]
+    assert f"{compared(geometry)} mm" in guide(diagnosed).sentence
+    figures = [compared(error) for error in (nominal, geometry, causes)]
     assert re.findall(r"[\d.]+", texts_of(numbers(stages(added)))) == figures
     assert added.results.diagnosis.before.held_out.position_mm.mean != geometry  # it fits it for itself
     for session in (diagnosed, added):

@@ -17,6 +17,11 @@ def significant(value: float) -> str:
     return "–" if np.isnan(value) else f"{value:.3g}"
 
 
+def compared(value: float) -> str:
+    """The same with its zeros, as beside others: 0.430; a dash where nothing was measured."""
+    return "–" if np.isnan(value) else f"{value:#.3g}".rstrip(".")
+
+
 def signed(value: float, digits: int) -> str:
     """Fixed decimals with a true minus sign, and no minus before zero."""
     text = f"{value:.{digits}f}"

@@ -21,7 +21,7 @@ from workbench.identification.arm_match import ArmMatch
 from workbench.identification.result import LOOK_AGAIN, Identification, Run, Validation, judged
 from workbench.identification.row_errors import RowErrors
 from workbench.identification.row_selection import check_enough
-from workbench.report.numbers import significant
+from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand, kinds
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData
@@ -284,7 +284,7 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
 
 def stages_in_text(session: Session) -> str:
     """`0.739 → 0.375 → 0.072`."""
-    return " → ".join(significant(stage.error) for stage in stages(session))
+    return " → ".join(compared(stage.error) for stage in stages(session))
 
 
 def noise_length(found: Identification) -> float:
@@ -303,7 +303,7 @@ def _figure(session: Session) -> str:
     """Errors stage by stage, or what is predicted before there are any [mm]."""
     fitted, found = session.results.identification, session.results.diagnosis
     if fitted is not None and found is not None and found.effects and not session.results.accepted:
-        return f"{stages_in_text(session)} → {significant(judged(found.after).position_mm.mean)} mm"
+        return f"{stages_in_text(session)} → {compared(judged(found.after).position_mm.mean)} mm"
     if fitted is not None:
         return f"{stages_in_text(session)} mm"
     predicted = 1e3 * session.score.position
@@ -387,11 +387,11 @@ def _identified(session: Session, found: Identification) -> GuideStep:
         text = f"{stages_in_text(session)} mm: the remaining error is instrument noise."
         return GuideStep(text, Tone.GOOD, TAKE, COMPARE)
     if rows < MIN_ROWS:
-        text = f"{significant(left)} mm left. {rows} rows are too few to look for a cause; "
+        text = f"{compared(left)} mm left. {rows} rows are too few to look for a cause; "
         text += f"{MIN_ROWS} are needed."
         return GuideStep(text, Tone.CAREFUL, MORE, COMPARE)
     if np.isnan(times):
-        text = f"{significant(left)} mm left. Is it noise, or an error beyond geometry?"
+        text = f"{compared(left)} mm left. Is it noise, or an error beyond geometry?"
         return GuideStep(text, Tone.PLAIN, CAUSE, TAKE)
     text = f"{left:.3g} mm left, {times:.2g} × the instrument noise: geometry alone can't explain it."
     return GuideStep(text, Tone.CAREFUL, CAUSE, TAKE)

@@ -12,7 +12,7 @@ from workbench.identification.report.table import (
     parameters_tables,
 )
 from workbench.identification.row_errors import Errors, Spread
-from workbench.report.numbers import factor, short, signed, standard_error
+from workbench.report.numbers import compared, factor, short, signed, standard_error
 
 
 def printed(content, width=80):
@@ -114,3 +114,8 @@ def test_other_numbers():
     assert factor(1.0, 1.0) == "unchanged"
     assert factor(1.0, 2.0) == "2 times larger"
     assert factor(1.0, 0.0) == "no error left"
+
+
+def test_numbers_beside_others_keep_their_zeros():
+    numbers = [compared(value) for value in (0.43, 0.0929, 12.0, 123.4, np.nan)]
+    assert numbers == ["0.430", "0.0929", "12.0", "123", "–"]

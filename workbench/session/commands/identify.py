@@ -10,7 +10,7 @@ from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.identify_with_effects import identify
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.result import Identification, judged
-from workbench.report.numbers import significant
+from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.compare import with_fit
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
@@ -94,8 +94,8 @@ def _summary(found: Identification, fit: str) -> str:
     old, new = judged(found.nominal), judged(found.runs[fit])
     kind = "held-out" if found.runs[fit].held_out else "fitted"
     return (
-        f"mean error on {kind} poses: {significant(old.position_mm.mean)} mm with the nominal arm, "
-        f"{significant(new.position_mm.mean)} mm with the calibrated one"
+        f"mean error on {kind} poses: {compared(old.position_mm.mean)} mm with the nominal arm, "
+        f"{compared(new.position_mm.mean)} mm with the calibrated one"
     )
 
 

@@ -194,9 +194,12 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         tab=Tab.CALIBRATE,
         waits=False,
     )
+    overlay = session().choices.overlay
+    alike = SetOverlay(replace(overlay, exaggeration_after=overlay.exaggeration))
     yield DemoScene(
-        "Meanwhile, arrows show the errors, exaggerated: grey for the nominal arm, orange when calibrated.",
-        tuple(ShowRow(row) for row in range(0, 160, 8)),
+        f"Meanwhile, arrows show the errors, drawn {overlay.exaggeration:g} times as long: grey for the nominal "
+        "arm, orange when calibrated.",
+        (alike, *(ShowRow(row) for row in range(0, 160, 8))),
         seconds=20.0,
         tab=Tab.COMPARE,
         waits=False,
@@ -206,12 +209,13 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     if found is not None and found.effects:
         causes = " and ".join(cause.label for cause in found.causes) or "no named cause"
         rest = "" if found.residual_map is None else "; a residual map predicts the rest"
-        yield DemoScene(f"Found: {causes}{rest}.", seconds=8.0, tab=Tab.CALIBRATE)
         yield DemoScene(
-            "With these effects in the model, the error falls further.",
-            (AddEffects(),),
-            seconds=7.0,
+            f"Found: {causes}{rest}. With these effects, the error falls further.",
+            seconds=8.0,
             tab=Tab.CALIBRATE,
+        )
+        yield DemoScene(
+            "One button adds them to the arm that is saved.", (AddEffects(),), seconds=7.0, tab=Tab.CALIBRATE
         )
     yield DemoScene(
         END, (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, tab=Tab.CALIBRATE

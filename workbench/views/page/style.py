@@ -68,6 +68,7 @@ RULES = f"""
   font-variant-numeric: tabular-nums }}
 [{CAPTION}] > a {{ display: inline-block; margin-top: 10px; padding: 5px 16px; border-radius: 4px;
   background: #1d4ed8; color: #fff; font-size: 15px; text-decoration: none; pointer-events: auto }}
+.mantine-Notifications-root {{ top: auto !important; bottom: 1em; left: 22em !important }}
 canvas[data-engine] {{ background: {css(SKY)} }}
 [data-mantine-color-scheme="dark"] canvas[data-engine] {{ background: {css(SKY_DARK)} }}
 {PANEL}[style*="overflow: hidden"] {{ overflow: clip !important }}
@@ -103,6 +104,7 @@ div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: bloc
 @container (min-width: 420px) {{ svg[viewBox^="0 0 340"] text {{ font-size: 10px }} }}
 @media (max-width: {NARROW}px) {{
   [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
+  .mantine-Notifications-root {{ top: 13em !important; bottom: auto; left: 1em !important }}
   [{MORE}] {{ display: none }}
   [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }}
 }}
