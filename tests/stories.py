@@ -5,7 +5,7 @@
 own_robot: a robot and its measurements, both files dropped, to the cause and the calibrated URDF;
 plate: a robot's file, to a plate that can be made;
 film: the demo;
-pictures: a ZIP of 30 rendered pictures with joints, camera and board, to the calibrated URDF.
+pictures: a ZIP of 30 rendered pictures with joints, to the calibrated URDF.
 
 No file is written by the package. A picture is kept at every step; clicks and seconds are printed.
 """
@@ -76,7 +76,7 @@ class Visit:
 
     def type(self, label: str, text: str) -> None:
         """Click a field and type."""
-        given = self.page.get_by_label(label, exact=True).first
+        given = self.page.get_by_label(label, exact=True).filter(visible=True).first
         self.click(given)
         given.fill(text)
         given.press("Enter")
@@ -227,18 +227,21 @@ def film(visit: Visit) -> None:
 
 
 def pictures(visit: Visit, archive: Path, folder: Path) -> Path:
-    """Pictures of a board in an archive to the joints that moved; returns the calibrated URDF."""
+    """Pictures of a board that no file describes, to the joints that moved; returns the calibrated URDF."""
     visit.press("Pictures of a board")
-    visit.press("With this robot")
-    visit.opened(Tab.MEASURE)
+    visit.type("Square [mm]", "30")
+    visit.shoot("asked")
     with visit.page.expect_file_chooser(timeout=LONG) as chooser:
-        visit.press("… or an archive of it (ZIP)")
+        visit.click(visit.page.locator(".mantine-Modal-body input[accept='.tar,.zip']"))
     chooser.value.set_files(archive)
+    visit.says("No target.toml", "question")
+    visit.shoot("question")
+    visit.press("Read with this board")
     visit.page.get_by_text("30 pictures read from").first.wait_for(timeout=LONG)
     visit.shoot("read")
-    visit.press("Identify the geometry")
     visit.idle()
     visit.shoot("identified")
+    visit.press("Save the arm …")
     return visit.save("URDF", folder / "calibrated.urdf")
 
 
@@ -256,6 +259,8 @@ def tell(story: str, folder: Path) -> None:
                 shots = Path(made) / "shots"
                 shots.mkdir()
                 photograph(app.worker.session.robot, np.deg2rad([0, 0, 0.6, 0, -0.4, 0]), shots, count=30)
+                for name in ("camera", "target"):
+                    (shots / f"{name}.toml").unlink()
                 shutil.make_archive(str(archive.with_suffix("")), "zip", made, "shots")
             browser = playwright.chromium.launch(executable_path=browser_program(), args=FLAGS)
             page = browser.new_page(viewport={"width": 1280, "height": 800}, accept_downloads=True)

@@ -16,7 +16,7 @@ import pytest
 from workbench.base.errors import FileError
 from workbench.extras.camera import folder as folders
 from workbench.extras.camera.folder import says_target, scan_folder, unpacked
-from workbench.extras.camera.panels import CamerasPanel
+from workbench.extras.camera.panels import PictureFields
 from workbench.extras.camera.picture_files import read_picture
 from workbench.extras.camera.templates import Board
 
@@ -41,12 +41,12 @@ def zipped(*files) -> bytes:
         (zipped(("broken.toml", b"=")), True),
     ],
 )
-def test_a_board_is_assumed_only_after_a_question_where_no_file_says_it(content, says):
+def test_a_board_is_assumed_only_after_a_question_where_no_file_says_it(content, says, monkeypatch):
     """One that can't be read is asked about by nobody: reading it says what is wrong."""
     assert says_target(content) is says
-    panel = CamerasPanel.__new__(CamerasPanel)
-    panel._board = Board
-    assert (Board().text in panel._assumed(content)) is not says
+    fields = PictureFields.__new__(PictureFields)
+    monkeypatch.setattr(PictureFields, "board", Board())
+    assert (Board().question in fields._assumed(content)) is not says
 
 
 def marked(content: bytes, place: int, value: int) -> bytes:

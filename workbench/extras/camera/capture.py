@@ -10,7 +10,7 @@ from jaxtyping import Float
 from workbench.base.files import write_text
 from workbench.base.wording import plural
 from workbench.extras.camera.camera import write_cameras
-from workbench.extras.camera.corner_detection import MIN_FOUND
+from workbench.extras.camera.likely_board import MIN_FOUND
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import write_target
 from workbench.session.state import AbstractPart

@@ -17,10 +17,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.errors import DataError, FileError
 from workbench.base.progress import Cancelled, cancelled, progress
 from workbench.base.wording import listed, plural
-from workbench.extras.camera.markers import USUAL, detector, opencv_board
+from workbench.extras.camera.likely_board import MIN_FOUND, RIGHT, likely_width, markers_in, share_on_board
+from workbench.extras.camera.markers import USUAL, opencv_board
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.picture_files import (
     Picture,
@@ -34,18 +35,8 @@ from workbench.extras.camera.pixel_rows import PixelRows
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import PictureTarget, prints_of
 
-MIN_FOUND = 4
-"""Corners, or markers, that a picture must show."""
 BLURRED = 1.4
 """Blur [px, standard deviation] from which on it is named: sharp pictures of small squares have up to 1.1."""
-ALONG = 0.3
-"""Part of a marker's side by which a marker may miss its place on a board that is the right one …"""
-RIGHT = 0.8
-"""… and the share of markers that must not."""
-SAMPLES = 100
-"""Samples of RANSAC: with `RIGHT` of the corners in place, all of them miss with odds of 1e-23."""
-WIDEST = 24
-"""Squares across that are tried where the board has another size."""
 
 
 class Found(NamedTuple):
@@ -123,7 +114,7 @@ class Finder:
     def seen(self, picture: Picture) -> Found:
         """The target's corners in a picture, without a reason where there are none."""
         if self.target.charuco is None:
-            squares, names = _markers(picture, self.dictionary)
+            squares, names = markers_in(picture, self.dictionary)
             own = np.isin(names, self.target.ids)
             ids, corners = np.repeat(names[own], 4), np.tile(np.arange(4), own.sum())
             known = self.target.places(ids, corners) >= 0
@@ -148,16 +139,23 @@ class Finder:
 
     def reason(self, picture: Picture) -> str:
         """Why a picture does not show the target."""
-        squares, names = _markers(picture, self.dictionary)
+        squares, names = markers_in(picture, self.dictionary)
         is_foreign = np.isin(names, list(self.foreign))
         squares, names = squares[~is_foreign], names[~is_foreign]
         board = self.target.charuco
-        if len(names) >= MIN_FOUND and board is not None and _on_board(self._board, squares, names) < RIGHT:
-            across = _likely_width(self, squares, names)
+        if (
+            len(names) >= MIN_FOUND
+            and board is not None
+            and share_on_board(self._board, squares, names) < RIGHT
+        ):
+            across = likely_width(board, [(squares, names)])
             looks = f"; it looks like one {across} squares across" if across else ""
             size = "{} x {}".format(*board.squares)
             return f"its markers are not those of a board of {size} squares{looks}"
-        if len(names) == 0 and len(_markers(np.ascontiguousarray(picture[:, ::-1]), self.dictionary)[1]) >= 2:
+        if (
+            len(names) == 0
+            and len(markers_in(np.ascontiguousarray(picture[:, ::-1]), self.dictionary)[1]) >= 2
+        ):
             return "it is mirrored: print the sheet, or take the picture, without mirroring"
         if BLURRED < (width := blur(picture)) < np.inf:
             return f"it is blurred by about {width:.1f} px: hold still, focus, or add light"
@@ -167,7 +165,7 @@ class Finder:
             return "it shows no marker of this board"
         stated = {prints_of(f.dictionary) for f in self.others} - {prints_of(self.dictionary)}
         for other in (name for name in USUAL if name != self.dictionary and prints_of(name) not in stated):
-            if len(_markers(picture, other)[1]) >= MIN_FOUND:
+            if len(markers_in(picture, other)[1]) >= MIN_FOUND:
                 return f"its markers are of {other}, not of {self.dictionary}"
         return f"it shows no marker of {self.dictionary}"
 
@@ -327,43 +325,3 @@ def _together(targets: Sequence[PictureTarget]) -> PictureTarget:
 def _some(files: list) -> list:
     """A few of the files, from all over."""
     return [files[i] for i in np.unique(np.linspace(0, len(files) - 1, 5).astype(int))]
-
-
-def _markers(picture: Picture, dictionary: str) -> tuple[Float[np.ndarray, "n 4 2"], Int[np.ndarray, " n"]]:
-    """Corners [px] and numbers of single markers."""
-    corners, names, _ = detector(dictionary).detectMarkers(picture)
-    if names is None or not len(names):
-        return np.zeros((0, 4, 2)), np.zeros(0, int)
-    return np.array(corners, float).reshape(-1, 4, 2), np.asarray(names).ravel().astype(int)
-
-
-def _on_board(board: Any, squares: np.ndarray, names: np.ndarray) -> float:
-    """Share of markers that lie as on a board seen from somewhere."""
-    cv2 = opencv("reading pictures")
-    pairs = zip(board.getIds().ravel(), board.getObjPoints(), strict=True)
-    place = {int(m): np.asarray(points)[:, :2] for m, points in pairs}
-    own = np.array([int(m) in place for m in names])
-    if own.sum() < MIN_FOUND:
-        return 0.0
-    drawn = np.concatenate([place[int(m)] for m in names[own]])
-    side = float(np.median(np.linalg.norm(np.diff(squares, axis=1), axis=2)))
-    plane, near = cv2.findHomography(
-        drawn, squares[own].reshape(-1, 2), cv2.RANSAC, ALONG * side, maxIters=SAMPLES
-    )
-    return 0.0 if plane is None else float(near.sum()) / (4 * len(names))
-
-
-def _likely_width(finder: Finder, squares: np.ndarray, names: np.ndarray) -> int | None:
-    """Squares across of the board on which these markers would lie as they do."""
-    board = finder.target.charuco
-    assert board is not None
-    best, width = RIGHT, None
-    for across in range(2, WIDEST + 1):
-        down = int(np.ceil(2.0 * (names.max() + 1) / across)) + 1
-        try:
-            other = opencv_board(replace(board, squares=(across, down)))
-        except OptionError:  # the dictionary is too small for it
-            continue
-        if (share := _on_board(other, squares, names)) > best:
-            best, width = share, across
-    return width

@@ -2,6 +2,7 @@
 
 import base64
 import json
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -32,6 +33,7 @@ from workbench.extras.camera.thumbnails import thumbnails
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
 from workbench.session.commands.compare import ShowRow
+from workbench.session.commands.identify import Identify
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import (
     BAD,
@@ -49,7 +51,7 @@ from workbench.views.page.html import (
     table,
     text,
 )
-from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.panel import AbstractPanel, Door
 
 FOUND, MODEL, FAR = "#22c55e", "#f43f5e", "#f59e0b"
 """Colours of corners as found, as the model puts them, and of what lies between."""
@@ -64,51 +66,82 @@ STEPS = (
     "which identifies camera and target only."
 )
 
+PICTURES = (
+    "Choose the robot, then its pictures, with a table of the joints beside them. None yet? Look around: the "
+    "Measure tab has a board to print."
+)
+
 
 def _alone(session: Session) -> CameraAlone | None:
     return session.part(CameraAlone)
+
+
+class PictureFields:
+    """What is asked of a board, and what takes its pictures: in the panel, and on the start card."""
+
+    def __init__(self, panel: AbstractPanel, gui: viser.GuiApi):
+        self._side = panel.number(
+            "Square [mm]",
+            1e3 * Board().square,
+            (5.0, 200.0, 0.1),
+            "Side of a square, as measured on the print.",
+        )
+        self._carrier = gui.add_dropdown("Board is", (*CARRIERS,), hint="The camera is on the other.")
+
+    @property
+    def board(self) -> Board:
+        """One of these squares."""
+        return Board(square=1e-3 * float(self._side.value), mounted=CARRIERS[str(self._carrier.value)])
+
+    def build_upload(self, panel: AbstractPanel, gui: viser.GuiApi) -> None:
+        """What takes the folder of the pictures, or an archive of it."""
+        gui.add_html(folder_field("Drop or choose the folder of the pictures"))
+        panel.upload(
+            "… or an archive of it (ZIP)",
+            lambda name, content: LoadPictures(name, content, self.board),
+            "Pictures of a board or of tags, or a table of their corners, and a table of the joints with "
+            "a column 'image'. Without target.toml the board's squares are counted in the pictures. Up to "
+            f"{LARGEST_FOLDER // 2**20} MiB.",
+            endings=ENDING,
+            maximum=LARGEST_FOLDER,
+            question=self._assumed,
+            answer="Read with this board",
+        )
+
+    def _assumed(self, content: bytes) -> str:
+        """What is taken for the board of pictures without `target.toml`, as a question."""
+        return "" if says_target(content) else f"No target.toml is beside the pictures. {self.board.question}"
+
+
+def _ask_for_pictures(panel: AbstractPanel, gui: viser.GuiApi) -> None:
+    PictureFields(panel, gui).build_upload(panel, gui)
 
 
 class CamerasPanel(AbstractPanel):
     """Step by step: a board to print, the files beside the pictures, the pictures, what was found of them."""
 
     tab, order = Tab.MEASURE, 30
-    door = ("Pictures of a board", viser.Icon.CAMERA, None)
+    door = Door("Pictures of a board", viser.Icon.CAMERA, Identify, asks=PICTURES, build=_ask_for_pictures)
     depends = ("results", "focus", "measurements.loaded", _alone)
 
     def build(self, gui: viser.GuiApi) -> None:
-        board = Board()
         with gui.add_folder("Pictures of a board", expand_by_default=True):
             with gui.add_folder("Your board, or one to print", expand_by_default=True):
-                self._squares = gui.add_text("Squares", f"{board.across}x{board.down}", hint="Across x down.")
-                self._side = self.number(
-                    "Square [mm]",
-                    1e3 * board.square,
-                    (5.0, 200.0, 0.1),
-                    "Side of a square, as measured on the print.",
-                )
-                self._carrier = gui.add_dropdown("Board is", (*CARRIERS,), hint="The camera is on the other.")
-                self.download(
-                    "Board (PDF)", lambda _: ("board.pdf", self._board().pdf()), "To print at 100 %."
-                )
+                fields, board = PictureFields(self, gui), Board()
+                squares = gui.add_text("Squares", f"{board.across}x{board.down}", hint="Across x down.")
+
+                def printed() -> Board:
+                    across, down = across_down(str(squares.value))
+                    return replace(fields.board, across=across, down=down)
+
+                self.download("Board (PDF)", lambda _: ("board.pdf", printed().pdf()), "To print at 100 %.")
                 self.download(
                     "Files beside the pictures (ZIP)",
-                    lambda session: ("pictures.zip", self._board().folder(session.robot)),
+                    lambda session: ("pictures.zip", printed().folder(session.robot)),
                     "target.toml of this board, and joints.csv: a row for each picture.",
                 )
             gui.add_html(note(STEPS, "steps-of-pictures"))
-            gui.add_html(folder_field("Drop or choose the folder of the pictures"))
-            self.upload(
-                "… or an archive of it (ZIP)",
-                lambda name, content: LoadPictures(name, content, self._board()),
-                "Pictures of a board or of tags, or a table of their corners, and a table of the joints with "
-                "a column 'image'. Without target.toml it is the board above. Up to "
-                f"{LARGEST_FOLDER // 2**20} MiB.",
-                endings=ENDING,
-                maximum=LARGEST_FOLDER,
-                question=self._assumed,
-                answer="Read with this board",
-            )
+            fields.build_upload(self, gui)
             self._thumbs = gui.add_html("")
             self._seen = gui.add_html("")
             self._gate = gui.add_html("")
@@ -133,18 +166,6 @@ class CamerasPanel(AbstractPanel):
             _identified(result, is_alone=alone is not None) if views or alone is not None else ""
         )
         self._save.visible = self._gate.content != "" and result is not None
-
-    def _board(self) -> Board:
-        across, down = across_down(str(self._squares.value))
-        return Board(across, down, 1e-3 * float(self._side.value), CARRIERS[str(self._carrier.value)])
-
-    def _assumed(self, content: bytes) -> str:
-        """What is taken for the target of pictures without `target.toml`, as a question."""
-        return (
-            ""
-            if says_target(content)
-            else f"No target.toml is beside the pictures. Is it {self._board().text}?"
-        )
 
     def _thumbnails(self, data: Dataset, previews: Previews | None) -> str:
         """Every picture with its corners; a press shows it large, and the arm as it stood."""
@@ -310,7 +331,8 @@ _SCRIPT = """
     parts.push(head, file, new Uint8Array((512 - file.size % 512) % 512));
   }
   parts.push(new Uint8Array(1024));
-  const given = new DataTransfer(), button = document.querySelector('input[accept="ENDING"]');
+  const given = new DataTransfer(), place = field.closest('[role=dialog]') ?? document;
+  const button = place.querySelector('input[accept="ENDING"]');
   given.items.add(new File(parts, folder + '.tar'));
   button.files = given.files;
   button.dispatchEvent(new Event('change', { bubbles: true }));

@@ -91,7 +91,8 @@ class LoadPictures(AbstractLoad[PictureFolder | CameraAlone]):
     Args:
         name: Name of the archive.
         content: A ZIP or tar archive of the folder.
-        board: What it shows where the archive does not say; the lens is then found from the pictures.
+        board: What it shows where the archive does not say: squares of this side, as many as are counted in
+            the pictures; the lens is then found from these, too.
     """
 
     name: str
@@ -110,6 +111,7 @@ class LoadPictures(AbstractLoad[PictureFolder | CameraAlone]):
         name = safe_name(self.name)
         with unpacked(name, self.content) as folder:
             try:
+                progress(0.0, "looking for the board")
                 assumed = () if self.board is None else self.board.fill_in(only_folder(folder))
                 with part_of(0.0, SEARCH):
                     dataset = read_folder(folder, dof=session.robot.dof)

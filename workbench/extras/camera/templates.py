@@ -5,17 +5,24 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
 from workbench.extras.camera.camera import Mount
+from workbench.extras.camera.corner_detection import Finder
 from workbench.extras.camera.folder import has_target
+from workbench.extras.camera.likely_board import likely_board
+from workbench.extras.camera.picture_files import ENDINGS, readable
 from workbench.extras.camera.printed import board_sheet
 from workbench.extras.camera.target import Charuco, charuco_target, target_toml
 
 DICTIONARY = "DICT_6X6_250"
 """Of the markers that are printed."""
+LOOKED_AT = 12
+"""Pictures in which squares are counted."""
 
 
 @dataclass(frozen=True)
@@ -58,16 +65,32 @@ class Board:
         return made.getvalue()
 
     def fill_in(self, folder: Path) -> tuple[str, ...]:
-        """Write a folder's `target.toml` where it has none; returns what was done, a sentence each."""
-        if has_target(folder):
+        """Write `target.toml` in a folder of pictures without; returns what was done, a sentence each."""
+        files = [("", p) for p in sorted(folder.rglob("*")) if p.suffix.lower() in ENDINGS]
+        if has_target(folder) or not files:
             return ()
-        write_text(folder / "target.toml", self.target())
-        return (f"no target.toml: {self.text}",)
+        some = [files[k] for k in np.unique(np.linspace(0, len(files) - 1, LOOKED_AT).astype(int))]
+        if not (pictures := list(readable(some, {"": None}))):
+            return ()
+        if (board := likely_board(self.charuco, pictures)) is None:
+            reason = Finder.of(charuco_target(self.charuco, self.mounted)).reason(pictures[0])
+            raise DataError(
+                "the pictures don't tell how many squares the board has; add its target.toml. Of the first "
+                f"picture: {reason}"
+            )
+        write_text(folder / "target.toml", target_toml(charuco_target(board, self.mounted)))
+        counted = "{} × {} squares counted in the pictures".format(*board.squares)
+        return (f"no target.toml: {counted} ({board.dictionary}), of {self._side_and_place}",)
 
     @property
-    def text(self) -> str:
-        board = f"a board of {self.across} × {self.down} squares of {1e3 * self.square:g} mm"
-        return f"{board}, {'on the tool' if self.mounted is Mount.TOOL else 'in the cell'}"
+    def question(self) -> str:
+        """Asks for what pictures don't tell."""
+        return f"Is it a board with squares of {self._side_and_place}? They are counted in the pictures."
+
+    @property
+    def _side_and_place(self) -> str:
+        place = "on the tool" if self.mounted is Mount.TOOL else "in the cell"
+        return f"{1e3 * self.square:g} mm, {place}"
 
 
 def fitting_marker(square: float) -> float:

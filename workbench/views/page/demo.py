@@ -197,7 +197,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     overlay = session().choices.overlay
     alike = SetOverlay(replace(overlay, exaggeration_after=overlay.exaggeration))
     yield DemoScene(
-        f"Meanwhile, arrows show the errors, drawn {overlay.exaggeration:g} times as long: grey for the nominal "
+        f"Meanwhile, arrows show the errors × {overlay.exaggeration:g}: grey for the nominal "
         "arm, orange when calibrated.",
         (alike, *(ShowRow(row) for row in range(0, 160, 8))),
         seconds=20.0,

@@ -22,7 +22,7 @@ from workbench.views.page.html import (
     table,
     text,
 )
-from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.panel import AbstractPanel, Door
 
 HEADLINES = {
     RezeroVerdict.MOVED: "Moved",
@@ -39,7 +39,7 @@ class RezeroPanel(AbstractPanel):
     """A closed folder: start, verdict, a bar for every joint."""
 
     tab, order = Tab.CALIBRATE, 50
-    door = ("An arm after a collision", viser.Icon.TOOL, FindZeros)
+    door = Door("An arm after a collision", viser.Icon.TOOL, begins=FindZeros)
     depends = (zeros_of, "measurements.loaded", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:

@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from operator import attrgetter
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import viser
 
@@ -56,6 +56,28 @@ def _shown_as_working(client: viser.ClientHandle | None) -> Iterator[None]:
             note.remove()
 
 
+Build = Callable[["AbstractPanel", viser.GuiApi], object]
+"""Makes controls for a panel that sends what they ask for."""
+
+
+class Door(NamedTuple):
+    """An answer to "What do you have?" on the start card that leads to a panel.
+
+    Args:
+        label: The answer.
+        icon: Its icon.
+        begins: What begins by itself with robot and measurements.
+        asks: What the card asks for, in a sentence.
+        build: Makes the controls for it; None: those for a file of measurements.
+    """
+
+    label: str
+    icon: viser.IconName
+    begins: type[AbstractCommand] | None = None
+    asks: str = "Choose the robot, then its measurements; files can be dropped on the buttons."
+    build: Build | None = None
+
+
 class AbstractPanel(ABC):
     """Controls on the page: `build` makes them once; afterwards only `show` changes them."""
 
@@ -68,9 +90,7 @@ class AbstractPanel(ABC):
     depends: ClassVar[tuple[str | Callable[[Session], Any], ...]] = ()
     """What the controls show: names of parts of the session, or what finds one; plain values, and objects
     that a command replaces to change them."""
-    door: ClassVar[tuple[str, viser.IconName, type[AbstractCommand] | None] | None] = None
-    """An answer to "What do you have?" on the start card that leads here, its icon, and the command that then
-    begins by itself with robot and measurements; None: it asks for the robot alone."""
+    door: ClassVar[Door | None] = None
     keeps_typed: ClassVar[bool] = False
     """Whether controls stay as they are when a message comes. It may be a refusal: all others then go back to
     what the session has."""
