@@ -62,7 +62,7 @@ RULES = f"""
 [{CAPTION}] {{ position: fixed; z-index: 5; top: 22px; left: 0; width: calc(100vw - {PANEL_WIDTH}px);
   box-sizing: border-box; padding: 0 max(16px, calc(50vw - {PANEL_WIDTH // 2 + 330}px));
   text-align: center; font-size: 19px; line-height: 1.4; pointer-events: none }}
-[{CAPTION}] > div {{ background: color-mix(in srgb, var(--mantine-color-body) 84%, transparent);
+[{CAPTION}] > div {{ background: color-mix(in srgb, var(--mantine-color-body) 96%, transparent);
   color: var(--mantine-color-text); padding: 8px 16px }}
 [{CAPTION}] > .figure {{ font-size: 30px; font-weight: 650; padding-bottom: 0;
   font-variant-numeric: tabular-nums }}
@@ -104,7 +104,8 @@ div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: bloc
 @container (min-width: 420px) {{ svg[viewBox^="0 0 340"] text {{ font-size: 10px }} }}
 @media (max-width: {NARROW}px) {{
   [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
-  .mantine-Notifications-root {{ top: 13em !important; bottom: auto; left: 1em !important }}
+  .mantine-Notifications-root {{ z-index: 4 !important; top: 1em !important; bottom: auto;
+    left: 1em !important }}
   [{MORE}] {{ display: none }}
   [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }}
 }}
