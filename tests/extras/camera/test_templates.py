@@ -12,13 +12,14 @@ import pytest
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.capture import Previews
+from workbench.extras.camera.corner_detection import Finder
 from workbench.extras.camera.folder import packed
 from workbench.extras.camera.likely_board import likely_board
 from workbench.extras.camera.panels import _identified, camera_json
 from workbench.extras.camera.rig import read_rig
 from workbench.extras.camera.selection_steps import Identifiability
 from workbench.extras.camera.session_commands import CameraAlone, LoadPictures
-from workbench.extras.camera.target import prints_of
+from workbench.extras.camera.target import charuco_target, prints_of
 from workbench.extras.camera.templates import Board, across_down
 from workbench.extras.camera.thumbnails import thumbnails
 from workbench.identification.identify import identify
@@ -90,6 +91,15 @@ def test_a_board_of_which_one_row_is_seen_is_not_guessed(tmp_path):
     with pytest.raises(DataError, match="how many squares"):
         Board().fill_in(tmp_path)
     assert not (tmp_path / "target.toml").exists()
+
+
+def test_a_board_of_the_old_pattern_is_found_where_its_last_row_is_hidden():
+    hidden = [picture.copy() for picture in _pictures((6, 6), "DICT_6X6_250", 0.75, True, around=0.05)]
+    for picture in hidden:
+        picture[-188:] = 127
+    board = likely_board(Board(square=0.02).charuco, hidden)
+    finder = Finder.of(charuco_target(board, Mount.WORLD), hidden)
+    assert min(len(finder.seen(picture).ids) for picture in hidden) >= 18
 
 
 def _pictures(squares, dictionary, marker, legacy, around=0.1):

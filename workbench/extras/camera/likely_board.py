@@ -68,8 +68,11 @@ def likely_board(board: Charuco, pictures: Sequence[Picture]) -> Charuco | None:
             continue
         numbers, often = np.unique(np.concatenate([names for _, names in shown]), return_counts=True)
         last = int(numbers[often >= min(2, len(shown))].max(initial=0))
-        found = replace(board, squares=(across, _down(last, across)), dictionary=name)
-        return replace(found, marker=round(board.square * _fit(found, *shown[0]).side, 4))
+        down = _down(last, across)
+        found = replace(board, squares=(across, down), dictionary=name)
+        fit = _fit(found, *shown[0])
+        down += fit.is_legacy and down % 2  # only boards of evenly many rows have that pattern
+        return replace(found, squares=(across, down), marker=round(board.square * fit.side, 4))
     return None
 
 
@@ -92,10 +95,12 @@ class BoardFit(NamedTuple):
     Args:
         share: Of them whose middles lie as on the board.
         side: Of a marker, in squares.
+        is_legacy: Whether the board has the pattern of OpenCV before 4.6, white square first.
     """
 
     share: float
-    side: float
+    side: float = 0.0
+    is_legacy: bool = False
 
 
 def _fit(board: Charuco, squares: np.ndarray, names: np.ndarray) -> BoardFit:
@@ -105,7 +110,7 @@ def _fit(board: Charuco, squares: np.ndarray, names: np.ndarray) -> BoardFit:
     try:
         boards = [opencv_board(wide, legacy=legacy) for legacy in (False, True)]
     except OptionError:  # the dictionary is too small for it
-        return BoardFit(0.0, 0.0)
+        return BoardFit(0.0)
     return max(_fit_middles(each, board.square, squares, names) for each in boards)
 
 
@@ -115,9 +120,10 @@ def _fit_middles(board: Any, square: float, squares: np.ndarray, names: np.ndarr
     side = float(np.median(np.linalg.norm(np.diff(squares, axis=1), axis=2)))
     plane, near = cv2.findHomography(middles, squares.mean(1), cv2.RANSAC, ALONG * side, maxIters=SAMPLES)
     if plane is None or abs(np.linalg.det(plane)) < 1e-12:
-        return BoardFit(0.0, 0.0)
+        return BoardFit(0.0)
     flat = cv2.perspectiveTransform(squares.reshape(-1, 1, 2), np.linalg.inv(plane)).reshape(-1, 4, 2)
-    return BoardFit(float(near.mean()), float(np.median(np.linalg.norm(np.diff(flat, axis=1), axis=2))))
+    own = float(np.median(np.linalg.norm(np.diff(flat, axis=1), axis=2)))
+    return BoardFit(float(near.mean()), own, board.getLegacyPattern())
 
 
 def _down(last: int, across: int) -> int:
