@@ -11,7 +11,10 @@ from problems import fitted, geometric
 
 from workbench.arm.effects import Candidate
 from workbench.arm.effects.base_drift import BaseDrift
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.diagnosis import claimed_causes
 from workbench.diagnosis.candidates import Catalogue
@@ -22,12 +25,14 @@ from workbench.diagnosis.evidence import Term, validated
 from workbench.diagnosis.explained import explained
 from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.places import place_of
+from workbench.diagnosis.position_laws import lead_over_map
 from workbench.diagnosis.refit import refit
 from workbench.diagnosis.rounds import Searched, Stage
 from workbench.diagnosis.smooth_part import smooth_part
 from workbench.diagnosis.stepwise_search import as_found
 from workbench.diagnosis.survival import Survival, survival
 from workbench.identification.fit_choices import FitChoices
+from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.set_apart import prepare_without_gross_outliers
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
@@ -119,14 +124,14 @@ def test_a_cause_is_certain_only_if_it_survives_and_names_the_joints_that_do(sof
     assert weaker.confidence is Confidence.PROBABLE
 
 
-def searched_with(problem, candidate):
+def searched_with(problem, candidate, others=(), folds=5):
     """A search that found one effect."""
-    rows = len(problem.data)
+    rows, offered = len(problem.data), (candidate, *others)
     geometry = refit(problem, None, ())
-    fold = np.arange(rows) % 5
-    grams = compress(problem, geometry.fit.x, [candidate.effect], fold)
+    fold = np.arange(rows) % folds
+    grams = compress(problem, geometry.fit.x, [c.effect for c in offered], fold)
     stage = Stage(problem.data, np.ones(rows, bool), problem, geometry, np.zeros(rows, bool))
-    return Searched(stage, Catalogue((candidate,), ()), grams, as_found(grams, (Term(candidate),)), fold)
+    return Searched(stage, Catalogue(offered, ()), grams, as_found(grams, (Term(candidate),)), fold)
 
 
 @pytest.mark.parametrize("everywhere", [True, False])
@@ -143,6 +148,36 @@ def test_an_effect_that_a_tenth_of_the_rows_makes_does_not_survive(everywhere):
     assert place_of(searched, searched.found.model).own > np.log(CERTAIN)
     kept = survival(searched, searched.found.model, [], (), minimum=np.log(20.0))
     assert kept.holds is everywhere
+
+
+@pytest.mark.parametrize("folds", [5, 1])
+def test_a_law_of_a_joints_position_leads_only_where_it_stands_out_of_a_smooth_error(folds):
+    """Also on a single fold, which leaves no part; not where no smooth error of the joint can be tried."""
+    case = make("none", 3)
+    problem = geometric(case)
+    arm, motion = problem.robot, Motion.of(case.data)
+    maps = [c for c in LocalJointError.own_offers(arm, motion) if c.effect.joints == (1,)]
+    searched = searched_with(problem, ECCENTRIC, maps, folds)
+    assert maps
+    assert lead_over_map(searched, searched.found.model) < np.log(CERTAIN)  # nothing is hidden
+    untried = replace(searched, offered=Catalogue((ECCENTRIC,), ()))
+    assert lead_over_map(untried, searched.found.model) < np.log(CERTAIN)
+    other = searched_with(problem, Candidate(JointCoupling((1, 2))), maps, folds)
+    assert lead_over_map(other, other.found.model) == np.inf
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "scattering", "is_masked"),
+    [((9.0, 9.0), 2, True), ((9.0, 20.0), 2, False), ((9.0, 20.0), 1, True), ((9.0, 9.0), 3, False)],
+)
+def test_an_effect_of_several_joints_stands_out_in_each_that_scatters_alone(
+    coefficients, scattering, is_masked
+):
+    soft_joints = JointCompliance((1, 2), coefficients)
+    sigma = np.where(np.arange(6) == scattering, 1.0, 0.01)
+    sizes = {soft_joints.names: list(coefficients)}
+    masked = claimed_causes._masked_by_scatter([soft_joints], sizes, Readings(tuple(sigma), 0.9))
+    assert masked == [soft_joints] * is_masked
 
 
 @pytest.mark.parametrize("turned", [True, False])

@@ -65,7 +65,7 @@ from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.problem import Noise
 from workbench.identification.row_errors import Errors
 
-Sizes = dict[tuple[str, ...], float]
+Sizes = dict[tuple[str, ...], list[float]]
 
 STANDS_OUT = 10.0
 """Times the scatter of its joint, where that joint scatters alone, that the most a cause moves it must be."""
@@ -348,18 +348,26 @@ def _groups(model: Model) -> list[Model]:
 def _masked_by_scatter(
     effects: Sequence[AbstractEffect], maximum: Sizes, scatter: Readings | None
 ) -> list[AbstractEffect]:
-    """Those that don't stand out of what their joint alone scatters."""
+    """Those that don't stand out of what a joint that they move scatters alone."""
     if scatter is None:
         return []
-    mine = [e for e in effects if e.joints and e.joints[0] in scatter.joints_that_scatter and not e.is_event]
-    return [e for e in mine if maximum[e.names] < STANDS_OUT * scatter.sigma[e.joints[0]]]
+
+    def is_masked(effect: AbstractEffect) -> bool:
+        joints = effect.joints if effect.of_many_joints else effect.joints[:1]
+        sizes = np.reshape(maximum[effect.names], (len(joints), -1)).max(1) if joints else ()
+        return any(
+            joint in scatter.joints_that_scatter and size < STANDS_OUT * scatter.sigma[joint]
+            for joint, size in zip(joints, sizes, strict=True)
+        )
+
+    return [e for e in effects if not e.is_event and is_masked(e)]
 
 
 def _largest_loads(arm: Robot, motion: Motion) -> Sizes:
-    """The most that each effect moves an element over the rows [rad or m], by its coefficients."""
+    """The most that each coefficient of an effect moves an element over the rows [rad or m]."""
     sizes = law_sizes(arm, motion, [n for e in arm.effects for n in e.names])
     return {
-        e.names: max(sizes[n] * abs(c) for n, c in zip(e.names, e.coefficients, strict=True))
+        e.names: [sizes[n] * abs(c) for n, c in zip(e.names, e.coefficients, strict=True)]
         for e in arm.effects
     }
 

@@ -16,7 +16,8 @@ from workbench.diagnosis.stepwise_search import group_evidence
 
 def lead_over_map(searched: Searched, group: Model) -> float:
     """Log odds of errors of one joint's position against a smooth one without a name, all laws of that joint
-    together, as they would survive other rows; infinite for other effects.
+    together, as they would survive other rows; infinite for other effects, minus infinite
+    where no smooth one can be tried, as in few rows or positions.
 
     Without the handicap that keeps a search from such maps where a law would do.
     """
@@ -31,16 +32,19 @@ def lead_over_map(searched: Searched, group: Model) -> float:
         for c in searched.offered.candidates
         if c.shrunk and c.effect.maps_joint and c.effect.joints == joints
     ]
-    if not maps or not set(mine).issuperset(group):
+    if not set(mine).issuperset(group):
         return np.inf
+    if not maps:
+        return -np.inf
 
     def lead(grams: Grams) -> float:
         left = left_without(grams, searched.found.model, mine)
         gains = [o.gain + o.term.candidate.effect.handicap for o in offers(left, maps)]
-        return group_evidence(left, mine) - max(gains, default=-np.inf)
+        return group_evidence(left, mine) - max(gains, default=0.0)
 
-    parts = [lead(grams) for grams in searched.grams.without_each]
-    return lead(searched.grams) - jackknifed(parts)
+    whole = lead(searched.grams)
+    parts = [lead(grams) for grams in searched.grams.without_each] or [whole]  # none of a single fold
+    return whole - jackknifed(parts)
 
 
 def _is_of_position(candidate: Candidate) -> bool:
