@@ -13,7 +13,7 @@ from tests.data.test_hostile_files import refusal
 from workbench.base.bounded_process import ChildError, in_child
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.data import binary_tables
-from workbench.data.readers import read_measurements
+from workbench.data.readers import read_measurements, read_trajectory
 from workbench.extras.logs.matlab_arrays import matlab_arrays
 from workbench.session.commands.data import LoadData
 
@@ -55,6 +55,16 @@ def test_matlab_matrices_that_do_not_fit(read_here, tmp_path):
     for bad in ("q[deg|row]=Z", "q[deg|row]=Q,foo[mm]=P", "q1[deg],q2[deg]"):
         with pytest.raises(OptionError):
             read_measurements(file, columns=bad)
+
+
+def test_a_trajectory_in_a_matlab_file(tmp_path):
+    file = save_mat(tmp_path / "t.mat", t=np.arange(4.0), Q=np.arange(12.0).reshape(4, 3))
+    columns = "time[s]=t, q[deg|row]=Q"
+    found = read_trajectory(file, columns=columns)
+    np.testing.assert_allclose(np.rad2deg(found.q), np.arange(12.0).reshape(4, 3))
+    assert found.time.tolist() == [0, 1, 2, 3]
+    with pytest.raises(OptionError, match="sheet"):
+        read_trajectory(file, columns=columns, sheet="A")
 
 
 @pytest.mark.parametrize("packed", [False, True])

@@ -98,6 +98,8 @@ def read_by_layout(
             known = listed((layouts.PLAIN, *layouts.LAYOUTS), longest=100)
             raise OptionError(f"unknown layout '{layout}'; known: {known}")
         if (whole := _file_layout(path, layout)) is not None:
+            if sheet is not None:
+                raise _no_workbook(path, sheet)
             return whole.read(path, naming_of(columns)), whole.name, None
         table = read_table(path, columns=columns, sheet=sheet, joints=joints)
     special = _table_layout(table, columns, layout)
@@ -111,7 +113,7 @@ def naming_of(columns: str | Naming | None) -> Naming | None:
 
 def _file_layout(path: Path, layout: str | None) -> AbstractFileLayout | None:
     """The layout that reads this file or folder as a whole, if any."""
-    if layout is not None:
+    if layout not in (None, layouts.PLAIN):
         known = next((known for known in layouts.file_layouts() if known.name == layout), None)
         if known is not None and not path.exists():
             raise FileError("no such file or folder: check the path", path=str(path))
@@ -123,7 +125,8 @@ def _file_layout(path: Path, layout: str | None) -> AbstractFileLayout | None:
                 head = file.read(256)
     except OSError:
         return None
-    matching = (known for known in layouts.file_layouts() if known.matches(path, head))
+    offered = (known for known in layouts.file_layouts() if layout is None or known.is_plain)
+    matching = (known for known in offered if known.matches(path, head))
     return next(matching, None) if path.exists() else None
 
 
@@ -150,7 +153,7 @@ def read_table(
     kind = kind_of(data, path)
     naming = naming_of(columns)
     if sheet is not None and kind is not FileKind.EXCEL:
-        raise OptionError(f"{path}: not a workbook, so it has no sheet '{sheet}': leave 'sheet' out")
+        raise _no_workbook(path, sheet)
     if kind is FileKind.EXCEL:
         grid = read_excel(data, path, sheet=sheet)
     elif kind is FileKind.PARQUET:
@@ -159,6 +162,10 @@ def read_table(
         grid = read_text(data, path)
     _refuse_transform(grid)
     return _named(grid, naming, joints)
+
+
+def _no_workbook(path: Path, sheet: str) -> OptionError:
+    return OptionError(f"{path}: not a workbook, so it has no sheet '{sheet}': leave 'sheet' out")
 
 
 def _named(grid: Grid, naming: Naming | None, joints: Joints) -> Table:

@@ -25,6 +25,7 @@ class Matlab(AbstractFileLayout):
     """Matrices of a file of version 5 to 7, named by the `columns` option."""
 
     name = "matlab"
+    is_plain = True
 
     def matches(self, path: Path, head: bytes) -> bool:
         is_named = path.suffix.lower() == ".mat" and not head.startswith((b"PK", b"PAR1"))

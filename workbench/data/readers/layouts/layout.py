@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -31,6 +32,8 @@ class AbstractFileLayout(ABC):
     """A file or folder that is recognised by its name or first bytes."""
 
     name: str
+    is_plain: ClassVar[bool] = False
+    """Whether it holds a plain table, and is read where only those are meant, such as trajectories."""
 
     @abstractmethod
     def matches(self, path: Path, head: bytes) -> bool:
