@@ -9,12 +9,14 @@ import pytest
 from workbench.arm import chain as chains
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse import solve as inverse
+from workbench.arm.inverse.branch import roomy
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solve import Task
 from workbench.arm.kinematics import forward
 from workbench.arm.kinematics import reachable as reach
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
+from workbench.arm.robot_toml import robot_from_rows
 from workbench.base import se3
 from workbench.base.assets import assets
 from workbench.base.errors import DataError, OptionError, RobotError, ShapeError
@@ -145,6 +147,19 @@ def test_one_pose_alone_and_twice_gives_the_same():
     first, second = (inverse.solve(robot, table2()[3]) for _ in range(2))
     assert first.names == second.names
     assert all(np.array_equal(a.q, b.q) for a, b in zip(first.branches, second.branches, strict=True))
+
+
+def test_a_joint_that_moves_little_keeps_a_quarter_of_its_travel():
+    """All branches of a SCARA need the same height: rounding must not choose between them."""
+    arm = [{"d": 0.4, "a": 0.3}, {"a": 0.25, "alpha": np.pi}, {"type": "prismatic"}, {}]
+    rows = [{"type": "revolute", "theta": 0.0, "d": 0.0, "a": 0.0, "alpha": 0.0} | row for row in arm]
+    limits = np.array([[-2.5, 2.5], [-2.5, 2.5], [0.0, 0.2], [-3.0, 3.0]])
+    robot = robot_from_rows(rows, "dh", limits=limits)
+    for height, has_room in ((0.1, True), (0.06, True), (0.04, False)):
+        q = np.array([[0.4, -1.2, height, 0.7]])
+        branches = inverse.solve(robot, forward.tool_poses(robot, Motion(q))[0]).within_limits
+        assert len(roomy(branches)) == len(branches) > 1
+        assert {b.is_roomy for b in branches} == {has_room}
 
 
 def test_turns_are_all_within_limits_and_reach_the_target():

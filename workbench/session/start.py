@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.arm.inverse.branch import LIMIT_MARGIN, LIMIT_SLACK, Branch
+from workbench.arm.inverse.branch import Branch
 from workbench.arm.inverse.solve import Task, solve_many
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -128,26 +128,26 @@ def _circle(robot: Robot, centre: tuple[float, float]) -> Plate:
 
 def _has_room(robot: Robot, plate: Plate, number: int, branches: Sequence[Branch]) -> bool:
     """Whether one of a target's branches keeps well clear of limits and plate."""
-    clear = unobstructed(robot, plate, number, branches)
-    return max((branch.margin for branch in clear), default=0.0) >= LIMIT_MARGIN - LIMIT_SLACK
+    return any(branch.is_roomy for branch in unobstructed(robot, plate, number, branches))
 
 
 def _met(robot: Robot, plate: Plate, number: int, placed: Target) -> Target:
     """The target, turned, nearer or farther, as the arm meets it; a socket where it can't hold any."""
     kind = Kind.SOCKET if Task.default(robot.dof) is Task.POSITION else Kind.SEAT
-    turns = se3.rotvec_to_matrix(np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)[:, None] * [0, 0, 1])
+    count = 1 if kind is Kind.SOCKET else TURNS  # a ball's centre doesn't turn
+    turns = se3.rotvec_to_matrix(np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)[:, None] * [0, 0, 1])
     found: list[tuple[bool, float, Target]] = []
     places = [replace(placed, xyz=frozen(placed.xyz * [share, share, 1.0])) for share in DISTANCES]
     for target in places:
-        poses = robot.base.pose @ se3.pose(turns @ target.pose[:3, :3], np.tile(target.xyz, (TURNS, 1)))
+        poses = robot.base.pose @ se3.pose(turns @ target.pose[:3, :3], np.tile(target.xyz, (count, 1)))
         branches = [branch for result in solve_many(robot, poses) for branch in result.within_limits]
         if not branches:
             continue
         clear = unobstructed(robot, plate, number, branches)
-        best = max(clear or branches, key=lambda branch: branch.margin)
+        best = max(clear or branches, key=lambda branch: branch.room)
         tool = se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(best.q[None]))[0]
         met = replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)
-        found.append((bool(clear), best.margin, met))
+        found.append((bool(clear), best.room, met))
         if _has_room(robot, plate, number, clear):
             break
     if found:

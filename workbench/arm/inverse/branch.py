@@ -16,7 +16,8 @@ MAX_TURNS = 4096
 """Alternatives that `Branch.turns` lists at most."""
 TURN = 2.0 * np.pi
 LIMIT_MARGIN = float(np.deg2rad(10.0))
-"""What a planned target keeps from every limit, so that an arm with errors reaches it, too [rad or m]."""
+"""What a planned target keeps from every limit, so that an arm with errors reaches it, too [rad or m]; a
+quarter of its travel at a joint that moves little."""
 LIMIT_SLACK = 1e-9
 """A joint counts as within its limits up to this [rad or m]."""
 
@@ -44,6 +45,15 @@ class Branch:
     continuum: bool
     limits: Float[np.ndarray, "n 2"]
     slides: Bool[np.ndarray, " n"]
+
+    @cached_property
+    def room(self) -> float:
+        """By how much its joints keep more from their limits than planned targets do, the least of them."""
+        return float((margins(self.q[None], self.limits) - planned_margins(self.limits)).min())
+
+    @property
+    def is_roomy(self) -> bool:
+        return self.room >= -LIMIT_SLACK
 
     @cached_property
     def turns(self) -> Float[np.ndarray, "m n"]:
@@ -92,6 +102,11 @@ def representative(
 def margins(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "rows n"]:
     """Distance of every joint to its nearest limit, negative outside."""
     return np.minimum(q - limits[:, 0], limits[:, 1] - q)
+
+
+def planned_margins(limits: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, " n"]:
+    """What every joint keeps from its limits at a planned target (`LIMIT_MARGIN`)."""
+    return np.minimum(LIMIT_MARGIN, 0.25 * (limits[:, 1] - limits[:, 0]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,9 +228,9 @@ def quality(branch: Branch) -> float:
 
 
 def roomy(branches: tuple[Branch, ...]) -> tuple[Branch, ...]:
-    """Those that keep `LIMIT_MARGIN` from the limits, or, where none does, the one that keeps most."""
-    minimum = min(LIMIT_MARGIN - LIMIT_SLACK, max((b.margin for b in branches), default=0.0))
-    return tuple(b for b in branches if b.margin >= minimum)
+    """Those that keep `LIMIT_MARGIN` from the limits, or, where none does, those that keep most."""
+    minimum = min(0.0, max((b.room for b in branches), default=0.0)) - LIMIT_SLACK
+    return tuple(b for b in branches if b.room >= minimum)
 
 
 def _at_turn(branch: Branch, q: np.ndarray) -> Branch:

@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike
 
 from workbench.arm.inverse import unreachable
 from workbench.arm.inverse.branch import (
-    LIMIT_MARGIN,
     LIMIT_SLACK,
     Branch,
     InverseResult,
@@ -28,6 +27,7 @@ from workbench.arm.inverse.branch import (
     choose,
     margins,
     nearest_branch,
+    planned_margins,
     quality,
     representative,
 )
@@ -160,7 +160,7 @@ def _spread(
     """Representatives of endlessly many solutions, far apart from each other: with a margin to the limits, or
     at least within them."""
     x = np.empty((0, arm.dof))
-    margin = np.minimum(LIMIT_MARGIN, 0.25 * np.diff(limits, axis=1)) * [1.0, -1.0]
+    margin = planned_margins(limits)[:, None] * [1.0, -1.0]
     for bounds in (limits + margin, limits, limits, None):
         starts = random_starts(arm, (SPREAD_STARTS,), rng, limits=limits)
         one = np.zeros(len(starts), np.int64)
