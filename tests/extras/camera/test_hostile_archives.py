@@ -68,6 +68,17 @@ def test_no_name_leads_outside():
     assert made == ["C_/f.csv", "a.csv", "c.csv", "d/e.csv", "etc/b.csv"]
 
 
+def test_what_macos_packs_beside_each_file_is_left_out():
+    names = (
+        "shots/0.png",
+        "shots/joints.csv",
+        "__MACOSX/shots/._0.png",
+        "__MACOSX/._shots",
+        "shots/._joints.csv",
+    )
+    assert inside(zipped(*((name, "x") for name in names))) == ["shots/0.png", "shots/joints.csv"]
+
+
 def test_links_and_devices_are_left_out(tmp_path):
     out = io.BytesIO()
     with tarfile.open(fileobj=out, mode="w") as archive:

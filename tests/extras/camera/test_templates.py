@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.base.errors import DataError, WorkbenchError
+from workbench.base.errors import DataError, FileError, WorkbenchError
+from workbench.base.progress import Cancelled, running
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.capture import Previews
 from workbench.extras.camera.corner_detection import Finder
@@ -100,6 +101,14 @@ def test_a_board_of_the_old_pattern_is_found_where_its_last_row_is_hidden():
     board = likely_board(Board(square=0.02).charuco, hidden)
     finder = Finder.of(charuco_target(board, Mount.WORLD), hidden)
     assert min(len(finder.seen(picture).ids) for picture in hidden) >= 18
+
+
+def test_the_search_for_a_board_ends_on_request_and_pictures_that_cannot_be_read_are_said(tmp_path):
+    with running(cancel=lambda: True), pytest.raises(Cancelled):
+        likely_board(Board().charuco, [*_pictures((5, 7), "DICT_6X6_250", 0.75, False)])
+    (tmp_path / "0.png").write_bytes(b"no picture")
+    with pytest.raises(FileError, match=r"0\.png: can't be read as a picture"):
+        Board().fill_in(tmp_path)
 
 
 def _pictures(squares, dictionary, marker, legacy, around=0.1):

@@ -193,18 +193,24 @@ def _unpack(name: str, content: bytes, folder: Path) -> None:
 
 
 def _members(content: bytes) -> Iterator[tuple[str, IO[bytes]]]:
-    """Files of an archive by name, opened."""
+    """Files of an archive by name, opened; what macOS packs beside each of them is left out."""
     if zipfile.is_zipfile(io.BytesIO(content)):
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             for info in archive.infolist():
-                if not info.is_dir():
+                if not info.is_dir() and not _is_of_macos(info.filename):
                     with archive.open(info) as file:
                         yield info.filename, file
         return
     with tarfile.open(fileobj=io.BytesIO(content)) as archive:
         for member in archive:
-            if member.isfile() and (found := archive.extractfile(member)) is not None:
+            if _is_of_macos(member.name) or not member.isfile():
+                continue
+            if (found := archive.extractfile(member)) is not None:
                 yield member.name, found
+
+
+def _is_of_macos(name: str) -> bool:
+    return name.startswith("__MACOSX/") or name.rpartition("/")[2].startswith("._")
 
 
 def _only(place: Path, found: list[Path], name: str = "", holds: str = "") -> Any:

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.base.errors import OptionError
+from workbench.base.progress import check_cancelled
 from workbench.extras.camera.markers import USUAL, detector, opencv_board
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.picture_files import Picture
@@ -62,8 +63,11 @@ def likely_board(board: Charuco, pictures: Sequence[Picture]) -> Charuco | None:
     Squares down reach as far as the last marker that two pictures show, or the only one.
     """
     for name in dict.fromkeys((board.dictionary, *USUAL)):
-        shown = [markers for picture in pictures if len((markers := markers_in(picture, name))[1])]
-        shown.sort(key=lambda markers: -len(markers[1]))
+        shown = []
+        for picture in pictures:
+            check_cancelled()
+            shown.append(markers_in(picture, name))
+        shown = sorted((markers for markers in shown if len(markers[1])), key=lambda own: -len(own[1]))
         if (across := likely_width(replace(board, dictionary=name), shown[:RICHEST])) is None:
             continue
         numbers, often = np.unique(np.concatenate([names for _, names in shown]), return_counts=True)

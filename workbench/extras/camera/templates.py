@@ -15,7 +15,7 @@ from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.corner_detection import Finder
 from workbench.extras.camera.folder import has_target
 from workbench.extras.camera.likely_board import likely_board
-from workbench.extras.camera.picture_files import ENDINGS, readable
+from workbench.extras.camera.picture_files import ENDINGS, read_picture, readable
 from workbench.extras.camera.printed import board_sheet
 from workbench.extras.camera.target import Charuco, charuco_target, target_toml
 
@@ -70,8 +70,7 @@ class Board:
         if has_target(folder) or not files:
             return ()
         some = [files[k] for k in np.unique(np.linspace(0, len(files) - 1, LOOKED_AT).astype(int))]
-        if not (pictures := list(readable(some, {"": None}))):
-            return ()
+        pictures = list(readable(some, {"": None})) or [read_picture(some[0][1])]  # which says why it can't
         if (board := likely_board(self.charuco, pictures)) is None:
             reason = Finder.of(charuco_target(self.charuco, self.mounted)).reason(pictures[0])
             raise DataError(
