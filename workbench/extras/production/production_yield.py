@@ -17,7 +17,7 @@ from scipy import special
 from workbench.base.errors import OptionError
 from workbench.base.parallel import spread
 from workbench.base.types import Outcome, frozen
-from workbench.base.wording import plural
+from workbench.base.wording import plural, ranges
 from workbench.data.accuracy_requirement import Wanted
 from workbench.extras.production.virtual_arms import CHUNK, Chunk, try_arms
 from workbench.extras.production.yield_inputs import YieldJob, check_job
@@ -126,6 +126,8 @@ def gather(
     counts = np.sum([chunk.counts for chunk in chunks], axis=0)
     squares = np.sum([chunk.squares for chunk in chunks], axis=0)
     expected = job.predicted() * counts[:, None]
+    met = np.concatenate([chunk.met for chunk in chunks])
+    never = (1 + np.flatnonzero(~np.logical_or.reduce(met))).tolist()
     cells, cube = np.unique(job.cells, return_inverse=True)
     samples = np.bincount(cube, counts)
     seen = samples > 0
@@ -139,7 +141,7 @@ def gather(
 
     return Yield(
         wanted=job.wanted,
-        reached=joined("reached"),
+        reached=frozen(np.logical_and.reduce(met, axis=1)),
         planned=joined("planned"),
         position=joined("position"),
         rotation=joined("rotation"),
@@ -151,6 +153,7 @@ def gather(
         samples=frozen(samples[seen].astype(np.int64)),
         sources=sources,
         outcome=outcome,
+        notes=(f"no arm reaches target {ranges(never)}: move it, or its plate",) if never else (),
     )
 
 

@@ -47,12 +47,14 @@ def _yield_notes(found: Yield) -> list[str]:
 
 
 def yield_sentence(found: Yield) -> str:
-    """Share of the arms that meet the requirement, its interval, and the dominant error."""
+    """Share of the arms that meet the requirement, its interval, arms short of targets, main error."""
     low, high = (100 * bound for bound in found.interval)
     text = (
         f"{100 * found.share:.1f} % of {found.arms} virtual arms meet {found.wanted.text} everywhere "
         f"in the region (95 % confidence {low:.1f} … {high:.1f} %)"
     )
+    if lacking := int((~found.reached).sum()):
+        text += f"; {lacking} of them are calibrated with the targets that they reach, not with all"
     return text if found.blame is None else f"{text}; the {found.blame} dominates"
 
 

@@ -36,18 +36,18 @@ class Chunk:
     """What became of some arms.
 
     Args:
-        reached: Arms that met all targets within their joint limits.
+        met: Whether each target was met within the arm's joint limits.
         position: Root mean square position error of each arm over its tests [m].
         rotation: The same of the orientation [rad].
         worst: Maximum error of each arm along any axis: position [m] and rotation [rad].
         within: Share of each arm's tests that meet the requirement.
-        planned: Arms that did so in the planned branches.
+        planned: Arms that met all targets in the planned branches.
         squares: Sum over these of the squared position [m²] and rotation error [rad²] at each pose of the
             bank.
         counts: How many of them were judged there.
     """
 
-    reached: Bool[np.ndarray, " arms"]
+    met: Bool[np.ndarray, "arms targets"]
     position: Float[np.ndarray, " arms"]
     rotation: Float[np.ndarray, " arms"]
     worst: Float[np.ndarray, "arms 2"]
@@ -161,7 +161,7 @@ def _judged(job: YieldJob, reached: Reached, tests: np.ndarray, errors: np.ndarr
     sums = [np.bincount(judged, part[reached.planned].ravel(), rows) for part in np.moveaxis(squares, -1, 0)]
     position, rotation = np.sqrt(squares.mean(1)).T
     return Chunk(
-        reached=np.logical_and.reduce(reached.met, axis=1),
+        met=reached.met,
         planned=reached.planned,
         position=position,
         rotation=rotation,
