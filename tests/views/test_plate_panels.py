@@ -90,7 +90,7 @@ def test_a_target_that_nothing_replaces_is_marked(first):
         (1.25e-4, None, "below the error of one instrument reading (0.173 mm rms)"),
         (3.5e-4, None, "2.0 × the error of one reading (0.173 mm rms)"),
         (1.25e-4, 1e-3, "not yet tried against the required 1 mm"),
-        (2e-3, 1e-3, "rms, more than the required 1 mm"),
+        (2e-3, 1e-3, "more than the required 1 mm"),
         (np.inf, 1e-3, ""),
         (np.nan, None, ""),
     ],

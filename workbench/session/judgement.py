@@ -55,7 +55,7 @@ def plate_judgement(session: Session) -> Judgement | None:
             kept += f"; {found.unreached} of them leave out targets that they can't reach"
         return Judgement(Tone.GOOD if found.share >= PASSING_SHARE else Tone.CAREFUL, kept)
     if not wanted.within_by_norms(score.position, score.rotation):
-        return Judgement(Tone.CAREFUL, f"rms, more than the required {wanted.text}")
+        return Judgement(Tone.CAREFUL, f"more than the required {wanted.text}")
     return Judgement(Tone.PLAIN, f"not yet tried against the required {wanted.text}")
 
 
