@@ -20,6 +20,9 @@ from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import plate_text
 from workbench.plate.stock import Stock
 
+OWN_FILE = "plate.toml"
+"""The plate itself among its files."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PlateJob:
@@ -56,7 +59,7 @@ class PlateFile:
 PLATE_FILES: Registry[PlateFile] = Registry(
     "plate format",
     PlateFile,
-    PlateFile("toml", lambda job: {"plate.toml": plate_text(job.plate).encode()}),
+    PlateFile("toml", lambda job: {OWN_FILE: plate_text(job.plate).encode()}),
     group="workbench.plate_exports",
 )
 """Formats by what follows `--formats`."""

@@ -8,7 +8,7 @@ import pytest
 
 from workbench.base.errors import OptionError
 from workbench.plate.export import PLATE_FILES, PlateFile, export_plate, formats_named
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.plate_toml import load_plate, write_plate
 from workbench.plate.stock import Stock
 
 PARTS = ("plate", "block-A", "block-B", "probe", "bottom", "stand-off")
@@ -48,6 +48,19 @@ def test_what_can_be_written_is_written(tmp_path, monkeypatch, run):
     assert {"targets.csv", "bores.csv"} <= names
     assert "plate.toml" in names
     assert not any(name.endswith("stl") for name in names)
+
+
+def test_a_plate_is_not_replaced_by_its_own_export(tmp_path, run):
+    """It would lose its comments, and take the tolerance of one export."""
+    file = write_plate(load_plate("table2"), tmp_path / "plate.toml")
+    file.write_text("# mine\n" + file.read_text())
+    exported = ("plate", "export", "plate.toml", "--out", ".", "--tolerance", "0.3mm,0.2deg")
+    status, _, error = run(*exported)
+    assert status == 64
+    assert "plate.toml would be replaced" in error
+    assert [path.name for path in tmp_path.iterdir()] == ["plate.toml"]
+    assert run(*exported, "--formats", "csv")[0] == 0
+    assert file.read_text().startswith("# mine")
 
 
 def test_nothing_is_written_where_it_can_not_be_made(tmp_path):

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 import workbench as wb
+from workbench.base.errors import OptionError
 from workbench.base.wording import plural
 from workbench.cli import options as opt
 from workbench.cli.options import argument, option
@@ -53,12 +54,14 @@ def export(
 ) -> None:
     """Export all that is needed to make a plate: drawings, solids, lists, and the expected accuracy."""
     from workbench.extras.workshop.fixture import fixture_of
-    from workbench.plate.export import export_plate, formats_named
+    from workbench.plate.export import OWN_FILE, export_plate, formats_named
     from workbench.plate.optimiser.manufacturing import METHODS
     from workbench.plate.stock import Stock
 
     wanted = () if formats is None else formats_named(formats)
     opt.check_writable(folder=out)
+    if (out / OWN_FILE).resolve() == Path(plate).resolve() and "toml" in (wanted or ("toml",)):
+        raise OptionError(f"{plate} would be replaced: choose another folder, or --formats without toml")
     given, made = wb.load_plate(plate), "printed" if printed else made
     opt.choice_of(METHODS, made, "--made")
     given, stock = replace(given, production=production_of(given, tolerance, None)), Stock.named(made)
