@@ -94,6 +94,11 @@ def test_a_board_of_which_one_row_is_seen_is_not_guessed(tmp_path):
     assert not (tmp_path / "target.toml").exists()
 
 
+def test_a_grid_of_tags_is_not_taken_for_a_board():
+    tags = cv2.aruco.GridBoard((3, 3), 1.0, 0.3, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_6X6_250))
+    assert likely_board(Board().charuco, [tags.generateImage((400, 400), marginSize=40)]) is None
+
+
 def test_a_board_of_the_old_pattern_is_found_where_its_last_row_is_hidden():
     hidden = [picture.copy() for picture in _pictures((6, 6), "DICT_6X6_250", 0.75, True, around=0.05)]
     for picture in hidden:

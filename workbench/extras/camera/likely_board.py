@@ -127,6 +127,8 @@ def _fit_middles(board: Any, square: float, squares: np.ndarray, names: np.ndarr
         return BoardFit(0.0)
     flat = cv2.perspectiveTransform(squares.reshape(-1, 1, 2), np.linalg.inv(plane)).reshape(-1, 4, 2)
     own = float(np.median(np.linalg.norm(np.diff(flat, axis=1), axis=2)))
+    if own >= 1.0:  # tags without squares between them
+        return BoardFit(0.0)
     return BoardFit(float(near.mean()), own, board.getLegacyPattern())
 
 
