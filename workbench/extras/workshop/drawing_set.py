@@ -13,6 +13,7 @@ import numpy as np
 
 from workbench.extras.workshop.csv_lists import BOTTOM, MM, SHORT_OF, STEEL, dowel_length, position_text
 from workbench.extras.workshop.drawing import TEXT, Sheet, View
+from workbench.extras.workshop.labels import label_blocks
 from workbench.extras.workshop.parts import Block, BlockShape, Bore, Fixture, Purpose, Slab, Turned
 from workbench.plate.plate import Kind
 from workbench.plate.tolerances import GENERAL, Tolerances
@@ -74,6 +75,9 @@ def slab_sheet(fixture: Fixture, slab: Slab) -> Sheet:
         view.text("C", (0.0, 0.5 * width), (-5.0, 0.0), large=True)
     view.across((0, 0), (length, 0), (0.0, -12.0), 0.0)
     view.across((length, 0), (length, width), (12.0, 0.0), 90.0, by=(length, 0.0))
+    if own:
+        labels = [f"{block.number} ({fixture.letter(block.number)})" for block in fixture.blocks]
+        label_blocks(view, labels, [_foot_of(fixture, block) for block in fixture.blocks])
     rows: Rows = [("hole", "x", "y", "size", "for")]
     rows += [
         (bore.label, f"{x:z.3f}", f"{y:z.3f}", bore.size.split(" (core")[0], SHORT[bore.purpose])
@@ -97,19 +101,12 @@ def slab_sheet(fixture: Fixture, slab: Slab) -> Sheet:
 
 
 def _feet(fixture: Fixture, view: View) -> None:
-    """Outlines of the blocks with number and shape, a tick where faces slope down, and the robot's base."""
+    """Outlines of the blocks, a tick where faces slope down, and the robot's base."""
     for block in fixture.blocks:
-        foot = MM * (block.footprint + 0.5 * fixture.slab.size[:2])
+        foot = _foot_of(fixture, block)
         view.line(foot, "BLOCKS")
         edge, middle = foot[1:3].mean(axis=0), foot.mean(axis=0)
         view.line([edge, 0.7 * edge + 0.3 * middle], closed=False)
-        label = f"{block.number} ({fixture.letter(block.number)})"
-        corner = foot[np.argmax(foot.sum(axis=1))]
-        edge = MM * fixture.slab.size[:2] - view.sheet.scale * TEXT * np.array([1.2 * len(label), 2.0])
-        if (corner < edge).all():
-            view.text(label, corner, (1.0, 0.5), align="left", large=True)
-        else:  # the opposite corner, as the label would cross the plate's edge
-            view.text(label, foot[np.argmin(foot.sum(axis=1))], (-1.0, -3.5), align="right", large=True)
     pose = np.linalg.inv(fixture.pose)
     centre = fixture.from_corner(pose[:3, 3])
     view.circle(centre, 2.4 * view.sheet.scale, "CENTRES")
@@ -117,6 +114,10 @@ def _feet(fixture: Fixture, view: View) -> None:
         tip = centre + 10.0 * view.sheet.scale * pose[:2, axis]
         view.line([centre, tip], "CENTRES", closed=False)
         view.text(name, tip, (0.8, 0.8), align="left")
+
+
+def _foot_of(fixture: Fixture, block: Block) -> np.ndarray:
+    return MM * (block.footprint + 0.5 * fixture.slab.size[:2])
 
 
 def _plate_notes(fixture: Fixture) -> list[str]:

@@ -40,7 +40,7 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
         raise OptionError(f"plate '{plate.name}' has no targets, so there is nothing to make")
     blocks = tuple(_block(plate, i, target, stock) for i, target in enumerate(plate.mounted, start=1))
     for one, two in combinations(blocks, 2):
-        if _overlap(one.footprint, two.footprint):
+        if overlap(one.footprint, two.footprint):
             raise OptionError(
                 f"the blocks of targets {one.number} and {two.number} overlap "
                 f"({1e3 * np.linalg.norm(one.pose[:2, 3] - two.pose[:2, 3]):.0f} mm apart, bar of "
@@ -149,7 +149,7 @@ def _lowest(bore: Bore) -> float:
     return float(bore.bottom[2]) - width
 
 
-def _overlap(one: np.ndarray, two: np.ndarray) -> bool:
+def overlap(one: np.ndarray, two: np.ndarray) -> bool:
     """Whether two convex polygons meet (separating axes of their edges)."""
     for edges in (one, two):
         along = np.roll(edges, -1, axis=0) - edges
