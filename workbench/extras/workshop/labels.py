@@ -37,7 +37,7 @@ def label_blocks(view: View, labels: Sequence[str], feet: Sequence[Polygon]) -> 
         middle, line = next((place for place in tried if not covered(place)), None) or min(tried, key=covered)
         taken += [middle + box, line]
         view.sheet.text(label, middle, height=HEIGHT, align="middle_center")
-        view.sheet.space.add_line(*line, dxfattribs={"layer": "TEXT"})
+        view.sheet.space.add_line(line[0], line[1], dxfattribs={"layer": "TEXT"})
 
 
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -62,10 +62,11 @@ def _to_edge(shape: Polygon, way: Float[np.ndarray, "2"]) -> float:
 def _drawn(view: View) -> list[Polygon]:
     """What a sheet holds so far, outlines edge by edge, all else as boxes."""
     from ezdxf import bbox
+    from ezdxf.entities import LWPolyline
 
     shapes = []
     for entity in view.sheet.space:
-        if entity.dxftype() == "LWPOLYLINE":
+        if isinstance(entity, LWPolyline):
             points = np.array(entity.get_points("xy"))
             closed = [*points, points[0]] if entity.closed else points
             shapes += [np.array(edge) for edge in pairwise(closed)]
