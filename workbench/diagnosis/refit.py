@@ -22,6 +22,7 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.columns import inner_products
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
+from workbench.identification.undetermined_combinations import factorise
 
 STEPS = 60
 """Most steps of a fit …"""
@@ -36,6 +37,11 @@ CHORDS = 6
 LIKELY = 0.05
 """How far [rad, m] a constant of the arm may be expected from nominal: two that hardly differ, such as the
 turns of neighbouring parallel axes, would go anywhere together, and effects take over what they lose."""
+HELD = 1e-3
+"""How far [rad, m] constants may go together without a change of any row's pose, once loads act: frames that
+nothing else shows would carry masses along, to wherever an effect's law is not quite the arm's."""
+ALONG = 1e-3
+"""Part of such a direction that constants of the arm must take in it."""
 PROMISE = 1e-3
 """They end when a step promises less than this many standard errors."""
 
@@ -92,6 +98,8 @@ def refit(
     if grams is not None and model:
         built = _expected(built, grams, model)
     here = built.at(begin or {})
+    if any(e.loads for e in robot.effects):
+        built = _held(built, problem.again(robot=problem.robot.with_effects()), begin or {})
     algorithm = Opt2(limit=steps)
     if grams is not None and large(built):
         known = _by_grams(built, grams, model) if huge(built) else _by_jacobian(built, here, grams)
@@ -196,6 +204,25 @@ def _chord(problem: Problem, x: Float[np.ndarray, " p"], known: _Curvature) -> S
         x, cost, gradient = x + shorter * (into @ step), new, slope
         history.append(cost)
     return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
+
+
+def _held(problem: Problem, rigid: Problem, begin: Mapping[str, float]) -> Problem:
+    """The problem with constants held near nominal in directions that don't change the poses of a rigid arm:
+    base and tool take what moves with them."""
+    plain = np.array([p.is_plain for p in rigid.parameters], bool)
+    parts = [piece for block, piece in rigid.pieces(rigid.at(begin), only=plain) if block is not None]
+    residual, jacobian = (np.concatenate(part) for part in zip(*parts, strict=True))
+    seen = factorise(jacobian, residual).root
+    unseen = np.linalg.qr(seen, mode="complete")[0][:, seen.shape[1] :]
+    constants = np.array([p.is_geometry for p in rigid.parameters if p.is_plain], bool)
+    _, size, directions = np.linalg.svd(unseen[constants].T, full_matrices=False)
+    held = directions[size > ALONG]
+    if not len(held):
+        return problem
+    names = [p.name for p in rigid.parameters if p.is_geometry]
+    centre = problem.start if problem.prior_centre is None else problem.prior_centre
+    at = dict(zip(problem.names, centre.tolist(), strict=True))
+    return problem.with_prior(names, np.array([at[n] for n in names]), held / HELD)
 
 
 def _expected(problem: Problem, grams: Grams, model: Model) -> Problem:

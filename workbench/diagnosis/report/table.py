@@ -36,7 +36,7 @@ Units = Sequence[tuple[str, str]]
 """Names of errors and their units: of what was measured."""
 EXPLAINS = (
     "explains: √(e₁² − e₂²) of the rms error of rows left out of the fit, e₁ without the cause, e₂ with it. "
-    "Odds against the best other claim, at most 100 : 1 where a doubt stays."
+    "Odds against the best other claim, at most 20 : 1 where a doubt stays."
 )
 UNLIKELY = float(np.log(1e6))
 """Logarithm of the odds against an alternative beyond which it is none."""
