@@ -308,6 +308,8 @@ def test_what_can_not_be_had_is_named(aria, plate, goal, change, design, error, 
 def test_margins_are_not_negative():
     with pytest.raises(OptionError, match="spacing"):
         Constraints(spacing=-0.1)
+    with pytest.raises(OptionError, match="errors"):
+        Constraints(errors=(1e-3, -1e-3))
 
 
 @pytest.mark.parametrize("other", ["clearance from its own block", "clearance from the plate"])

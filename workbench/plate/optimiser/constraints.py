@@ -45,11 +45,10 @@ class Constraints:
     floor: float | None = 0.0
 
     def __post_init__(self):
-        for what in ("clearance", "limit_margin", "spacing", "edge", "retreat"):
-            if not getattr(self, what) >= 0.0:
-                raise OptionError(
-                    f"the {what.replace('_', ' ')} must not be negative, got {getattr(self, what):g}"
-                )
+        for what in ("clearance", "limit_margin", "errors", "spacing", "edge", "retreat"):
+            least = float(np.min(getattr(self, what)))
+            if not least >= 0.0:
+                raise OptionError(f"the {what.replace('_', ' ')} must not be negative, got {least:g}")
 
 
 def half_size(plate: Plate, constraints: Constraints) -> Float[np.ndarray, "2"]:
