@@ -40,7 +40,7 @@ PICTURED = bool(os.environ.get("WORKBENCH_PICTURES"))
 SHARPNESS = 1 if PICTURED else 0.25
 """Pixels that are drawn for one of the page's; nobody looks at it where no pictures are kept."""
 UNCOVERED = """() => document.head.appendChild(document.createElement('style')).textContent =
-  '.mantine-Notification-root { pointer-events: none; opacity: 0 }'"""
+  '.mantine-Notification-root { pointer-events: none !important; opacity: 0 }'"""
 """viser's note about software rendering lies above the scene; the page's own messages are elsewhere."""
 SIGNS = itertools.count()
 expect.set_options(timeout=60_000)
