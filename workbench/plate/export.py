@@ -11,6 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+from jaxtyping import Float
+
 from workbench.arm.robot import Robot
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.files import check_folder, write_folder
@@ -33,12 +36,14 @@ class PlateJob:
         stock: What it is made with.
         robot: The arm that it is for; None if not named.
         sigma: Standard deviations of a measurement on the plate [m], [rad]; usual ones if None.
+        evaluation_poses: For which errors are predicted [rad or m]; those of the plate's region if None.
     """
 
     plate: Plate
     stock: Stock
     robot: Robot | None
     sigma: tuple[float, float] | None
+    evaluation_poses: Float[np.ndarray, "rows n"] | None
 
 
 @dataclass(frozen=True)
@@ -49,11 +54,13 @@ class PlateFile:
         name: What follows `--formats`.
         write: Contents by the names of files.
         is_usual: Whether it is written unless others are asked for.
+        notes: What whoever orders the plate must know before.
     """
 
     name: str
     write: Callable[[PlateJob], dict[str, bytes]]
     is_usual: bool = True
+    notes: Callable[[PlateJob], tuple[str, ...]] = lambda job: ()
 
 
 PLATE_FILES: Registry[PlateFile] = Registry(
@@ -81,10 +88,12 @@ class ExportedPlate(NamedTuple):
     Args:
         files: Their files.
         missing: Formats that could not be written, and why.
+        notes: What the files say that must be known before the plate is made.
     """
 
     files: tuple[Path, ...]
     missing: dict[str, str]
+    notes: tuple[str, ...]
 
 
 def export_plate(
@@ -95,6 +104,7 @@ def export_plate(
     robot: Robot | None = None,
     sigma: tuple[float, float] | None = None,
     stock: Stock | None = None,
+    evaluation_poses: Float[np.ndarray, "rows n"] | None = None,
 ) -> ExportedPlate:
     """Write a plate's files into a folder: all that can be written, or nothing where a format refuses it.
 
@@ -105,16 +115,21 @@ def export_plate(
         robot: The arm that it is for.
         sigma: Standard deviations of a measurement on the plate [m], [rad]; usual ones if None.
         stock: What it is made with; the usual one if None.
+        evaluation_poses: For which errors are predicted [rad or m]; those of the plate's region if None.
     """
     check_folder(folder)
-    job = PlateJob(plate=plate, stock=stock or Stock(), robot=robot, sigma=sigma)
+    job = PlateJob(
+        plate=plate, stock=stock or Stock(), robot=robot, sigma=sigma, evaluation_poses=evaluation_poses
+    )
     wanted = [each for each in PLATE_FILES.values() if (each.name in formats if formats else each.is_usual)]
     files: dict[str, bytes] = {}
     missing: dict[str, MissingExtraError] = {}
+    notes: list[str] = []
     for number, each in enumerate(wanted):
         progress(number / len(wanted), f"writing {each.name}")
         try:
             files |= each.write(job)
+            notes += each.notes(job)
         except MissingExtraError as error:
             missing[each.name] = error
     if not files:
@@ -122,4 +137,5 @@ def export_plate(
     written = write_folder(folder, files)
     progress(1.0, "done")
     paths = tuple(written / name for name in files)
-    return ExportedPlate(paths, {name: str(error) for name, error in missing.items()})
+    lacking = {name: str(error) for name, error in missing.items()}
+    return ExportedPlate(paths, lacking, tuple(dict.fromkeys(notes)))

@@ -6,8 +6,9 @@ import re
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -26,6 +27,10 @@ from workbench.plate.plate_toml import plate_text
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
+"""Its name and contents."""
+NotedFile = tuple[str, bytes, tuple[str, ...]]
+"""The same, and what to tell with it."""
+T = TypeVar("T")
 
 
 def plate_toml(session: Session) -> File:
@@ -93,20 +98,35 @@ def report_zip(session: Session) -> File:
     from workbench.identification.report.html_report import write_report
 
     found = _identified(session)
-    content = _packed(lambda folder: write_report(found, folder, wanted=session.choices.wanted), "report")
+    content, _ = _packed(lambda folder: write_report(found, folder, wanted=session.choices.wanted), "report")
     return f"{stem_of(session.robot.name)}-report.zip", content
 
 
-def fixture_zip(session: Session) -> File:
-    """Everything that a workshop needs to make the current plate, as a folder in a ZIP file."""
+def fixture_zip(session: Session) -> NotedFile:
+    """Everything that a workshop needs to make the current plate, as a folder in a ZIP file.
+
+    Its targets are measured as the arm stands on the page, and errors predicted for the page's poses, so that
+    the sheet's figures compare with those of the page.
+    """
     from workbench.plate.export import export_plate
 
-    noise = session.noise
-    sigma = (noise.position, noise.rotation)
-    content = _packed(
-        lambda folder: export_plate(session.plate, folder, robot=session.robot, sigma=sigma), "fixture"
+    sigma, poses = (session.noise.position, session.noise.rotation), session.region_q
+    targets = tuple(
+        replace(target, q=state.q, branch=state.branch) if state.reached else target
+        for target, state in zip(session.plate.targets, session.states, strict=True)
     )
-    return f"{stem_of(session.plate.name)}-fixture.zip", content
+    content, made = _packed(
+        lambda folder: export_plate(
+            replace(session.plate, targets=targets),
+            folder,
+            robot=session.robot,
+            sigma=sigma,
+            evaluation_poses=poses if len(poses) else None,
+        ),
+        "fixture",
+    )
+    lacking = (f"{name} is not written: {why}" for name, why in made.missing.items())
+    return f"{stem_of(session.plate.name)}-fixture.zip", content, (*made.notes, *lacking)
 
 
 def _identified(session: Session) -> Identification:
@@ -122,15 +142,15 @@ def _calibrated(session: Session) -> Robot:
     return found.runs[session.results.fit].calibrated
 
 
-def _packed(write: Callable[[Path], object], name: str) -> bytes:
-    """A folder of this name, as it is written, in a ZIP file."""
+def _packed(write: Callable[[Path], T], name: str) -> tuple[bytes, T]:
+    """A folder of this name, as it is written, in a ZIP file, and what its writer gives."""
     packed = io.BytesIO()
     with tempfile.TemporaryDirectory(prefix="workbench-") as room:
-        write(Path(room) / name)
+        given = write(Path(room) / name)
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
             for path in sorted((Path(room) / name).iterdir()):
                 archive.write(path, f"{name}/{path.name}")
-    return packed.getvalue()
+    return packed.getvalue(), given
 
 
 def stem_of(name: str) -> str:

@@ -32,7 +32,7 @@ from workbench.session.commands.measure import StoreRow, UseRows
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.commands.undo import Undo
-from workbench.session.export import File, fixture_zip
+from workbench.session.export import File, NotedFile, fixture_zip
 from workbench.session.judgement import Tone, arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, Measuring
 from workbench.session.state import Focus, Session, Tab
@@ -58,7 +58,7 @@ class Action:
     label: str
     tab: Tab
     command: AbstractCommand | None = None
-    save: Callable[[Session], File] | None = None
+    save: Callable[[Session], File | NotedFile] | None = None
 
 
 @dataclass(frozen=True)

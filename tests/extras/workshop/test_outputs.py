@@ -1,5 +1,8 @@
 """What the workshop adds to the files of a plate; the sheet promises the accuracy of the plate as drawn."""
 
+import io
+import re
+import zipfile
 from dataclasses import replace
 from html import unescape
 
@@ -16,13 +19,17 @@ from workbench.plate.plate import Target
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.score import score_plate
 from workbench.plate.stock import Stock
+from workbench.report.numbers import short
+from workbench.session.export import fixture_zip
+from workbench.session.score import score
+from workbench.session.start import start
 
 PARTS = ("plate", "block-A", "block-B", "probe", "bottom", "stand-off")
 FORMATS = ("pdf", "svg", "3mf", "step", "inspection", "sheet")
 
 
 def test_every_format_is_written(tmp_path, aria):
-    files, missing = export_plate(load_plate("table2"), tmp_path, formats=FORMATS, robot=aria)
+    files, missing, _ = export_plate(load_plate("table2"), tmp_path, formats=FORMATS, robot=aria)
     assert {path.name for path in files} == {
         *(f"{part}.{end}" for part in PARTS for end in ("svg", "step")),
         *("fixture.3mf", "drawings.pdf", "sheet.html", "inspection.csv"),
@@ -30,11 +37,26 @@ def test_every_format_is_written(tmp_path, aria):
     assert not missing
     page = (tmp_path / "sheet.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 1
-    score = score_plate(aria, as_drawn(load_plate("table2"), fixture_of(load_plate("table2")), Stock()))
+    drawn = score_plate(aria, as_drawn(load_plate("table2"), fixture_of(load_plate("table2")), Stock()))
     assert "made within ±0.05 mm, ±0.05°, seat play ±0.012 mm, ±0.08°" in page
-    assert f"{1e3 * score.measured.error.position_mean:.3f} mm" in page
+    assert f"{1e3 * drawn.measured.error.position_mean:.3f} mm" in page
     assert "wrist flip" in page
     assert (tmp_path / "drawings.pdf").read_bytes().count(b"/Type /Page ") == len(PARTS)
+
+
+def test_the_sheet_holds_the_page_s_own_figure(aria, plate):
+    """Of a plate whose targets turned away from those that it was loaded with; as drawn it is less exact."""
+    session = start(aria, plate)
+    turned = replace(plate, targets=plate.targets[:7])
+    states = session.states[:7]
+    now = score(aria, turned, states, noise=session.noise, region_q=session.region_q)
+    _, content, notes = fixture_zip(replace(session, plate=turned, states=states, score=now))
+    page = zipfile.ZipFile(io.BytesIO(content)).read("fixture/sheet.html").decode()
+    found = [float(n) for n in re.findall(r"([\d.]+) mm rms", page)]
+    assert f"{short(1e3 * now.position)} mm rms" in page
+    assert f"{short(1e3 * now.position)} mm rms" in notes[-1]
+    assert max(found) > 1e3 * now.position
+    assert set(fixture_of(turned).notes) <= set(notes)
 
 
 def test_what_is_drawn_fills_its_page(plate):

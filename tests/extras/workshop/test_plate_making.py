@@ -16,7 +16,7 @@ PARTS = ("plate", "block-A", "block-B", "probe", "bottom", "stand-off")
 
 def test_every_format_is_written(tmp_path, aria):
     (tmp_path / "mine.txt").write_text("stays")
-    files, missing = export_plate(load_plate("table2"), tmp_path, formats=("stl", "csv"))
+    files, missing, _ = export_plate(load_plate("table2"), tmp_path, formats=("stl", "csv"))
     names = {path.name for path in files}
     lists = ("holes", "blocks", "bores", "targets", "parts")
     assert names == {*(f"{p}.stl" for p in PARTS), *(f"{n}.csv" for n in lists)}
@@ -28,7 +28,7 @@ def test_a_format_of_another_package_is_written_with_the_usual_ones(tmp_path):
     theirs = PlateFile("theirs", lambda job: {"name.txt": f"{job.plate.name} {job.stock.play}".encode()})
     PLATE_FILES.register(theirs)
     try:
-        files, _ = export_plate(load_plate("table2"), tmp_path, formats=formats_named("theirs,csv"))
+        files, *_ = export_plate(load_plate("table2"), tmp_path, formats=formats_named("theirs,csv"))
     finally:
         PLATE_FILES.remove("theirs")
     assert "name.txt" in {path.name for path in files}

@@ -28,6 +28,7 @@ from workbench.data.writer import write_measurements
 from workbench.identification.algorithms import ALGORITHMS, AbstractIdentifier
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.arm_match import ArmMatch
+from workbench.plate.export import ExportedPlate
 from workbench.plate.plate_toml import load_plate, read_plate
 from workbench.plate.region import Region
 from workbench.session.commands.arm import ChooseRobot, LoadModel, drawn_joints
@@ -359,13 +360,29 @@ def test_the_plate_to_make_is_packed_with_all_that_is_made_of_it(app, monkeypatc
         made.append((plate, options))
         folder.mkdir()
         (folder / "plate.stl").write_text("")
+        return ExportedPlate((), {"pdf": "no ezdxf"}, ("no mounting holes",))
 
     monkeypatch.setattr("workbench.plate.export.export_plate", export)
-    name, content = fixture_zip(session)
+    name, content, notes = fixture_zip(session)
     assert name.endswith("-fixture.zip")
     assert zipfile.ZipFile(io.BytesIO(content)).namelist() == ["fixture/plate.stl"]
     noise = session.noise.position, session.noise.rotation
-    assert made == [(session.plate, {"robot": session.robot, "sigma": noise})]  # of the usual files
+    options = {"robot": session.robot, "sigma": noise, "evaluation_poses": session.region_q}
+    ((plate, given),) = made
+    assert given == options  # of the usual files
+    assert plate.region is session.plate.region
+    assert all(target.q is state.q for target, state in zip(plate.targets, session.states, strict=True))
+    assert len(notes) == 2
+
+
+def test_what_must_be_known_before_a_plate_is_made_is_told_on_the_page(app):
+    noted = ("plate.zip", b"", ("no mounting holes", "no drawings"))
+    panel = app.view._panels[0]
+    panel.save(SimpleNamespace(client=None), lambda session: noted)
+    assert app.worker.wait(10.0)
+    (told,) = (m for m in app.worker.session.page.messages if "plate.zip" in m.text)
+    assert told.severity is Severity.WARNING
+    assert all(note in told.text for note in noted[2])
 
 
 def test_a_few_poses_tell_whether_the_robot_as_opened_still_holds(app):

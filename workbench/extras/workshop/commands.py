@@ -67,7 +67,7 @@ def export(
     given, stock = replace(given, production=production_of(given, tolerance, None)), Stock.named(made)
     fixture = fixture_of(given, stock=stock)
     with opt.progress_bar("plate"):
-        files, missing = export_plate(
+        files, missing, _ = export_plate(
             given,
             out,
             formats=wanted,

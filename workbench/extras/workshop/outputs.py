@@ -54,12 +54,21 @@ def _lists(job: PlateJob) -> dict[str, bytes]:
     return {f"{name}.csv": text.encode() for name, text in lists.items()}
 
 
-def _sheet(job: PlateJob) -> dict[str, bytes]:
-    fixture, score = parts_of(job), None
+@lru_cache(maxsize=1)
+def _sheet_of(job: PlateJob) -> PlateSheet:
+    """What is expected of the plate as drawn, and where its file says otherwise, of that."""
+    fixture, scores = parts_of(job), []
     if job.robot is not None:
-        score = score_plate(job.robot, as_drawn(job.plate, fixture, job.stock), sigma=job.sigma)
-    sheet = PlateSheet(fixture=fixture, score=score, notes=(*fixture.notes, *job.plate.notes))
-    return {"sheet.html": sheet.html().encode()}
+        drawn, poses = as_drawn(job.plate, fixture, job.stock), job.evaluation_poses
+        plates = (drawn,) if drawn.production == job.plate.production else (drawn, job.plate)
+        scores = [score_plate(job.robot, p, sigma=job.sigma, evaluation_poses=poses) for p in plates]
+    return PlateSheet(
+        fixture=fixture,
+        score=scores[0] if scores else None,
+        as_stated=scores[-1] if len(scores) > 1 else None,
+        towards="the targets'" if job.evaluation_poses is None else "those of the plate as it was loaded",
+        notes=(*fixture.notes, *job.plate.notes),
+    )
 
 
 def _drawings(job: PlateJob) -> dict[str, bytes]:
@@ -84,4 +93,8 @@ STEP = PlateFile("step", _step, is_usual=False)
 INSPECTION = PlateFile(
     "inspection", lambda job: {"inspection.csv": inspection_csv(job.plate, parts_of(job)).encode()}
 )
-SHEET = PlateFile("sheet", _sheet)
+SHEET = PlateFile(
+    "sheet",
+    lambda job: {"sheet.html": _sheet_of(job).html().encode()},
+    notes=lambda job: (*_sheet_of(job).notes, *_sheet_of(job).difference),
+)

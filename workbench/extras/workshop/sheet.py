@@ -26,12 +26,16 @@ class PlateSheet:
     """Everything on the page.
 
     Args:
-        score: What a calibration on the plate is worth; None if no robot was named.
+        score: What a calibration on the plate is worth as it is drawn; None if no robot was named.
+        as_stated: The same as the plate's file and the page have it; None where that is no other.
+        towards: Orientations about which those lie for which errors are predicted.
         notes: What else must be known.
     """
 
     fixture: Fixture
     score: PlateScore | None = None
+    as_stated: PlateScore | None = None
+    towards: str = "the targets'"
     notes: tuple[str, ...] = field(default=())
 
     @property
@@ -67,16 +71,16 @@ class PlateSheet:
         measured = self.score.measured
         error = measured.error
         turns = (
-            f" and {short(np.rad2deg(error.rotation_mean))}°"
-            if np.isfinite(error.rotation_mean)
+            f" and {short(np.rad2deg(error.rotation_rms))}°"
+            if np.isfinite(error.rotation_rms)
             else " (its orientation stays open)"
         )
         first = (
             f"{self.score.robot.name}, each target measured once: in the region, in any branch, with "
-            "orientations within 60° of the targets', the calibrated arm is expected to miss by "
-            f"{short(MM * error.position_mean)} mm{turns} on average. "
-            f"This includes: {assumptions(self.score.plate, self.score.sigma)}; effects that the model lacks "
-            "come on top."
+            f"orientations within 60° of {self.towards}, the calibrated arm is expected to miss by "
+            f"{short(MM * error.position_rms)} mm{turns} rms (position {short(MM * error.position_mean)} mm "
+            f"on average). This includes: {assumptions(self.score.plate, self.score.sigma)}; effects that "
+            "the model lacks come on top."
         )
         if self.score.left_out:
             first += f" {capital(self.score.left_out)}."
@@ -84,7 +88,19 @@ class PlateSheet:
             f"The targets determine {measured.rank} of {measured.visible} combinations of constants that "
             f"measurements can show; observability index O {measured.indices['O']:.3g} (ARIA eq. 17)."
         )
-        return first, second
+        return first, *(f"{capital(text)}." for text in self.difference), second
+
+    @property
+    def difference(self) -> tuple[str, ...]:
+        """What the drawings' tolerances cost against the plate as its file states it."""
+        if self.score is None or self.as_stated is None:
+            return ()
+        drawn, stated = (MM * s.measured.error.position_rms for s in (self.score, self.as_stated))
+        return (
+            f"made as drawn ({self.score.plate.assumptions}), the plate is expected to leave "
+            f"{short(drawn)} mm rms; by its file alone ({self.as_stated.plate.assumptions}), "
+            f"{short(stated)} mm rms",
+        )
 
     def rows(self) -> list[tuple[str, ...]]:
         lines = []

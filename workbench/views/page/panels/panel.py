@@ -17,8 +17,8 @@ from workbench.identification.result import LOOK_AGAIN
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.data import too_large
 from workbench.session.commands.messages import Tell
-from workbench.session.export import File, calibrated_toml, calibrated_urdf
-from workbench.session.state import Session, Tab
+from workbench.session.export import File, NotedFile, calibrated_toml, calibrated_urdf
+from workbench.session.state import Session, Severity, Tab
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
 from workbench.views.page.html import block, text
@@ -189,7 +189,7 @@ class AbstractPanel(ABC):
             self.send(commands[event.target.value])
 
     def download(
-        self, label: str, make: Callable[[Session], File], hint: str, *, visible: bool = True
+        self, label: str, make: Callable[[Session], File | NotedFile], hint: str, *, visible: bool = True
     ) -> viser.GuiButtonHandle:
         """A button that saves a file on the user's machine."""
         icon = viser.Icon.DOWNLOAD
@@ -238,7 +238,7 @@ class AbstractPanel(ABC):
 
         return made
 
-    def save(self, event: viser.GuiEvent, make: Callable[[Session], File]) -> None:
+    def save(self, event: viser.GuiEvent, make: Callable[[Session], File | NotedFile]) -> None:
         """Download a file; errors are shown on the page instead of being lost in viser's thread pool."""
         found, run = self._worker.session.results.identification, self._worker.session.results.run
         doubts = () if found is None or run is None else found.doubts(run)
@@ -248,12 +248,14 @@ class AbstractPanel(ABC):
             return
         self._download(event, make)
 
-    def _download(self, event: viser.GuiEvent, make: Callable[[Session], File]) -> None:
+    def _download(self, event: viser.GuiEvent, make: Callable[[Session], File | NotedFile]) -> None:
         try:
             with _shown_as_working(event.client):
-                name, content = make(self._worker.session)
+                made = make(self._worker.session)
             if event.client is not None:
-                event.client.send_file_download(name, content, save_immediately=True)
+                event.client.send_file_download(made[0], made[1], save_immediately=True)
+            if len(made) == 3 and made[2]:
+                self._worker.submit(Tell(f"{made[0]}: {'; '.join(made[2])}.", Severity.WARNING))
         except WorkbenchError as error:
             self._worker.submit(Tell(str(error)))
         except Exception as error:
