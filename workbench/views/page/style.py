@@ -69,6 +69,8 @@ RULES = f"""
 [{CAPTION}] > a {{ display: inline-block; margin-top: 10px; padding: 5px 16px; border-radius: 4px;
   background: #1d4ed8; color: #fff; font-size: 15px; text-decoration: none; pointer-events: auto }}
 .mantine-Notifications-root {{ top: auto !important; bottom: 1em; left: 22em !important }}
+.mantine-Notification-root {{ pointer-events: none !important }}
+.mantine-Notification-root button {{ pointer-events: auto !important }}
 canvas[data-engine] {{ background: {css(SKY)} }}
 [data-mantine-color-scheme="dark"] canvas[data-engine] {{ background: {css(SKY_DARK)} }}
 {PANEL}[style*="overflow: hidden"] {{ overflow: clip !important }}
