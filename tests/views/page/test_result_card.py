@@ -8,6 +8,7 @@ import pytest
 
 from workbench.report.chart import WIDTH
 from workbench.session.guide import StageErrors
+from workbench.views.page.panels.fit import shown_parameter
 from workbench.views.page.panels.result_card import HEIGHT, histogram, numbers, weighed
 
 
@@ -50,3 +51,19 @@ def test_without_noise_there_is_no_line_and_without_rows_no_drawing():
 def test_geometry_of_a_diagnosis_says_why_it_is_another():
     assert "noise of the joint readings" in weighed(SimpleNamespace(joint_noise=object()))
     assert weighed(SimpleNamespace(joint_noise=None)).endswith("near nominal.")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "expected"),
+    [
+        (("kg", 0.0, 4.894456737, 0.21), ("kg", "4.89", "+4.89", "±0.21")),
+        (("px", 780.483730, 780.217252, 0.35), ("px", "780.22", "−0.27", "±0.35")),
+        (("rad", np.pi / 2, np.pi / 2 + 1e-3, 2e-5), ("°", "90.0573", "+0.0573", "±0.0011")),
+        (("m", 0.4, 0.3995, 3e-5), ("mm", "399.500", "−0.500", "±0.030")),
+        (("1", 0.0, -0.110163, 0.004), ("", "−0.1102", "−0.1102", "±0.0040")),
+        (("rad/(N m)", 0.0, 2.5e-6, 1e-7), ("10⁻⁶ rad/(N m)", "2.50", "+2.50", "±0.10")),
+        (("1", 0.0, 0.0, 0.0), ("", "0.000", "0.000", "±0.000")),
+    ],
+)
+def test_parameters_have_units_for_people_and_the_digits_of_their_error(numbers, expected):
+    assert shown_parameter(*numbers) == expected

@@ -62,14 +62,14 @@ def folded(title: str, content: str) -> str:
 def table(
     header: Iterable[str], rows: Iterable[Iterable[str]], *, widths: str = "", testid: str | None = None
 ) -> str:
-    """A table whose first column is text and whose other columns are numbers; cells are HTML."""
+    """A table whose first column is text, wrapped where it is narrow, the others numbers; cells are HTML."""
     name = f' data-testid="{testid}"' if testid else ""
-    cell = "padding:2px 0 2px 8px;font-variant-numeric:tabular-nums;white-space:nowrap"
+    cell = "padding:2px 0 2px 8px;font-variant-numeric:tabular-nums"
 
     def line(cells: Iterable[str], tag: str, style: str) -> str:
         parts = []
         for i, content in enumerate(cells):
-            side = "left;padding-left:0" if i == 0 else "right"
+            side = "left;padding-left:0;overflow-wrap:anywhere" if i == 0 else "right;white-space:nowrap"
             parts.append(f'<{tag} style="{cell};{style};text-align:{side}">{content}</{tag}>')
         return "<tr>" + "".join(parts) + "</tr>"
 

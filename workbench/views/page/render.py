@@ -131,7 +131,7 @@ def _build_panels(
     server: viser.ViserServer, worker: Worker, link: str, card: StartCard, signals: PageSignals
 ) -> tuple[list[AbstractPanel], Tabs]:
     gui = server.gui
-    server.on_client_connect(partial(_fit_panel, server))
+    server.on_client_connect(lambda client: signals.sized(client, partial(_fit_panel, server, client)))
     panels: list[AbstractPanel] = []
 
     def make(panel: AbstractPanel, tab: Tab | None = None) -> None:
@@ -163,15 +163,14 @@ def _build_panels(
     return panels, tabs
 
 
-def _fit_panel(server: viser.ViserServer, client: viser.ClientHandle) -> None:
-    """Leave the scene its part of a narrow window; a page that has just been opened shows the scene alone."""
-    camera = client.camera
-    if 0 < (window := camera.image_width) <= NARROW:
+def _fit_panel(server: viser.ViserServer, client: viser.ClientHandle, window: int, height: int) -> None:
+    """Leave the scene its part of a narrow window [px]."""
+    if window <= NARROW:
         width = max(MIN_WIDTH, SHARE * window)
         client.gui.main_panel.set_width(width)
         if window > PHONE:
             first = server.initial_camera  # a page that has just been opened may not look from there yet
-            aim(client, first.position, first.look_at, aspect=(window - width) / camera.image_height)
+            aim(client, first.position, first.look_at, aspect=(window - width) / height)
 
 
 def _link(address: str) -> str:

@@ -4,6 +4,7 @@ one left, so all but the wanted tab are taken away until the page has drawn itse
 
 import itertools
 import json
+import re
 import threading
 from collections.abc import Callable
 from functools import partial
@@ -28,6 +29,7 @@ class PageSignals:
         self._server = server
         self._waiting: dict[str, threading.Event] = {}
         self._answers: dict[str, Callable[[], None]] = {}
+        self._sized: dict[str, Callable[[int, int], None]] = {}
         if isinstance(server, LocalServer):
             server.heard = self._heard
 
@@ -41,6 +43,13 @@ class PageSignals:
         """Have every page tell which of its tabs is open, also a page that comes later."""
         addresses = {tab: self.pressed(f"open-{tab}", partial(do, tab)) for tab in Tab}
         run_script(self._server.gui, f"window.tabs = {json.dumps(addresses)};")
+
+    def sized(self, client: viser.ClientHandle, do: Callable[[int, int], None]) -> None:
+        """Have a client's page tell the width and height of its window [px]: the camera's are those of the
+        scene, without a docked panel, in the screen's pixels."""
+        self._sized[name := f"window-{client.client_id}"] = do
+        address = self._address(f"{name}-")
+        run_script(client.gui, f"new Image().src = `{address}${{innerWidth}}x${{innerHeight}}`;")
 
     def pressed(self, text: str, do: Callable[[], None]) -> str:
         """Where a link leads that does something: a page gets no answer there, and stays as it is."""
@@ -57,6 +66,10 @@ class PageSignals:
             event.set()
         elif text in self._answers:
             self._answers[text]()
+        elif size := re.fullmatch(r"(window-\d+)-(\d{1,5})x(\d{1,5})", text):
+            name, width, height = size.groups()
+            if (do := self._sized.pop(name, None)) is not None:
+                do(int(width), int(height))
 
     def _address(self, text: str) -> str:
         return self._server.telling + text if isinstance(self._server, LocalServer) else ""

@@ -49,6 +49,8 @@ STEPS = (
     "least 20 rows. Add causes: fit the effects found together with the geometry; comparisons and the saved "
     "arm then include them."
 )
+SMALL, MAX_PLACES = 1e-3, 6
+"""Numbers in SI below this are shown in millionths; decimal places that are shown at most."""
 FRAMES = {
     "Decide from the data": "auto",
     "Shared by all sessions": "shared",
@@ -313,29 +315,31 @@ def _list(head: str, items: tuple[str, ...], colour: str) -> str:
     return heading(head) + bullets(map(text, items), style=f"margin:0;color:{colour}")
 
 
-def _uncertain(std: float) -> str:
-    """A standard error: three decimals, or two figures of one that would look like none."""
-    return f"{std:.3f}" if std >= 0.0005 or std == 0.0 else f"{std:.1g}"
-
-
 def _parameters(found: Identification, shown: str) -> str:
-    """Nominal, identified and standard error, in mm and degrees."""
+    """Identified, change from nominal and standard error of each parameter."""
     fit = found.runs[shown].fit
     rows = []
     for parameter, value, std in zip(fit.parameters, fit.x, fit.std, strict=True):
-        scale, unit = {"rad": (np.rad2deg(1.0), "°"), "m": (1e3, "mm")}.get(
-            parameter.unit, (1e6, f"10⁻⁶ {parameter.unit}")
-        )
-        rows.append(
-            (
-                f'{text(parameter.text)} <span style="color:{MUTED}">{unit}</span>',
-                f"{scale * parameter.nominal:.3f}".replace("-", "−"),
-                f"{scale * value:.3f}".replace("-", "−"),
-                "–" if parameter.text in fit.idle else f"±{_uncertain(scale * std)}",
-            )
-        )
-    header = ("Parameter", "nominal", "identified", "std. error")
+        is_idle = parameter.text in fit.idle
+        unit, *numbers = shown_parameter(parameter.unit, parameter.nominal, value, 0.0 if is_idle else std)
+        name = f'{text(parameter.text)} <span style="color:{MUTED};white-space:nowrap">{unit}</span>'
+        rows.append((name, *numbers[:2], "–" if is_idle else numbers[2]))
+    header = ("Parameter", "identified", "from nominal", "std. error")
     return block(
         heading(f"Parameters identified by {_titles()[shown]}") + table(header, rows, testid="parameters"),
         style="margin-bottom:10px",
     )
+
+
+def shown_parameter(unit: str, nominal: float, value: float, std: float) -> tuple[str, str, str, str]:
+    """Unit, value, change from nominal and standard error for people, to two figures of the error."""
+    scale, shown = {"rad": (float(np.rad2deg(1.0)), "°"), "m": (1e3, "mm"), "1": (1.0, "")}.get(
+        unit, (1.0, unit)
+    )
+    if unit not in ("rad", "m") and 0.0 < max(abs(nominal), abs(value)) < SMALL:
+        scale, shown = 1e6, f"10⁻⁶ {shown}".strip()
+    error = scale * std
+    places = 3 if not 0.0 < error < np.inf else int(np.clip(1 - np.floor(np.log10(error)), 0, MAX_PLACES))
+    now, change = (f"{round(scale * v, places) + 0.0:.{places}f}" for v in (value, value - nominal))
+    sign = "" if float(change) <= 0.0 else "+"
+    return shown, now.replace("-", "−"), sign + change.replace("-", "−"), f"±{error:.{places}f}"
