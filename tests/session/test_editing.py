@@ -35,6 +35,15 @@ def test_add_copy_delete_and_undo(do, first):
     assert session.plate is first.plate
 
 
+def test_added_targets_stand_in_free_places_of_the_region(do):
+    session = do(*(AddTarget() for _ in range(6)))
+    added, region = places(session)[10:], session.plate.region
+    gaps = np.linalg.norm(added[:, None] - places(session), axis=-1)
+    assert np.sort(gaps, axis=1)[:, 1].min() == pytest.approx(0.06)
+    assert (added[:, :2] >= region.min[:2]).all()
+    assert (added[:, :2] <= region.max[:2]).all()
+
+
 def test_the_last_target_stays(do):
     session = do(*(DeleteTarget(0) for _ in range(10)))
     assert len(session.plate) == 1

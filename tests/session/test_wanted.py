@@ -23,7 +23,7 @@ from workbench.session.export import fixture_zip
 from workbench.session.guide import Tone, guide
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
-from workbench.session.judgement import arm_judgement, plate_judgement
+from workbench.session.judgement import PASSING_SHARE, arm_judgement, plate_judgement
 from workbench.session.score import PlateTrial
 from workbench.session.start import default_circle
 from workbench.session.state import Severity, UndoStep
@@ -97,6 +97,8 @@ def test_the_yield_judges_the_plate_once_it_is_known(first, share, tone, positio
     assert judged.tone is step.tone is tone
     assert judged.text in step.sentence
     assert f"{100 * share:.3g} %" in judged.text
+    assert f"{100 * PASSING_SHARE:.0f} %" in judged.text
+    assert ("add targets" in step.sentence) is (tone is Tone.CAREFUL)
     assert INKS[tone] in judgement(score, 1e-4, judged)
     other = plate_judgement(replace(session, noise=Noise(2e-4, 1e-3)))
     assert other.tone is (Tone.PLAIN if position < 1.0 else Tone.CAREFUL)

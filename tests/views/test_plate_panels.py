@@ -18,8 +18,9 @@ from workbench.session.commands.undo import GoBackTo, Undo
 from workbench.session.judgement import plate_judgement
 from workbench.views.drawables.plate import plate_before
 from workbench.views.drawables.region import envelope
+from workbench.views.page.html import BAD, GOOD
 from workbench.views.page.panels.history import plot
-from workbench.views.page.panels.index import alone_or_together, determined, judgement, loss_bars
+from workbench.views.page.panels.index import alone_or_together, determined, judgement, loss_bars, predicted
 
 
 @pytest.fixture(scope="module")
@@ -161,3 +162,12 @@ def test_the_reach_is_that_of_the_arm_and_not_the_sum_of_its_lengths():
     """A UR10 reaches 1.3 m from shoulder to wrist by its data sheet, 1.68 m if every offset counted."""
     robot = load_robot("ur10")
     assert 1.3 < maximum_reach(robot) < 1.5 < robot.reach
+
+
+def test_a_plate_that_the_last_step_made_worse_is_not_green(first):
+    """It may still be better than at the start."""
+    far, near = (replace(first.score, position=scale * first.score.position) for scale in (0.5, 0.2))
+    history = replace(first.history, first_plate=replace(first.plate), scores=(first.score, near, far))
+    session = replace(first, score=far, history=history)
+    assert BAD in predicted(session)
+    assert GOOD in predicted(replace(session, score=near, history=replace(history, scores=(far, near))))

@@ -336,7 +336,8 @@ def _design(session: Session) -> GuideStep:
     if judged.tone is Tone.GOOD:
         return GuideStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     if session.tried is not None:
-        return GuideStep(f"{capital(judged.text)}.", judged.tone, improve, MAKE)
+        text = f"{capital(judged.text)}. Improve the plate; where that no longer helps, add targets."
+        return GuideStep(text, judged.tone, improve, MAKE)
     if judged.tone is Tone.CAREFUL:
         return GuideStep(f"{text}: {judged.text}. Improve it.", judged.tone, improve, LOAD)
     if (trial := _trial()) is None:

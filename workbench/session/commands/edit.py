@@ -7,7 +7,7 @@ import numpy as np
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
 from workbench.plate.patterns import MAX_TARGETS
-from workbench.plate.plate import AUTO, Target
+from workbench.plate.plate import AUTO, Plate, Target
 from workbench.session.command import AbstractChange, computed
 from workbench.session.reach import place
 from workbench.session.state import Session
@@ -18,7 +18,7 @@ BESIDE = np.array([0.06, 0.0, 0.0])
 
 
 class AddTarget(AbstractChange):
-    """A new target in the middle of the region, at the height and angles of the selected one."""
+    """A new target in the free place nearest the region's middle, at the selected one's height and angles."""
 
     title = "Add a target"
 
@@ -27,9 +27,8 @@ class AddTarget(AbstractChange):
         _check_room(session)
 
     def apply(self, session: Session) -> Session:
-        region, model = session.plate.region, session.plate.targets[session.selected]
-        middle = 0.5 * (region.min + region.max)
-        return _with_new(session, model, np.array([middle[0], middle[1], model.xyz[2]]))
+        model = session.plate.targets[session.selected]
+        return _with_new(session, model, _free_place(session.plate, float(model.xyz[2])))
 
 
 class CopyTarget(AbstractChange):
@@ -98,6 +97,19 @@ def _with_new(session: Session, model: Target, xyz: Vector3) -> Session:
     state = place(session.robot, target, session.states[session.selected].q)
     plate = replace(session.plate, targets=(*session.plate.targets, target))
     return move_targets(session, plate, (*session.states, state), selected=len(plate) - 1)
+
+
+def _free_place(plate: Plate, height: float) -> Vector3:
+    """Where a target is as far from all others as a copy is; the middle of the region if it is full."""
+    low, high = plate.region.min[:2], plate.region.max[:2]
+    step = float(np.linalg.norm(BESIDE))
+    counts = [np.arange(-n, n + 1) for n in (0.5 * (high - low) / step).astype(int)]
+    offsets = step * np.stack(np.meshgrid(*counts, indexing="ij"), axis=-1).reshape(-1, 2)
+    nearest_first = offsets[np.argsort(np.linalg.norm(offsets, axis=1), kind="stable")]
+    places = np.column_stack([0.5 * (low + high) + nearest_first, np.full(len(offsets), height)])
+    taken = np.array([target.xyz for target in plate.targets])
+    gaps = np.linalg.norm(places[:, None] - taken, axis=-1).min(axis=1)
+    return places[np.argmax(gaps > 0.999 * step)]
 
 
 def _without(items: tuple, index: int) -> tuple:

@@ -48,7 +48,7 @@ class IndexPanel(AbstractPanel):
         self._html.content = block(
             heading(predicted_heading(session))
             + _measurable(session)
-            + _predicted(session)
+            + predicted(session)
             + judgement(now, session.noise.position, plate_judgement(session))
             + heading("Predicted error without each target")
             + loss_bars(session)
@@ -115,7 +115,8 @@ def predicted_heading(session: Session) -> str:
     return f"Predicted error in {place} after calibration"
 
 
-def _predicted(session: Session) -> str:
+def predicted(session: Session) -> str:
+    """The predicted error, and what the last step changed in it."""
     now, first, noise = session.score, session.history.first_score, session.noise
     if np.isnan(now.position):
         return f'<div style="color:{MUTED}">The arm does not reach the region.</div>'
@@ -125,7 +126,11 @@ def _predicted(session: Session) -> str:
             "affect the tool there. Move more targets into reach.</div>"
         )
     is_moved = session.plate is not session.history.first_plate
-    better = change(now.position, first.position, larger_is_better=False) if is_moved else ""
+    scores = session.history.scores if session.drag is not None else session.history.scores[:-1]
+    before = scores[-1] if scores else first
+    better = change(now.position, before.position, larger_is_better=False) if is_moved else ""
+    if better:
+        better += f'<span style="color:{MUTED}">against before the last step</span>'
     return (
         '<div style="display:flex;align-items:baseline;gap:8px" title="Root mean square over the '
         f"cuboid, turned from a target by up to {np.rad2deg(PLATE_CONE):.0f}°, in any posture, each target "
