@@ -16,7 +16,7 @@ import pytest
 from workbench.base.errors import FileError
 from workbench.extras.camera import folder as folders
 from workbench.extras.camera.folder import says_target, scan_folder, unpacked
-from workbench.extras.camera.panels import PictureFields
+from workbench.extras.camera.picture_fields import PictureFields
 from workbench.extras.camera.picture_files import read_picture
 from workbench.extras.camera.templates import Board
 

@@ -13,6 +13,7 @@ from test_start import thinned
 import workbench as wb
 from workbench.base.errors import DataError
 from workbench.extras.camera.selection_steps import Step, judged
+from workbench.extras.camera.templates import NO_TARGET
 
 
 def seen(tmp_path, seed, count=12, **options):
@@ -80,8 +81,12 @@ def test_exchanged_mounts_are_said_to_be_that(tmp_path):
     _, _, robot, _ = seen(tmp_path, 3)
     (tmp_path / "camera.toml").write_text(virtual.camera_toml(mounted="tool"))
     (tmp_path / "target.toml").write_text(virtual.target_toml("world"))
-    with pytest.raises(DataError, match="mounts"):
-        wb.identify(robot, read(tmp_path), algorithms=("opt2",))
+    data = read(tmp_path)
+    with pytest.raises(DataError, match=r"board is on the tool and the camera in the cell; .* target\.toml"):
+        wb.identify(robot, data, algorithms=("opt2",))
+    asked = replace(data, notes=(f"{NO_TARGET}: …", *data.notes))
+    with pytest.raises(DataError, match="change 'Board is'"):
+        wb.identify(robot, asked, algorithms=("opt2",))
 
 
 def test_no_geometry_is_saved_with_a_print_of_another_size(tmp_path, run):

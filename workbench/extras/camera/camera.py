@@ -38,6 +38,10 @@ class Mount(StrEnum):
     TOOL = "tool"
 
 
+ON = {Mount.TOOL: "on the tool", Mount.WORLD: "in the cell"}
+"""Where that is, for people."""
+
+
 class Projected(NamedTuple):
     """Pixels of points, and how they change.
 

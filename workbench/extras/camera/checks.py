@@ -12,11 +12,12 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
-from workbench.extras.camera.camera import INTRINSICS, Camera, project
+from workbench.extras.camera.camera import INTRINSICS, ON, Camera, project
 from workbench.extras.camera.pixel_noise import Pictures
 from workbench.extras.camera.readings import PictureReadings, rig_of, with_rig
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import PictureTarget
+from workbench.extras.camera.templates import NO_TARGET
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.considered import Considered
 from workbench.identification.problem import Noise, Problem
@@ -320,7 +321,10 @@ def _check_mounts(
     other = with_rig(data, rig.with_mounts_exchanged())
     tried = build(robot, other, free=()).with_noise(ROUGH)
     if PictureFit(tried, _robust_errors(tried)[0]).pixel < 0.5 * PictureFit(problem, x).pixel:
+        board, camera = ON[rig.cameras[0].mounted], ON[rig.mounted]
+        is_asked = any(note.startswith(NO_TARGET) for note in data.notes)
+        mend = "change 'Board is'" if is_asked else "exchange 'mounted' in target.toml and camera.toml"
         raise DataError(
-            f"{data.source}: the mounts are exchanged: the pictures fit a camera mounted = "
-            f'"{rig.mounted}" that sees a target mounted = "{rig.cameras[0].mounted}"; correct both files'
+            f"{data.source}: the mounts are exchanged: the board is {board} and the camera {camera}; {mend} "
+            "and read the pictures again"
         )

@@ -13,19 +13,16 @@ from workbench.base.errors import DataError
 from workbench.base.files import read_bytes
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
-from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.camera_view import CameraView, camera_views, cells, coverage
 from workbench.extras.camera.capture import SHARP, Capture, Previews, Shot
-from workbench.extras.camera.folder import says_target
-from workbench.extras.camera.readings import PictureReadings
+from workbench.extras.camera.picture_fields import PictureFields, ask_for_pictures
+from workbench.extras.camera.readings import PictureReadings, rig_of
 from workbench.extras.camera.selection_steps import Identifiability
 from workbench.extras.camera.session_commands import (
-    LARGEST_FOLDER,
     BeginShooting,
     CameraAlone,
     DropShot,
     EndShooting,
-    LoadPictures,
     UseShots,
 )
 from workbench.extras.camera.templates import Board, across_down
@@ -59,7 +56,6 @@ ARROWS = 20.0
 """How many times residuals are drawn."""
 ENOUGH = 0.6
 """Part of the picture that is well used."""
-CARRIERS = {"on the tool": Mount.TOOL, "in the cell": Mount.WORLD}
 STEPS = (
     "Take 15 to 30 pictures from different directions, with the arm at rest. Add a table with one row per "
     "picture: image, q1[deg] … of the joints; or image, x[mm], y[mm], z[mm], qw, qx, qy, qz of the tool, "
@@ -76,58 +72,19 @@ def _alone(session: Session) -> CameraAlone | None:
     return session.part(CameraAlone)
 
 
-class PictureFields:
-    """What is asked of a board, and what takes its pictures: in the panel, and on the start card."""
-
-    def __init__(self, panel: AbstractPanel, gui: viser.GuiApi):
-        self._side = panel.number(
-            "Square [mm]",
-            1e3 * Board().square,
-            (5.0, 200.0, 0.1),
-            "Side of a square, as measured on the print.",
-        )
-        self._carrier = gui.add_dropdown("Board is", (*CARRIERS,), hint="The camera is on the other.")
-
-    @property
-    def board(self) -> Board:
-        """One of these squares."""
-        return Board(square=1e-3 * float(self._side.value), mounted=CARRIERS[str(self._carrier.value)])
-
-    def build_upload(self, panel: AbstractPanel, gui: viser.GuiApi) -> None:
-        """What takes the folder of the pictures, or an archive of it."""
-        gui.add_html(folder_field("Drop or choose the folder of the pictures"))
-        panel.upload(
-            "… or an archive of it (ZIP)",
-            lambda name, content: LoadPictures(name, content, self.board),
-            "Pictures of a board or of tags, or a table of their corners, and a table of the joints with "
-            "a column 'image'. Without target.toml the board's squares are counted in the pictures. Up to "
-            f"{LARGEST_FOLDER // 2**20} MiB.",
-            endings=ENDING,
-            maximum=LARGEST_FOLDER,
-            question=self._assumed,
-            answer="Read with this board",
-        )
-
-    def _assumed(self, content: bytes) -> str:
-        """What is taken for the board of pictures without `target.toml`, as a question."""
-        return "" if says_target(content) else f"No target.toml is beside the pictures. {self.board.question}"
-
-
-def _ask_for_pictures(panel: AbstractPanel, gui: viser.GuiApi) -> None:
-    PictureFields(panel, gui).build_upload(panel, gui)
-
-
 class CamerasPanel(AbstractPanel):
     """Step by step: a board to print, the files beside the pictures, the pictures, what was found of them."""
 
     tab, order = Tab.MEASURE, 30
-    door = Door("Pictures of a board", viser.Icon.CAMERA, Identify, asks=PICTURES, build=_ask_for_pictures)
+    door = Door("Pictures of a board", viser.Icon.CAMERA, Identify, asks=PICTURES, build=ask_for_pictures)
     depends = ("results", "focus", "measurements.loaded", _alone)
+    _read: Dataset | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Pictures of a board", expand_by_default=True):
             with gui.add_folder("Your board, or one to print", expand_by_default=True):
-                fields, board = PictureFields(self, gui), Board()
+                self._fields = fields = PictureFields(self, gui)
+                board = Board()
                 squares = gui.add_text("Squares", f"{board.across}x{board.down}", hint="Across x down.")
 
                 def printed() -> Board:
@@ -154,13 +111,14 @@ class CamerasPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         views, alone = camera_views(session), _alone(session)
+        loaded = session.measurements.loaded
+        data = alone.data if alone is not None else loaded.dataset if views and loaded is not None else None
+        if data is not None and data is not self._read:
+            self._fields.show(rig_of(data))
+        self._read = data
         result = session.results.identification if alone is None else alone.found
-        if alone is not None:
-            self._thumbs.content = self._thumbnails(alone.data, alone.previews)
-        elif views and (loaded := session.measurements.loaded) is not None:
-            self._thumbs.content = self._thumbnails(loaded.dataset, session.part(Previews))
-        else:
-            self._thumbs.content = ""
+        previews = session.part(Previews) if alone is None else alone.previews
+        self._thumbs.content = "" if data is None else self._thumbnails(data, previews)
         self._seen.content = "".join(_camera(session, c, view) for c, view in enumerate(views))
         self._gate.content = (
             _identified(result, is_alone=alone is not None) if views or alone is not None else ""
@@ -311,49 +269,6 @@ def _steps(identifiability: Identifiability) -> str:
         for step in identifiability.steps
     ]
     return table(("let go", "expected", "corners", "taken"), rows, testid="steps")
-
-
-ENDING = ".tar,.zip"
-"""File types of the upload button, by which the script finds the button's field."""
-_SCRIPT = """
-(async field => {
-  const coder = new TextEncoder(), parts = [];
-  const wanted = /\\.(png|jpe?g|bmp|tiff?|pgm|webp|csv|tsv|xlsx|parquet|toml)$/i;
-  let folder = 'pictures';
-  for (const file of field.files) {
-    const way = (file.webkitRelativePath || file.name).split('/');
-    if (way.length > 1) folder = way.shift();
-    if (!wanted.test(file.name) || way.some(part => part.startsWith('.'))) continue;
-    const head = new Uint8Array(512), put = (at, s) => head.set(coder.encode(s).slice(-100), at);
-    put(0, way.join('/')); put(100, '0000644'); put(124, file.size.toString(8).padStart(11, '0'));
-    put(136, '00000000000'); put(148, '        '); put(156, '0'); put(257, 'ustar'); put(263, '00');
-    put(148, head.reduce((a, b) => a + b).toString(8).padStart(6, '0') + '\\0 ');
-    parts.push(head, file, new Uint8Array((512 - file.size % 512) % 512));
-  }
-  parts.push(new Uint8Array(1024));
-  const given = new DataTransfer(), place = field.closest('[role=dialog]') ?? document;
-  const button = place.querySelector('input[accept="ENDING"]');
-  given.items.add(new File(parts, folder + '.tar'));
-  button.files = given.files;
-  button.dispatchEvent(new Event('change', { bubbles: true }));
-  field.value = '';
-})(this)
-""".replace("ENDING", ENDING)
-
-
-def folder_field(label: str) -> str:
-    """A field, in HTML, on which a folder is dropped or chosen.
-
-    viser's upload button takes one file. A field for folders (`webkitdirectory`) lies over the label; what it
-    is given is put into one tar archive in the page, and that archive into the button's own field.
-    """
-    return (
-        '<div data-testid="folder" style="position:relative;margin:2px 12px 8px;padding:14px 10px;'
-        f'border:1.5px dashed {LINE};border-radius:6px;text-align:center;font-size:13px;color:{MUTED}">'
-        f'{text(label)}<input type="file" webkitdirectory multiple onchange="{text(_SCRIPT)}" '
-        f'title="{text(label)}" style="position:absolute;inset:0;width:100%;height:100%;opacity:0;'
-        'cursor:pointer"></div>'
-    )
 
 
 HOW = (

@@ -10,7 +10,7 @@ from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import part_of, progress
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
-from workbench.extras.camera.camera import Mount
+from workbench.extras.camera.camera import ON
 from workbench.extras.camera.capture import Capture, Previews, Shot
 from workbench.extras.camera.folder import only_folder, packed, read_folder, shown_pictures, unpacked
 from workbench.extras.camera.pixel_table import plain_names
@@ -27,7 +27,6 @@ from workbench.session.state import AbstractPart, Session, Severity
 
 LARGEST_FOLDER = 256 * 1024 * 1024
 """Archives beyond this size are refused [bytes]."""
-ON = {Mount.TOOL: "on the tool", Mount.WORLD: "in the cell"}
 SEARCH = 0.9
 """Part of the work that is the search for corners."""
 

@@ -11,7 +11,7 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
-from workbench.extras.camera.camera import Mount
+from workbench.extras.camera.camera import ON, Mount
 from workbench.extras.camera.corner_detection import Finder
 from workbench.extras.camera.folder import has_target
 from workbench.extras.camera.likely_board import likely_board
@@ -23,6 +23,8 @@ DICTIONARY = "DICT_6X6_250"
 """Of the markers that are printed."""
 LOOKED_AT = 12
 """Pictures in which squares are counted."""
+NO_TARGET = "no target.toml"
+"""How the note of a board begins of which no file tells."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ class Board:
             )
         write_text(folder / "target.toml", target_toml(charuco_target(board, self.mounted)))
         counted = "{} × {} squares counted in the pictures".format(*board.squares)
-        return (f"no target.toml: {counted} ({board.dictionary}), of {self._side_and_place}",)
+        return (f"{NO_TARGET}: {counted} ({board.dictionary}), of {self._side_and_place}",)
 
     @property
     def question(self) -> str:
@@ -88,8 +90,7 @@ class Board:
 
     @property
     def _side_and_place(self) -> str:
-        place = "on the tool" if self.mounted is Mount.TOOL else "in the cell"
-        return f"{1e3 * self.square:g} mm, {place}"
+        return f"{1e3 * self.square:g} mm, {ON[self.mounted]}"
 
 
 def fitting_marker(square: float) -> float:
