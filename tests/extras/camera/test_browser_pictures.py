@@ -10,6 +10,7 @@ from playwright.sync_api import expect
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.urdf import read_urdf
 from workbench.extras.camera.camera import Mount
+from workbench.extras.camera.readings import rig_of
 from workbench.extras.camera.rig import read_rig
 from workbench.plate.plate_toml import load_plate
 from workbench.session.state import Focus
@@ -45,6 +46,11 @@ def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
     screen.shoot("pictures-loaded")
     screen.press("Identify the geometry")
     screen.until(lambda s: s.results.identification is not None and s.page.job is None, timeout=120.0)
+    screen.wait_text("joint-zeros", "joint3")
+    lines = screen.text("joint-zeros").splitlines()
+    assert lines[-1].startswith("joint1, joint6 at nominal:")
+    change, error = (float(cell.strip("± °").replace("−", "-")) for cell in lines[2].split("\t")[1:])
+    assert abs(change - 0.6) < 5.0 * error < 0.3
     screen.tab("Measure")
     screen.wait_text("gate", "Identified: joint zeros")
     screen.wait_node("/camera/target", np.zeros(3))
@@ -82,6 +88,8 @@ def test_an_archive_of_the_folder_is_chosen_with_the_button(app, look, aria, tmp
     session = screen.until(lambda s: s.page.job is None)
     assert session.measurements.loaded.name == "shots"
     assert len(session.measurements.loaded.dataset) == 6
+    side = 1e3 * rig_of(session.measurements.loaded.dataset).targets[0].charuco.square
+    expect(screen.page.get_by_label("Square [mm]", exact=True)).to_have_value(f"{side:g}")
     screen.wait_text("camera_0", "image 0")
     expect(screen.page.locator('[data-testid="picture"] image')).to_have_count(1)
     screen.page.locator('[data-testid="thumbnails"] a').nth(2).click()

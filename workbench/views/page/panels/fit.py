@@ -49,6 +49,8 @@ STEPS = (
     "least 20 rows. Add causes: fit the effects found together with the geometry; comparisons and the saved "
     "arm then include them."
 )
+HELD, CONFOUNDED = "fixed under Options", "not distinguishable from the pose of camera or board"
+"""Why a joint's zero was not identified from pictures."""
 SMALL, MAX_PLACES = 1e-3, 6
 """Numbers in SI below this are shown in millionths; decimal places that are shown at most."""
 FRAMES = {
@@ -96,6 +98,7 @@ class FitPanel(AbstractPanel):
             self._build_options(gui)
         self._card = gui.add_html("")
         self._requirement = gui.add_html("", visible=False)
+        self._zeros = gui.add_html("", visible=False)
         self._files = ArmFiles(self, gui)
         self._warnings = gui.add_html("", visible=False)
 
@@ -131,12 +134,13 @@ class FitPanel(AbstractPanel):
             self._rebuild(session.robot)
         for name, box in self._boxes.items():
             set_value(box, name not in session.choices.fixed)
-        for part in (self._requirement, self._warnings):
+        for part in (self._requirement, self._zeros, self._warnings):
             part.visible = found is not None
         ready = note(EMPTY_NOTE if session.measurements.loaded is None else READY, "result", margin="6px 0")
         self._card.content = ready if found is None else result_card(session)
         if found is not None:
             self._requirement.content = _requirement(session)
+            self._zeros.content = joint_zeros(found, session.results.fit, session.choices.fixed)
             self._warnings.content = _warnings(found)
 
     def _rebuild(self, robot: Robot) -> None:
@@ -288,6 +292,29 @@ def _requirement(session: Session) -> str:
     return block(
         text(judged.text), testid="requirement", style=f"margin:4px 0;color:{colour};font-weight:600"
     )
+
+
+def joint_zeros(found: Identification, shown: str, fixed: frozenset[str]) -> str:
+    """What pictures tell of every joint's zero, and why they tell nothing of some."""
+    if found.identifiability is None or found.identifiability.refused:
+        return ""
+    fit = found.runs[shown].fit
+    places = {parameter.name: k for k, parameter in enumerate(fit.parameters)}
+    rows, nominal = [], dict[str, list[str]]()
+    for name in fit.problem.robot.joint_offsets:
+        joint = name.split(".")[0]
+        if (k := places.get(name)) is None:
+            nominal.setdefault(HELD if name in fixed else CONFOUNDED, []).append(joint)
+        else:
+            parameter = fit.parameters[k]
+            unit, _, change, error = shown_parameter(parameter.unit, parameter.nominal, fit.x[k], fit.std[k])
+            rows.append((text(joint), f"{change} {unit}", f"{error} {unit}"))
+    reasons = "".join(
+        f'<div style="color:{MUTED}">{text(", ".join(joints))} at nominal: {reason}</div>'
+        for reason, joints in nominal.items()
+    )
+    listed = table(("Joint zero", "from nominal", "std. error"), rows) if rows else ""
+    return block(listed + reasons, testid="joint-zeros", style="margin:4px 0 8px")
 
 
 def _warnings(found: Identification) -> str:
