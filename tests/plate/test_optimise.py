@@ -15,6 +15,7 @@ from workbench.base.types import Outcome
 from workbench.plate.design import optimise_plate as plate_design
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints, conflict
+from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.optimise import DesignRequest, Postures, optimise_plate
 from workbench.plate.optimiser.target_blocks import (
     Blocks,
@@ -30,6 +31,14 @@ from workbench.plate.readings import Look, TargetReading
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches
 from workbench.plate.tolerances import Production
+
+
+def test_the_cost_of_targets_that_are_just_enough_stays_a_number(aria, plate):
+    """Without any of them constants stay open: what it costs then and what it gains are nearly alike."""
+    request = DesignRequest(number=8, places=60, blocks=METHODS["ball-bar"].blocks(Blocks()))
+    found = plate_design(aria, plate, request=request, reading="ball-bar", seed=0)
+    assert np.isfinite(found.history).all()
+    assert np.isclose(found.history[-1], found.cost, rtol=1e-4)
 
 
 def rng(seed=0):

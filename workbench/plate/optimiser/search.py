@@ -116,8 +116,12 @@ class Search:
         found = self._best(near, values, others, minimum=base - cost * (1.0 - BETTER))
         if found is None:
             return cost
-        chosen[slot] = found
-        return base - float(values[found])
+        before, chosen[slot] = chosen[slot], found
+        after = self.cost(near.pool.rows[chosen])  # base − gain: rounding alone where others lack
+        if after < cost * (1.0 - BETTER):
+            return after
+        chosen[slot] = before
+        return cost
 
     def _best(self, near: Neighbours, values: np.ndarray, others: list[int], *, minimum: float) -> int | None:
         """The candidate of largest value above `minimum` that goes with the others."""
