@@ -61,7 +61,7 @@ def test_the_calibrated_arm_misses_the_path_and_a_correction_meets_it(fitted):
     region = fitted.plate.region
     radius = np.linalg.norm(plain.wanted - 0.5 * (region.min + region.max), axis=1)
     assert np.allclose(radius, 0.3 * (region.max - region.min)[:2].min(), atol=1e-6)
-    assert " corrected, " in running.session.page.messages[-1].text
+    assert "with correction" in running.session.page.messages[-1].text
 
 
 def test_play_is_a_matter_of_focus(do, first):

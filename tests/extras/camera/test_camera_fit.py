@@ -271,7 +271,7 @@ def test_wrong_intrinsics_and_a_wrong_size_are_doubted(tmp_path):
     ("count", "free", "scale", "focal", "message"),
     [
         (25, '"auto"', 0.75, 1.0, r"^the target is 25\.0\d % smaller than stated"),
-        (25, "false", 1.0, 1.07, r"^the given intrinsics do not suit the pictures.* \(camera c0: fx 135\d"),
+        (25, "false", 1.0, 1.07, r"^the given intrinsics do not fit the pictures.* \(camera c0: fx 135\d"),
         (8, "false", 1.005, 1.0, r"^the target is 0\.[456]\d % larger than stated"),
     ],
 )

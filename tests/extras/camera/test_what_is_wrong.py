@@ -63,7 +63,7 @@ def test_joints_of_other_pictures_are_refused(tmp_path):
     _, shots, robot, _ = seen(tmp_path, 12)
     shots.q[:] = np.random.default_rng(0).permutation(shots.q)
     (tmp_path / "joints.csv").write_text(shots.joints())
-    with pytest.raises(DataError, match=r"don't suit their joints.* [1-9]\d+ mm off"):
+    with pytest.raises(DataError, match=r"joint readings.* [1-9]\d+ mm off"):
         wb.identify(robot, read(tmp_path), algorithms=("opt2",))
 
 

@@ -301,7 +301,7 @@ def test_what_can_not_be_written_is_refused_and_said(form, old, new, message, tm
 def test_a_file_of_another_arm_is_refused_with_how_far_it_is(form, name, other, tmp_path):
     nominal, arm = calibrated(name)
     source = FILES[form][0](*chain_of(calibrated(other)[0]))
-    with pytest.raises(FileError, match=r"another arm.* \d+\.?\d* mm"):
+    with pytest.raises(FileError, match=r"nominal arm.* \d+\.?\d* mm and .* off"):
         written(form, source, arm, nominal, tmp_path)
     assert not list(tmp_path.iterdir())
 

@@ -39,7 +39,7 @@ def bottom(element) -> float:
 
 
 def test_the_strip_is_about_the_open_tab_and_each_tab_keeps_its_place(app, look):
-    screen = look()
+    screen = look(new=True)  # every tab at its top
     page = screen.page
     screen.tab("Calibrate")
     screen.wait_text("hint", "Nothing has been measured yet")
