@@ -99,7 +99,8 @@ def refit(
         built = _expected(built, grams, model)
     here = built.at(begin or {})
     if any(e.loads for e in robot.effects):
-        built = _held(built, problem.again(robot=problem.robot.with_effects()), begin or {})
+        rigid = problem.again(robot=problem.robot.with_effects()) if own else problem
+        built = _held(built, rigid, begin or {})
     algorithm = Opt2(limit=steps)
     if grams is not None and large(built):
         known = _by_grams(built, grams, model) if huge(built) else _by_jacobian(built, here, grams)
