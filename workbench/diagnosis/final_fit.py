@@ -40,6 +40,7 @@ def fitted_on_all(
         data=rows,
         begin=before.problem.named(before.x),
         steps=LAST_STEPS,
+        holds=True,
     ).fit
     if before.outcome.ok and not found.outcome.ok:
         return (

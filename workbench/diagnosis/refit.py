@@ -77,6 +77,7 @@ def refit(
     data: Dataset | None = None,
     begin: Mapping[str, float] | None = None,
     steps: int = STEPS,
+    holds: bool = False,
 ) -> FittedModel:
     """Fit geometry and a model's effects, and let the noise be what the fit leaves.
 
@@ -87,6 +88,7 @@ def refit(
         data: Other rows than the problem's.
         begin: Where unknowns were found by an earlier fit [SI]; the others begin at their nominal values.
         steps: Most steps.
+        holds: Whether constants that a rigid arm leaves open are held near nominal where masses are unknowns.
     """
     own = problem.robot.effects
     robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
@@ -98,7 +100,7 @@ def refit(
     if grams is not None and model:
         built = _expected(built, grams, model)
     here = built.at(begin or {})
-    if any(e.loads for e in robot.effects):
+    if holds and needs_inertia(robot):
         rigid = problem.again(robot=problem.robot.with_effects()) if own else problem
         built = _held(built, rigid, begin or {})
     algorithm = Opt2(limit=steps)
