@@ -27,7 +27,6 @@ from workbench.arm.inverse.branch import (
     choose,
     margins,
     nearest_branch,
-    planned_margins,
     quality,
     representative,
 )
@@ -157,11 +156,9 @@ def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
 def _spread(
     arm: ReducedArm, target: np.ndarray, task: Task, limits: np.ndarray, rng: np.random.Generator
 ) -> Solutions:
-    """Representatives of endlessly many solutions, far apart from each other: with a margin to the limits, or
-    at least within them."""
+    """Representatives of endlessly many solutions within the limits, far apart from each other."""
     x = np.empty((0, arm.dof))
-    margin = planned_margins(limits)[:, None] * [1.0, -1.0]
-    for bounds in (limits + margin, limits, limits, None):
+    for bounds in (limits, limits, limits, None):
         starts = random_starts(arm, (SPREAD_STARTS,), rng, limits=limits)
         one = np.zeros(len(starts), np.int64)
         r = refine(arm, target, starts, task=task, target_of=one, limits=bounds)
