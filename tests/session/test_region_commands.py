@@ -165,7 +165,7 @@ def test_the_page_says_what_plate_score_says(first):
     found = score_plate(first.robot, first.plate).measured
     error = found.error
     assert (first.score.position, first.score.rotation) == (error.position_rms, error.rotation_rms)
-    panel = index._predicted(first)
+    panel = index.predicted(first)
     assert f"{1e3 * error.position_rms:.3f} mm rms" in panel
     assert assumptions(first.plate, usual_sigma(first.plate)) in panel
 

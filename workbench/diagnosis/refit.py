@@ -100,15 +100,18 @@ def refit(
     if grams is not None and model:
         built = _expected(built, grams, model)
     here = built.at(begin or {})
+    free = built
     if holds and needs_inertia(robot):
         rigid = problem.again(robot=problem.robot.with_effects()) if own else problem
         built = _held(built, rigid, begin or {})
-    algorithm = Opt2(limit=steps)
+    algorithm, held = Opt2(limit=steps), built
     if grams is not None and large(built):
         known = _by_grams(built, grams, model) if huge(built) else _by_jacobian(built, here, grams)
         search = _chord(built, here, known)
     else:
         built, search = search_flanks(algorithm, built, here)
+    if built is held:  # what the rows leave open is told without what held it
+        built = free
     return FittedModel(model, Fit.of(algorithm, built, search))
 
 
