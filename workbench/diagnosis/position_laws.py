@@ -5,7 +5,7 @@ What drags, is bent or is worn follows no law, and few rows look like the neares
 
 import numpy as np
 
-from workbench.arm.effects import AbstractEffect, Candidate
+from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.diagnosis.evidence import Model, jackknifed, offers
 from workbench.diagnosis.gram_matrices import Grams
@@ -25,7 +25,7 @@ def lead_over_map(searched: Searched, group: Model) -> float:
     mine = tuple(
         t
         for t in searched.found.model
-        if _is_of_position(t.candidate) and t.candidate.effect.joints == joints
+        if _is_of_position(t.candidate.effect) and t.candidate.effect.joints == joints
     )
     maps = [
         c
@@ -47,8 +47,8 @@ def lead_over_map(searched: Searched, group: Model) -> float:
     return whole - jackknifed(parts)
 
 
-def _is_of_position(candidate: Candidate) -> bool:
-    return candidate.effect.maps_joint or isinstance(candidate.effect, EncoderScale)
+def _is_of_position(effect: AbstractEffect) -> bool:
+    return effect.maps_joint or isinstance(effect, EncoderScale)
 
 
 def share_a_law(one: AbstractEffect, other: AbstractEffect) -> bool:
@@ -56,9 +56,6 @@ def share_a_law(one: AbstractEffect, other: AbstractEffect) -> bool:
     motion, which goes with its position; or different play that loads decide."""
     both = (one, other)
     has_scale = any(isinstance(e, EncoderScale) for e in both)
-    if all(
-        e.maps_joint or isinstance(e, EncoderScale) or (has_scale and e.has_play and not e.loads)
-        for e in both
-    ):
+    if all(_is_of_position(e) or (has_scale and e.has_play and not e.loads) for e in both):
         return bool(set(one.joints) & set(other.joints))
     return one.name != other.name and all(e.has_play and bool(e.loads) for e in both)

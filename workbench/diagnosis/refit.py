@@ -101,7 +101,7 @@ def refit(
         built = _expected(built, grams, model)
     here = built.at(begin or {})
     free = built
-    if holds and needs_inertia(robot):
+    if holds and any(p.unit == "kg" for p in built.parameters):
         rigid = problem.again(robot=problem.robot.with_effects()) if own else problem
         built = _held(built, rigid, begin or {})
     algorithm, held = Opt2(limit=steps), built
