@@ -10,9 +10,17 @@ from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.predicted_error import predicted_error
 from workbench.session import replay
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
-from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
+from workbench.session.commands.edit import (
+    AddTarget,
+    ChooseBranch,
+    CopyTarget,
+    DeleteTarget,
+    LockTarget,
+    free_place,
+)
 from workbench.session.commands.target_placement import ApplyPattern
 from workbench.session.commands.undo import RestoreBest, Undo
+from workbench.session.journal.codec import decode, encode
 from workbench.session.state import Severity
 
 TILTS = (float(np.deg2rad(-150.0)), float(np.deg2rad(-160.0)))
@@ -35,13 +43,29 @@ def test_add_copy_delete_and_undo(do, first):
     assert session.plate is first.plate
 
 
-def test_added_targets_stand_in_free_places_of_the_region(do):
-    session = do(*(AddTarget() for _ in range(6)))
+def test_added_targets_stand_in_free_places_of_the_region(do, first):
+    session = first
+    for _ in range(6):
+        session = do(AddTarget(free_place(session)))
     added, region = places(session)[10:], session.plate.region
     gaps = np.linalg.norm(added[:, None] - places(session), axis=-1)
     assert np.sort(gaps, axis=1)[:, 1].min() == pytest.approx(0.06)
     assert (added[:, :2] >= region.min[:2]).all()
     assert (added[:, :2] <= region.max[:2]).all()
+
+
+def test_targets_of_earlier_journals_stay_in_the_middle(do, first):
+    session = do(AddTarget(), AddTarget())
+    low, high = first.plate.region.min, first.plate.region.max
+    height = first.plate.targets[first.selected].xyz[2]
+    middle = [*(0.5 * (low + high))[:2], height]
+    assert places(session)[10:] == pytest.approx(np.array([middle, middle]))
+
+
+def test_a_journal_holds_the_place_of_an_added_target(first):
+    added = AddTarget(free_place(first))
+    values, files = encode(added)
+    assert decode("AddTarget", values, files.get) == added
 
 
 def test_the_last_target_stays(do):

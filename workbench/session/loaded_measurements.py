@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.robot import Robot
+from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.data.live.acquisition import Acquisition
 from workbench.data.readers.preview import Preview
@@ -120,3 +121,53 @@ class Measuring:
     def target(self) -> int:
         """The target of the plate that is wanted, counted from 0."""
         return self.numbers[self.acquisition.capture.current]
+
+
+OBSERVATIONS = (
+    ("position", "rotation", "full pose of the tool"),
+    ("position", None, "position of the tool"),
+    ("markers", None, "markers on the tool"),
+    ("distance", None, "distance to an anchor"),
+    ("contact", None, "contact with a fixed point"),
+    ("rotation", None, "orientation of the tool"),
+    ("tilt", None, "tilt of links"),
+)
+MAX_LISTED_COLUMNS = 12
+"""Columns that are listed one by one."""
+
+
+def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ...]:
+    """Pairs of a heading and what was understood."""
+    kept_out = int((~dataset.included).sum())
+    facts = [
+        ("Rows", f"{len(dataset)}" + (f", {kept_out} of them excluded" if kept_out else "")),
+        ("Joints", f"{dataset.joints}"),
+        ("Measured", observation_text(dataset)),
+        ("Columns", _columns(understood)),
+    ]
+    if len(dataset.sessions) > 1:
+        facts.append(("Sessions", ", ".join(dataset.sessions)))
+    if understood.groups > 1:
+        facts.append(("Groups", f"{understood.groups}, each held out as a whole"))
+    if understood.layout != "plain":
+        facts.append(("Layout", understood.layout))
+    return tuple(facts)
+
+
+def observation_text(dataset: Dataset) -> str:
+    """What the instrument measured, in words."""
+    found: list[str] = []
+    seen: set[str] = set()
+    for first, second, text in OBSERVATIONS:
+        has = getattr(dataset, first) is not None and first not in seen
+        if has and (second is None or getattr(dataset, second) is not None):
+            found.append(text)
+            seen |= {first, second or first}
+    return ", ".join(found) or "nothing"
+
+
+def _columns(understood: Preview) -> str:
+    read = [c for c in understood.columns if c.key is not None]
+    ignored = [c.heading for c in understood.columns if c.key is None]
+    text = first_of([c.heading for c in read], MAX_LISTED_COLUMNS)
+    return text + (f" (ignored: {', '.join(ignored[:MAX_LISTED_COLUMNS])})" if ignored else "")

@@ -15,7 +15,7 @@ from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.data import binary_tables
 from workbench.data.readers import read_measurements, read_trajectory
 from workbench.extras.logs.matlab_arrays import matlab_arrays
-from workbench.session.commands.data import LoadData
+from workbench.session.commands.data import LoadData, load_endings
 
 HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H2s", 0x100, b"IM")
 CRASHING = HEADER + struct.pack(  # the array's name is of a type that no name has
@@ -177,6 +177,7 @@ def test_a_file_whose_words_only_the_command_takes_says_where_they_go(do, tmp_pa
     """Which matrix of a MATLAB file is what, no choice of the page can say."""
     savemat(tmp_path / "a.mat", {"Q": np.zeros((20, 6)), "P": np.zeros((20, 3))})
     session = do(LoadData("a.mat", (tmp_path / "a.mat").read_bytes()))
+    assert ".mat" in load_endings()
     message = session.page.messages[-1].text
     assert message.startswith(
         "a.mat: a MATLAB file doesn't state what its matrices are; it holds Q (20 x 6), P (20 x 3)"

@@ -21,6 +21,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.data.readers import read_measurements
+from workbench.data.readers.layouts import LAYOUTS
+from workbench.data.readers.layouts.layout import AbstractFileLayout
 from workbench.data.readers.preview import Preview
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
@@ -70,6 +72,7 @@ from workbench.views.page.panels.start_card import StartCard, load
 from workbench.views.page.render import BrowserView
 from workbench.views.page.style import RULES
 from workbench.views.page.tabs import Tabs
+from workbench.views.page.viser_internals import controls
 
 
 def test_every_control_has_a_tooltip(app):
@@ -86,14 +89,24 @@ def test_text_from_outside_is_escaped(app):
     assert "&lt;script&gt;" in header
 
 
-def test_no_file_is_offered_that_would_need_words_of_the_command_line(app):
-    """Which matrix of a MATLAB file is what, only `--columns` can say."""
-    from workbench.views.page.panels.data import FILES
+def test_what_a_reader_is_added_for_can_be_chosen_on_the_page(request):
+    class Ninth(AbstractFileLayout):
+        name, endings = "ninth", (".ninth",)
 
-    assert ".mat" not in FILES
-    hints = [str(getattr(h, "hint", "")) for h in app.server.gui._gui_input_handle_from_uuid.values()]
-    assert len(hints) > 20
-    assert not any("MATLAB" in hint for hint in hints)
+        def matches(self, path, head):
+            return path.suffix == ".ninth"
+
+        def read(self, path, naming):
+            raise NotImplementedError
+
+    LAYOUTS.register(Ninth())
+    request.addfinalizer(lambda: LAYOUTS.remove("ninth"))
+    made = page_app.App(load_robot("aria"), load_plate("table2"))
+    request.addfinalizer(made.close)
+    taken = [h.mime_type.split(",") for h in controls(made.server.gui).values() if hasattr(h, "mime_type")]
+    offered = [endings for endings in taken if ".parquet" in endings]
+    assert offered
+    assert all({".ninth", ".csv", ".xlsx"} <= {*endings} for endings in offered)
 
 
 def test_a_page_is_lit_before_it_has_anything_and_gets_the_arm_before_the_panels(untouched):

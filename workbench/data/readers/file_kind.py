@@ -15,6 +15,8 @@ class FileKind(StrEnum):
     PARQUET = "parquet"
 
 
+TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
+"""Usual endings of the names of tables."""
 TABLE = "write the measurements as CSV, TSV, xlsx, parquet or MATLAB v5"
 """What to do about a file that is no table."""
 _REFUSED: tuple[tuple[bytes, str], ...] = (

@@ -8,7 +8,7 @@ from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.session_commands import LARGEST_FOLDER, LoadPictures
 from workbench.extras.camera.templates import Board
 from workbench.views.page.html import LINE, MUTED, text
-from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.panels.panel import AbstractPanel, Question, set_value
 
 CARRIERS = {place: mount for mount, place in ON.items()}
 
@@ -90,8 +90,7 @@ class PictureFields:
             f"{LARGEST_FOLDER // 2**20} MiB.",
             endings=ENDING,
             maximum=LARGEST_FOLDER,
-            question=self._assumed,
-            answer="Read with this board",
+            question=Question("Is this the board?", self._assumed, "Read with this board"),
         )
 
     def _assumed(self, content: bytes) -> str:

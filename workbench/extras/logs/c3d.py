@@ -15,9 +15,10 @@ class C3d(AbstractFileLayout):
     """Markers of a C3D file, or the one that `--columns "pose=NAME"` names."""
 
     name = "c3d"
+    endings = (".c3d",)
 
     def matches(self, path: Path, head: bytes) -> bool:
-        return path.suffix.lower() == ".c3d"
+        return path.suffix.lower() in self.endings
 
     def read(self, path: Path, naming: Naming | None) -> Fields:
         time, names, places = read_c3d(path)

@@ -25,10 +25,11 @@ class Matlab(AbstractFileLayout):
     """Matrices of a file of version 5 to 7, named by the `columns` option."""
 
     name = "matlab"
+    endings = (".mat",)
     is_plain = True
 
     def matches(self, path: Path, head: bytes) -> bool:
-        is_named = path.suffix.lower() == ".mat" and not head.startswith((b"PK", b"PAR1"))
+        is_named = path.suffix.lower() in self.endings and not head.startswith((b"PK", b"PAR1"))
         return is_named or head.startswith(b"MATLAB 5.0 MAT-file")
 
     def read(self, path: Path, naming: Naming | None) -> Fields:

@@ -32,11 +32,12 @@ class RosBag(AbstractFileLayout):
     """`.bag`, `.db3`, `.mcap`, or the folder of a ROS 2 bag."""
 
     name = "ros-bag"
+    endings = (".db3", ".mcap", ".bag")
 
     def matches(self, path: Path, head: bytes) -> bool:
         if path.is_dir():
             return any(path.glob("*.db3")) or any(path.glob("*.mcap"))
-        return head.startswith((b"#ROSBAG", b"\x89MCAP")) or path.suffix.lower() in (".db3", ".mcap", ".bag")
+        return head.startswith((b"#ROSBAG", b"\x89MCAP")) or path.suffix.lower() in self.endings
 
     def read(self, path: Path, naming: Naming | None) -> Fields:
         inner = (

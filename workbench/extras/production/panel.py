@@ -64,7 +64,7 @@ class YieldPanel(AbstractPanel):
 
         known = f" {number(predicted)} mm rms are predicted." if np.isfinite(predicted) else ""
         question = f"How accurate must every arm be, everywhere in the region?{known}"
-        ask(event, question, "Try with this", begin, title="Required error", build=build)
+        ask(event, "Required error", question, "Try with this", begin, build=build)
 
     def show(self, session: Session) -> None:
         self._try.disabled = session.page.job is not None

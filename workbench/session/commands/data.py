@@ -14,10 +14,10 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, WorkbenchError
 from workbench.base.progress import progress
-from workbench.base.wording import first_of, plural
-from workbench.data.dataset import Dataset
+from workbench.base.wording import plural
 from workbench.data.plausibility import checked
 from workbench.data.readers.columns import CHOOSE_ON_PAGE
+from workbench.data.readers.layouts import file_endings
 from workbench.data.readers.preview import Preview
 from workbench.data.simulation.hidden_effects import hidden_effects, surprise
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
@@ -35,7 +35,7 @@ from workbench.session.command import (
 )
 from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
-from workbench.session.loaded_measurements import Loaded, MeasurementFile
+from workbench.session.loaded_measurements import Loaded, MeasurementFile, facts_of
 from workbench.session.reach import follow_target
 from workbench.session.state import Field, Focus, Measurements, Results, Session, Severity
 from workbench.session.target_steps import begin_step
@@ -302,15 +302,23 @@ def reached_postures(actual: Robot, session: Session) -> tuple[list[int], np.nda
 
 def load_command(name: str, content: bytes) -> AbstractCommand:
     """The command that reads a measurement file: that of an extra for its endings, or `LoadData`."""
-    loads = (kind for kind in kinds().values() if issubclass(kind, AbstractLoad))
-    found = next((kind for kind in loads if name.lower().endswith(kind.endings)), LoadData)
+    found = next((kind for kind in _loads() if name.lower().endswith(kind.endings)), LoadData)
     return found(name=name, content=content)  # type: ignore[call-arg]
+
+
+def load_endings() -> tuple[str, ...]:
+    """Of the names of all files that `load_command` takes, in lower case."""
+    return (*file_endings(), *(end for kind in _loads() for end in kind.endings))
+
+
+def _loads() -> Iterator[type[AbstractLoad]]:
+    return (kind for kind in kinds().values() if issubclass(kind, AbstractLoad))
 
 
 def packed(folder: Path) -> tuple[str, bytes]:
     """Name and content of the file that `load_command` takes for a folder of measurements."""
-    for kind in kinds().values():
-        if issubclass(kind, AbstractLoad) and (found := kind.packed(folder)) is not None:
+    for kind in _loads():
+        if (found := kind.packed(folder)) is not None:
             return found
     raise FileError("is a folder, and no installed extension reads folders; give a file", path=str(folder))
 
@@ -398,53 +406,3 @@ def as_files(contents: Mapping[str, bytes]) -> Iterator[list[Path]]:
 def safe_name(name: str) -> str:
     """The last part of a file name, of harmless characters only; its ending is kept."""
     return re.sub(r"[^\w.+ ()-]", "_", re.split(r"[/\\]", name)[-1])[-80:].lstrip(".") or "file"
-
-
-OBSERVATIONS = (
-    ("position", "rotation", "full pose of the tool"),
-    ("position", None, "position of the tool"),
-    ("markers", None, "markers on the tool"),
-    ("distance", None, "distance to an anchor"),
-    ("contact", None, "contact with a fixed point"),
-    ("rotation", None, "orientation of the tool"),
-    ("tilt", None, "tilt of links"),
-)
-MAX_LISTED_COLUMNS = 12
-"""Columns that are listed one by one."""
-
-
-def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ...]:
-    """Pairs of a heading and what was understood."""
-    kept_out = int((~dataset.included).sum())
-    facts = [
-        ("Rows", f"{len(dataset)}" + (f", {kept_out} of them excluded" if kept_out else "")),
-        ("Joints", f"{dataset.joints}"),
-        ("Measured", observation_text(dataset)),
-        ("Columns", _columns(understood)),
-    ]
-    if len(dataset.sessions) > 1:
-        facts.append(("Sessions", ", ".join(dataset.sessions)))
-    if understood.groups > 1:
-        facts.append(("Groups", f"{understood.groups}, each held out as a whole"))
-    if understood.layout != "plain":
-        facts.append(("Layout", understood.layout))
-    return tuple(facts)
-
-
-def observation_text(dataset: Dataset) -> str:
-    """What the instrument measured, in words."""
-    found: list[str] = []
-    seen: set[str] = set()
-    for first, second, text in OBSERVATIONS:
-        has = getattr(dataset, first) is not None and first not in seen
-        if has and (second is None or getattr(dataset, second) is not None):
-            found.append(text)
-            seen |= {first, second or first}
-    return ", ".join(found) or "nothing"
-
-
-def _columns(understood: Preview) -> str:
-    read = [c for c in understood.columns if c.key is not None]
-    ignored = [c.heading for c in understood.columns if c.key is None]
-    text = first_of([c.heading for c in read], MAX_LISTED_COLUMNS)
-    return text + (f" (ignored: {', '.join(ignored[:MAX_LISTED_COLUMNS])})" if ignored else "")

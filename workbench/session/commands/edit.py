@@ -7,7 +7,7 @@ import numpy as np
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
 from workbench.plate.patterns import MAX_TARGETS
-from workbench.plate.plate import AUTO, Plate, Target
+from workbench.plate.plate import AUTO, Target
 from workbench.session.command import AbstractChange, computed
 from workbench.session.reach import place
 from workbench.session.state import Session
@@ -18,17 +18,25 @@ BESIDE = np.array([0.06, 0.0, 0.0])
 
 
 class AddTarget(AbstractChange):
-    """A new target in the free place nearest the region's middle, at the selected one's height and angles."""
+    """A new target at the angles of the selected one.
+
+    Args:
+        place: Where [m]; None, as in earlier journals: the region's middle at the selected one's height.
+    """
 
     title = "Add a target"
+
+    place: tuple[float, float, float] | None = None
 
     def check(self, session: Session) -> None:
         check_free(session)
         _check_room(session)
 
     def apply(self, session: Session) -> Session:
-        model = session.plate.targets[session.selected]
-        return _with_new(session, model, _free_place(session.plate, float(model.xyz[2])))
+        region, model = session.plate.region, session.plate.targets[session.selected]
+        middle = 0.5 * (region.min + region.max)
+        middle[2] = model.xyz[2]
+        return _with_new(session, model, middle if self.place is None else np.array(self.place))
 
 
 class CopyTarget(AbstractChange):
@@ -99,8 +107,12 @@ def _with_new(session: Session, model: Target, xyz: Vector3) -> Session:
     return move_targets(session, plate, (*session.states, state), selected=len(plate) - 1)
 
 
-def _free_place(plate: Plate, height: float) -> Vector3:
-    """Where a target is as far from all others as a copy is; the middle of the region if it is full."""
+def free_place(session: Session) -> tuple[float, float, float]:
+    """Nearest the region's middle at the selected target's height, as far from all targets as a copy is.
+
+    It is the middle itself if the region is full.
+    """
+    plate, height = session.plate, float(session.plate.targets[session.selected].xyz[2])
     low, high = plate.region.min[:2], plate.region.max[:2]
     step = float(np.linalg.norm(BESIDE))
     counts = [np.arange(-n, n + 1) for n in (0.5 * (high - low) / step).astype(int)]
@@ -109,7 +121,8 @@ def _free_place(plate: Plate, height: float) -> Vector3:
     places = np.column_stack([0.5 * (low + high) + nearest_first, np.full(len(offsets), height)])
     taken = np.array([target.xyz for target in plate.targets])
     gaps = np.linalg.norm(places[:, None] - taken, axis=-1).min(axis=1)
-    return places[np.argmax(gaps > 0.999 * step)]
+    x, y, z = places[np.argmax(gaps > 0.999 * step)].tolist()
+    return x, y, z
 
 
 def _without(items: tuple, index: int) -> tuple:

@@ -31,11 +31,16 @@ from workbench.session.commands.data import (
     check_measurable,
     check_seed,
     instrument_of,
-    observation_text,
     reached_postures,
     with_other_data,
 )
-from workbench.session.loaded_measurements import Loaded, Measuring, VirtualArm, VirtualMotion
+from workbench.session.loaded_measurements import (
+    Loaded,
+    Measuring,
+    VirtualArm,
+    VirtualMotion,
+    observation_text,
+)
 from workbench.session.state import Focus, Session, Severity, Source
 from workbench.session.target_steps import with_branches
 

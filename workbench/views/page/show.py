@@ -9,9 +9,9 @@ from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.plate.argument_types import checked_arguments
 from workbench.plate.plate import Plate
-from workbench.session.commands.data import matched_to_arm, observation_text, with_data
+from workbench.session.commands.data import matched_to_arm, with_data
 from workbench.session.journal.folder import StartedSession
-from workbench.session.loaded_measurements import Loaded
+from workbench.session.loaded_measurements import Loaded, observation_text
 from workbench.session.start import default_circle, start
 from workbench.session.state import Session
 from workbench.views.page.app import App

@@ -32,6 +32,8 @@ class AbstractFileLayout(ABC):
     """A file or folder that is recognised by its name or first bytes."""
 
     name: str
+    endings: ClassVar[tuple[str, ...]] = ()
+    """Of its files' names, in lower case, where they differ from those of tables."""
     is_plain: ClassVar[bool] = False
     """Whether it holds a plain table, and is read where only those are meant, such as trajectories."""
 

@@ -12,9 +12,11 @@ from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import block, bullets, folded, heading, pairs, text
-from workbench.views.page.panels.panel import AbstractPanel, ask, set_value
+from workbench.views.page.panels.panel import AbstractPanel, Question, ask, set_value
 
 MODELS = ".toml,.urdf,.xml"
+LOST = "Remove the measurements?"
+"""What is asked before another robot takes the place of one with measurements."""
 CHOSEN = "choose …"
 """In a list of robots while the session's is none that was chosen there."""
 
@@ -36,7 +38,9 @@ class ArmPanel(AbstractPanel):
             "A robot as TOML or URDF, or a plate as TOML; measurements go to the Measure tab.",
             endings=MODELS,
             maximum=LARGEST_MODEL,
-            question=lambda content: "" if b"[[target]]" in content else self._lost(),
+            question=Question(
+                LOST, lambda content: "" if b"[[target]]" in content else self._lost(), "Open it"
+            ),
         )
         self._facts = gui.add_html("")
 
@@ -48,7 +52,7 @@ class ArmPanel(AbstractPanel):
         if not (question := self._lost()):
             self._worker.submit(ChooseRobot(name))
             return
-        ask(event, question, f"Change to {name}", lambda: self._worker.submit(ChooseRobot(name)))
+        ask(event, LOST, question, f"Change to {name}", lambda: self._worker.submit(ChooseRobot(name)))
 
     def _lost(self) -> str:
         """What another robot puts away; empty if nothing."""

@@ -8,6 +8,7 @@ from workbench.session.commands.data import (
     ForgetData,
     MeasureVirtualArm,
     load_command,
+    load_endings,
     virtual_instruments,
 )
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
@@ -15,7 +16,6 @@ from workbench.session.state import Session, Tab
 from workbench.views.page.html import LINE, block, bullets, heading, note, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel
 
-FILES = ".csv,.tsv,.txt,.xlsx,.parquet"
 SEAT = "plate seats"
 EMPTY_NOTE = "No measurements yet. Load a file of a real arm, or measure a virtual arm."
 MORE = 60
@@ -39,7 +39,7 @@ class DataPanel(AbstractPanel):
                 load_command,
                 "Joint positions and measured poses: a CSV, Excel or Parquet file, units in "
                 f"brackets as in q1[deg] or x[mm]; up to {LARGEST_FILE // 2**20} MiB.",
-                endings=FILES,
+                endings=",".join(load_endings()),
                 maximum=LARGEST_FILE,
                 main=True,
             )

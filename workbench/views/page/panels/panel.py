@@ -7,6 +7,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from operator import attrgetter
 from typing import Any, ClassVar, NamedTuple
 
@@ -58,6 +59,20 @@ def _shown_as_working(client: viser.ClientHandle | None) -> Iterator[None]:
 
 Build = Callable[["AbstractPanel", viser.GuiApi], object]
 """Makes controls for a panel that sends what they ask for."""
+
+
+class Question(NamedTuple):
+    """What is asked before a file is sent.
+
+    Args:
+        title: What is to be decided.
+        about: The question for these contents; empty if nothing has to be asked.
+        answer: The way on.
+    """
+
+    title: str
+    about: Callable[[bytes], str]
+    answer: str
 
 
 class Door(NamedTuple):
@@ -206,13 +221,9 @@ class AbstractPanel(ABC):
         endings: str,
         maximum: int,
         main: bool = False,
-        question: Callable[[bytes], str] = lambda content: "",
-        answer: str = "Open it",
+        question: Question | None = None,
     ) -> viser.GuiUploadButtonHandle:
-        """A button that sends a command with a file's name and contents; a file of more bytes is refused.
-
-        `question`: What is asked first about these contents, empty for nothing; `answer`: the way on.
-        """
+        """A button that sends a command with a file's name and contents; a file of more bytes is refused."""
         made = self._gui.add_upload_button(
             label, icon=viser.Icon.UPLOAD, color=None if main else "gray", mime_type=endings, hint=hint
         )
@@ -229,12 +240,11 @@ class AbstractPanel(ABC):
                 return
             await asyncio.sleep(ARRIVED)
             forget_uploads(self._gui)
-            if problem := question(bytes(file.content)):
-                ask(
-                    event, problem, answer, lambda: self.send(lambda: command(file.name, bytes(file.content)))
-                )
+            send = partial(self.send, partial(command, file.name, bytes(file.content)))
+            if question is not None and (problem := question.about(bytes(file.content))):
+                ask(event, question.title, problem, question.answer, send)
             else:
-                self.send(lambda: command(file.name, bytes(file.content)))
+                send()
 
         return made
 
@@ -243,8 +253,9 @@ class AbstractPanel(ABC):
         found, run = self._worker.session.results.identification, self._worker.session.results.run
         doubts = () if found is None or run is None else found.doubts(run)
         if doubts and make in (calibrated_toml, calibrated_urdf):
-            question = f"Implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN} Save the arm anyway?"
-            ask(event, question, "Save anyway", lambda: self._download(event, make))
+            question = f"Implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}"
+            title = "Save an implausible arm?"
+            ask(event, title, question, "Save anyway", lambda: self._download(event, make))
             return
         self._download(event, make)
 
@@ -287,16 +298,16 @@ class RepeatingSend:
 
 def ask(
     event: viser.GuiEvent,
+    title: str,
     question: str,
     label: str,
     do: Callable[[], object],
     *,
-    title: str = "Are you sure?",
     build: Callable[[viser.GuiApi], object] = lambda gui: None,
 ) -> None:
     """Do something once the user has said so, in a sheet over the page of the user who pressed a button.
 
-    `build` makes what more is asked there.
+    `title` says what is to be decided; `build` makes what more is asked.
     """
     if event.client is None:
         return

@@ -9,7 +9,14 @@ from workbench.base.wording import capital
 from workbench.plate.collision import unobstructed
 from workbench.plate.plate import AUTO, Target
 from workbench.session.commands.drag import MoveTarget, SelectTarget
-from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
+from workbench.session.commands.edit import (
+    AddTarget,
+    ChooseBranch,
+    CopyTarget,
+    DeleteTarget,
+    LockTarget,
+    free_place,
+)
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 from workbench.session.reach import from_limit
 from workbench.session.state import Session, Tab
@@ -86,12 +93,12 @@ class TargetsPanel(AbstractPanel):
         self._edit = gui.add_button_group(
             "Target",
             ("Add", "Copy", "Delete"),
-            hint="Add a target in the middle of the region, copy the selected one, or delete it.",
+            hint="Add a target in a free place of the region, copy the selected one, or delete it.",
         )
         self.sends_one_of(
             self._edit,
             {
-                "Add": AddTarget,
+                "Add": lambda: AddTarget(free_place(self._worker.session)),
                 "Copy": lambda: CopyTarget(self._number),
                 "Delete": lambda: DeleteTarget(self._number),
             },

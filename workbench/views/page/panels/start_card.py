@@ -8,7 +8,7 @@ import viser
 from workbench.base.assets import built_in_robots
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot, LoadModel
-from workbench.session.commands.data import LARGEST_FILE, load_command
+from workbench.session.commands.data import LARGEST_FILE, load_command, load_endings
 from workbench.session.commands.messages import OpenTab, SetCaption
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.state import Session, Severity, Tab
@@ -16,7 +16,6 @@ from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text
 from workbench.views.page.panels import PANELS
 from workbench.views.page.panels.arm import CHOSEN, MODELS
-from workbench.views.page.panels.data import FILES
 from workbench.views.page.panels.panel import AbstractPanel, Build, Door, on_press
 
 PURPOSE = (
@@ -187,7 +186,7 @@ def _ask_for_rows(panel: AbstractPanel, gui: viser.GuiApi) -> None:
         "Measurements: CSV, Excel or Parquet",
         load,
         "Joint positions and measured poses, units in brackets as in q1[deg] or x[mm].",
-        endings=FILES,
+        endings=",".join(load_endings()),
         maximum=LARGEST_FILE,
         main=True,
     )
