@@ -11,6 +11,7 @@ from rigid_body import rigid_body
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
+from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics import forward
 from workbench.arm.linearisation import linearise
@@ -452,3 +453,18 @@ def test_what_is_usually_hidden_is_credible(name):
     assert np.isfinite(maximum).all()
     usual = EFFECTS[name].typical_size or EFFECTS[name].surprise_size or 0.0
     assert (maximum > 2.0 * usual).all()
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_is_told_in_words_that_are_not_its_name(name):
+    effect = CATALOGUE[name]
+    told = effect.plain
+    assert told != effect.label
+    assert name not in told
+    assert "{" not in told
+    assert all(str(joint + 1) in told for joint in effect.joints)
+
+
+def test_several_joints_are_told_together():
+    assert JointCompliance((1, 2)).plain == "joints 2 and 3 give under load"
+    assert JointCompliance((1,)).plain == "joint 2 gives under load"

@@ -12,6 +12,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
+from workbench.identification.result import judged
 from workbench.report.numbers import compared
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
@@ -21,7 +22,6 @@ from workbench.session.commands.measure import BeginMeasuring
 from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.commands.trajectory import PlanTrack
-from workbench.session.comparison import ModelStage as ComparedStage
 from workbench.session.guide import (
     ADD,
     CAUSE,
@@ -40,7 +40,6 @@ from workbench.session.guide import (
 from workbench.session.state import Drag, Focus, RunningJob, Session, Source, Tab
 from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page.panels.fit import error_figure
-from workbench.views.page.panels.legend import stage_means
 from workbench.views.page.panels.result_card import numbers, result_card
 from workbench.views.page.render import MIN_WIDTH
 
@@ -148,7 +147,7 @@ STATES = [
     ("identified", lambda s: without_request(with_noise(s, 1.2)), "noise", GOOD, TAKE, COMPARE),
     ("identified", lambda s: with_noise(s, None), "?", PLAIN, CAUSE, TAKE),
     ("identified", few_rows, "too few", CAREFUL, MORE, COMPARE),
-    ("diagnosed", unchanged, "Joint-compliance", GOOD, ADD, POSES),
+    ("diagnosed", unchanged, "Joint 2 gives under load (certain)", GOOD, ADD, POSES),
     ("diagnosed", lambda s: as_diagnosed(s, causes=()), "No cause", CAREFUL, ADD, POSES),
     ("diagnosed", unsure, "cannot tell", CAREFUL, ADD, POSES),
     ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED), "no effect", CAREFUL, POSES, TAKE),
@@ -215,14 +214,30 @@ def test_what_its_buttons_do_makes_sense_there(walked):
 def test_errors_fall_stage_by_stage_on_the_same_rows(walked):
     titles = [stage.title for stage in stages(walked["added"])]
     errors = [stage.error for stage in stages(walked["added"])]
-    assert titles == ["nominal", "geometry", "causes"]
+    assert titles == ["nominal", "geometry", "with causes"]
     assert errors[0] > errors[1] > errors[2]
-    assert guide(walked["added"]).sentence.startswith(" → ".join(compared(e) for e in errors))
+    assert guide(walked["added"]).sentence.startswith(pair_of(walked["added"]))
     assert stages(walked["loaded"]) == ()
 
 
 def texts_of(html: str) -> str:
     return re.sub("<[^>]*>", "", html)
+
+
+def pair_of(session: Session) -> str:
+    first, *_, last = (compared(stage.error) for stage in stages(session))
+    return f"{first} → {last} mm"
+
+
+@pytest.mark.parametrize("step", ["identified", "diagnosed", "added"])
+def test_there_is_one_error_before_and_one_after(walked, step):
+    """The nominal arm's and that of the arm as it would be saved, on the card and in the strip."""
+    session = walked[step]
+    card = texts_of(result_card(session))
+    figures = [compared(s.error) for s in (stages(session)[0], stages(session)[-1])]
+    assert re.findall(r"\d*\.\d+", card.split(" poses")[0].split("mm")[0]) == figures
+    told = re.findall(r"[\d.]+ → [\d.]+ mm", guide(session).sentence)
+    assert told == ([] if step == "diagnosed" else [pair_of(session)])
 
 
 def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
@@ -231,7 +246,8 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
     nominal, geometry, causes = (stage.error for stage in stages(added))
     assert stages(identified)[0].error == pytest.approx(nominal, rel=1e-9)
     assert stages(identified)[1].error == stages(diagnosed)[1].error == geometry
-    assert f"{compared(geometry)} mm" in guide(diagnosed).sentence
+    left = judged(diagnosed.results.diagnosis.after).position_mm.mean
+    assert f"With it, {compared(left)} mm" in guide(diagnosed).sentence
     figures = [compared(error) for error in (nominal, geometry, causes)]
     assert re.findall(r"[\d.]+", texts_of(numbers(stages(added)))) == figures
     assert added.results.diagnosis.before.held_out.position_mm.mean != geometry  # it fits it for itself
@@ -243,8 +259,6 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
             guide(replace(session, page=replace(session.page, caption="as_diagnosed"))).figure
             == f"{' → '.join(figures)} mm"
         )
-        means = texts_of(stage_means(session.results.comparison, ComparedStage.CAUSES))
-        assert means.startswith(" → ".join(figures)), means
     fitted = identified.results.identification.frames
     message = texts_of(result_card(identified))
     assert ("base" in message) is bool(fitted.base)

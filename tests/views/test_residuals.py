@@ -1,5 +1,6 @@
 """Residuals where they are: colours of the measured points, their scale, and what a click on one means."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -30,7 +31,7 @@ from workbench.views.drawables.measured import error_scale, measured, point_radi
 from workbench.views.page.camera import BALL_FILLS_PICTURE
 from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.panels.joints import joint_plots
-from workbench.views.page.panels.legend import arrow_factors, colour_bar, row_errors, stage_means
+from workbench.views.page.panels.legend import arrow_factors, colour_bar, row_errors, stage_choice
 from workbench.views.page.scene.picking import nearest_to_ray, picked
 
 ERRORS = 1e-3 * np.array([[1.0, 0.3, 0.1], [2.0, 0.2, 0.1], [4.0, 0.4, 0.2], [3.0, 0.3, 0.1]])
@@ -187,10 +188,10 @@ def test_a_scale_of_nothing_known_is_there():
 
 def test_the_legend_says_whose_errors_and_how_long_arrows_are():
     rows = comparison()
-    text = stage_means(rows, ModelStage.GEOMETRY)
-    assert "3.00" in text  # of the held-out row alone
-    assert "0.300" in text
-    assert "Mean of 1 held-out poses; colours: geometry" in text
+    links = {stage: f"to-{stage.name}" for stage in STAGES}
+    offered = re.findall(r'href="([^"]*)".*?style="([^"]*)"', stage_choice(rows, ModelStage.GEOMETRY, links))
+    assert [link for link, _ in offered] == [*links.values()]
+    assert ["650" in look for _, look in offered] == [False, True, False]
     text = arrow_factors(rows, Overlay(exaggeration=2.0, exaggeration_after=800.0))
     assert "× 2 " in text
     assert "× 800" in text

@@ -156,6 +156,11 @@ class Cause:
         """Short, for tables: `joint-compliance, joints 2, 3`."""
         return self.whole.label
 
+    @property
+    def plain(self) -> str:
+        """In a technician's words: `joints 2 and 3 give under load`."""
+        return self.whole.plain
+
     @cached_property
     def whole(self) -> AbstractEffect:
         """Its effects as one, of the joints that it names."""

@@ -23,6 +23,7 @@ class GravityDirection(AbstractEffect):
     """The two angles by which gravity turns (`arm/gravity.py`); it moves nothing by itself."""
 
     name = "gravity-direction"
+    does = "the arm is tilted", "the arm is tilted"
     whole_arm = True
 
     own_names = ("gravity.x", "gravity.y")

@@ -159,7 +159,7 @@ def _guide(session: Session) -> GuideStep:
         )
     if results.accepted:
         left, tone = _rest(found)
-        return GuideStep(f"{stages_in_text(session)} mm. {left}.", tone, TAKE, COMPARE)
+        return GuideStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)
     if found is not None:
         return _diagnosed(session, found)
     assert results.identification is not None
@@ -277,14 +277,17 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
     elif session.results.accepted and diagnosis is not None:
         out.append(StageErrors.of("geometry", diagnosis.before, diagnosis.before_rows))
     has_cause = diagnosis is None or bool(diagnosis.causes)
-    title = "geometry" if not session.results.accepted else "causes" if has_cause else "residual map"
+    title = "geometry"
+    if session.results.accepted:
+        title = "with causes" if has_cause else "with residual map"
     run = found.runs[session.results.fit]
     return (*out, StageErrors.of(title, run, (run.train_rows, run.held_out_rows)))
 
 
-def stages_in_text(session: Session) -> str:
-    """`0.739 → 0.375 → 0.072`."""
-    return " → ".join(compared(stage.error) for stage in stages(session))
+def before_and_after(session: Session) -> str:
+    """Errors of the nominal arm and of the calibrated one as it stands: `0.739 → 0.072 mm`."""
+    first, *_, last = stages(session)
+    return f"{compared(first.error)} → {compared(last.error)} mm"
 
 
 def noise_length(found: Identification) -> float:
@@ -302,10 +305,11 @@ def share_of_noise(session: Session, found: Identification) -> float:
 def _figure(session: Session) -> str:
     """Errors stage by stage, or what is predicted before there are any [mm]."""
     fitted, found = session.results.identification, session.results.diagnosis
-    if fitted is not None and found is not None and found.effects and not session.results.accepted:
-        return f"{stages_in_text(session)} → {compared(judged(found.after).position_mm.mean)} mm"
     if fitted is not None:
-        return f"{stages_in_text(session)} mm"
+        errors = [stage.error for stage in stages(session)]
+        if found is not None and found.effects and not session.results.accepted:
+            errors.append(judged(found.after).position_mm.mean)
+        return f"{' → '.join(map(compared, errors))} mm"
     predicted = 1e3 * session.score.position
     is_plate = session.measurements.loaded is None and np.isfinite(predicted)
     return f"{predicted:.3f} mm rms predicted" if is_plate else ""
@@ -373,7 +377,6 @@ def _takes_next_poses(session: Session) -> bool:
 
 def _identified(session: Session, found: Identification) -> GuideStep:
     run = found.runs[session.results.fit]
-    left = judged(run).position_mm.mean
     if doubts := found.doubts(run):
         text = f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}"
         return GuideStep(text, Tone.CAREFUL, COMPARE, LOAD)
@@ -381,26 +384,28 @@ def _identified(session: Session, found: Identification) -> GuideStep:
         text = f"No parameter of the arm was identified: {identifiability.advice or identifiability.refused}."
         return GuideStep(text, Tone.CAREFUL, MORE, COMPARE)
     if identifiability is not None:
-        text = f"{stages_in_text(session)} mm; {identifiability.title} identified."
+        text = f"{before_and_after(session)}; {identifiability.title} identified."
         return GuideStep(text, Tone.GOOD, TAKE, COMPARE)
     rows, times = len(found.train_rows), share_of_noise(session, found)
     if times <= BEYOND_NOISE:
-        text = f"{stages_in_text(session)} mm: the remaining error is instrument noise."
+        text = f"{before_and_after(session)}: the remaining error is instrument noise."
         return GuideStep(text, Tone.GOOD, TAKE, COMPARE)
     if rows < MIN_ROWS:
-        text = f"{compared(left)} mm left. {rows} rows are too few to look for a cause; "
+        text = f"{before_and_after(session)}. {rows} rows are too few to look for a cause of the rest; "
         text += f"{MIN_ROWS} are needed."
         return GuideStep(text, Tone.CAREFUL, MORE, COMPARE)
     if np.isnan(times):
-        text = f"{compared(left)} mm left. Is it noise, or an error beyond geometry?"
+        text = f"{before_and_after(session)}. Is the rest noise, or an error beyond geometry?"
         return GuideStep(text, Tone.PLAIN, CAUSE, TAKE)
-    text = f"{left:.3g} mm left, {times:.2g} × the instrument noise: geometry alone can't explain it."
+    text = (
+        f"{before_and_after(session)}. Geometry can't explain the rest, {times:.2g} × the instrument noise."
+    )
     return GuideStep(text, Tone.CAREFUL, CAUSE, TAKE)
 
 
 def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
-    errors = (session.results.run or found.before, found.after)
-    before, after = (judged(each).text("mean") for each in errors)
+    left = judged(session.results.run or found.before).text("mean")
+    promise = judged(found.after).text("mean").replace(", ", " and ") + " would be left."
     poses = POSES if len(found.measure_next) else MORE
     if steps := splittable(session):
         row, mark = next((e.row, e.mark) for e in found.events if e.row in steps)
@@ -409,16 +414,16 @@ def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
     if found.harm is not None:
         return GuideStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
-        fall = f"{before} → {after}"
         if not found.causes:
-            return GuideStep(
-                f"No cause can be named; a residual map predicts {fall}.", Tone.CAREFUL, ADD, poses
-            )
+            text = f"No cause can be named. With a residual map, {promise}"
+            return GuideStep(text, Tone.CAREFUL, ADD, poses)
         first, more = found.causes[0], len(found.causes) - 1
         others = f" and {more} more" if more else ""
         tone = Tone.GOOD if found.is_named else Tone.CAREFUL
-        return GuideStep(f"{capital(first.label)} ({first.confidence}){others}: {fall}.", tone, ADD, poses)
+        whole = "these" if more or found.residual_map is not None else "it"
+        text = f"{capital(first.plain)} ({first.confidence}){others}. With {whole}, {promise}"
+        return GuideStep(text, tone, ADD, poses)
     if found.verdict is Verdict.UNEXPLAINED:
-        return GuideStep(f"{before} left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
-    text = f"{before} left, all of it noise: the geometric model is sufficient."
+        return GuideStep(f"{left} left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
+    text = f"{left} left, all of it noise: the geometric model is sufficient."
     return GuideStep(text, Tone.GOOD, TAKE, COMPARE)

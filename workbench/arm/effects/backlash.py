@@ -36,6 +36,7 @@ class Backlash(AbstractEffect):
     by: str = "moment"
     width: float = 0.0
     name = "backlash"
+    does = "{} has play", "{} have play"
     coefficient = "backlash"
     has_play = True
     surprise_size = 1.5e-3

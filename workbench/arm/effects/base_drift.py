@@ -61,6 +61,7 @@ class BaseDrift(AbstractEffect):
     reference: float = 0.0
     by_row: bool = False
     name = "base-drift"
+    does = "the measuring frame drifts", "the measuring frame drifts"
     insertion = Insertion.DRIFT
     needs = ("time",)
     whole_arm = True

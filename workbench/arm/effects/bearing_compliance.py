@@ -21,6 +21,7 @@ class BearingCompliance(AbstractEffect):
     """One coefficient a joint."""
 
     name = "bearing-compliance"
+    does = "the bearing of {} gives under load", "the bearings of {} give under load"
     of_many_joints = True
     loads = Loads.ALL
     insertion = Insertion.TILT

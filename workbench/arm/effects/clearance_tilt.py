@@ -25,6 +25,7 @@ class ClearanceTilt(AbstractEffect):
     """One coefficient a joint."""
 
     name = "clearance-tilt"
+    does = "the bearing of {} is loose", "the bearings of {} are loose"
     of_many_joints = True
     coefficient = "clearance"
     loads = Loads.ALL

@@ -71,6 +71,8 @@ class AbstractEffect(AbstractLaw):
     """Whether it is a shape without a name: it predicts, and a diagnosis never claims it as a cause."""
     has_play: ClassVar[bool] = False
     """Whether it leaps by its coefficients [rad or m] where its cause changes sign."""
+    does: ClassVar[tuple[str, str]] = ("", "")
+    """What it does at a joint `{}`, and at several, in a technician's words; if empty, its label."""
     handicap: ClassVar[float] = 0.0
     """Log evidence that it must add in a diagnosis beyond any other effect [nat]."""
     of_many_joints: ClassVar[bool] = False
@@ -199,6 +201,17 @@ class AbstractEffect(AbstractLaw):
     def phrase(self) -> str:
         """Within a sentence: `joint-compliance at joint 2`."""
         return f"{self.name} at {self.where.lower()}" if self.joints else self.name
+
+    @property
+    def plain(self) -> str:
+        """In a technician's words: `joints 2 and 3 give under load`."""
+        first, comma, last = (joint_list(self.joints) if self.joints else "").rpartition(", ")
+        clause = self.does[len(self.joints) > 1].format(f"{first} and {last}" if comma else last)
+        return self.own_plain or clause or self.label
+
+    @property
+    def own_plain(self) -> str:
+        return ""
 
     @property
     def where(self) -> str:

@@ -16,6 +16,7 @@ class EncoderScale(AbstractEffect):
     """One coefficient a joint."""
 
     name = "encoder-scale"
+    does = "{} moves too far or too little", "{} move too far or too little"
     coefficient = "scale"
     unit = ("1", "1")
     largest = 0.03

@@ -109,6 +109,10 @@ class AbstractEvent(AbstractEffect):
     def what(self) -> str:
         """Subject and verb of its sentence."""
 
+    @property
+    def own_plain(self):
+        return f"{self.what[:1].lower()}{self.what[1:]} {'at' if self.is_step else 'until'} row {self.row}"
+
     def law(self, chain, motion, wrenches):
         weight = self.weight(self._clock_or_later(motion))
         return -weight[:, None, None] * np.eye(len(self.elements(chain)))

@@ -76,6 +76,7 @@ class GravitySag(AbstractEffect):
     terms: str = ""
     gravity: tuple[float, ...] = (0.0, 0.0, -1.0)
     name = "gravity-sag"
+    does = "{} gives under the weight it carries", "{} give under the weight they carry"
     credible = (0.05, 0.0)
     """Of each weight behind the joint, as of `joint-compliance`."""
 

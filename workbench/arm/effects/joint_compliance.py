@@ -19,6 +19,7 @@ class JointCompliance(AbstractEffect):
     """One coefficient a joint."""
 
     name = "joint-compliance"
+    does = "{} gives under load", "{} give under load"
     of_many_joints = True
     coefficient = "compliance"
     loads = Loads.OWN

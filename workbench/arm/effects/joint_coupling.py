@@ -44,6 +44,11 @@ class JointCoupling(AbstractEffect):
             return f"has {len(self.joints)} joints but needs two: which one moves, and by which one"
         return None
 
+    @property
+    def own_plain(self):
+        moved, by = (j + 1 for j in self.joints)
+        return f"joint {moved} moves along with joint {by}"
+
     def sentence(self, chain, motion):
         moved, by = (j + 1 for j in self.joints)
         kind = "angle" if turns(chain, self.joints[1]) else "travel"

@@ -54,6 +54,7 @@ class JointHarmonic(AbstractEffect):
     order: int | tuple[int, ...] = 1
     range: tuple[float, ...] = ()
     name = "joint-harmonic"
+    does = "{} has an error that repeats as it turns", "{} have errors that repeat as they turn"
     maps_joint = True
     surprise_size = 3e-3
     credible = (0.05, 0.0)

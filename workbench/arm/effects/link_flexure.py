@@ -24,6 +24,7 @@ class LinkFlexure(AbstractEffect):
     """Two coefficients a joint, of the link after it."""
 
     name = "link-flexure"
+    does = "the link after {} bends under load", "the links after {} bend under load"
     loads = Loads.ALL
     insertion = Insertion.BEND
     unit = ("rad/(N*m)", "")

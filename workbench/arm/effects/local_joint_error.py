@@ -46,6 +46,7 @@ class LocalJointError(AbstractEffect):
     range: tuple[float, ...] = ()
     periodic: bool = False
     name = "local-joint-error"
+    does = "{} has an error without a name", "{} have errors without a name"
     maps_joint = True
     handicap = 6.0
     credible = (0.05, 0.01)

@@ -43,6 +43,7 @@ class ExtensionCompliance(AbstractEffect):
 
     retracted: float = 0.0
     name = "extension-compliance"
+    does = "{} tips under load as it extends", "{} tip under load as they extend"
     loads = Loads.ALL
     insertion = Insertion.BEND
     unit = ("rad/(N*m*m)", "")
@@ -77,6 +78,7 @@ class ExtensionClearance(AbstractEffect):
 
     retracted: float = 0.0
     name = "extension-clearance"
+    does = "{} has play that grows as it extends", "{} have play that grows as they extend"
     loads = Loads.ALL
     insertion = Insertion.BEND
     unit = ("rad/m", "")

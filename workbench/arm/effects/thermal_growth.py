@@ -30,6 +30,7 @@ class ThermalGrowth(AbstractEffect):
 
     reference: float = 20.0
     name = "thermal-growth"
+    does = "the arm grows with the temperature", "the arm grows with the temperature"
     needs = ("temperature",)
     whole_arm = True
     unit = ("1/K", "1/K")

@@ -37,6 +37,7 @@ class UnevenCompliance(AbstractEffect):
     load: float = 0.0
     range: tuple[float, ...] = (-1.0, 1.0)
     name = "uneven-compliance"
+    does = "{} gives unevenly under load", "{} give unevenly under load"
     loads = Loads.OWN
     is_signed = True
     is_nameless = True

@@ -19,7 +19,7 @@ def budget_bars(found: Diagnosis) -> str:
     """The size of each cause at the tool, of what has no name, and of what is left behind the geometry."""
     parts = budget(found)
     rows = [
-        Bar(capital(cause.label), cause.contribution_mm, CALIBRATED, str(cause.confidence))
+        Bar(capital(cause.plain), cause.contribution_mm, CALIBRATED, str(cause.confidence))
         for cause in found.causes
         if np.isfinite(cause.contribution_mm)
     ]

@@ -56,7 +56,7 @@ def blame(session: Session) -> Iterator[Item]:
     for k, joint in enumerate(() if effect is None else effect.joints):
         inputs = session.robot, drawn_joints(session), joint
         yield Item(f"arm/blame/{joint + 1}", _glow, inputs)
-        text = effect.label if effect is not None and k == 0 else ""
+        text = effect.plain if effect is not None and k == 0 else ""
         yield Item(f"arm/blame_words/{joint + 1}", _glow_label, (*inputs, text))
 
 

@@ -207,7 +207,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     yield DemoScene("", seconds=0.0, tab=Tab.CALIBRATE)
     found = session().results.diagnosis
     if found is not None and found.effects:
-        causes = " and ".join(cause.label for cause in found.causes) or "no named cause"
+        causes = " and ".join(cause.plain for cause in found.causes) or "no named cause"
         rest = "" if found.residual_map is None else "; a residual map predicts the rest"
         yield DemoScene(
             f"Found: {causes}{rest}. With these effects, the error falls further.",

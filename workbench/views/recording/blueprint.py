@@ -16,8 +16,6 @@ ERRORS = {
     "nominal deg": "nominal_deg",
     "calibrated mm": "calibrated_mm",
     "calibrated deg": "calibrated_deg",
-    "diagnosis: geometry alone mm": "diagnosed_geometry_mm",
-    "diagnosis: with effects mm": "diagnosed_effects_mm",
 }
 ROW_ERRORS = {"nominal mm": "nominal_mm", "calibrated mm": "calibrated_mm"}
 PLOTS = {

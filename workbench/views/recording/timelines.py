@@ -108,8 +108,6 @@ class Series(AbstractTimeline):
     `index/O` … `index/O5`, `index/condition`, `index/rank`: what the targets tell. `predicted/position_mm`,
     `predicted/rotation_deg`: mean errors in the region after a calibration. `error/nominal_mm` and
     `error/calibrated_mm` (`_deg`): mean errors on held-out rows, or on the fitted ones where none were.
-    `error/diagnosed_geometry_mm` and `error/diagnosed_effects_mm`: the same of the last diagnosis, of the
-    geometry alone and with the accepted effects.
     """
 
     def __init__(self) -> None:
@@ -118,7 +116,7 @@ class Series(AbstractTimeline):
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         session, entry = moment.session, moment.entry
         is_all = entry is not None and not moment.is_passing and not isinstance(entry.command, DRAGS)
-        for path, value in (*_score(session.score), *_errors(session), *_diagnosed(session)):
+        for path, value in (*_score(session.score), *_errors(session)):
             if path not in self._drawn:
                 self._style(canvas, path)
             if is_all or self._drawn.get(path) != value:
@@ -205,13 +203,6 @@ def _errors(session: Session) -> Iterator[tuple[str, float]]:
         yield f"error/{name}_mm", errors.position_mm.mean
         if errors.orientation_deg is not None:
             yield f"error/{name}_deg", errors.orientation_deg.mean
-
-
-def _diagnosed(session: Session) -> Iterator[tuple[str, float]]:
-    found = session.results.diagnosis
-    if found is not None:
-        yield "error/diagnosed_geometry_mm", judged(found.before).position_mm.mean
-        yield "error/diagnosed_effects_mm", judged(found.after).position_mm.mean
 
 
 TIMELINES: tuple[type[AbstractTimeline], ...] = (Log, Trails, Series, RowErrorTimeline, Searches)

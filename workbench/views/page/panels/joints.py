@@ -76,7 +76,7 @@ def joint_plots(session: Session, rows: Comparison) -> str:
         (
             heading("Along the motion of the joint [mm], over its position"),
             *parts,
-            _legend(rows, "" if effect is None or law is None else effect.label),
+            _legend(rows, "" if effect is None or law is None else effect.plain),
         )
     )
 

@@ -161,7 +161,7 @@ def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) 
     """Errors of the measured points, their colours and their arrows."""
     overlay, focus = session.choices.overlay, session.focus
     parts = (
-        stage_means(rows, overlay.stage, links),
+        stage_choice(rows, overlay.stage, links),
         colour_bar(error_scale(rows)),
         marks(rows, is_left_out=bool(session.measurements.left_out)),
         "" if session.results.diagnosis is None else events(session.results.diagnosis.events, rows),
@@ -171,25 +171,15 @@ def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) 
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
 
 
-def stage_means(rows: Comparison, wanted: ModelStage, links: Mapping[ModelStage, str] | None = None) -> str:
-    """Mean error at every known stage, the shown one large; of held-out rows where there are any.
-
-    A click on one colours the points by the errors of that stage.
-    """
-    shown, judged = rows.nearest_stage(wanted), rows.held_out
-    seen = np.isfinite(rows.stage_errors[:, STAGES.index(rows.stages[0])])
-    kind = "held-out " if (judged & seen).any() else ""
-    use = seen & judged if kind else seen
-    title = f"Mean of {int(use.sum())} {kind}poses; colours: {shown}"
-    parts = []
+def stage_choice(rows: Comparison, wanted: ModelStage, links: Mapping[ModelStage, str] | None = None) -> str:
+    """Whose errors colour the points; a click on another stage of the model chooses it."""
+    shown, parts = rows.nearest_stage(wanted), []
     for stage in rows.stages:
-        mean = f"{number(1e3 * float(np.nanmean(rows.stage_errors[use, STAGES.index(stage)])))}"
-        style = "font-size:19px;font-weight:650;color:inherit" if stage is shown else f"color:{MUTED}"
+        style = "font-weight:650;color:inherit" if stage is shown else f"color:{MUTED}"
         href = f'href="{text(links[stage])}"' if links else ""
-        hint = f"{title}. Click to colour the points by the errors of: {stage}"
-        parts.append(f'<a {href} aria-label="{text(stage)}" title="{text(hint)}" style="{style}">{mean}</a>')
-    arrow = f' <span style="color:{MUTED}">→</span> '
-    return f"<div>{arrow.join(parts)} mm</div>"
+        hint = f"Colour the points by the errors of this model: {stage}"
+        parts.append(f'<a {href} title="{text(hint)}" style="{style}">{text(stage)}</a>')
+    return f"<div>Error: {' · '.join(parts)}</div>"
 
 
 def colour_bar(scale: ErrorScale) -> str:

@@ -1,4 +1,4 @@
-"""The result as one card: errors stage by stage, and a histogram of all rows before and after."""
+"""The result as one card: the error before and after, and a histogram of all rows for both."""
 
 import numpy as np
 from jaxtyping import Float
@@ -21,7 +21,8 @@ def result_card(session: Session) -> str:
     found = session.results.identification
     if found is None:
         return ""
-    done = stages(session)
+    first, *_, last = stages(session)
+    done = first, last
     kind = "held-out" if len(done[0].rows) == len(found.held_out_data) else "fitted"
     fitted = [frame for frame, parts in (("base", found.frames.base), ("tool", found.frames.tool)) if parts]
     where = f"; {' and '.join(fitted)} fitted in all of them" if fitted else ""
@@ -49,7 +50,7 @@ def weighed(diagnosis: Diagnosis) -> str:
 
 
 def numbers(done: tuple[StageErrors, ...]) -> str:
-    """The errors, large, with an arrow between two."""
+    """The errors, large, with an arrow between them."""
     parts = [
         f'<div style="text-align:center"><div style="font-size:24px;font-weight:650;line-height:1.2">'
         f"{number(stage.error)}</div>"
