@@ -8,7 +8,7 @@ learned on part of a turn fades out beyond its `range`: many orders predict noth
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 from jaxtyping import Float
@@ -60,6 +60,8 @@ class JointHarmonic(AbstractEffect):
     credible = (0.05, 0.0)
     """Once a turn. Of order k it is 1/k of that: no gear or disc runs 5 % faster in one part of a turn than
     in another. Magnetic encoders mounted off centre err by up to 3°, strain wave gears by 0.3 mrad."""
+    tooth: ClassVar[float] = 5e-3
+    """A bound below which no order's falls: teeth of cheap gears are off by up to 0.3°, however many [rad]."""
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -142,7 +144,8 @@ class JointHarmonic(AbstractEffect):
         return f"many times per turn{peaks}"
 
     def own_bounds(self, chain):
-        return tuple(self.credible[0] / k for _ in self.joints for k in self.orders for _ in "cs")
+        sizes = (max(self.credible[0] / k, self.tooth) for k in self.orders)
+        return tuple(size for size in sizes for _ in "cs") * len(self.joints)
 
     def caveat(self, motion):
         """A band that was learned on a part of a turn fades out beyond."""
