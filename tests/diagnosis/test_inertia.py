@@ -116,7 +116,7 @@ def test_masses_that_act_through_an_effect_do_not_take_its_significance():
 def test_the_standard_error_of_a_compliance_is_that_of_its_scatter_over_arms():
     """Arms whose masses are 10 % off, as the file says: errors are about one stated standard error."""
     off = []
-    for seed in range(20, 30):
+    for seed in range(20, 26):
         case = under(CONDITIONS["masses10"], "compliance", seed)
         (hidden,) = case.hidden
         found = diagnose(case.robot, case.data, held_out=0.0)
@@ -127,5 +127,5 @@ def test_the_standard_error_of_a_compliance_is_that_of_its_scatter_over_arms():
             for joint, size, std in zip(a.effect.joints, a.effect.coefficients, a.std, strict=True)
             if joint == hidden.joints[0]
         ]
-    assert len(off) == 10
+    assert len(off) == 6
     assert 0.4 < np.sqrt(np.mean(np.square(off))) < 1.5

@@ -10,7 +10,6 @@ from workbench.diagnosis.diagnose import diagnose
 @pytest.mark.parametrize(
     ("kind", "seed", "arm"),
     [
-        ("belt-stretch", 9202, "three-parallel"),
         ("belt-stretch", 9205, "three-parallel"),
         ("belt-stretch", 9207, "aria"),
         ("hardening-drive", 9203, "industrial"),

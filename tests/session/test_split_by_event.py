@@ -45,6 +45,8 @@ def test_with_a_session_of_their_own_nothing_happens_any_more(name, kind, tmp_pa
         assert isinstance(event, kind)
         assert list(new_frames(found)) == [event.row]
         assert guide(worker.session).next.command == MakeSession(event.row)
+        if kind is FrameStep:
+            a_known_base_becomes_no_sessions_own(worker.session, event.row)
         for command in (MakeSession(event.row), Diagnose()):
             worker.submit(command)
         assert worker.wait(120.0)
@@ -77,12 +79,10 @@ def test_a_joint_has_no_frame_of_its_own(tmp_path):
     assert not new_frames(session.results.diagnosis)
 
 
-def test_a_known_base_is_said_not_to_become_a_sessions_own(tmp_path):
-    session = done(loaded("knock", tmp_path)[0], Diagnose())
+def a_known_base_becomes_no_sessions_own(session, row):
     base = replace(session.robot.base, free=Freedom.FIXED)
-    session = replace(session, robot=session.robot.with_frames(base=base))
     with pytest.raises(DataError, match=r"\[base\]"):
-        MakeSession(session.results.diagnosis.events[0].row).check(session)
+        MakeSession(row).check(replace(session, robot=session.robot.with_frames(base=base)))
 
 
 def test_checking_rows_of_a_virtual_arm_are_of_the_last_session(first):

