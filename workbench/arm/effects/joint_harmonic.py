@@ -61,7 +61,7 @@ class JointHarmonic(AbstractEffect):
     """Once a turn. Of order k it is 1/k of that: no gear or disc runs 5 % faster in one part of a turn than
     in another. Magnetic encoders mounted off centre err by up to 3°, strain wave gears by 0.3 mrad."""
     tooth: ClassVar[float] = 5e-3
-    """A bound below which no order's falls: teeth of cheap gears are off by up to 0.3°, however many [rad]."""
+    """The least bound of any order [rad]: teeth of cheap gears are off by up to 0.3°, however many."""
 
     @property
     def orders(self) -> tuple[int, ...]:
