@@ -44,28 +44,36 @@ def _files(arm: Robot) -> dict[str, Robot]:
 
 def file_text(found: Identification, run: Run) -> str:
     """The same in one line, and how far the flange is known beside the measured point."""
-    sentences = [_each(file_errors(found, run))]
-    if again := _each(refitted_errors(found, run)):
+    return "; ".join(
+        filter(None, (" · ".join(sizes(file_errors(found, run)).values()), *file_notes(found, run)))
+    )
+
+
+def file_notes(found: Identification, run: Run) -> list[str]:
+    """What else must be known of the files: as clauses."""
+    notes = []
+    if again := " · ".join(sizes(refitted_errors(found, run)).values()):
         rows = plural(len(run.fit.problem.data), "row")
-        sentences.append(f"fitted again to all {rows}, the files leave {again} on those")
+        notes.append(f"fitted again to all {rows}, the files leave {again} on those")
     arm = run.fit.calibrated
     if arm.sessions:
         first = next(iter(arm.sessions))
-        sentences.append(f"every session on its own base, of which a URDF holds that of '{first}'")
+        notes.append(f"every session on its own base, of which a URDF holds that of '{first}'")
     seen = arm.calibration
     if seen is not None and (at := seen.observed) is not None:
         known = f"flange known to {in_mm(at.flange.position)} and {np.rad2deg(at.flange.rotation):.2g}°"
         if at.flange.position > MAX_POSITION or at.flange.rotation > MAX_ROTATION:
             known = "the flange was not observed apart from the tool"
-        sentences += unobserved_text(arm, _files(arm)) or [known]
-    return "; ".join(filter(None, sentences))
+        notes += unobserved_text(arm, _files(arm)) or [known]
+    return notes
 
 
-def _each(formats: dict[str, Errors]) -> str:
-    """Mean errors of each format, to the micrometre: a file can be checked against them."""
-    parts = []
+def sizes(formats: dict[str, Errors]) -> dict[str, str]:
+    """Mean errors of each format, such as `URDF 0.512 mm 0.1916°`: a file can be checked against them."""
+    parts = {}
     for name, errors in reversed(formats.items()):
-        sizes = [f"{errors.position_mm.mean:.3f} mm"] if np.isfinite(errors.position_mm.mean) else []
-        sizes += [] if errors.orientation_deg is None else [f"{errors.orientation_deg.mean:.4f}°"]
-        parts += [f"{name} {' '.join(sizes)}"] if sizes else []
-    return " · ".join(parts)
+        some = [f"{errors.position_mm.mean:.3f} mm"] if np.isfinite(errors.position_mm.mean) else []
+        some += [] if errors.orientation_deg is None else [f"{errors.orientation_deg.mean:.4f}°"]
+        if some:
+            parts[name] = " ".join((name, *some))
+    return parts

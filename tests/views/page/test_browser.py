@@ -263,7 +263,7 @@ def test_a_click_on_a_row_of_the_chart_and_playing_put_the_arm_there(app, look):
     screen.tab("Calibrate")
     screen.press("Identify")
     screen.wait_text("result", "40 held-out poses")
-    screen.wait_text("hint", "geometry alone")
+    screen.wait_text("hint", "Geometry can't explain the rest")
     assert app.worker.session.measurements.loaded.actual.effects  # there is something to find
     dots = screen.page.locator('[data-testid="row-chart"] a')
     expect(dots).to_have_count(len(app.worker.session.results.comparison))

@@ -31,7 +31,7 @@ def test_own_robot_and_rows_to_a_urdf_that_leaves_the_error_shown(visit, tmp_pat
     toml = visit.save("TOML", tmp_path / "calibrated.toml")
     found = visit.app.worker.session.results.identification
     again = None if found.best.judged is None else found.best.fit.problem.data.row
-    shown = visit.page.locator('[data-testid="file-errors"]:visible').first.inner_text()
+    shown = visit.page.locator('[data-testid="file-errors"]:visible').first.text_content()
     Saved(toml, urdf, shown, found.held_out_data.row, again).check(read_rows(rows))
     assert clicks <= 5
 

@@ -61,10 +61,6 @@ def test_a_diagnosis_is_told_in_pictures_and_numbers(draw, sample, diagnosed):
     assert diagnosed.message in text
     assert "joint-compliance, joint 2" in text
     assert pictures.values("/diagnosis/ranking", "EncodedImage:blob")
-    for name, fit in (("geometry", diagnosed.before), ("effects", diagnosed.after)):
-        drawn = pictures.values(f"/error/diagnosed_{name}_mm", "Scalars:scalars")
-        expected = fit.held_out.position_mm.mean
-        assert [(step, value[0]) for step, value in drawn] == [(1, expected), (2, expected)]
 
 
 def test_the_report_tells_a_diagnosis(sample, replayed, diagnosed, tmp_path):

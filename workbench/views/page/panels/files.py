@@ -6,7 +6,8 @@ import numpy as np
 import viser
 from PIL import Image
 
-from workbench.identification.file_errors import file_text
+from workbench.base.wording import capital
+from workbench.identification.file_errors import file_errors, file_notes, sizes
 from workbench.identification.result import Identification
 from workbench.session.export import (
     calibrated_toml,
@@ -17,14 +18,16 @@ from workbench.session.export import (
 )
 from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import SKY, SKY_DARK
-from workbench.views.page.html import MUTED, block, note, text
+from workbench.views.page.html import MUTED, block, bullets, folded, heading, note, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 FORMATS = (
     "The arm of the shown fit: TOML for this program, effects and all; URDF for others, the best geometry "
     "without effects; the report as an HTML page with tables and figures."
 )
-SAVED = {"TOML": calibrated_toml, "URDF": calibrated_urdf, "Report": report_zip}
+SAVED = {"URDF": calibrated_urdf, "TOML": calibrated_toml, "Report": report_zip}
+OTHERS, OURS = "for other programs", "for workbench"
+"""Whom a format is for."""
 PICTURE = (1200, 1920)
 """Height and width of a saved picture."""
 EMPTY_NOTE = "Identify the arm first; then it is saved here."
@@ -49,12 +52,23 @@ class ArmFiles:
 
 
 def _errors(found: Identification, shown: str) -> str:
-    """Held-out error of what each button saves."""
+    """A line for each format, with its error and what it holds; beneath, folded, what else must be known."""
     run = found.runs[shown]
     if found.identifiability is not None and found.identifiability.refused:
         return ""
-    first, mark, rest = text(file_text(found, run)).partition("; ")
-    content = f'<b>{first}</b><span style="color:{MUTED}">{mark}{rest}</span>'
+    added, told = run.fit.calibrated.effects, sizes(file_errors(found, run))
+    holds = {
+        "URDF": f"the geometry alone, {OTHERS}" if added else OTHERS,
+        "TOML": f"with all effects, {OURS}" if added else OURS,
+    }
+    lines = (
+        f'<div><b>{text(told[name])}</b> <span style="color:{MUTED}">{what}</span></div>'
+        for name, what in holds.items()
+        if name in told
+    )
+    kind = "held-out" if len(found.held_out_data) else "fitted"
+    notes = folded("About these files", bullets(text(capital(note)) for note in file_notes(found, run)))
+    content = heading(f"Mean error of each file on {kind} poses") + "".join(lines) + notes
     return block(content, testid="file-errors", style="margin:2px 0 6px")
 
 
