@@ -75,7 +75,8 @@ def the_last_picture_is_the_bare_arm_with_its_three_numbers(screen):
         assert box["x"] + box["width"] < canvas["x"] + canvas["width"]
     assert numbers["height"] > 30.0
     first, second, third = (float(n) for n in screen.text("figure-now").removesuffix(" mm").split(" → "))
-    assert third < 0.5 * second < 0.5 * first < 1.0  # 600 rows of a real UR10: 0.741, 0.430, 0.093 mm
+    assert second < 0.4 < first < 1.0  # 1200 rows of a real UR10: 0.682, 0.375, 0.069 mm
+    assert third < 0.075
     session = screen.until(lambda session: not session.choices.overlay.points)
     seen = {item.path for item in on_page(session) if item.shown}
     assert {path for path in seen if path.startswith("arm/")} == {"arm/nominal"}

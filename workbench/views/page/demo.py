@@ -176,7 +176,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     )
     yield DemoScene("One button returns to the best plate so far.", (RestoreBest(),), seconds=5.0)
     yield DemoScene(
-        "Now a real arm: a UR10 measured with a laser tracker in 600 poses at Fraunhofer IPA in Stuttgart.",
+        "Now a real arm: a UR10 measured with a laser tracker in 1200 poses at Fraunhofer IPA in Stuttgart.",
         (LoadData(ROWS, measured_rows()),),
         seconds=7.0,
         tab=Tab.MEASURE,

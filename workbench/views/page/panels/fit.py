@@ -10,6 +10,8 @@ import viser
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.identification.algorithms import ALGORITHMS, USUAL
+from workbench.identification.fit import Fit
+from workbench.identification.report.changed_constants import constant_bars
 from workbench.identification.result import Identification, columns_of, judged, order_of_measuring
 from workbench.report.chart import Chart, Marks
 from workbench.session.command import AbstractCommand
@@ -44,6 +46,7 @@ from workbench.views.page.panels.result_card import result_card
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
 READY = "Ready. Press Identify to fit the geometry."
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
+WHY = "Why? How far each change of the geometry moves the tool [mm]"
 STEPS = (
     "Identify: fit the geometry to the measurements. Diagnose: find what geometry can't explain; it needs at "
     "least 20 rows. Add causes: fit the effects found together with the geometry; comparisons and the saved "
@@ -99,6 +102,8 @@ class FitPanel(AbstractPanel):
         self._card = gui.add_html("")
         self._requirement = gui.add_html("", visible=False)
         self._zeros = gui.add_html("", visible=False)
+        self._changes = gui.add_html("", visible=False)
+        self._explained: Fit | None = None
         self._files = ArmFiles(self, gui)
         self._warnings = gui.add_html("", visible=False)
 
@@ -134,7 +139,7 @@ class FitPanel(AbstractPanel):
             self._rebuild(session.robot)
         for name, box in self._boxes.items():
             set_value(box, name not in session.choices.fixed)
-        for part in (self._requirement, self._zeros, self._warnings):
+        for part in (self._requirement, self._zeros, self._changes, self._warnings):
             part.visible = found is not None
         ready = note(EMPTY_NOTE if session.measurements.loaded is None else READY, "result", margin="6px 0")
         self._card.content = ready if found is None else result_card(session)
@@ -142,6 +147,10 @@ class FitPanel(AbstractPanel):
             self._requirement.content = _requirement(session)
             self._zeros.content = joint_zeros(found, session.results.fit, session.choices.fixed)
             self._warnings.content = _warnings(found)
+            fit = found.runs[session.results.fit].fit
+            if fit is not self._explained:
+                self._explained, drawing = fit, constant_bars(fit)
+                self._changes.content = block(folded(WHY, drawing), testid="changes") if drawing else ""
 
     def _rebuild(self, robot: Robot) -> None:
         """A box for each parameter; another arm has others."""

@@ -1,0 +1,45 @@
+"""Bars of the constants that were changed: what each moves the tool by."""
+
+import re
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.identification.identify import identify
+from workbench.identification.report.changed_constants import MAX_BARS, changed_constants, constant_bars
+from workbench.plate.simulated_measurement import measure_poses
+
+
+@pytest.fixture(scope="module")
+def fit(aria):
+    return identify(aria, measure_poses(aria, 40, seed=3)[1]).best.fit
+
+
+def test_each_size_is_what_the_change_moves_the_tool_by(fit):
+    found = changed_constants(fit)
+    assert [one.moved for one in found] == sorted((one.moved for one in found), reverse=True)
+    motion = Motion(fit.problem.data.q)
+    here = tool_poses(fit.calibrated, motion)[:, :3, 3]
+    for one in found:
+        place = fit.problem.names.index(one.name)
+        assert one.change == fit.x[place] - fit.parameters[place].nominal
+        there = tool_poses(fit.calibrated.with_values({one.name: fit.parameters[place].nominal}), motion)
+        assert one.moved == pytest.approx(np.linalg.norm(here - there[:, :3, 3], axis=1).mean())
+
+
+def test_a_length_moves_the_tool_by_its_own_change_and_base_and_tool_have_no_bar(fit):
+    found = changed_constants(fit)
+    lengths = [one for one in found if one.unit == "m"]
+    assert lengths
+    assert all(one.moved == pytest.approx(abs(one.change)) for one in lengths)
+    assert {one.name.split(".")[0] for one in found} <= {f"joint{k}" for k in range(1, 7)}
+
+
+def test_the_largest_have_bars_in_mm_and_the_rest_one_together(fit):
+    found, drawing = changed_constants(fit), constant_bars(fit)
+    assert drawing.count("<rect") == MAX_BARS + 1
+    widths = [float(w) for w in re.findall(r'<rect x="0" y="[\d.]+" width="([\d.]+)"', drawing)]
+    expected = np.array([one.moved for one in found[: MAX_BARS + 1]])
+    assert np.array(widths) / widths[0] == pytest.approx(expected / expected[0], abs=0.02)
