@@ -49,7 +49,7 @@ def test_an_arm_begins_with_room_at_every_target(name):
 
 
 def test_branches_are_looked_for_only_where_the_arm_gets(monkeypatch):
-    """The SO-101 holds no target of a circle: seconds went into the proof, turn by turn and place by place."""
+    """The SO-101 holds no target of a circle: seconds went into the proof, place by place."""
     module = import_module("workbench.session.start")
     solved = []
     monkeypatch.setattr(module, "solve_many", lambda robot, poses: solved.append(poses) or [])
