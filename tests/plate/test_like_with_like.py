@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.base import se3
+from workbench.base.errors import DataError
 from workbench.plate import design
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser import optimise
@@ -70,7 +71,28 @@ def test_a_search_assumes_the_same_making_from_python_and_as_a_command(searched,
 def test_the_page_searches_for_what_its_own_figure_holds(searched, aria, plate):
     session = start(aria, plate)
     ImprovePlate().compute(session)
-    assert searched == [(EXACT, "seat")]
+    assert set(searched) == {(EXACT, "seat")}
+
+
+def test_a_plate_is_moved_to_the_best_place_that_is_tried(searched, monkeypatch, aria, plate):
+    """Only targets were moved, on a plate that stayed where no search could make it good."""
+    sizes = []
+
+    def search(robot, plate, *, request, **_):
+        sizes.append(request.places)
+        if plate.xyz[2] < 0.15:
+            raise DataError("nothing fits there")
+        return PlateDesign(plate=plate, cost=np.hypot(*plate.xyz[:2]), rotation=0.0, start_cost=1.0)
+
+    monkeypatch.setattr(optimise, "optimise_plate", search)
+    found = optimise_plate(aria, plate, moves=True).plate
+    nearer = np.hypot(*plate.xyz[:2]) - np.hypot(*found.xyz[:2])
+    assert nearer == pytest.approx(0.1 * aria.reach)
+    assert np.allclose(found.heights, plate.heights)
+    assert max(sizes[:-1]) < sizes[-1] == DesignRequest().places
+    locked = (replace(plate.targets[0], locked=True), *plate.targets[1:])
+    for kept, moves in ((plate, False), (replace(plate, targets=locked), True)):
+        assert optimise_plate(aria, kept, moves=moves).plate is kept
 
 
 def test_only_seats_have_play_and_orientations(plate):

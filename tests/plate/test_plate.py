@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.base.errors import FileError, OptionError
-from workbench.plate.patterns import pattern
+from workbench.base.errors import FileError
+from workbench.plate.patterns import circle
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import built_in_plates, load_plate, read_plate, write_plate
 from workbench.plate.region import Region
@@ -50,15 +50,10 @@ def test_table_2_is_built_in():
 
 def test_the_circle_reproduces_table_2_to_its_printed_millimetres():
     plate = load_plate("table2")
-    made = pattern("circle", 10, centre=np.array([0.316, 0.354, 0.235]), radius=0.25)
+    made = circle(10, centre=np.array([0.316, 0.354, 0.235]), radius=0.25)
     for target, printed in zip(made, plate.targets, strict=True):
         assert np.abs(target.xyz - printed.xyz).max() < 1e-3  # printed values are cut off, not rounded
         assert np.allclose(target.rpy, printed.rpy)
-
-
-def test_a_circle_needs_targets():
-    with pytest.raises(OptionError):
-        pattern("circle", 0, centre=np.zeros(3), radius=0.1)
 
 
 coordinates = st.floats(-10, 10).map(lambda v: round(v, 9))

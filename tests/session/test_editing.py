@@ -18,12 +18,9 @@ from workbench.session.commands.edit import (
     LockTarget,
     free_place,
 )
-from workbench.session.commands.target_placement import ApplyPattern
 from workbench.session.commands.undo import RestoreBest, Undo
 from workbench.session.journal.codec import decode, encode
 from workbench.session.state import Severity
-
-TILTS = (float(np.deg2rad(-150.0)), float(np.deg2rad(-160.0)))
 
 
 def places(session):
@@ -81,37 +78,9 @@ def test_a_locked_target_stays_in_place_through_everything(do, first, tmp_path):
         session = do(command)
         assert session.plate is held.plate
         assert "locked" in session.page.messages[-1].text
-    session = do(ApplyPattern("spiral", 6, (0.3, 0.35, 0.24), 0.2, TILTS))
     assert places(session)[3] == pytest.approx(places(first)[3])
     assert read_plate(write_plate(session.plate, tmp_path / "p.toml")).targets[3].locked
     assert not do(LockTarget(3, False)).plate.targets[3].locked
-
-
-def test_the_circle_of_ten_is_table_2(do, first):
-    session = do(ApplyPattern("circle", 10, (0.316, 0.354, 0.235), 0.25, TILTS))
-    assert np.abs(session.plate.poses - first.plate.poses).max() < 1e-3
-    assert all(s.reached for s in session.states)
-
-
-@pytest.mark.parametrize("name", ["line", "grid", "spiral"])
-def test_patterns_lie_within_their_width_and_apart(do, name):
-    session = do(ApplyPattern(name, 9, (0.3, 0.35, 0.25), 0.2, TILTS))
-    away = places(session) - [0.3, 0.35, 0.25]
-    assert np.abs(away).max() <= 0.2 + 1e-12
-    gaps = np.linalg.norm(away[:, None] - away[None], axis=2) + np.eye(9)
-    assert gaps.min() > 0.04
-    assert session.plate.targets[1].rpy[0] == TILTS[1]
-
-
-def test_a_bad_pattern_changes_nothing(do, first):
-    for command in (
-        ApplyPattern("star", 9, (0.3, 0.35, 0.25), 0.2, TILTS),
-        ApplyPattern("line", 0, (0.3, 0.35, 0.25), 0.2, TILTS),
-        ApplyPattern("line", 3, (0.3, 0.35, np.inf), 0.2, TILTS),
-    ):
-        session = do(command)
-        assert session.plate is first.plate
-        assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_a_branch_chosen_by_hand_is_taken_and_kept(do):

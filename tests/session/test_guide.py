@@ -28,6 +28,7 @@ from workbench.session.guide import (
     COMPARE,
     FIT,
     LOAD,
+    MAKE,
     MORE,
     POSES,
     TAKE,
@@ -37,17 +38,20 @@ from workbench.session.guide import (
     share_of_noise,
     stages,
 )
+from workbench.session.score import PlateTrial
 from workbench.session.state import Drag, Focus, RunningJob, Session, Source, Tab
 from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page.panels.fit import error_figure
 from workbench.views.page.panels.result_card import numbers, result_card
 from workbench.views.page.render import MIN_WIDTH
 
+TRIAL = Action("Try this plate", Tab.PLATE)
+
 
 @pytest.fixture(autouse=True)
 def trial(monkeypatch):
     """A plate can be tried, whichever extras are there."""
-    monkeypatch.setattr("workbench.session.guide._trial", lambda: Action("Try this plate", Tab.PLATE))
+    monkeypatch.setattr("workbench.session.guide._trial", lambda: TRIAL)
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +113,21 @@ def with_plate_kept(session: Session) -> Session:
     return replace(session, history=history, choices=replace(session.choices, wanted=None))
 
 
+def fallen_short(session: Session, **change) -> Session:
+    """A plate on which 95 % of the arms keep 1.3 times what they have to."""
+    errors = np.full(session.plate.region.cubes, np.nan)
+    at = (session.plate, session.noise, session.choices.wanted)
+    trial = PlateTrial(*at, 200, 0.7, 0, 1.3, 1e-4, errors, "tried", "seat position")
+    history = replace(session.history, done=(session.history.best,))
+    return replace(session, trial=trial, history=history, **change)
+
+
+def crowded(session: Session) -> Session:
+    """With the best plate found, and no room for another target."""
+    plate = replace(session.plate, size=np.array([0.2, 0.2, 0.012]))
+    return replace(session, plate=plate, searched=plate)
+
+
 def on_the_page(session: Session, **change) -> Session:
     return replace(session, page=replace(session.page, **change))
 
@@ -134,9 +153,19 @@ STATES = [
     # before, what is done to it, part of the sentence, tone, next and other action or their commands
     ("first", unchanged, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release", PLAIN, None, None),
-    ("first", with_plate_kept, "required error", PLAIN, LOAD, ImprovePlate),
-    ("first", lambda s: unreached(s, reached=False), "9 of 10 targets", BAD, SelectTarget(2), LOAD),
-    ("first", lambda s: unreached(s, hit="link 3"), "target 3 is blocked", BAD, SelectTarget(2), LOAD),
+    ("first", with_plate_kept, "Good enough?", PLAIN, TRIAL, LOAD),
+    ("first", lambda s: unreached(s, reached=False), "9 of 10 targets", BAD, SelectTarget(2), ImprovePlate),
+    ("first", lambda s: unreached(s, hit="link 3"), "3 is blocked", BAD, SelectTarget(2), ImprovePlate),
+    ("first", lambda s: fallen_short(s), "better places", CAREFUL, ImprovePlate(seed=1), MAKE),
+    (
+        "first",
+        lambda s: fallen_short(s, searched=s.plate),
+        "and keep 1.3 mm",
+        CAREFUL,
+        ImprovePlate(1, 17),
+        MAKE,
+    ),
+    ("first", lambda s: fallen_short(crowded(s)), "the seat position", CAREFUL, MAKE, LOAD),
     ("first", lambda s: on_the_page(s, caption="A story."), "A story.", PLAIN, None, None),
     ("first", lambda s: on_the_page(s, job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
     ("first", followed, "the real one", PLAIN, LOAD, None),

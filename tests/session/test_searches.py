@@ -1,6 +1,7 @@
 """Diagnoses that can't be made are refused in words; plates are improved."""
 
 import threading
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from workbench.arm.inverse.branch import margins
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.optimise import DesignRequest
+from workbench.plate.optimiser.result import PlateDesign
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.edit import LockTarget
@@ -40,8 +42,12 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     assert np.array_equal(kept.plate.poses[locked], first.plate.poses[locked])
 
     half = first.plate.targets[:5]
-    assert ImprovePlate().finish(first, (*half, *half)).plate is first.plate
-    better = ImprovePlate().finish(first, kept.plate.targets)
+    same = PlateDesign(
+        plate=replace(first.plate, targets=(*half, *half)), cost=1.0, rotation=1.0, start_cost=1.0
+    )
+    assert (kept_as := ImprovePlate().finish(first, same)).plate is first.plate is kept_as.searched
+    better = ImprovePlate().finish(first, replace(same, plate=kept.plate))
+    assert better.searched is better.plate
     reached = np.stack([state.q for state in better.states])
     left = np.rad2deg(margins(reached, first.robot.limits).min())
     assert f"{left:.3g}°" in better.page.messages[-1].text

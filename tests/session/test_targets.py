@@ -7,10 +7,11 @@ import pytest
 from stories import own_files
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.inverse.branch import LIMIT_MARGIN, margins
+from workbench.arm.inverse.branch import margins, planned_margins
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
+from workbench.base.assets import built_in_robots
 from workbench.plate.plate import Kind
 from workbench.session import replay, start
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
@@ -38,14 +39,16 @@ def test_all_of_table_2_is_reached_and_clear(first):
     assert len({s.branch for s in first.states}) > 1
 
 
-@pytest.mark.parametrize("name", ["aria", "ar4", "iiwa14", "panda", "so101", "xarm6"])
-def test_an_arm_begins_with_room_at_every_target(name):
-    """Arms began with a joint at its limit, or with no target that could be measured."""
+@pytest.mark.parametrize("name", built_in_robots())
+def test_every_arm_begins_with_room_at_every_target_and_may_be_tried_there(name):
+    """Arms began at a limit, out of reach, or with five joints in seats, which they don't fit."""
     robot = load_robot(name)
-    states = start(robot, default_plate(robot)).states
-    assert all(state.measurable for state in states)
-    left = margins(np.stack([state.q for state in states]), robot.limits)
-    assert left.min() >= LIMIT_MARGIN - 1e-9
+    session = start(robot, plate := default_plate(robot))
+    assert [state.obstacle for state in session.states if not state.measurable] == []
+    assert len(plate) == 10
+    assert plate.has_seats is (robot.dof >= 6)
+    left = margins(np.stack([state.q for state in session.states]), robot.limits)
+    assert (left >= planned_margins(robot.limits) - 1e-9).all()
 
 
 def test_branches_are_looked_for_only_where_the_arm_gets(monkeypatch):

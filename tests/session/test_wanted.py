@@ -28,9 +28,7 @@ from workbench.session.score import PlateTrial
 from workbench.session.start import default_circle
 from workbench.session.state import Severity, UndoStep
 from workbench.views.page.first_view import first_view
-from workbench.views.page.html import INKS
 from workbench.views.page.panels.fit import _requirement
-from workbench.views.page.panels.index import judgement
 from workbench.views.page.scene.scene import _has_other_rows
 
 
@@ -41,15 +39,6 @@ def test_only_aria_begins_with_what_its_paper_asks(first, do):
     assert do(SetWanted(3e-4)).choices.wanted == Wanted(position=3e-4)
     assert do(SetWanted(None)).choices.wanted is None
     assert do(SetWanted(-1.0)).page.messages[-1].severity is Severity.ERROR
-
-
-@pytest.mark.parametrize("name", ["panda", "iiwa14", "wam", "ur5"])
-def test_an_arm_begins_on_a_plate_that_it_can_measure(name):
-    """The Panda began with 3 of 10 targets out of reach, the iiwa with one."""
-    arm = load_robot(name)
-    begun = start(arm, default_circle(arm))
-    assert [state.obstacle for state in begun.states if not state.measurable] == []
-    assert len(begun.plate) == 10
 
 
 @pytest.mark.parametrize(("per_axis", "kept"), [(True, [True, False, True]), (False, [False, False, True])])
@@ -78,7 +67,6 @@ def test_the_guide_and_the_panel_judge_a_predicted_error_alike(first, position, 
     assert judged.tone is step.tone is (Tone.PLAIN if good else Tone.CAREFUL)
     assert "1 mm per axis and 0.66°" in judged.text
     assert judged.text in step.sentence
-    assert judged.text in judgement(score, 1e-4, judged)
 
 
 @pytest.mark.parametrize(("share", "tone"), [(0.135, Tone.CAREFUL), (0.97, Tone.GOOD)])
@@ -98,8 +86,6 @@ def test_the_yield_judges_the_plate_once_it_is_known(first, share, tone, positio
     assert judged.text in step.sentence
     assert f"{100 * share:.3g} %" in judged.text
     assert f"{100 * PASSING_SHARE:.0f} %" in judged.text
-    assert ("add targets" in step.sentence) is (tone is Tone.CAREFUL)
-    assert INKS[tone] in judgement(score, 1e-4, judged)
     other = plate_judgement(replace(session, noise=Noise(2e-4, 1e-3)))
     assert other.tone is (Tone.PLAIN if position < 1.0 else Tone.CAREFUL)
     assert "%" not in other.text
@@ -185,5 +171,5 @@ def trial_of(session, share):
     """A trial of the session's plate with this share of good arms."""
     errors = np.full(session.plate.region.cubes, np.nan)
     return PlateTrial(
-        session.plate, session.noise, session.choices.wanted, 200, share, 0, 1e-4, errors, "tried"
+        session.plate, session.noise, session.choices.wanted, 200, share, 0, 1.3, 1e-4, errors, "tried"
     )

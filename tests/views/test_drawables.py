@@ -157,7 +157,7 @@ def test_cubes_follow_a_new_trial(session):
     def tried(session, error):
         errors = np.full(session.plate.region.cubes, np.nan)
         errors[:4] = error * np.arange(1, 5)
-        trial = PlateTrial(session.plate, session.noise, None, 20, 1.0, 0, error, errors, "tried")
+        trial = PlateTrial(session.plate, session.noise, None, 20, 1.0, 0, 0.5, error, errors, "tried")
         return replace(session, trial=trial)
 
     shown = replace(session, cube_view=CubeView(field=Field.YIELD))

@@ -10,17 +10,20 @@ from workbench.arm.kinematics.envelope import maximum_reach, ring_at
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.plate_toml import load_plate
+from workbench.plate.score import score_plate
+from workbench.plate.stock import made_as_drawn
 from workbench.session import start
 from workbench.session.commands.drag import GrabTarget, MoveTarget
 from workbench.session.commands.undo import GoBackTo, Undo
-from workbench.session.judgement import plate_judgement
+from workbench.session.start import default_circle
+from workbench.session.state import Drag
+from workbench.session.target_steps import score_as_drawn
 from workbench.views.drawables.plate import plate_before
 from workbench.views.drawables.region import envelope
 from workbench.views.page.html import BAD, GOOD
 from workbench.views.page.panels.history import plot
-from workbench.views.page.panels.index import alone_or_together, determined, judgement, loss_bars, predicted
+from workbench.views.page.panels.index import alone_or_together, determined, loss_bars, predicted, reading
 
 
 @pytest.fixture(scope="module")
@@ -86,24 +89,36 @@ def test_a_target_that_nothing_replaces_is_marked(first):
 
 
 @pytest.mark.parametrize(
-    ("position", "wanted", "expected"),
+    ("position", "expected"),
     [
-        (1.25e-4, None, "below the error of one instrument reading (0.173 mm rms)"),
-        (3.5e-4, None, "2.0 × the error of one reading (0.173 mm rms)"),
-        (1.25e-4, 1e-3, "not yet tried against the required 1 mm"),
-        (2e-3, 1e-3, "more than the required 1 mm"),
-        (np.inf, 1e-3, ""),
-        (np.nan, None, ""),
+        (1.25e-4, "below the error of one instrument reading (0.173 mm rms)"),
+        (3.5e-4, "2.0 × the error of one reading (0.173 mm rms)"),
+        (np.inf, ""),
+        (np.nan, ""),
     ],
 )
-def test_an_error_is_judged_against_the_wanted_one_and_the_instrument(first, position, wanted, expected):
-    score = replace(first.score, position=position)
-    session = replace(
-        first, score=score, choices=replace(first.choices, wanted=wanted and Wanted(position=wanted))
+def test_an_error_is_held_against_the_instrument(first, position, expected):
+    shown = reading(replace(first.score, position=position), 1e-4)
+    assert expected in shown
+    assert bool(shown) is bool(expected)
+
+
+def test_a_plate_that_states_no_tolerances_shows_its_error_as_drawn_beside_the_exact_one(first):
+    """It was 57 % larger, and said only once the plate was saved."""
+    drawn = score_as_drawn(first).position
+    q = np.stack([state.q for state in first.states])
+    sheet = score_plate(
+        first.robot,
+        made_as_drawn(first.plate).with_joints(q, first.plate.branches),
+        evaluation_poses=first.region_q,
     )
-    text = judgement(score, 1e-4, plate_judgement(session))
-    assert expected in text
-    assert bool(text) is bool(expected)
+    assert drawn == pytest.approx(sheet.measured.error.position_rms)
+    assert drawn > 1.1 * first.score.position
+    assert f"as drawn {1e3 * drawn:.3f} mm" in predicted(first)
+    assert "as drawn" not in predicted(replace(first, drag=Drag(1, 0)))  # a drag waits for nothing
+    stated = replace(first, plate=made_as_drawn(first.plate))
+    assert score_as_drawn(stated) is None
+    assert default_circle(load_robot("ur5")).production == stated.plate.production
 
 
 def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):

@@ -85,6 +85,12 @@ class Wanted:
         """Which errors keep it; what was not measured (NaN) does."""
         return np.asarray((~(self._sizes(position, rotation) > self.limits)).all(-1))
 
+    def used_by(
+        self, position: Float[np.ndarray, "*rows 3"], rotation: Float[np.ndarray, "*rows 3"]
+    ) -> Float[np.ndarray, "*rows"]:
+        """The largest share of what is allowed; above 1 they don't keep it."""
+        return np.asarray((self._sizes(position, rotation) / self.limits).max(-1))
+
     def within_by_norms(
         self, position: float | Float[np.ndarray, " rows"], rotation: float | Float[np.ndarray, " rows"]
     ) -> Bool[np.ndarray, "*rows"]:

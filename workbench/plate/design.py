@@ -1,13 +1,15 @@
 """Designing a plate, as one call."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.base.errors import DataError
+from workbench.base.errors import DataError, WorkbenchError
+from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
+from workbench.base.types import frozen
 from workbench.plate.argument_types import checked_arguments
 from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
@@ -25,6 +27,12 @@ NARROW = Constraints(clearance=0.005, spacing=0.06, retreat=0.025)
 """Margins for an arm that has no room for the usual ones."""
 DOWN = np.diag([1.0, -1.0, -1.0])
 """Orientation of a tool that points straight down."""
+ROUGH = 300
+"""Random blocks of a search that tells places of the plate apart."""
+LOWEST = 0.06
+"""No plate is moved down so far that its top is less above the table [m]."""
+SHIFTS = ((-0.1, 0.0), (0.1, 0.0), (0.0, -0.1), (0.0, 0.1), (-0.1, -0.1), (-0.1, 0.1))
+"""Where else it is tried: farther from the base's axis and higher, as shares of the arm's reach."""
 
 
 @checked_arguments()
@@ -34,12 +42,14 @@ def optimise_plate(
     plate: Plate,
     *,
     request: DesignRequest | None = None,
+    number: int | None = None,
     production: Production | None = None,
     reading: str | TargetReading | None = None,
     sigma: tuple[float, float | None] | None = None,
     visits: int = 1,
     base: bool | None = None,
     tool: bool | None = None,
+    moves: bool = False,
     seed: int = 0,
 ) -> PlateDesign:
     """The plate with the smallest predicted error in its region.
@@ -49,6 +59,7 @@ def optimise_plate(
         plate: Where the plate lies, how large it is, its region; its targets are one of the starts.
         request: Number of targets, branches, blocks, constraints, tolerances; the usual ones if None, with
             narrower margins (and a note) where the usual margins leave no plate.
+        number: How many targets where there is no request; as many as the given plate has if None.
         production: Tolerances of production where the request has none; as `plate_production` says if None.
         reading: What is read at a target: seat, socket, point, contacts or ball-bar; as the given plate's
             targets are if None.
@@ -56,6 +67,8 @@ def optimise_plate(
         visits: How often each target is visited.
         base: Whether the base is identified too; as the robot says if None.
         tool: Whether the tool is.
+        moves: Whether the whole plate may be moved, nearer or farther and lower or higher, where quick
+            searches find a better place; locked targets keep it where it is.
         seed: Of everything random.
 
     Raises:
@@ -66,7 +79,7 @@ def optimise_plate(
         reading = reading_named(reading or usual_reading(plate), robot, plate, sigma=sigma, visits=visits)
     production = production or plate_production(plate, reading.name)
 
-    def search(request: DesignRequest) -> PlateDesign:
+    def search(request: DesignRequest, plate: Plate = plate) -> PlateDesign:
         return optimise.optimise_plate(
             robot,
             plate,
@@ -78,15 +91,49 @@ def optimise_plate(
         )
 
     goal, names = goal_poses(robot, plate), identified_names(robot, base=base, tool=tool)
+    is_movable = moves and plate.anchors is None and not any(target.locked for target in plate.targets)
+    places = (plate, *_moved(robot, plate)) if is_movable else (plate,)
     if request is not None:
-        return _priced(search, request)
+        found = _best_place(search, places, request)
+        return _priced(lambda request: search(request, found), request)
+    request = DesignRequest(number=number)
     try:
-        return search(DesignRequest())
+        return search(request, _best_place(search, places, request))
     except DataError as error:
-        design = search(DesignRequest(constraints=NARROW))
-        return replace(
-            design, notes=(f"{error}; kept: 5 mm clear, targets 60 mm apart, 25 mm of retreat", *design.notes)
-        )
+        request = replace(request, constraints=NARROW)
+        design = search(request, _best_place(search, places, request))
+        narrowed = f"{error}; kept: 5 mm clear, targets 60 mm apart, 25 mm of retreat"
+        return replace(design, narrowed=narrowed, notes=(narrowed, *design.notes))
+
+
+def _moved(robot: Robot, plate: Plate) -> Iterator[Plate]:
+    """The same plate in other places, its targets with it."""
+    along = np.append(plate.xyz[:2], 0.0) / max(float(np.hypot(*plate.xyz[:2])), 1e-9)
+    for out, up in SHIFTS:
+        move = robot.reach * (out * along + np.array([0.0, 0.0, up]))
+        targets = tuple(replace(target, xyz=frozen(target.xyz + move)) for target in plate.targets)
+        if up >= 0.0 or plate.xyz[2] + move[2] >= LOWEST:
+            yield replace(plate, xyz=frozen(plate.xyz + move), targets=targets)
+
+
+def _best_place(
+    search: Callable[[DesignRequest, Plate], PlateDesign], places: Sequence[Plate], request: DesignRequest
+) -> Plate:
+    """The plate where a quick search finds the smallest error; what it says where none finds any plate."""
+    if len(places) == 1:
+        return places[0]
+    found, wrong = {}, None
+    for number, plate in enumerate(places):
+        try:
+            with part_of(0.0, 0.0, "trying places of the plate"):
+                found[number] = search(
+                    replace(request, places=min(request.places, ROUGH), starts=1), plate
+                ).cost
+        except WorkbenchError as error:
+            wrong = wrong or error
+    if wrong is not None and not found:
+        raise wrong
+    return places[min(found, key=found.__getitem__)]
 
 
 def plate_production(plate: Plate, reading: str) -> Production:

@@ -1,12 +1,12 @@
 """Stock: the bar, screws, pins and standard sizes that the parts are made with."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.base.types import frozen
-from workbench.plate.plate import Kind
-from workbench.plate.tolerances import pin_play
+from workbench.plate.plate import Kind, Plate
+from workbench.plate.tolerances import Production, pin_play, tolerances_of
 
 UP = frozen(np.array([0.0, 0.0, 1.0]))
 OVER_SCREW = "the ball's centre lies over the block's screw: turning the block moves nothing, so no dowels"
@@ -136,3 +136,11 @@ STOCKS = {
     "ball-bar": Stock(magnet=MAGNET),
 }
 """Stock of the ways to make plates that have one of their own: cones for balls over magnets Ø5 × 4."""
+
+
+def made_as_drawn(plate: Plate, stock: Stock | None = None) -> Plate:
+    """The plate with what its drawings ask for: their tolerances, and the play of the pins in its seats."""
+    stock = stock or Stock()
+    asked = tolerances_of(plate.production, stock.dowel_offset).production
+    play = stock.play if plate.has_seats else (0.0, 0.0)
+    return replace(plate, production=Production(position=asked.position, angle=asked.angle, play=play))

@@ -29,7 +29,7 @@ from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose, 
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import StoreRow, UseRows
-from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
+from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.commands.undo import Undo
 from workbench.session.export import File, NotedFile, fixture_zip
@@ -317,14 +317,14 @@ def _figure(session: Session) -> str:
 
 def _design(session: Session) -> GuideStep:
     """The step for the plate, before anything is measured on it."""
+    improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(seed=len(session.history.scores)))
     bad = [(i, state) for i, state in enumerate(session.states) if not state.measurable]
     if bad:
         (first, state), count = bad[0], len(session.plate)
         why = "is out of reach" if not state.reached else f"is blocked: {state.hit}"
         text = f"{count - len(bad)} of {count} targets can be measured; target {first + 1} {why}."
         fix = Action(f"Show target {first + 1}", Tab.PLATE, SelectTarget(first))
-        return GuideStep(text, Tone.BAD, fix, LOAD)
-    improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(seed=len(session.history.scores)))
+        return GuideStep(text, Tone.BAD, fix, improve)
     if _takes_next_poses(session):
         return GuideStep("The suggested poses are now targets; measure them.", next=LOAD, other=FIT)
     if session.page.tab in (Tab.MEASURE, Tab.CALIBRATE, Tab.COMPARE, Tab.EXPORT):
@@ -334,19 +334,24 @@ def _design(session: Session) -> GuideStep:
         text = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
         return GuideStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
     text = capital(_predicted(session))
-    if (judged := plate_judgement(session)) is None:
-        text = f"{text}. Good enough? Set the required error below, or measure."
-        return GuideStep(text, next=LOAD, other=improve)
+    judged, trial = plate_judgement(session), _trial()
+    if judged is None:
+        return GuideStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
     if judged.tone is Tone.GOOD:
         return GuideStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
-    if session.tried is not None:
-        text = f"{capital(judged.text)}. Improve the plate; where that no longer helps, add targets."
-        return GuideStep(text, judged.tone, improve, MAKE)
     if judged.tone is Tone.CAREFUL:
-        return GuideStep(f"{text}: {judged.text}. Improve it.", judged.tone, improve, LOAD)
-    if (trial := _trial()) is None:
-        return GuideStep(f"{text}: {judged.text}.", judged.tone, LOAD, improve)
-    return GuideStep(f"{text}: {judged.text}. Good enough? Try it, or measure.", judged.tone, trial, LOAD)
+        text = capital(judged.text) if session.tried is not None else f"{text}: {judged.text}"
+        if session.searched is not session.plate:
+            text = f"{text}. A search may find better places for the targets"
+        elif (number := more_targets(session)) is not None:
+            text = f"{text}. These places are the best found; more targets lower the error"
+            improve = Action(f"Search {number} targets", Tab.PLATE, replace(improve.command, targets=number))
+        else:
+            blame = "" if session.tried is None else f": the {session.tried.blame} dominates"
+            text = f"{text}. No better plate was found{blame}; require less, or make it all the same."
+            return GuideStep(text, judged.tone, MAKE, LOAD)
+        return GuideStep(f"{text}.", judged.tone, improve, MAKE if session.tried is not None else LOAD)
+    return GuideStep(f"{text}: {judged.text}.", judged.tone, trial or LOAD, LOAD if trial else improve)
 
 
 @cache

@@ -4,7 +4,7 @@ The plate is judged by its yield on virtual arms, the arm by its held-out rows; 
 is called good.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import lru_cache
 
@@ -51,7 +51,11 @@ def plate_judgement(session: Session) -> Judgement | None:
         return None
     if found is not None:
         kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms keep {wanted.text} everywhere"
-        kept += f"; at least {100 * PASSING_SHARE:.0f} % are needed"
+        kept += f"; {100 * PASSING_SHARE:.0f} % are needed"
+        if found.share < PASSING_SHARE:
+            turned = None if wanted.rotation is None else found.used * wanted.rotation
+            limit = replace(wanted, position=found.used * wanted.position, rotation=turned)
+            kept += f", and keep {limit.text}"
         if found.unreached > (1.0 - PASSING_SHARE) * found.arms:
             kept += f"; {found.unreached} of them leave out targets that they can't reach"
         return Judgement(Tone.GOOD if found.share >= PASSING_SHARE else Tone.CAREFUL, kept)

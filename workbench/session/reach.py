@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.inverse.branch import Branch, InverseResult, choose, margins, nearest_of, roomy
+from workbench.arm.inverse.branch import Branch, InverseResult, choose, margins, nearest_of, quality, roomy
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.solve import follow, solve
 from workbench.arm.joint_units import sliding
@@ -58,6 +58,11 @@ def solve_all_targets(
         check_cancelled()  # a mix that was cut short is no answer
         for i, q, name in zip(open_, choice.q, choice.branches, strict=True):
             states[i] = _reached(frozen(q.copy()), name)
+    elif not len(region_q):
+        for i in open_:
+            if plate.targets[i].branch == AUTO:
+                best = max(_choices(robot, plate, i, results[i]), key=quality)
+                states[i] = _reached(best.q, best.name)
     return with_clear_branches(robot, plate, with_obstacles(robot, plate, tuple(states)))
 
 

@@ -118,9 +118,11 @@ class PlateTrial:
         arms: How many were tried.
         share: Of them kept it everywhere.
         unreached: Arms that could not reach every target.
+        used: What 95 % of the arms keep everywhere, as a share of what they had to.
         position: Mean over the arms of their root mean square position errors [m].
         errors: Root mean square position error in each cube of the region; NaN where none was judged [m].
         text: All that in one sentence.
+        blame: The source of most of the error; empty if nothing goes wrong.
     """
 
     plate: Plate
@@ -129,6 +131,8 @@ class PlateTrial:
     arms: int
     share: float
     unreached: int
+    used: float
     position: float
     errors: Float[np.ndarray, " cubes"]
     text: str
+    blame: str = ""

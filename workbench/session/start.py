@@ -1,9 +1,9 @@
 """The start of a session: a robot, a plate, and everything derived from them.
 
 An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is, where it
-meets all of them well clear of limits and plate. A target that it can't reach so, and every one of an arm
-with fewer than six joints, is turned about the vertical, and moved in or out if need be, until it does; it
-then has the orientation that the tool has there.
+meets all of them well clear of limits and plate, made as its drawings ask for. A target that it can't reach
+so is turned about the vertical, and moved in or out if need be, until it does; it then has the orientation
+that the tool has there. Arms with fewer than six joints, which fit no seat, get sockets.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,6 +28,7 @@ from workbench.plate.patterns import CENTRE, CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.readings import usual_sigma
+from workbench.plate.stock import made_as_drawn
 from workbench.session.reach import branches_to, solve_all_targets
 from workbench.session.score import draw_region, score
 from workbench.session.state import Choices, PlateHistory, Session
@@ -114,7 +115,7 @@ def default_circle(robot: Robot) -> Plate:
         if count == len(plate):
             break
     assert best is not None
-    return best
+    return made_as_drawn(best)
 
 
 def _circle(robot: Robot, centre: tuple[float, float]) -> Plate:
@@ -134,12 +135,11 @@ def _has_room(robot: Robot, plate: Plate, number: int, branches: Sequence[Branch
 
 def _met(robot: Robot, plate: Plate, number: int, placed: Target) -> Target:
     """The target, turned, nearer or farther, as the arm meets it; a socket where it can't hold any."""
-    kind = Kind.SOCKET if Task.default(robot.dof) is Task.POSITION else Kind.SEAT
-    count = 1 if kind is Kind.SOCKET else TURNS  # a ball's centre doesn't turn
-    turns = se3.rotvec_to_matrix(np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)[:, None] * [0, 0, 1])
+    turns = se3.rotvec_to_matrix(np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)[:, None] * [0, 0, 1])
     found: list[tuple[bool, float, Target]] = []
     places = [replace(placed, xyz=frozen(placed.xyz * [share, share, 1.0])) for share in DISTANCES]
-    for target, poses in zip(places, _reached(robot, places, turns), strict=True):
+    is_free = robot.dof >= int(Task.POSE)  # fewer joints don't fit a seat
+    for target, poses in zip(places, _reached(robot, places, turns), strict=True) if is_free else ():
         found_here = solve_many(robot, poses) if len(poses) else []
         branches = [branch for result in found_here for branch in result.within_limits]
         if not branches:
@@ -147,15 +147,13 @@ def _met(robot: Robot, plate: Plate, number: int, placed: Target) -> Target:
         clear = unobstructed(robot, plate, number, branches)
         best = max(clear or branches, key=lambda branch: branch.room)
         tool = se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(best.q[None]))[0]
-        met = replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)
+        met = replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])))
         found.append((bool(clear), best.room, met))
         if _has_room(robot, plate, number, clear):
             break
     if found:
         return max(found, key=lambda one: one[:2])[2]
     sockets = [replace(target, kind=Kind.SOCKET) for target in places]
-    if kind is Kind.SOCKET:
-        return sockets[0]
     near = _reached(robot, sockets, turns[:1], Task.POSITION)
     open_ = (s for s, poses in zip(sockets, near, strict=True) if len(poses))
     return next((s for s in open_ if _has_room(robot, plate, number, branches_to(robot, s))), sockets[0])

@@ -1,7 +1,6 @@
 """The session state: plain frozen data that views draw and commands replace.
 
-Nothing here computes. Parts that a command does not touch stay the same objects, so a view sees by identity
-what it has to draw anew.
+Nothing here computes. Parts that no command touches stay the same objects: views see by identity what is new.
 """
 
 from collections.abc import Iterable, Mapping
@@ -289,7 +288,7 @@ class Choices:
 
     Args:
         wanted: Errors that the calibrated arm has to keep; None: nothing is judged.
-        fixed: Parameters that are not identified, though the robot would have them free.
+        fixed: Free parameters of the robot that are not identified.
         captured: Joint positions that were kept [rad or m].
         source: The live source, if there is one.
         overlay: What is laid over the scene.
@@ -345,6 +344,7 @@ class Session:
         branches: All branches within limits that reach the selected target.
         branches_of: The target that they belong to.
         focus: What the arm stands at.
+        searched: The plate that the last search for a better one ended with.
         jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
         play: How far the trajectory is played.
         measuring: The guided measurement under way, if any.
@@ -367,6 +367,7 @@ class Session:
     focus: Focus = Focus.TARGET
     drag: Drag | None = None
     trial: PlateTrial | None = None
+    searched: Plate | None = None
     jogged: Float[np.ndarray, " n"] | None = None
     track: Track | None = None
     play: Play = field(default_factory=Play)
@@ -399,14 +400,13 @@ class Session:
     def tried(self) -> PlateTrial | None:
         """The trial of the current plate, if there was one."""
         trial, now = self.trial, (self.plate, self.noise, self.choices.wanted)
-        return trial if trial is not None and (trial.plate, trial.noise, trial.wanted) == now else None
+        return trial if trial and (trial.plate, trial.noise, trial.wanted) == now else None
 
     @property
     def shows_plate(self) -> bool:
         """Whether the plate is in the scene: not while rows are looked at, unless it is the user's."""
         loaded = self.measurements.loaded
-        is_seen = loaded is None or loaded.virtual or self.focus is not Focus.ROW
-        return is_seen or self.is_plate_given
+        return loaded is None or loaded.virtual or self.focus is not Focus.ROW or self.is_plate_given
 
     @property
     def is_idle(self) -> bool:
@@ -415,7 +415,7 @@ class Session:
     @property
     def is_playing(self) -> bool:
         """Whether the arm moves along the trajectory now: until anything else takes it or begins."""
-        return self.is_track_active and not self.play.is_pausing and self.page.job is None
+        return self.is_track_active and not self.play.is_pausing and self.is_idle
 
     @property
     def is_track_active(self) -> bool:

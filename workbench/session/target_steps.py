@@ -8,6 +8,8 @@ from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate
 from workbench.plate.readings import usual_sigma
+from workbench.plate.stock import made_as_drawn
+from workbench.plate.tolerances import EXACT
 from workbench.session.command import AbstractChange
 from workbench.session.reach import branches_to, with_clear_branches, with_obstacles
 from workbench.session.score import score
@@ -106,6 +108,14 @@ def score_of(session: Session, step: UndoStep) -> Score:
     """What the targets of a step would tell about the session's robot."""
     noise = instrument_for(session, step.plate)
     return score(session.robot, step.plate, step.states, noise=noise, region_q=session.region_q)
+
+
+def score_as_drawn(session: Session) -> Score | None:
+    """What the targets would tell if they are made as drawn; None where the plate itself says how it is."""
+    plate = session.plate
+    if plate.production != EXACT or plate.anchors is not None or any(t.sigma for t in plate.targets):
+        return None
+    return score_of(session, UndoStep(made_as_drawn(plate), session.states))
 
 
 def rescore(session: Session) -> Session:

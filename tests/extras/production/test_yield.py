@@ -26,7 +26,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.parallel import spread
 from workbench.base.progress import running
 from workbench.base.types import Outcome
-from workbench.data.accuracy_requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.extras.production import production_yield, trial
@@ -52,6 +52,7 @@ from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_values import values
 from workbench.session.guide import guide
+from workbench.session.start import default_plate, start
 from workbench.session.state import CubeView, Field, Severity, Tab, UndoStep
 
 NONE = np.zeros(10)
@@ -115,7 +116,7 @@ def test_without_errors_every_arm_is_calibrated_exactly(job):
     assert chunk.met.all()
     assert chunk.position.max() < 1e-8
     assert chunk.rotation.max() < 1e-8
-    assert (chunk.within == 1.0).all()
+    assert (chunk.used <= 1.0).all()
 
 
 def test_an_arm_is_brought_where_following_brings_it(aria, plate, job):
@@ -209,7 +210,7 @@ def test_an_arm_is_calibrated_with_the_targets_that_it_reaches(job):
     assert chunk.met.all(axis=0).tolist() == [k != 4 for k in range(len(poses))]
     assert not chunk.planned.any()
     assert chunk.position.max() < 1e-8
-    assert (chunk.within == 1.0).all()
+    assert (chunk.used <= 1.0).all()
     found = gather(away, [chunk], {})
     assert not found.reached.any()
     (note,) = found.notes
@@ -450,10 +451,22 @@ def yield_of(good, arms):
         position=np.ones(arms),
         rotation=np.ones(arms),
         worst=np.ones((arms, 2)),
-        within=few.astype(float),
+        used=np.where(few, 0.5, 2.0),
         cells=np.zeros(0, int),
         predicted=none,
         observed=none,
         samples=np.zeros(0, int),
         sources={},
     )
+
+
+@pytest.mark.parametrize("name", ["katana450", "so101"])
+def test_an_arm_of_five_joints_is_tried_on_the_plate_that_it_begins_on_and_never_in_seats(name):
+    """The page offered them seats, and refused these only once the trial had begun."""
+    robot = load_robot(name)
+    begun = start(robot, default_plate(robot))
+    begun = replace(begun, choices=replace(begun.choices, wanted=Wanted(position=5e-3)))
+    TryPlate().check(begun)
+    assert TryPlate(arms=10).compute(begun).share > 0.5
+    with pytest.raises(DataError, match="seat"):
+        TryPlate().check(replace(begun, plate=of_kind(begun.plate, Kind.SEAT)))

@@ -12,13 +12,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from workbench.extras.workshop.drawing import figure_of, pdf_of
 from workbench.extras.workshop.drawing_set import drawings_of
 from workbench.extras.workshop.fixture import fixture_of
-from workbench.extras.workshop.outputs import as_drawn
 from workbench.extras.workshop.sheet import PlateSheet
 from workbench.plate.export import export_plate
 from workbench.plate.plate import Target
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.score import score_plate
-from workbench.plate.stock import Stock
+from workbench.plate.stock import made_as_drawn
 from workbench.report.numbers import short
 from workbench.session.export import fixture_zip
 from workbench.session.score import score
@@ -37,7 +36,7 @@ def test_every_format_is_written(tmp_path, aria):
     assert not missing
     page = (tmp_path / "sheet.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 1
-    drawn = score_plate(aria, as_drawn(load_plate("table2"), fixture_of(load_plate("table2")), Stock()))
+    drawn = score_plate(aria, made_as_drawn(load_plate("table2")))
     assert "made within ±0.05 mm, ±0.05°, seat play ±0.012 mm, ±0.08°" in page
     assert f"{1e3 * drawn.measured.error.position_mean:.3f} mm" in page
     assert "wrist flip" in page

@@ -2,19 +2,15 @@
 
 from functools import partial
 
-import numpy as np
 import viser
 
 from workbench.extras.production.session import MAX_ARMS, OpenChoice, TryPlate, WeighPlates, choices_of
 from workbench.extras.production.tradeoff import Choice
-from workbench.session.commands.identify import SetWanted
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import MUTED, block, heading, number, text
-from workbench.views.page.panels.index import FIELDS
-from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, ask, on_press
+from workbench.views.page.panels.index import try_plate
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_press
 
-TIMES = 3.0
-"""Required error that is offered where none is set, as a multiple of the predicted one, then rounded up."""
 MAX_OPENED_PLATES = 24
 """Plates that can be opened from the page."""
 
@@ -43,39 +39,12 @@ class YieldPanel(AbstractPanel):
         )
 
     def _pressed(self, event: viser.GuiEvent) -> None:
-        """Try the plate; ask first what the arms have to keep, if that is not known."""
-        session, arms = self._worker.session, int(self._arms.value)
-        if session.choices.wanted is not None:
-            self._worker.submit(TryPlate(arms))
-            return
-        predicted = 1e3 * session.score.position
-        offered = _round_up(TIMES * predicted) if np.isfinite(predicted) else 1.0
-        fields: list[viser.GuiNumberHandle] = []
-
-        def build(gui: viser.GuiApi) -> None:
-            field = gui.add_number(
-                FIELDS[0][0], offered, min=0.001, max=1000.0, step=0.001, hint=FIELDS[0][1]
-            )
-            fields.append(field)
-
-        def begin() -> None:
-            self._worker.submit(SetWanted(1e-3 * float(fields[0].value)))
-            self._worker.submit(TryPlate(arms))
-
-        known = f" {number(predicted)} mm rms are predicted." if np.isfinite(predicted) else ""
-        question = f"How accurate must every arm be, everywhere in the region?{known}"
-        ask(event, "Required error", question, "Try with this", begin, build=build)
+        try_plate(event, self._worker, TryPlate(int(self._arms.value)))
 
     def show(self, session: Session) -> None:
         self._try.disabled = session.page.job is not None
         self._result.visible = session.trial is not None
         self._result.content = result(session)
-
-
-def _round_up(value: float) -> float:
-    """The next of 1, 2, 5, 10 … ."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value))
 
 
 def result(session: Session) -> str:

@@ -37,7 +37,7 @@ class Yield:
         position: Root mean square position error of each arm in the region [m].
         rotation: And rotation error [rad].
         worst: Maximum error of each arm along any axis: position [m], rotation [rad].
-        within: Share of each arm's judged poses that meet the requirement.
+        used: Each arm's largest error at its judged poses, as a share of what the requirement allows.
         cells: Cubes of the region that were judged.
         predicted: Predicted root mean square errors in each of these cubes [m], [rad].
         observed: Those of the arms in the planned branches.
@@ -54,7 +54,7 @@ class Yield:
     position: Float[np.ndarray, " arms"]
     rotation: Float[np.ndarray, " arms"]
     worst: Float[np.ndarray, "arms 2"]
-    within: Float[np.ndarray, " arms"]
+    used: Float[np.ndarray, " arms"]
     cells: Int[np.ndarray, " cubes"]
     predicted: Float[np.ndarray, "cubes 2"]
     observed: Float[np.ndarray, "cubes 2"]
@@ -70,7 +70,7 @@ class Yield:
 
     @cached_property
     def passed(self) -> Bool[np.ndarray, " arms"]:
-        return frozen(self.within >= 1.0)
+        return frozen(self.used <= 1.0)
 
     @property
     def share(self) -> float:
@@ -146,7 +146,7 @@ def gather(
         position=joined("position"),
         rotation=joined("rotation"),
         worst=joined("worst"),
-        within=joined("within"),
+        used=joined("used"),
         cells=frozen(cells[seen]),
         predicted=per_cube(expected),
         observed=per_cube(squares),

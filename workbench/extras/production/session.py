@@ -10,11 +10,13 @@ from workbench.base.wording import plural
 from workbench.extras.production.report import yield_sentence
 from workbench.extras.production.tradeoff import Choice, Tradeoff, weigh_choices
 from workbench.extras.production.trial import try_plate
+from workbench.extras.production.yield_inputs import check_seats
 from workbench.plate.plate import AUTO
 from workbench.plate.readings import usual_sigma
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.commands.target_placement import place_plate
+from workbench.session.judgement import PASSING_SHARE
 from workbench.session.score import PlateTrial
 from workbench.session.state import AbstractPart, Session, Severity
 from workbench.session.target_steps import check_free
@@ -56,6 +58,7 @@ class TryPlate(AbstractPlateTrial):
             raise OptionError(f"the number of virtual arms must be 1 to {MAX_ARMS}, got {self.arms}")
         if session.choices.wanted is None:
             raise OptionError("no required error is set to test the arms against; set 'Required [mm]' first")
+        check_seats(session.robot, session.plate.has_seats)
         for i, state in enumerate(session.states):
             if not state.measurable:
                 raise OptionError(f"target {i + 1} is {state.obstacle}; move it, then try the plate")
@@ -80,9 +83,11 @@ class TryPlate(AbstractPlateTrial):
             arms=found.arms,
             share=found.share,
             unreached=int((~found.reached).sum()),
+            used=float(np.quantile(found.used, PASSING_SHARE)),
             position=float(found.position.mean()),
             errors=errors,
             text=yield_sentence(found),
+            blame=found.blame or "",
         )
 
 

@@ -40,7 +40,7 @@ class Chunk:
         position: Root mean square position error of each arm over its tests [m].
         rotation: The same of the orientation [rad].
         worst: Maximum error of each arm along any axis: position [m] and rotation [rad].
-        within: Share of each arm's tests that meet the requirement.
+        used: Each arm's largest error as a share of what the requirement allows.
         planned: Arms that met all targets in the planned branches.
         squares: Sum over these of the squared position [m²] and rotation error [rad²] at each pose of the
             bank.
@@ -51,7 +51,7 @@ class Chunk:
     position: Float[np.ndarray, " arms"]
     rotation: Float[np.ndarray, " arms"]
     worst: Float[np.ndarray, "arms 2"]
-    within: Float[np.ndarray, " arms"]
+    used: Float[np.ndarray, " arms"]
     planned: Bool[np.ndarray, " arms"]
     squares: Float[np.ndarray, "rows 2"]
     counts: Int[np.ndarray, " rows"]
@@ -166,7 +166,7 @@ def _judged(job: YieldJob, reached: Reached, tests: np.ndarray, errors: np.ndarr
         position=position,
         rotation=rotation,
         worst=np.stack([axes[..., :3].max((1, 2)), axes[..., 3:].max((1, 2))], -1),
-        within=job.wanted.kept_by(errors[..., :3], errors[..., 3:]).mean(1),
+        used=job.wanted.used_by(errors[..., :3], errors[..., 3:]).max(1),
         squares=np.stack(sums, -1),
         counts=np.bincount(judged, minlength=rows),
     )

@@ -221,8 +221,13 @@ def check_job(job: YieldJob) -> None:
     """Refuse a trial that can't be carried out."""
     if len(job.q) < 3:
         raise DataError(f"a yield needs three targets or more, got {len(job.q)}")
-    if job.constrained[:, 3:].any() and job.robot.dof < 6:
+    check_seats(job.robot, bool(job.constrained[:, 3:].any()))
+
+
+def check_seats(robot: Robot, has_seats: bool) -> None:
+    """Refuse seats for an arm with too few joints to sit in them."""
+    if has_seats and robot.dof < 6:
         raise DataError(
-            f"robot '{job.robot.name}' has {job.robot.dof} joints and can't sit in a seat; "
+            f"robot '{robot.name}' has {robot.dof} joints and can't sit in a seat; "
             "try a plate of sockets or points"
         )

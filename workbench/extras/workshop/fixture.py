@@ -24,6 +24,8 @@ from workbench.plate.plate import SQUARE, Kind, Plate, Target
 from workbench.plate.stock import DOWN, UP, Stock
 from workbench.plate.tolerances import tolerances_of
 
+SLIDE = 0.005
+"""Steps in which a mounting hole is moved away from its corner [m]."""
 WALL = 0.002
 """Minimum material between bores that face each other, and between a bore and an edge [m]."""
 
@@ -197,9 +199,10 @@ def _under(block: Block, thickness: float, stock: Stock) -> list[Bore]:
 
 
 def _mounting(size: Vector3, blocks: tuple[Block, ...], stock: Stock) -> tuple[tuple[Bore, ...], int]:
-    """A mounting hole in every corner that no block covers, and how many are left out."""
+    """A mounting hole in every corner, or beside it where a block covers it, and how many are left out."""
     corners = (0.5 * size[:2] - stock.inset) * SQUARE
-    free = [corner for corner in corners if not any(_covers(b.pose, corner, stock) for b in blocks)]
+    found = [_beside(corner, blocks, stock) for corner in corners]
+    free = [place for place in found if place is not None]
     bores = tuple(
         Bore(
             f"M{i}",
@@ -213,6 +216,16 @@ def _mounting(size: Vector3, blocks: tuple[Block, ...], stock: Stock) -> tuple[t
         for i, corner in enumerate(free, start=1)
     )
     return bores, 4 - len(free)
+
+
+def _beside(corner: np.ndarray, blocks: tuple[Block, ...], stock: Stock) -> np.ndarray | None:
+    """The place nearest to a corner along both edges, in its quarter, that no block covers."""
+    for shift in np.arange(0.0, np.abs(corner).max(), SLIDE):
+        for along in np.eye(2)[np.abs(corner) > shift]:
+            place = corner - shift * along * np.sign(corner)
+            if not any(_covers(block.pose, place, stock) for block in blocks):
+                return place
+    return None
 
 
 def _covers(pose: Matrix4, corner: np.ndarray, stock: Stock) -> bool:

@@ -1,6 +1,5 @@
 """What `plate export` writes for a workshop, each by the name that follows `--formats`."""
 
-from dataclasses import replace
 from functools import lru_cache
 
 from workbench.extras.workshop.csv_lists import (
@@ -20,25 +19,14 @@ from workbench.extras.workshop.parts import Fixture
 from workbench.extras.workshop.sheet import PlateSheet
 from workbench.extras.workshop.solids import step_of, three_mf
 from workbench.plate.export import PlateFile, PlateJob
-from workbench.plate.plate import Kind, Plate
 from workbench.plate.score import score_plate
-from workbench.plate.stock import Stock
-from workbench.plate.tolerances import Production
+from workbench.plate.stock import made_as_drawn
 
 
 @lru_cache(maxsize=1)
 def parts_of(job: PlateJob) -> Fixture:
     """The parts of its plate, once for all formats."""
     return fixture_of(job.plate, stock=job.stock)
-
-
-def as_drawn(plate: Plate, fixture: Fixture, stock: Stock) -> Plate:
-    """The plate with what its drawings ask for: their tolerances, and the play of the pins in its seats."""
-    requested = fixture.tolerances.production
-    play = stock.play if any(t.kind is Kind.SEAT for t in plate.targets) else (0.0, 0.0)
-    return replace(
-        plate, production=Production(position=requested.position, angle=requested.angle, play=play)
-    )
 
 
 def _solids(job: PlateJob) -> dict[str, bytes]:
@@ -59,7 +47,7 @@ def _sheet_of(job: PlateJob) -> PlateSheet:
     """What is expected of the plate as drawn, and where its file says otherwise, of that."""
     fixture, scores = parts_of(job), []
     if job.robot is not None:
-        drawn, poses = as_drawn(job.plate, fixture, job.stock), job.evaluation_poses
+        drawn, poses = made_as_drawn(job.plate, job.stock), job.evaluation_poses
         plates = (drawn,) if drawn.production == job.plate.production else (drawn, job.plate)
         scores = [score_plate(job.robot, p, sigma=job.sigma, evaluation_poses=poses) for p in plates]
     return PlateSheet(

@@ -37,6 +37,7 @@ class PlateDesign(AbstractShown):
         spacing: Minimum distance of two targets on the plate [m].
         assumptions: What these errors include: instrument, making, and play in the seats.
         history: Criterion after every round of the search [m].
+        narrowed: Why it keeps narrower margins than usual; empty if it does not.
         notes: What else is worth knowing, one sentence each.
     """
 
@@ -54,6 +55,7 @@ class PlateDesign(AbstractShown):
     assumptions: str = ""
     history: tuple[float, ...] = ()
     outcome: Outcome = Outcome.CONVERGED
+    narrowed: str = ""
     notes: tuple[str, ...] = ()
 
     @property

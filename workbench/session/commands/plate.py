@@ -1,63 +1,116 @@
 """Commands for whole plates: smallest error, trials on virtual arms."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.plate import Target
+from workbench.plate.optimiser.result import PlateDesign
+from workbench.plate.plate import Plate
 from workbench.session.command import AbstractChange, AbstractTask
-from workbench.session.commands.target_placement import place_targets
+from workbench.session.commands.target_placement import place_plate
+from workbench.session.judgement import Tone, plate_judgement
 from workbench.session.reach import from_limit
 from workbench.session.score import PlateTrial
+from workbench.session.start import is_default_plate
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free, is_better, rescore
 
+SEEN = 5e-4
+"""A move of the plate that is told [m]."""
+ADDED, MOST = 2, 20
+"""Targets that are added at least, and up to how many."""
+ROOM = 1.3
+"""How much more than the least distance of targets there is to be where more are advised."""
 
-class ImprovePlate(AbstractTask[tuple[Target, ...]]):
+
+class ImprovePlate(AbstractTask[PlateDesign]):
     """Let the program place all targets but the locked ones for the smallest predicted error in the region.
+
+    The plate itself is moved, too, where it is the one that the arm began on, or not good enough.
 
     Args:
         seed: Of the search.
+        targets: How many there are to be; as many as now if None.
     """
 
     title = "Improve this plate"
     is_plate_search = True
 
     seed: int = 0
+    targets: int | None = None
 
     def check(self, session: Session) -> None:
         check_free(session)
         if all(target.locked for target in session.plate.targets):
             raise OptionError("all targets are locked; unlock those that may be moved")
 
-    def compute(self, session: Session) -> tuple[Target, ...]:
+    def compute(self, session: Session) -> PlateDesign:
         from workbench.plate.design import optimise_plate
 
-        noise = session.noise
-        found = optimise_plate(
+        noise, judged = session.noise, plate_judgement(session)
+        is_bad = judged is not None and judged.tone is Tone.CAREFUL
+        is_lacking = not all(state.measurable for state in session.states)
+        return optimise_plate(
             session.robot,
             session.plate,
+            number=self.targets,
             production=session.plate.production,
             sigma=(noise.position, noise.rotation),
+            moves=is_default_plate(session) or is_bad or is_lacking,
             seed=self.seed,
         )
-        return found.plate.targets
 
-    def finish(self, session: Session, result: tuple[Target, ...]) -> Session:
+    def finish(self, session: Session, result: PlateDesign) -> Session:
         check_free(session)
-        pairs = zip(session.plate.targets, result, strict=True)
-        better = place_targets(session, tuple(old if old.locked else new for old, new in pairs))
+        old = session.plate
+        kept = {i: target for i, target in enumerate(old.targets) if target.locked}
+        targets = tuple(kept.get(i, target) for i, target in enumerate(result.plate.targets))
+        found = replace(old, targets=targets, xyz=result.plate.xyz)
+        better = place_plate(session, found)
         if not is_better(better.score, session.score):
-            return session.tell(Severity.INFO, "the search found no better plate")
+            text = "the search found no better plate"
+            return replace(session, searched=old).tell(Severity.INFO, text)
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
-        severity = (
-            Severity.LOG if session.measurements.loaded is None else Severity.INFO
-        )  # else the strip says it
         text = f"predicted error in the region: {before:.3g} → {now:.3g} mm"
         left = min(from_limit(session.robot, s.q) for s in better.states if s.reached)
-        return better.tell(severity, f"{text}; joints stay {left.text} or more from their limits")
+        text = f"{text}; joints stay {left.text} or more from their limits"
+        is_said = session.measurements.loaded is None  # by the strip
+        if moved := _moved(old, found):
+            text, is_said = f"the plate was moved {moved}; {text}", False
+        if result.narrowed:
+            text, is_said = f"{text}; narrow: {result.narrowed}", False
+        return replace(better, searched=better.plate).tell(Severity.LOG if is_said else Severity.INFO, text)
+
+
+def _moved(before: Plate, after: Plate) -> str:
+    """How far a plate was moved, and which way; empty where it was not."""
+    out = float(np.hypot(*after.xyz[:2]) - np.hypot(*before.xyz[:2]))
+    steps = (("farther", "nearer", out), ("up", "down", float(after.xyz[2] - before.xyz[2])))
+    return " and ".join(
+        f"{1e3 * abs(size):.0f} mm {more if size > 0.0 else less}"
+        for more, less, size in steps
+        if abs(size) >= SEEN
+    )
+
+
+def more_targets(session: Session) -> int | None:
+    """How many targets to try where the best places of the present ones fall short; None: no more.
+
+    The mean square of the errors falls with their number, more or less.
+    """
+    from workbench.plate.design import NARROW
+    from workbench.plate.optimiser.constraints import check_room, half_size
+
+    falls_short = 1.0 if session.tried is None else max(session.tried.used, 1.0)
+    wanted = max(len(session.plate) + ADDED, int(np.ceil(len(session.plate) * falls_short**2)))
+    for number in range(min(wanted, MOST), len(session.plate), -1):
+        with suppress(OptionError):
+            check_room(session.plate, number, half_size(session.plate, NARROW), ROOM * NARROW.spacing)
+            return number
+    return None
 
 
 class AbstractPlateTrial(AbstractTask[PlateTrial]):

@@ -20,7 +20,7 @@ from workbench.views.page.panels.production import NoisePanel, PlateFilesPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.row_errors import RowErrorsPanel
 from workbench.views.page.panels.selected_target import BranchesPanel, TargetsPanel
-from workbench.views.page.panels.target_placement import ImprovePanel, PatternPanel
+from workbench.views.page.panels.target_placement import ImprovePanel
 from workbench.views.page.panels.trajectory import TrackPanel
 
 PANELS: Registry[type[AbstractPanel]] = Registry(
@@ -37,7 +37,6 @@ PANELS: Registry[type[AbstractPanel]] = Registry(
     WantedPanel,
     DetailsPanel,
     ImprovePanel,
-    PatternPanel,
     PlateFilesPanel,
     NoisePanel,
     HistoryPanel,

@@ -7,10 +7,12 @@ from typing import Any
 import viser
 
 from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
+from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.guide import Action, GuideStep, guide
 from workbench.session.state import Message, Session, Severity
 from workbench.session.worker import Worker
 from workbench.views.page.html import INKS, MUTED, block, text
+from workbench.views.page.panels.index import try_plate
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 from workbench.views.page.style import CAPTION
 
@@ -59,7 +61,9 @@ class HeaderVerdict(AbstractPanel):
         if action is None:
             return
         self._worker.submit(OpenTab(action.tab))
-        if action.command is not None:
+        if isinstance(action.command, AbstractPlateTrial):
+            try_plate(event, self._worker, action.command)
+        elif action.command is not None:
             self._worker.submit(action.command)
         if action.save is not None:
             self.save(event, action.save)

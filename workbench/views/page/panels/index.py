@@ -7,16 +7,19 @@ from workbench.base.wording import plural
 from workbench.plate.observability import INDICES
 from workbench.plate.readings import assumptions
 from workbench.plate.region_poses import PLATE_CONE
+from workbench.plate.stock import made_as_drawn
 from workbench.report.chart import UprightBar, columns
 from workbench.session.commands.identify import SetWanted
-from workbench.session.judgement import Judgement, plate_judgement
+from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.reach import from_limit
 from workbench.session.state import Session, Tab
 from workbench.session.target_state import Score
+from workbench.session.target_steps import score_as_drawn
+from workbench.session.worker import Worker
 from workbench.views.appearance.colours import css
 from workbench.views.drawables.plate import target_colour
-from workbench.views.page.html import BAD, INKS, MUTED, UNCHANGED, block, change, heading, note, number, text
-from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.html import BAD, MUTED, UNCHANGED, block, change, heading, note, number, text
+from workbench.views.page.panels.panel import AbstractPanel, ask, set_value
 
 INDEX = "O1"
 """Of all targets together."""
@@ -25,20 +28,11 @@ FULL = 0.3
 
 
 class IndexPanel(AbstractPanel):
-    """Predicted error, its assessment, and the contribution of each target."""
+    """Predicted error, and the contribution of each target; the strip judges it."""
 
     tab, order = Tab.PLATE, 20
     pause = 0.0
-    depends = (
-        "score",
-        "history.first_score",
-        "states",
-        "selected",
-        "noise",
-        "choices.wanted",
-        "tried",
-        "plate.region",
-    )
+    depends = ("score", "history.first_score", "states", "selected", "noise", "plate.region", "drag")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html("")
@@ -49,7 +43,7 @@ class IndexPanel(AbstractPanel):
             heading(predicted_heading(session))
             + _measurable(session)
             + predicted(session)
-            + judgement(now, session.noise.position, plate_judgement(session))
+            + reading(now, session.noise.position)
             + heading("Predicted error without each target")
             + loss_bars(session)
             + determined(session),
@@ -79,21 +73,17 @@ class DetailsPanel(AbstractPanel):
         self._html.content = block(content, testid="details")
 
 
-def judgement(score: Score, noise: float, judged: Judgement | None = None) -> str:
-    """Assessment of a predicted error against the required error and the instrument.
-
-    `noise` is the standard deviation of each coordinate that it measures [m].
-    """
+def reading(score: Score, noise: float) -> str:
+    """A predicted error against that of one reading; `noise` is the instrument's along each axis [m]."""
     if not np.isfinite(score.position):
         return ""
     length = np.sqrt(3.0) * noise
     times = score.position / length
     if times < 1.0:
-        reading = f"below the error of one instrument reading ({number(1e3 * length)} mm rms)"
+        sentence = f"below the error of one instrument reading ({number(1e3 * length)} mm rms)"
     else:
-        reading = f"{number(times, 2)} × the error of one reading ({number(1e3 * length)} mm rms)"
-    verdict = f'<span style="color:{INKS[judged.tone]}">{text(judged.text)}</span>' if judged else reading
-    return f'<div data-testid="judgement" title="{reading}" style="color:{MUTED}">{verdict}</div>'
+        sentence = f"{number(times, 2)} × the error of one reading ({number(1e3 * length)} mm rms)"
+    return f'<div data-testid="reading" style="color:{MUTED}">{sentence}</div>'
 
 
 def _measurable(session: Session) -> str:
@@ -131,10 +121,17 @@ def predicted(session: Session) -> str:
     better = change(now.position, before.position, larger_is_better=False) if is_moved else ""
     if better:
         better += f'<span style="color:{MUTED}">against before the last step</span>'
+    drawn = score_as_drawn(session) if session.drag is None else None
+    if drawn is not None:
+        better = (
+            f'<span data-testid="as-drawn" title="{text(made_as_drawn(session.plate).assumptions)}">'
+            f"as drawn {number(1e3 * drawn.position)} mm</span>{better}"
+        )
+    included = assumptions(session.plate, (noise.position, noise.rotation))
     return (
-        '<div style="display:flex;align-items:baseline;gap:8px" title="Root mean square over the '
-        f"cuboid, turned from a target by up to {np.rad2deg(PLATE_CONE):.0f}°, in any posture, each target "
-        f'measured once. Includes: {text(assumptions(session.plate, (noise.position, noise.rotation)))}.">'
+        '<div style="display:flex;flex-wrap:wrap;align-items:baseline;gap:0 8px" title="Root mean square '
+        f"over the cuboid, turned from a target by up to {np.rad2deg(PLATE_CONE):.0f}°, in any posture, "
+        f'each target measured once. Includes: {text(included)}.">'
         f'<span data-testid="predicted" style="font-size:22px;font-weight:650">{number(1e3 * now.position)} '
         f'mm rms</span><span style="font-size:14px;color:{MUTED}">{number(np.rad2deg(now.rotation))}°</span>'
         f"{better}</div>"
@@ -257,3 +254,36 @@ class WantedPanel(AbstractPanel):
             float(np.deg2rad(rotation)) if rotation > 0.0 else None,
             before is not None and before.per_axis,
         )
+
+
+TIMES = 3.0
+"""Required error that is offered where none is set, as a multiple of the predicted one, then rounded up."""
+
+
+def try_plate(event: viser.GuiEvent, worker: Worker, trial: AbstractPlateTrial) -> None:
+    """Try the plate; ask first what the arms have to keep, if that is not known."""
+    session = worker.session
+    if session.choices.wanted is not None:
+        worker.submit(trial)
+        return
+    predicted = 1e3 * session.score.position
+    offered = _round_up(TIMES * predicted) if np.isfinite(predicted) else 1.0
+    fields: list[viser.GuiNumberHandle] = []
+
+    def build(gui: viser.GuiApi) -> None:
+        label, hint = FIELDS[0]
+        fields.append(gui.add_number(label, offered, min=0.001, max=1000.0, step=0.001, hint=hint))
+
+    def begin() -> None:
+        worker.submit(SetWanted(1e-3 * float(fields[0].value)))
+        worker.submit(trial)
+
+    known = f" {number(predicted)} mm rms are predicted." if np.isfinite(predicted) else ""
+    question = f"How accurate must every arm be, everywhere in the region?{known}"
+    ask(event, "Required error", question, "Try with this", begin, build=build)
+
+
+def _round_up(value: float) -> float:
+    """The next of 1, 2, 5, 10 … ."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value))
