@@ -317,7 +317,8 @@ def _figure(session: Session) -> str:
 
 def _design(session: Session) -> GuideStep:
     """The step for the plate, before anything is measured on it."""
-    improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(seed=len(session.history.scores)))
+    seed = len(session.history.scores)
+    improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(seed))
     bad = [(i, state) for i, state in enumerate(session.states) if not state.measurable]
     if bad:
         (first, state), count = bad[0], len(session.plate)
@@ -345,7 +346,7 @@ def _design(session: Session) -> GuideStep:
             text = f"{text}. A search may find better places for the targets"
         elif (number := more_targets(session)) is not None:
             text = f"{text}. These places are the best found; more targets lower the error"
-            improve = Action(f"Search {number} targets", Tab.PLATE, replace(improve.command, targets=number))
+            improve = Action(f"Search {number} targets", Tab.PLATE, ImprovePlate(seed, number))
         else:
             blame = "" if session.tried is None else f": the {session.tried.blame} dominates"
             text = f"{text}. No better plate was found{blame}; require less, or make it all the same."
