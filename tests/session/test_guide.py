@@ -8,8 +8,6 @@ import pytest
 from direct_commands import done
 from driven_effects import driven_file
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
 from workbench.identification.result import judged
@@ -41,9 +39,7 @@ from workbench.session.guide import (
 from workbench.session.score import PlateTrial
 from workbench.session.state import Drag, Focus, RunningJob, Session, Source, Tab
 from workbench.views.drawables.scene_contents import on_page
-from workbench.views.page.panels.fit import error_figure
 from workbench.views.page.panels.result_card import numbers, result_card
-from workbench.views.page.render import MIN_WIDTH
 
 TRIAL = Action("Try this plate", Tab.PLATE)
 
@@ -305,20 +301,6 @@ def test_a_bent_arm_says_how_much_its_bending_is_exaggerated(walked):
     assert drawn["arm/bent_words"].shown
     label = drawn["arm/bent_words"].make(*drawn["arm/bent_words"].inputs)
     assert re.fullmatch(r"deflection × [\d.]+", label.text)
-
-
-def test_the_error_plots_have_every_row_in_words_that_can_be_read(walked):
-    """Also in the narrowest panel; each axis ends at its greatest error."""
-    found = walked["identified"].results.identification
-    drawing = error_figure(found, "opt2")
-    rows = len(found.train_rows) + len(found.held_out_data)
-    assert drawing.count("<circle") == 3 * rows
-    width, size = (float(re.search(p, drawing)[1]) for p in (r'viewBox="0 0 (\d+)', r'font-size="(\d+)"'))
-    assert size * (MIN_WIDTH - 24) / width >= 8.5
-    data, arm = found.data.take(found.train_rows), found.runs["opt2"].as_measured
-    off = 1e3 * (tool_poses(arm, Motion(data.q))[:, :3, 3] - data.position)
-    shown = np.array([abs(float(v)) for v in re.findall(r": (\S+) mm<", drawing)]).reshape(3, rows)
-    assert np.allclose(np.sort(shown[:, : len(off)], axis=None), np.sort(np.abs(off), axis=None), rtol=6e-3)
 
 
 def test_the_instrument_is_known_where_rows_state_it(first):

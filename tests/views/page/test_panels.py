@@ -464,10 +464,8 @@ def test_a_refused_entry_goes_back_and_a_typed_pose_stays(app):
 
 def test_a_message_draws_no_figure_again(app, monkeypatch):
     drawn = []
-    real = fit.error_figure
-    monkeypatch.setattr(
-        fit, "error_figure", lambda *arguments, **options: drawn.append(1) or real(*arguments, **options)
-    )
+    real = fit.constant_bars
+    monkeypatch.setattr(fit, "constant_bars", lambda found: drawn.append(1) or real(found))
     for command in (MeasureVirtualArm(2), Identify(("opt2",)), Tell("one"), Tell("two")):
         app.worker.submit(command)
         assert app.worker.wait(60.0)

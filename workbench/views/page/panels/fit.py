@@ -12,8 +12,7 @@ from workbench.base.errors import OptionError
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.fit import Fit
 from workbench.identification.report.changed_constants import constant_bars
-from workbench.identification.result import Identification, columns_of, judged, order_of_measuring
-from workbench.report.chart import Chart, Marks
+from workbench.identification.result import Identification, judged
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
@@ -21,14 +20,12 @@ from workbench.session.commands.identify import HoldParameter, Identify, LeaveRo
 from workbench.session.judgement import arm_judgement
 from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
-from workbench.views.appearance.colours import FITTED, HELD_OUT, css
 from workbench.views.page.html import (
     BAD,
     CAREFUL,
     GOOD,
     INKS,
     MUTED,
-    badge,
     block,
     bullets,
     folded,
@@ -40,10 +37,9 @@ from workbench.views.page.html import (
 )
 from workbench.views.page.panels.files import ArmFiles
 from workbench.views.page.panels.index import WantedPanel
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 from workbench.views.page.panels.result_card import result_card
 
-POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
 READY = "Ready. Press Identify to fit the geometry."
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
 WHY = "Why? How far each change of the geometry moves the tool [mm]"
@@ -176,7 +172,7 @@ class FitPanel(AbstractPanel):
 
 
 class FitDetailsPanel(AbstractPanel):
-    """Algorithms side by side, errors axis by axis, and every parameter; folded."""
+    """Algorithms side by side, and every parameter; folded."""
 
     tab, order = Tab.CALIBRATE, 40
     depends = ("results.identification", "results.fit")
@@ -193,12 +189,6 @@ class FitDetailsPanel(AbstractPanel):
         )
         names = {title: name for name, title in _titles().items()}
         self.sends(self._fit, lambda: ShowFit(names[self._fit.value]))
-        self._errors_of = gui.add_dropdown(
-            "Errors of", (POSITION, ORIENTATION), hint="What is plotted below, axis by axis."
-        )
-        on_change(self._errors_of, self._draw_figure)
-        self._figure = gui.add_html("")
-        self._drawn_figure: tuple[Identification, bool, str] | None = None
         self._parameters = gui.add_html("")
         self._remarks = gui.add_html("")
 
@@ -209,19 +199,8 @@ class FitDetailsPanel(AbstractPanel):
             self._errors.content = _errors(found, session.results.fit)
             self._fit.options = [_titles()[name] for name in found.runs]
             set_value(self._fit, _titles()[session.results.fit])
-            self._draw_figure()
             self._parameters.content = _parameters(found, session.results.fit)
             self._remarks.content = block(_remarks(found), testid="remarks", style="margin-bottom:10px")
-
-    def _draw_figure(self) -> None:
-        """Draw the errors of the shown fit, unless they are drawn: every message comes by here."""
-        session, rotation = self._worker.session, self._errors_of.value == ORIENTATION
-        found = session.results.identification
-        if found is None or self._drawn_figure == (found, rotation, session.results.fit):
-            return
-        self._drawn_figure = found, rotation, session.results.fit
-        drawing = error_figure(found, session.results.fit, rotation=rotation) or "Not measured."
-        self._figure.content = block(drawing, style="margin:4px 0 8px")
 
 
 def read_rows(typed: str) -> tuple[int, ...]:
@@ -241,29 +220,6 @@ def read_rows(typed: str) -> tuple[int, ...]:
     except ValueError:
         raise OptionError(f"'{typed[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24") from None
     return tuple(sorted(rows))
-
-
-def error_figure(found: Identification, fit: str, *, rotation: bool = False) -> str:
-    """Errors of a fit row by row, axis by axis (ARIA Figs. 7 and 11); empty if no row has such errors."""
-    column, place = (
-        columns_of(found)[1 + list(found.runs).index(fit)],
-        order_of_measuring(found).astype(float),
-    )
-    scale, unit = (float(np.rad2deg(1.0)), "°") if rotation else (1e3, "mm")
-    parts = (column.train, column.held_out)
-    errors = scale * np.concatenate([part.rotation if rotation else part.position for part in parts])
-    is_held = np.arange(len(place)) >= len(column.train)
-    drawn = []
-    for axis, values in zip("XYZ", errors.T, strict=True):
-        titles = [f"measurement {k:.0f}: {v:.3g} {unit}" for k, v in zip(place, values, strict=True)]
-        marks = [
-            Marks(place, np.where(is_held == held, values, np.nan), css(ink), titles, radius=1.8)
-            for held, ink in ((False, FITTED), (True, HELD_OUT))
-        ]
-        drawing = Chart(marks, 70.0, ("first row", "last"), testid="figure").svg()
-        drawn += [heading(f"{axis} [{unit}]") + drawing] if drawing else []
-    kinds = f"{badge('fitted', css(FITTED))} &nbsp; {badge('held out', css(HELD_OUT))}"
-    return "".join(drawn) + f"<div>{kinds}</div>" if drawn else ""
 
 
 def _titles() -> dict[str, str]:
