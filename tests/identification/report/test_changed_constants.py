@@ -43,3 +43,6 @@ def test_the_largest_have_bars_in_mm_and_the_rest_one_together(fit):
     widths = [float(w) for w in re.findall(r'<rect x="0" y="[\d.]+" width="([\d.]+)"', drawing)]
     expected = np.array([one.moved for one in found[: MAX_BARS + 1]])
     assert np.array(widths) / widths[0] == pytest.approx(expected / expected[0], abs=0.02)
+    zeros = [one for one in found[:MAX_BARS] if one.name in fit.problem.robot.joint_offsets]
+    assert zeros
+    assert all(f"Joint {one.name[5]}: zero" in drawing for one in zeros)

@@ -10,6 +10,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import unseen
 from workbench.report.chart import Bar, bars
 from workbench.report.colours import CALIBRATED, NOMINAL
+from workbench.report.numbers import signed
 
 MAX_POSES = 300
 """Poses that are looked at; of more, evenly chosen ones."""
@@ -46,19 +47,19 @@ def changed_constants(fit: Fit) -> list[ChangedConstant]:
 
 
 def constant_bars(fit: Fit) -> str:
-    """The largest as bars in mm, with their change; what the others amount to each at most."""
+    """The largest as bars in mm, angles with their change; what the others amount to each at most."""
     found = changed_constants(fit)
-    rows = [Bar(_text(one, fit), 1e3 * one.moved, CALIBRATED, _change(one)) for one in found[:MAX_BARS]]
+    rows = [Bar(_text(one, fit), 1e3 * one.moved, CALIBRATED, _turned(one)) for one in found[:MAX_BARS]]
     if others := found[MAX_BARS:]:
         rows.append(Bar(f"Each of {len(others)} others, at most", 1e3 * others[0].moved, NOMINAL))
     return bars(rows, testid="constants")
 
 
 def _text(one: ChangedConstant, fit: Fit) -> str:
-    joint = one.name.split(".")[0].replace("joint", "joint ")
-    return f"Zero of {joint}" if one.name in fit.problem.robot.joint_offsets else one.name
+    joint, _, constant = one.name.partition(".")
+    is_zero = one.name in fit.problem.robot.joint_offsets
+    return f"{joint.replace('joint', 'Joint ')}: {'zero' if is_zero else constant}"
 
 
-def _change(one: ChangedConstant) -> str:
-    size, unit = (np.rad2deg(one.change), "°") if one.unit == "rad" else (1e3 * one.change, " mm")
-    return f"{size:+.3g}{unit}".replace("-", "−")
+def _turned(one: ChangedConstant) -> str:
+    return signed(float(np.rad2deg(one.change)), 3) + "°" if one.unit == "rad" else ""
