@@ -16,7 +16,6 @@ from workbench.session.joint_errors import along_joints
 from workbench.session.state import Focus
 from workbench.views.appearance.colours import (
     FITTED,
-    HELD_OUT,
     LEFT_OUT,
     NO_VALUE,
     REACHED,
@@ -137,7 +136,7 @@ def test_the_calibrated_arm_has_one_colour_on_the_page_and_in_reports():
     assert drawn(comparison())["errors/calibrated"].colour == report
     assert calibrated_arm(arm, np.zeros(arm.dof), arm).ghost == report
     assert {stage_colours(2)[-1], stage_colours(3)[-1]} == {report}
-    assert len({*stage_colours(3), HELD_OUT, REACHED, SELECTED}) == 6
+    assert len({*stage_colours(3), REACHED, SELECTED}) == 5
 
 
 def test_the_colour_scale_ranks_by_lightness_alone_and_leaves_its_colours_to_errors():
