@@ -34,7 +34,7 @@ from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml, calibrated_urdf
 
 MICRON, TURN = 1e-6, np.deg2rad(1e-4)
-MINUTES = {"ur5", "wam", "panda_3"}
+MINUTES = {"ur5", "wam"}
 """Real sets whose diagnosis takes long."""
 MAX_ROWS = 1500
 """Rows of a real set that are taken, evenly spread."""
@@ -101,7 +101,7 @@ def named(name: str, shared: Path | None, place: Path) -> Measured:
     return virtual(make(), folder, seed=seed, turned=turned)
 
 
-REAL = ("ur5", "wam", "panda_3", "iiwa14")
+REAL = ("ur5", "wam", "iiwa14")
 """The UR10 takes long."""
 
 
