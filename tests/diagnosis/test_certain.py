@@ -62,6 +62,15 @@ def test_a_certain_cause_names_joints_that_differ_clearly_from_zero(soft):
     assert found.calibrated.coefficients["joint1.compliance"] == sizes["joint1.compliance"]
 
 
+def test_joints_that_rows_show_at_fifteen_standard_errors_are_named():
+    """Weighed beside a form of the effect that had dropped the others of its joints, they looked unclear."""
+    case = make("compliance-all", 1200020, "industrial")
+    found = diagnose(case.robot, case.data, held_out=0)
+    (cause,) = found.causes
+    assert cause.joints == (1, 2, 3, 4)
+    assert cause.confidence == Confidence.CERTAIN
+
+
 def test_a_cause_is_not_certain_while_more_than_a_third_of_it_is_left_smooth(soft, monkeypatch):
     case, _ = soft
     monkeypatch.setattr(claimed_causes, "smooth_part", lambda problem, x: 1e3)

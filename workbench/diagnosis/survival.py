@@ -83,10 +83,9 @@ def survival(
     weak = _weak_joints(left, group, widest, minimum)
     if widest is not None:
         weak |= _replaceable(left, group, widest, searched.offered.candidates, minimum)
-        if (whole := offer(left, widest)) is not None:
-            weak |= {
-                j for j, z in _clearness(left, (whole.term,)).items() if z < CLEAR and j in _joints(group)
-            }
+        beside_all = offer(left, widest)
+        if beside_all is not None and _joints((beside_all.term,)) >= _joints(group):
+            weak |= {j for j, z in _clearness(left, (beside_all.term,)).items() if z < CLEAR} & _joints(group)
     for other in _otherwise(searched, others, kinds):
         place = place_of(other, group)
         if place.own - best_of([o for o in place.offers if id(o.term.candidate) not in including]) < minimum:
