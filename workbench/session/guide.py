@@ -349,7 +349,7 @@ def _design(session: Session) -> GuideStep:
             improve = Action(f"Search {number} targets", Tab.PLATE, ImprovePlate(seed, number))
         else:
             blame = "" if session.tried is None else f": the {session.tried.blame} dominates"
-            text = f"{text}. No better plate was found{blame}; require less, or make it all the same."
+            text = f"{text}. No better plate was found{blame}. Require less, or measure more exactly."
             return GuideStep(text, judged.tone, MAKE, LOAD)
         return GuideStep(f"{text}.", judged.tone, improve, MAKE if session.tried is not None else LOAD)
     return GuideStep(f"{text}: {judged.text}.", judged.tone, trial or LOAD, LOAD if trial else improve)

@@ -36,6 +36,8 @@ def choices_of(session: Session) -> tuple[Choice, ...]:
     return () if kept is None else kept.found.choices
 
 
+JUDGED_POSES = 200
+"""Poses of the region at which arms are judged on the page: their branches take half of the time."""
 MAX_ARMS = 100_000
 """More arms than this are refused: the page would be busy for hours."""
 
@@ -72,6 +74,7 @@ class TryPlate(AbstractPlateTrial):
             arms=self.arms,
             sigma=(noise.position, noise.rotation),
             wanted=session.choices.wanted,
+            poses=JUDGED_POSES,
             seed=self.seed,
         )
         errors = np.full(plate.region.cubes, np.nan)

@@ -8,6 +8,7 @@ runs downhill and v across, from the point above B. A turned part is seen from t
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -44,8 +45,9 @@ MAX_ROWS = 50
 Rows = list[tuple[str, ...]]
 
 
+@lru_cache(maxsize=1)
 def drawings_of(fixture: Fixture) -> dict[str, Sheet]:
-    """The sheets by the name of their file, the plate first."""
+    """The sheets by the name of their file, the plate first; drawn once for all formats."""
     drawn = {"plate": slab_sheet(fixture, fixture.slab)}
     drawn |= {f"block-{shape.letter}": block_sheet(fixture, shape) for shape in fixture.shapes}
     for part in fixture.others:

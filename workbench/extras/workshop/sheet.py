@@ -8,7 +8,7 @@ from markupsafe import Markup
 from workbench.base.wording import capital
 from workbench.extras.workshop.csv_lists import MM
 from workbench.extras.workshop.drawing import svg_of
-from workbench.extras.workshop.drawing_set import slab_sheet
+from workbench.extras.workshop.drawing_set import drawings_of
 from workbench.extras.workshop.parts import Fixture
 from workbench.plate.readings import assumptions
 from workbench.plate.score import PlateScore
@@ -139,5 +139,5 @@ class PlateSheet:
             sheet=self,
             headings=heads,
             rows=[row[: len(heads)] for row in self.rows()],
-            picture=Markup(svg_of(slab_sheet(self.fixture, self.fixture.slab), "plate")),
+            picture=Markup(svg_of(drawings_of(self.fixture)["plate"], "plate")),
         )
