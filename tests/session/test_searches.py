@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from workbench.arm.inverse.branch import margins
+from workbench.base.errors import DataError
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
@@ -24,6 +25,22 @@ def test_what_can_not_be_diagnosed_is_said(do):
         session = do(*commands)
         assert session.results.diagnosis is None
         assert session.page.messages[-1].severity is Severity.ERROR
+
+
+def test_more_targets_are_searched_or_fewer_and_a_plate_that_was_good_stays(first, monkeypatch):
+    asked = []
+
+    def search(robot, plate, *, number, moves, **_):
+        asked.append((number, moves))
+        if number == 20:
+            raise DataError("so many don't go together")
+
+    monkeypatch.setattr("workbench.plate.design.optimise_plate", search)
+    ImprovePlate(targets=20).compute(first)
+    changed = replace(first, plate=replace(first.plate, name="changed"))
+    ImprovePlate().compute(changed)
+    ImprovePlate().compute(replace(changed, score=replace(first.score, position=1.0)))
+    assert asked == [(20, True), (15, True), (None, False), (None, True)]
 
 
 def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first, monkeypatch):
@@ -48,6 +65,10 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     assert (kept_as := ImprovePlate().finish(first, same)).plate is first.plate is kept_as.searched
     better = ImprovePlate().finish(first, replace(same, plate=kept.plate))
     assert better.searched is better.plate
+    lower = replace(kept.plate, xyz=kept.plate.xyz - [0.0, 0.0, 0.05])
+    told = ImprovePlate().finish(first, replace(same, plate=lower)).page.messages[-1]
+    assert told.severity is Severity.INFO
+    assert "50 mm down" in told.text
     reached = np.stack([state.q for state in better.states])
     left = np.rad2deg(margins(reached, first.robot.limits).min())
     assert f"{left:.3g}°" in better.page.messages[-1].text

@@ -2,10 +2,11 @@
 
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError, OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Plate
@@ -53,15 +54,21 @@ class ImprovePlate(AbstractTask[PlateDesign]):
         noise, judged = session.noise, plate_judgement(session)
         is_bad = judged is not None and judged.tone is Tone.CAREFUL
         is_lacking = not all(state.measurable for state in session.states)
-        return optimise_plate(
+        search = partial(
+            optimise_plate,
             session.robot,
             session.plate,
-            number=self.targets,
             production=session.plate.production,
             sigma=(noise.position, noise.rotation),
             moves=is_default_plate(session) or is_bad or is_lacking,
             seed=self.seed,
         )
+        try:
+            return search(number=self.targets)
+        except DataError:
+            if self.targets is None:
+                raise
+            return search(number=(self.targets + len(session.plate)) // 2)  # so many don't go together
 
     def finish(self, session: Session, result: PlateDesign) -> Session:
         check_free(session)
