@@ -197,7 +197,7 @@ def own_robot(visit: Visit, robot: Path, rows: Path, folder: Path) -> Path:
 
 def plate(visit: Visit, robot: Path, folder: Path) -> Path:
     """A robot's file to a plate that can be made; returns its archive."""
-    visit.press("Only a robot")
+    visit.press("Only a robot: design a plate")
     visit.drop(0, robot)
     visit.says("Robot: own", "start")
     visit.shoot("robot")

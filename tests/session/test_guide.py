@@ -106,7 +106,8 @@ def unchanged(session: Session) -> Session:
 
 def with_plate_kept(session: Session) -> Session:
     history = replace(session.history, done=(session.history.best,))
-    return replace(session, history=history, choices=replace(session.choices, wanted=None))
+    plate = replace(session.plate, name="changed")
+    return replace(session, plate=plate, history=history, choices=replace(session.choices, wanted=None))
 
 
 def fallen_short(session: Session, **change) -> Session:
@@ -122,6 +123,12 @@ def crowded(session: Session) -> Session:
     """With the best plate found, and no room for another target."""
     plate = replace(session.plate, size=np.array([0.2, 0.2, 0.012]))
     return replace(session, plate=plate, searched=plate)
+
+
+def with_another_robot(session: Session) -> Session:
+    """On the plate that it begins on, while undo leads back to the robot before."""
+    history = replace(session.history, done=(session.history.best,))
+    return without_request(replace(session, history=history))
 
 
 def on_the_page(session: Session, **change) -> Session:
@@ -150,6 +157,7 @@ STATES = [
     ("first", unchanged, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release", PLAIN, None, None),
     ("first", with_plate_kept, "Good enough?", PLAIN, TRIAL, LOAD),
+    ("first", with_another_robot, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: unreached(s, reached=False), "9 of 10 targets", BAD, SelectTarget(2), ImprovePlate),
     ("first", lambda s: unreached(s, hit="link 3"), "3 is blocked", BAD, SelectTarget(2), ImprovePlate),
     ("first", lambda s: fallen_short(s), "better places", CAREFUL, ImprovePlate(seed=1), MAKE),

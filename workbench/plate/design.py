@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import part_of
@@ -13,7 +14,7 @@ from workbench.base.types import frozen
 from workbench.plate.argument_types import checked_arguments
 from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
-from workbench.plate.optimiser.constraints import Constraints
+from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
@@ -96,14 +97,17 @@ def optimise_plate(
     if request is not None:
         found = _best_place(search, places, request)
         return _priced(lambda request: search(request, found), request)
-    request = DesignRequest(number=number)
+    floor = -height_above_floor(robot)
+    request = DesignRequest(number=number, constraints=Constraints(floor=floor))
     try:
         return search(request, _best_place(search, places, request))
     except DataError as error:
-        request = replace(request, constraints=NARROW)
+        request = replace(request, constraints=replace(NARROW, floor=floor))
         design = search(request, _best_place(search, places, request))
-        narrowed = f"{error}; kept: 5 mm clear, targets 60 mm apart, 25 mm of retreat"
-        return replace(design, narrowed=narrowed, notes=(narrowed, *design.notes))
+        kept = "5 mm clear, targets 60 mm apart, 25 mm of retreat"
+        probe = "; the flange touches the blocks: give the robot its probe as the tool"
+        narrowed = f"{kept}{probe if OWN_BLOCK in str(error) else ''}"
+        return replace(design, narrowed=narrowed, notes=(f"{error}; kept: {kept}", *design.notes))
 
 
 def _moved(robot: Robot, plate: Plate) -> Iterator[Plate]:
@@ -112,7 +116,7 @@ def _moved(robot: Robot, plate: Plate) -> Iterator[Plate]:
     for out, up in SHIFTS:
         move = robot.reach * (out * along + np.array([0.0, 0.0, up]))
         targets = tuple(replace(target, xyz=frozen(target.xyz + move)) for target in plate.targets)
-        if up >= 0.0 or plate.xyz[2] + move[2] >= LOWEST:
+        if up >= 0.0 or plate.xyz[2] + move[2] + height_above_floor(robot) >= LOWEST:
             yield replace(plate, xyz=frozen(plate.xyz + move), targets=targets)
 
 

@@ -331,11 +331,11 @@ def _design(session: Session) -> GuideStep:
     if session.page.tab in (Tab.MEASURE, Tab.CALIBRATE, Tab.COMPARE, Tab.EXPORT):
         is_there = session.page.tab is Tab.MEASURE
         return GuideStep(UNMEASURED, next=None if is_there else LOAD, other=PLATE if is_there else None)
-    if not session.history.done:
+    judged, trial = plate_judgement(session), _trial()
+    if not session.history.done or (judged is None and session.plate is session.history.first_plate):
         text = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
         return GuideStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
     text = capital(_predicted(session))
-    judged, trial = plate_judgement(session), _trial()
     if judged is None:
         return GuideStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
     if judged.tone is Tone.GOOD:

@@ -363,7 +363,7 @@ def test_the_first_card_can_be_opened_again(app, look):
     screen.tab("Robot")
     screen.press("What do you have?")
     screen.wait_text("start", "Undo restores")
-    screen.press("Only a robot")
+    screen.press("Only a robot: design a plate")
     screen.wait_text("start", "Robot: ARIA")
     screen.press("Design a plate for it")
     screen.page.wait_for_selector('[data-testid="start"]', state="detached")

@@ -88,7 +88,12 @@ def test_the_card_says_what_the_program_is_for_and_has_one_main_answer(app, chro
     page = chromium.new_page(viewport={"width": 900, "height": 700})
     try:
         page.goto(f"{app.url}/?fixedDpr=0.25")
-        answers = ("A robot and measurements", "Only a robot", "Nothing yet: show me", "Look around")
+        answers = (
+            "A robot and measurements",
+            "Only a robot: design a plate",
+            "Nothing yet: show me",
+            "Look around",
+        )
         buttons = [page.get_by_role("button", name=label, exact=True) for label in answers]
         buttons[0].wait_for(timeout=60_000)
         grounds = [b.evaluate("e => getComputedStyle(e).backgroundColor") for b in buttons]

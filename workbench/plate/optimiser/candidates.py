@@ -16,10 +16,12 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
+from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.follow import follow_many
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base import se3
 from workbench.base.progress import check_cancelled, progress
 from workbench.plate.optimiser.clearance import Surroundings
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
@@ -97,6 +99,11 @@ class Setting:
     production: Production
     names: tuple[str, ...]
     scales: Float[np.ndarray, " p"]
+
+    @property
+    def is_turned_by_the_arm(self) -> bool:
+        """Whether a block takes the orientation that the tool has there: few joints can't take any other."""
+        return self.robot.dof < int(Task.POSE) and self.reading.kind is not Kind.SEAT
 
     @property
     def surroundings(self) -> Surroundings:
@@ -285,6 +292,9 @@ def draw_pool(
         check_cancelled()
         places = blocks.draw(min(BATCH, number - done), half, rng=rng)
         solutions = solutions_at(setting, places)
+        if setting.is_turned_by_the_arm:
+            fits = blocks.fit(solutions.places, half)
+            solutions = BlockSolutions(*(part[fits] for part in solutions))
         good, flags = setting.examine(solutions.places, solutions.q, solutions.branches)
         found = good if found is None else found.join(good)
         for name, values in flags.items():
@@ -296,14 +306,18 @@ def draw_pool(
 
 
 def solutions_at(setting: Setting, places: Places) -> BlockSolutions:
-    """Every branch within the joint limits at every block."""
-    poses = setting.robot.base.pose @ tool_poses_at(setting.plate, places)
-    results = inverse.solve_many(setting.robot, poses)
+    """Every branch within the joint limits at every block; blocks for balls face an arm of few joints."""
+    robot, base = setting.robot, setting.robot.base.pose
+    task = Task.POSITION if setting.is_turned_by_the_arm else None
+    results = inverse.solve_many(robot, base @ tool_poses_at(setting.plate, places), task=task)
     slots = [i for i, result in enumerate(results) for _ in result.within_limits]
     branches = [branch for result in results for branch in result.within_limits]
-    q = np.array([branch.q for branch in branches]).reshape(-1, setting.robot.dof)
+    q = np.array([branch.q for branch in branches]).reshape(-1, robot.dof)
     names = np.array([branch.name for branch in branches], dtype="U80")
-    return BlockSolutions(np.array(slots, np.int64), places[slots], q, names)
+    own = places[slots]
+    if setting.is_turned_by_the_arm and len(q):
+        own = places_of(setting.plate, se3.inverse(base) @ tool_poses(robot, Motion(q)))
+    return BlockSolutions(np.array(slots, np.int64), own, q, names)
 
 
 def given_solutions(setting: Setting, plate: Plate) -> BlockSolutions:

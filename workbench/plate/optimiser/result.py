@@ -37,7 +37,7 @@ class PlateDesign(AbstractShown):
         spacing: Minimum distance of two targets on the plate [m].
         assumptions: What these errors include: instrument, making, and play in the seats.
         history: Criterion after every round of the search [m].
-        narrowed: Why it keeps narrower margins than usual; empty if it does not.
+        narrowed: The margins that it keeps where the usual ones left no plate, and why; else empty.
         notes: What else is worth knowing, one sentence each.
     """
 

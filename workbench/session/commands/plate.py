@@ -88,7 +88,7 @@ class ImprovePlate(AbstractTask[PlateDesign]):
         if moved := _moved(old, found):
             text, is_said = f"the plate was moved {moved}; {text}", False
         if result.narrowed:
-            text, is_said = f"{text}; narrow: {result.narrowed}", False
+            text, is_said = f"{text}; little room: {result.narrowed}", False
         return replace(better, searched=better.plate).tell(Severity.LOG if is_said else Severity.INFO, text)
 
 

@@ -74,7 +74,9 @@ class StartCard(AbstractPanel):
             self._message = gui.add_html("")
             self._entries = [
                 self._entry(gui, *ROWS[:2], lambda: self._ask(ROWS, Tab.CALIBRATE), main=True),
-                self._entry(gui, "Only a robot", icon.ROBOT, lambda: self._ask(None, Tab.CALIBRATE)),
+                self._entry(
+                    gui, "Only a robot: design a plate", icon.ROBOT, lambda: self._ask(None, Tab.CALIBRATE)
+                ),
                 *(self._entry(gui, *door[:2], partial(self._ask, door, tab)) for door, tab in doors.items()),
                 self._entry(gui, "Nothing yet: show me", icon.PLAYER_PLAY, self._demo),
             ]
