@@ -133,6 +133,9 @@ def test_no_target_of_the_last_plate_haunts_another_arm(session):
         stepped, history=replace(stepped.history, done=(UndoStep(session.plate, session.states, session),))
     )
     assert list(plate_before(opened)) == []
+    ahead = tuple(replace(target, xyz=target.xyz + 0.1) for target in session.plate.targets)
+    searched = replace(stepped, plate=replace(session.plate, targets=ahead))
+    assert list(plate_before(searched)) == []
 
 
 def test_nothing_takes_the_place_of_what_has_nothing_to_show():

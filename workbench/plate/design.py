@@ -1,6 +1,7 @@
 """Designing a plate, as one call."""
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -14,9 +15,11 @@ from workbench.base.types import frozen
 from workbench.plate.argument_types import checked_arguments
 from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
+from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
+from workbench.plate.optimiser.shapes import ON_THE_TABLE
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
 from workbench.plate.plate import Plate
 from workbench.plate.readings import TargetReading, reading_named, usual_reading
@@ -30,6 +33,8 @@ DOWN = np.diag([1.0, -1.0, -1.0])
 """Orientation of a tool that points straight down."""
 ROUGH, FEWER = 150, 0.7
 """Random blocks, and share of the targets, of a search that tells places of the plate apart."""
+POSTURES = 50
+"""Of an arm, one of which is clear of its table."""
 LOWEST = 0.06
 """No plate is moved down so far that its top is less above the table [m]."""
 SHIFTS = ((-0.1, 0.0), (0.1, 0.0), (0.0, -0.1), (0.0, 0.1), (-0.1, -0.1), (-0.1, 0.1))
@@ -97,17 +102,28 @@ def optimise_plate(
     if request is not None:
         found = _best_place(search, places, request)
         return _priced(lambda request: search(request, found), request)
-    floor = -height_above_floor(robot)
+    floor = _table(robot)
     request = DesignRequest(number=number, constraints=Constraints(floor=floor))
     try:
         return search(request, _best_place(search, places, request))
     except DataError as error:
         request = replace(request, constraints=replace(NARROW, floor=floor))
-        design = search(request, _best_place(search, places, request))
+        with suppress(DataError):  # nor does any place of few blocks; many may have some
+            plate = _best_place(search, places, request)
+        design = search(request, plate)
         kept = "5 mm clear, targets 60 mm apart, 25 mm of retreat"
         probe = "; the flange touches the blocks: give the robot its probe as the tool"
         narrowed = f"{kept}{probe if OWN_BLOCK in str(error) else ''}"
         return replace(design, narrowed=narrowed, notes=(f"{error}; kept: {kept}", *design.notes))
+
+
+def _table(robot: Robot) -> float | None:
+    """Height of the table under an arm; None where links are always below it: the base is in the shoulder."""
+    table, arm = -height_above_floor(robot), arm_shape(robot, Constraints().clearance)
+    low, high = np.clip(robot.limits.T, -np.pi, np.pi)
+    q = np.random.default_rng(0).uniform(low, high, (POSTURES, robot.dof))
+    heights = arm.lowest(arm.placements(q))[:, arm.bodies > ON_THE_TABLE]
+    return table if heights.min(1, initial=np.inf).max() - table >= Constraints().clearance else None
 
 
 def _moved(robot: Robot, plate: Plate) -> Iterator[Plate]:

@@ -28,15 +28,20 @@ def plate(session: Session) -> Iterator[Item]:
 def plate_before(session: Session) -> Iterator[Item]:
     """Grey blocks at the targets' positions before the last step or before the current drag.
 
-    None after another robot or plate was opened, whose last step was on another plate.
+    None after another robot or plate was opened, whose last step was on another plate, or after a search that
+    placed most of them anew: so many would hide the plate.
     """
     done = session.history.done
     if not done or session.focus is not Focus.TARGET or done[-1].session is not None:
         return
     before, now = done[-1].plate, session.plate.targets
-    for i, target in enumerate(before.targets):
-        if i >= len(now) or (now[i] is not target and not np.allclose(now[i].pose, target.pose)):
-            yield Item(f"plate/before/{i + 1}", _ghost, (target, before.pose))
+    moved = [
+        (i, target)
+        for i, target in enumerate(before.targets)
+        if i >= len(now) or (now[i] is not target and not np.allclose(now[i].pose, target.pose))
+    ]
+    for i, target in moved if 2 * len(moved) <= len(before) else ():
+        yield Item(f"plate/before/{i + 1}", _ghost, (target, before.pose))
 
 
 def _ghost(target: Target, plate: Matrix4) -> Mesh:
