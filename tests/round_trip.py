@@ -702,7 +702,7 @@ class Saved:
     @property
     def judged(self) -> tuple[str, np.ndarray]:
         """What was shown of the files themselves, and the rows on which."""
-        first, _, again = self.shown.partition("itted again")
+        first, _, again = self.shown.partition("fter the final fit")
         return (first, self.held_out) if self.refitted is None else (again, self.refitted)
 
     def check(self, rows: Rows) -> None:

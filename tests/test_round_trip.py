@@ -166,7 +166,7 @@ def by_command(measured: Measured, folder: Path, *, diagnosed: bool, run: Callab
     assert code in (0, UNUSABLE), err
     assert run("export", toml, "--urdf", urdf)[0] == 0
     found = json.loads((folder / "r.json").read_text())
-    line = " ".join(out.split("held-out error of the files:")[1].split())
+    line = " ".join(out.split("mean error of the files on ")[1].split())
     rows = found["measurements"]
     numbers, held_out = np.arange(len(measured.rows)), np.array(rows["held_out_rows"])
     pose_difference = (
@@ -174,7 +174,7 @@ def by_command(measured: Measured, folder: Path, *, diagnosed: bool, run: Callab
         if diagnosed
         else []
     )
-    refitted = np.setdiff1d(numbers, pose_difference) if "fitted again" in line else None
+    refitted = np.setdiff1d(numbers, pose_difference) if "after the final fit" in line else None
     if not diagnosed:
         shown = found["algorithms"][re.search(r"calibrated robot \((\w+)\)", out)[1].lower()]
         file = trip.errors(trip.read_arm(toml), measured.rows.take(held_out))

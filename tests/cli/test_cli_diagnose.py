@@ -78,7 +78,7 @@ def test_found_saved_and_used(run, soft):
     [
         (("--save", "c.txt"), ".toml"),
         (("--report", "file"), "file: "),
-        (("--exclude", "70"), "no row 70"),
+        (("--exclude", "70"), "70"),
         (("--exclude", "a"), "whole numbers"),
         (("--held-out", "1.5"), "held"),
         (("--frames", "some"), "shared"),

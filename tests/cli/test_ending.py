@@ -26,8 +26,8 @@ def raising(error: BaseException):
     ("error", "status", "sentence"),
     [
         (KeyboardInterrupt(), 130, "workbench: stopped\n"),
-        (MemoryError(), 1, "workbench: there is not enough memory"),
-        (RecursionError(), 1, "workbench: the input has too many levels"),
+        (MemoryError(), 1, "workbench: out of memory"),
+        (RecursionError(), 1, "workbench: the input is nested"),
         (OSError(28, "No space left on device", "out.json"), 1, "workbench: out.json: No space left"),
     ],
 )

@@ -123,7 +123,6 @@ def test_nothing_is_named_for_rows_of_no_arm():
     found = arm_match(robot, replace(data, position=rng.normal(0.0, 0.4, (50, 3))))
     assert found.is_foreign
     assert not found.mistake
-    assert "no joints exchanged" in found.text
 
 
 def test_an_evaluation_says_what_looks_mistaken():

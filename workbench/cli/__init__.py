@@ -28,7 +28,7 @@ from workbench.cli.sessions import open_session
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
 """File extensions that the app opens in place of a command."""
 OPENED = ("robot", "plate", "data", "session", "step", "demo", "source")
-"""Options that determine what the app shows; without any of them it asks."""
+"""Options that determine what the app shows; without any the user is asked."""
 
 app = typer.Typer(
     name="workbench",
@@ -42,16 +42,16 @@ app = typer.Typer(
 
 
 COLLECTED_EVERY = 300_000
-"""New objects between two searches for garbage, of which a command makes little: its imports and a small
-diagnosis make fewer."""
+"""Allocations between two garbage collections: more than the imports and a small diagnosis make, since
+commands create little garbage."""
 USUALLY = gc.get_threshold()
-"""The same for what lives longer than a command."""
+"""Thresholds of the older generations."""
 
 
 def main() -> None:
     """Entry point of the `workbench` command; without arguments, or with only a file, it opens the app."""
     gc.set_threshold(COLLECTED_EVERY)
-    atexit.register(gc.freeze)  # a last search of all objects would take a tenth of a short command
+    atexit.register(gc.freeze)  # a last collection would take a tenth of a short command's time
     warnings.showwarning = lambda message, *_, **__: print(f"workbench: {message}", file=sys.stderr)
     sys.exit(run(_carry_out, sys.argv[1:]))
 
@@ -63,9 +63,9 @@ def _carry_out(arguments: Sequence[str]) -> None:
 
 
 def add_plugins(arguments: list[str]) -> None:
-    """Add commands of extras and other packages, unless a known one is called: to look takes 20 ms.
+    """Add the commands of extras and other packages, unless a known one is called: finding them takes 20 ms.
 
-    A name of two words belongs into the group of the first.
+    A name of two words belongs to the group of the first.
     """
     inner = [(g.name, g.typer_instance) for g in app.registered_groups if g.typer_instance is not None]
     groups = {str(name or each.info.name): each for name, each in inner}
@@ -90,7 +90,7 @@ def _name(command: Any) -> str:
 
 
 def _check_command(entry: Any, origin: str) -> None:
-    """Raise for what is no command: typer would find that out when it runs any."""
+    """Raise on an unknown command: typer would notice only when running it."""
     if not isinstance(entry, typer.Typer):
         alone = typer.Typer()
         alone.command()(entry)
@@ -99,7 +99,7 @@ def _check_command(entry: Any, origin: str) -> None:
 
 
 def opened(arguments: list[str]) -> list[str]:
-    """The arguments of a command; a file in its place is opened in the app: robot (.urdf) or measurements."""
+    """Arguments of a command; a file instead of a command is opened in the app: robot or measurements."""
     if not arguments:
         return ["serve"]
     ending = Path(arguments[0]).suffix.lower()
@@ -111,7 +111,7 @@ def opened(arguments: list[str]) -> list[str]:
 
 
 def _refuse(path: Path) -> None:
-    """Say why a word that looks like a file can't be opened: no command has a dot in its name."""
+    """Report that an argument which looks like a file can't be opened: no command has a dot in its name."""
     if not path.exists():
         raise FileError("there is no such file", path=str(path))
     known = ", ".join((*ROBOTS, *MEASUREMENTS))
@@ -119,7 +119,7 @@ def _refuse(path: Path) -> None:
 
 
 def _is_given(context: typer.Context, name: str) -> bool:
-    """Whether an option stood on the command line, by its source's name: typer brings a click of its own."""
+    """Whether an option was given on the command line, by its source's name: typer ships its own click."""
     source = context.get_parameter_source(name)
     return source is not None and source.name != "DEFAULT"
 
@@ -170,7 +170,7 @@ def serve(
 
     at_once()
     gc.set_threshold(*USUALLY)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is finished, as after Ctrl-C
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is closed as after Ctrl-C
     opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)
     with contextlib.ExitStack() as stack:
         live = None if source is None else (source, stack.enter_context(measurements.lines_of(source)))

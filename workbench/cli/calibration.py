@@ -23,25 +23,25 @@ def identify(
     algorithm: Annotated[
         str | None, option("ols, opt1, opt2, influence, several with commas between, or all, side by side.")
     ] = None,
-    level: Annotated[int, option("1: joint offsets alone; 2: the whole geometry.", min=1, max=2)] = 2,
+    level: Annotated[int, option("1: joint offsets only; 2: the whole geometry.", min=1, max=2)] = 2,
     bounds: Annotated[
         list[str] | None, option("Bound for OPT1, in SI: joint1.theta=-0.1:0.1. May be repeated.")
     ] = None,
     loss: Annotated[
-        str, option("Outliers: set-apart, huber, tukey, or squares (they count like all other rows).")
+        str, option("Outliers: set-apart (exclude), huber, tukey, or squares (full weight).")
     ] = "set-apart",
     deviation: Annotated[
         str, option("Expected deviation of the arm's constants from nominal, in mm and mrad; auto; or none.")
     ] = "auto",
-    prior: Annotated[
-        Path | None, option("An earlier result (--json) of this robot, as prior knowledge.")
+    prior: Annotated[Path | None, option("Earlier result (--json) of this robot as prior knowledge.")] = None,
+    renew: Annotated[
+        str | None, option("With --prior: joints that were replaced and start without it, such as 3,4.")
     ] = None,
-    renew: Annotated[str | None, option("With --prior: joints that were replaced, such as 3 or 3,4.")] = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import posed_arm
     from workbench.data.accuracy_requirement import default_requirement
-    from workbench.identification.file_errors import file_text
+    from workbench.identification.file_errors import file_text, judging_rows
     from workbench.identification.pass_or_fail import judge
     from workbench.identification.prior import read_prior
     from workbench.identification.report import results_json as reports
@@ -49,12 +49,12 @@ def identify(
     from workbench.identification.result import LOOK_AGAIN
 
     if level == 1 and fit.free is not None:
-        raise OptionError("--level 1 frees the joint offsets alone; leave out --level or --free")
+        raise OptionError("--level 1 frees joint offsets only; give either --level or --free")
     arm = posed_arm() if robot is None else wb.load_robot(robot)
     requested = default_requirement(arm.name) if wanted is None else opt.wanted_of(wanted)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     if robot is None and (rows.readings is None or not rows.readings.has_tool_poses):
-        raise OptionError("give --robot; only rows with tool poses in place of joints do without")
+        raise OptionError("give --robot; it may be omitted only for rows with tool poses instead of joints")
     out.check()
     fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
@@ -82,7 +82,7 @@ def identify(
     doubts = run.doubts(run.best)
     if out.save is not None and (fit.force or not doubts):
         opt.say(f"calibrated robot ({run.best.fit.title}): {opt.save_robot(run.robot, out.save)}")
-        opt.say(f"held-out error of the files: {file_text(run, run.best)}")
+        opt.say(f"mean error of the files on {judging_rows(run)}: {file_text(run, run.best)}")
     if doubts:
         kept = opt.not_written(out.save, forced=fit.force)
         opt.fail(f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}{kept}")
@@ -98,7 +98,7 @@ def _algorithms(given: str | None) -> tuple[str, ...]:
 
 
 def _deviation(given: str) -> float | str:
-    """The expected deviation [rad, m] from a word, or a number in mrad and mm."""
+    """The expected deviation [rad, m] from auto, none, or a number in mrad and mm."""
     if given in ("auto", "none"):
         return float("inf") if given == "none" else given
     try:
@@ -117,10 +117,10 @@ def diagnose(
     out: opt.OutputOptions,
     files: opt.FileOptions,
 ) -> None:
-    """Find the effects that the geometry lacks, add them, and report the held-out error before and after."""
+    """Find the effects missing from the model, add them, and report the held-out error before and after."""
     from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
-    from workbench.identification.file_errors import file_text
+    from workbench.identification.file_errors import file_text, judging_rows
 
     arm = wb.load_robot(robot)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
@@ -133,7 +133,7 @@ def diagnose(
     if out.save is not None and (fit.force or run.harm is None):
         opt.say(f"calibrated robot: {opt.save_robot(run.robot, out.save)}")
         found = run.identification()
-        opt.say(f"held-out error of the files: {file_text(found, found.best)}")
+        opt.say(f"mean error of the files on {judging_rows(found)}: {file_text(found, found.best)}")
     opt.write_result(out.json, diagnosis_json(run))
     if out.report is not None:
         from workbench.diagnosis.report.html_report import write_diagnosis
@@ -182,22 +182,23 @@ def export(
     urdf: Annotated[Path | None, option("Write a URDF here.")] = None,
     toml: Annotated[Path | None, option("Write a robot TOML here.")] = None,
     controller: Annotated[
-        Path | None, option("Write controller-ready numbers here (.json): joint offsets, tool, base.")
+        Path | None,
+        option("Write the numbers to enter into a controller here (.json): joint offsets, tool, base."),
     ] = None,
     form: Annotated[
         str | None, option("--for", "Write --out in this form; `--for list` lists all forms.")
     ] = None,
-    out: Annotated[Path | None, option("With --for: file to write.")] = None,
+    out: Annotated[Path | None, option("With --for: output file.")] = None,
     source: Annotated[
         Path | None,
         option(
             "--into",
             "--source",
-            "With --for: existing file of this form that gets the new numbers; the result goes to --out.",
+            "With --for: your file of this form; --out is a copy of it with the calibrated numbers.",
         ),
     ] = None,
     nominal: Annotated[
-        str | None, option("The robot model of the controller: for --controller and some --for.")
+        str | None, option("The controller's robot model, for --controller and some forms of --for.")
     ] = None,
     tip: opt.TipOption = None,
     json: opt.JsonOption = None,
@@ -211,7 +212,7 @@ def export(
             opt.say(f"{name:20} {each.title}")
         return
     if calibrated is None:
-        raise OptionError("give the robot to export; only `--for list` needs none")
+        raise OptionError("name the robot to export; only `--for list` works without")
     arm = wb.load_robot(calibrated, tip=tip)
     if urdf is None and toml is None and controller is None and form is None:
         raise OptionError("give at least one of --for NAME --out FILE, --urdf, --toml, --controller FILE")
@@ -243,7 +244,7 @@ def export(
 
 
 def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None, json: Path | None) -> None:
-    """Write one form, and report how much of the calibration it holds."""
+    """Write one form, and report how much of the calibration it represents."""
     from workbench.base.wording import capital
     from workbench.exports import Job, export_robot
 

@@ -1,9 +1,9 @@
-"""How a command ends: what it says, one sentence for whatever goes wrong, and a reliable exit status.
+"""How a command ends: its output, one sentence for any error, and a reliable exit status.
 
 0: the result may be used. 2: there is a result that should not be used as it is. 1: no result. 64: wrong
 usage. 130: Ctrl-C. With any but 0 comes a sentence on standard error that says why.
 
-A reader that closes the pipe, such as `head`, is not an error: a command says nothing before all its files
+A reader that closes the pipe, such as `head`, is not an error: a command prints nothing before all its files
 are written, unless it calls `at_once`.
 """
 
@@ -24,7 +24,7 @@ from workbench.base.wording import brief, readable
 Command = TypeVar("Command", bound=Callable[..., Any])
 NO_RESULT, UNUSABLE, WRONG_USAGE = 1, 2, 64
 UsageError: Any = typer.BadParameter.__base__
-"""Of the click that typer brings: an unknown command or option, a missing or malformed value."""
+"""typer's usage errors: an unknown command or option, a missing or malformed value."""
 SECTIONS = ("Start", "Calibrate", "Plates", "Paths", "Files")
 """Purposes of commands, in the order of the help."""
 
@@ -32,7 +32,7 @@ SECTIONS = ("Start", "Calibrate", "Plates", "Paths", "Files")
 class Commands(typer.core.TyperGroup):
     """Commands grouped by purpose, each with its complete first sentence.
 
-    Exceptions propagate unchanged, while typer would swallow some of them silently.
+    Exceptions propagate unchanged; typer would swallow some of them.
     """
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -48,7 +48,7 @@ class Commands(typer.core.TyperGroup):
                 formatter.write_dl(rows)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that was called, with the options that other packages join to it."""
+        """The called command, with the options that other packages add to it."""
         name, command, rest = super().resolve_command(ctx, args)
         if (whole := getattr(getattr(command, "callback", None), "whole", None)) is None:
             return name, command, rest
@@ -57,23 +57,22 @@ class Commands(typer.core.TyperGroup):
         return name, typer.main.get_command(alone), rest
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
-        """Typer's context, created where the help is shown."""
+        """Typer's context with the help width of the terminal."""
         with _past_typer():
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
-        """Typer's invocation of a command."""
         with _past_typer():
             return super().invoke(ctx)
 
 
 def group(name: str, help: str, *, section: str | None = None) -> typer.Typer:
-    """A group of two-word commands; of another package with one of `SECTIONS`, where the help lists it."""
+    """A group of two-word commands; in another package with one of `SECTIONS`, where the help lists it."""
     return typer.Typer(name=name, help=help, no_args_is_help=True, cls=Commands, rich_help_panel=section)
 
 
 def in_section(title: str) -> Callable[[Command], Command]:
-    """Decorator of another package's command: the one of `SECTIONS` where the help lists it."""
+    """Decorator for another package's command: the one of `SECTIONS` where the help lists it."""
 
     def mark(command: Command) -> Command:
         vars(command)["rich_help_panel"] = title
@@ -129,7 +128,7 @@ class _HeldOutput(io.StringIO):
             self._stream.flush()
 
     def release(self) -> None:
-        """Write what was held, and from now on everything as it comes."""
+        """Write the held output, and everything after it at once."""
         if self._holds:
             self._holds = False
             self._stream.write(self.getvalue())
@@ -137,23 +136,23 @@ class _HeldOutput(io.StringIO):
 
 
 def at_once() -> None:
-    """Let a command that goes on for long say things as it does them."""
+    """Print at once, for a long-running command."""
     if isinstance(sys.stdout, _HeldOutput):
         sys.stdout.release()
 
 
 def run(command: Callable[[Sequence[str]], None], arguments: Sequence[str]) -> int:
-    """Run a command, print what goes wrong, and return its exit status.
+    """Run a command, print errors, and return its exit status.
 
     Args:
-        command: Carries the arguments out; may raise anything, or `SystemExit`.
-        arguments: Those after the program's name.
+        command: Runs the arguments; may raise anything, or `SystemExit`.
+        arguments: Arguments after the program's name.
     """
     for name in ("stdout", "stderr"):
-        if (stream := getattr(sys, name)) is None:  # it was closed before we began
+        if (stream := getattr(sys, name)) is None:  # it was already closed
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
         elif isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a locale that lacks our letters
+            stream.reconfigure(errors="replace")  # a locale that can't encode our characters
     status, sentence = 0, ""
     with _messages_to_stderr(arguments), standard_output_last() as contents:
         held = _HeldOutput(sys.stdout)
@@ -179,7 +178,7 @@ def run(command: Callable[[Sequence[str]], None], arguments: Sequence[str]) -> i
 
 
 def _release(held: _HeldOutput, contents: Sequence[Callable[[], None]]) -> str:
-    """Print what was held, then what files on standard output get; why not, if that fails."""
+    """Print the held output, then write files to standard output; the reason if that fails."""
     try:
         held.release()
         for write in contents:
@@ -193,7 +192,7 @@ def _release(held: _HeldOutput, contents: Sequence[Callable[[], None]]) -> str:
 
 
 def _status_and_sentence(error: BaseException) -> tuple[int, str]:
-    """Exit status and sentence of what was raised; a bug is raised again."""
+    """Exit status and sentence for an exception; a bug is raised again."""
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED, STOPPED
     if isinstance(error, Unusable):
@@ -201,9 +200,9 @@ def _status_and_sentence(error: BaseException) -> tuple[int, str]:
     if isinstance(error, WorkbenchError):
         return WRONG_USAGE if isinstance(error, OptionError) else NO_RESULT, str(error)
     if isinstance(error, MemoryError):
-        return NO_RESULT, "there is not enough memory for this; give fewer rows, targets or poses"
+        return NO_RESULT, "out of memory; give fewer rows, targets or poses"
     if isinstance(error, RecursionError):
-        return NO_RESULT, "the input has too many levels within each other; make it flatter"
+        return NO_RESULT, "the input is nested too deeply; flatten it"
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
         return NO_RESULT, brief(f"{where}{error.strerror or error}; make room, or choose another place")
@@ -211,7 +210,7 @@ def _status_and_sentence(error: BaseException) -> tuple[int, str]:
 
 
 def _discard_output() -> None:
-    """Discard output that can't be written, so that it is not tried again at exit."""
+    """Discard output that can't be written, so that Python doesn't try again at exit."""
     with contextlib.suppress(OSError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
@@ -219,7 +218,7 @@ def _discard_output() -> None:
 
 
 def _messages_to_stderr(arguments: Sequence[str]) -> contextlib.AbstractContextManager:
-    """Send messages to standard error if a result goes to standard output."""
+    """Print messages to standard error if a result goes to standard output."""
     given = {part for word in arguments for part in (word, word.partition("=")[2])}
     return (
         contextlib.redirect_stdout(sys.stderr) if given & set(STANDARD_OUTPUT) else contextlib.nullcontext()

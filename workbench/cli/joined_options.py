@@ -1,6 +1,6 @@
-"""Records of options as arguments of commands, and options that other packages join to them.
+"""Records of options as arguments of commands, and options that other packages add to them.
 
-A record that others may join has a field `joined` and says in `joins` of which kind they are.
+An extensible record has a field `joined`, and `joins` gives the type of what may be added.
 """
 
 from abc import ABC, abstractmethod
@@ -19,31 +19,31 @@ if TYPE_CHECKING:
 
 
 class AbstractSource(ABC):
-    """Options by which another package reads measurements: a frozen dataclass, joined to `FileOptions`."""
+    """Options by which another package reads measurements: a frozen dataclass, added to `FileOptions`."""
 
     @abstractmethod
     def read(self, path: Path, arm: "Robot", joints: Path | None) -> "Dataset | None":
-        """The measurements, with as many joints as the arm has; None where these options were not given."""
+        """Measurements with as many joints as the arm has; None if these options were not given."""
 
 
 class AbstractAim(ABC):
-    """Options by which another package says what an instrument sees: the same for `SightOptions`."""
+    """Options by which another package defines what an instrument sees, added to `SightOptions`."""
 
     @abstractmethod
     def sight(self) -> "AbstractSight | None":
-        """What it sees; None where these options were not given."""
+        """What the instrument sees; None if these options were not given."""
 
 
 OPTIONS: Registry[Any] = Registry(
     "set of options", (AbstractSource, AbstractAim), group="workbench.options", classes=True
 )
-"""Options that other packages join to ours."""
+"""Options that other packages add to ours."""
 
 
 def flattened(command: Callable[..., None]) -> Callable[..., None]:
     """A command whose option-record arguments are expanded into their options.
 
-    Those of other packages are looked for when it is called, as that takes 20 ms: `whole` is the command with
+    Those of other packages are looked up when it is called, as that takes 20 ms: `whole` is the command with
     them.
     """
     call = _expanded(command, {})

@@ -31,14 +31,14 @@ def simulate(
         list[str] | None, option("A hidden effect, NAME[:joint[:size]], such as backlash:3. May be repeated.")
     ] = None,
     actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
-    of: Annotated[str | None, option("Measure this arm instead of one with hidden errors.")] = None,
-    errors: Annotated[str, option("Largest hidden errors of lengths and of angles.")] = "1mm,0.3deg",
+    of: Annotated[str | None, option("Measure this arm instead of one with random errors.")] = None,
+    errors: Annotated[str, option("Maximum hidden errors of lengths and of angles.")] = "1mm,0.3deg",
     seed: opt.SeedOption = 0,
 ) -> None:
     """Simulate measurements of a virtual arm with hidden manufacturing errors."""
     from workbench.arm.joint_units import sliding_numbers
 
-    if (plate is None) == (poses is None):  # from here on one of the two is given
+    if (plate is None) == (poses is None):  # one of the two is given
         raise OptionError("give either --plate FILE or --poses NUMBER")
     if poses is not None and poses < 1:
         raise OptionError(f"--poses must be at least 1, got {poses}")
@@ -69,13 +69,13 @@ def simulate(
                 seed=seed,
             )
     wb.write_measurements(rows, out, prismatic=sliding_numbers(arm))
-    opt.say(f"{plural(len(rows), 'row')} of a virtual {arm.name}: {out}")
+    opt.say(f"{plural(len(rows), 'row')} simulated on a virtual {arm.name}: {out}")
     for note in rows.notes:
         if note.startswith("hidden"):
             opt.say(note)
     if rows.exclude is not None and rows.reason is not None:
         for number in rows.exclude.nonzero()[0]:
-            opt.say(f"row {rows.row[number]} is kept out: {rows.reason[number]}")
+            opt.say(f"row {rows.row[number]} excluded: {rows.reason[number]}")
     if actual is not None:
         opt.say(f"hidden actual arm: {wb.write_toml(hidden, actual)}")
 
@@ -88,7 +88,7 @@ def preview(
         Path | None, option("Write the detected columns here (.toml), to correct and reuse.")
     ] = None,
 ) -> None:
-    """How a file would be read: every column with its meaning and units, decisions, problems."""
+    """Show how a file is read: every column with its meaning and unit, decisions, problems."""
     from rich.markup import escape
 
     from workbench.data.readers.mapping import read_mapping, write_mapping
@@ -100,9 +100,9 @@ def preview(
     columns = files.columns or (None if stored is None else stored.columns)
     found = preview(data, columns=columns, layout=files.layout, sheet=files.sheet)
     title = f"{data.name}: {plural(found.rows, 'row')}, layout {found.layout}"
-    table = new_table(title, "heading", "is", "unit", "SI")
+    table = new_table(title, "heading", "meaning", "unit", "SI unit")
     for column in found.columns:
-        table.add_row(escape(column.heading), column.key or "left out", column.unit or "", column.si or "")
+        table.add_row(escape(column.heading), column.key or "ignored", column.unit or "", column.si or "")
     if found.columns:
         opt.show(table)
     for text in found.decisions:
@@ -116,7 +116,7 @@ def preview(
 @opt.flattened
 def poses(
     robot: opt.RobotOption,
-    number: Annotated[int, option("How many poses.")],
+    number: Annotated[int, option("Number of poses.")],
     seen: opt.SightOptions,
     index: Annotated[
         str | None,
@@ -127,16 +127,16 @@ def poses(
     ] = None,
     candidates: Annotated[Path | None, option("--from", "Choose from the rows of this file.")] = None,
     region: Annotated[
-        str | None, option('Where the tool has to be: a plate\'s region, or "x,y,z:x,y,z" in m.')
+        str | None, option('Region for the tool: a plate\'s region, or "x,y,z:x,y,z" in m.')
     ] = None,
     towards: Annotated[
-        str | None, option('Orientation to stay close to: "roll,pitch,yaw" in degrees, or a plate.')
+        str | None, option('Preferred tool orientation: "roll,pitch,yaw" in degrees, or a plate.')
     ] = None,
-    cone: Annotated[str, option("With --towards: maximum angle from it.")] = "60deg",
+    cone: Annotated[str, option("With --towards: maximum deviation from it.")] = "60deg",
     margin: Annotated[str, option("Minimum distance of revolute joints from their limits.")] = "0deg",
     spread: Annotated[str, option("Minimum distance between tool positions.")] = "0mm",
     travel: Annotated[str | None, option("Maximum travel of any joint from one pose to the next.")] = None,
-    method: Annotated[str, option("exchange, or greedy: the choice before any exchange.")] = "exchange",
+    method: Annotated[str, option("Search: exchange, or greedy (without exchanges).")] = "exchange",
     unknown: opt.UnknownOption = None,
     out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,
     json: opt.JsonOption = None,
@@ -198,5 +198,5 @@ def lines_of(source: str) -> Iterator[Iterable[str]]:
 
 
 def waiting(port: int) -> None:
-    """Tell at which port a source or a receiver is waited for."""
+    """Print the port at which a source or a receiver may connect."""
     print(f"waiting at port {port}", file=sys.stderr)

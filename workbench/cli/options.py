@@ -20,13 +20,13 @@ from workbench.cli.joined_options import flattened as flattened
 
 
 def option(*names_and_help: str, **more: Any) -> Any:
-    """An option with its sentence in the help; without a name before that, its parameter's."""
+    """An option with its help text; without a name, that of its parameter."""
     *names, help = names_and_help
     return typer.Option(*names, help=help, **more)
 
 
 def argument(help: str) -> Any:
-    """An argument and its sentence in the help."""
+    """An argument with its help text."""
     return typer.Argument(help=help)
 
 
@@ -40,7 +40,7 @@ DataArgument = Annotated[
 ColumnsOption = Annotated[
     str | None,
     option(
-        'Meaning of the columns if headings are missing: "q1[deg],…,x[mm],…", "-" to skip one; '
+        'Columns if headings are missing: "q1[deg],…,x[mm],…", "-" to skip one; '
         'in MATLAB files "q[rad|row]=Q,xyz[mm|row]=P".'
     ),
 ]
@@ -60,8 +60,8 @@ ExcludeOption = Annotated[str | None, option("--exclude", "Data rows to exclude,
 NoiseOption = Annotated[
     str | None, option("--noise", 'Standard deviations of the instrument: "0.05mm,0.01deg".')
 ]
-WantedOption = Annotated[str | None, option('Error limit for every pose: "0.3mm", or "0.3mm,0.1deg".')]
-TipOption = Annotated[str | None, option("Last link of the chain, for a URDF with several.")]
+WantedOption = Annotated[str | None, option('Required error of every pose: "0.3mm", or "0.3mm,0.1deg".')]
+TipOption = Annotated[str | None, option("Last link of the chain, for a URDF with several end links.")]
 SchedulerOption = Annotated[
     str | None, option("Dask scheduler, such as tcp://host:8786; else this machine's cores.")
 ]
@@ -82,7 +82,9 @@ class FileOptions:
     ] = None
     joints: Annotated[
         Path | None,
-        option("Joints for measurements without any: a table or a robot's log, joined by name, time or row."),
+        option(
+            "Joint positions, if measured separately: a table or a robot's log, joined by name, time or row."
+        ),
     ] = None
     joined: tuple[AbstractSource, ...] = ()
     joins: ClassVar = AbstractSource
@@ -107,30 +109,30 @@ class FileOptions:
         )
 
     def read_whole(self, path: Path, arm):
-        """Measurements from another file that has its own joint readings: --joints is not applied."""
+        """Measurements from another file with its own joint readings: --joints is not applied."""
         return replace(self, joints=None).read(path, arm)
 
 
 @dataclass(frozen=True)
 class SightOptions:
-    """What an instrument sees of poses: options of other packages alone."""
+    """What an instrument must see of poses; all options come from other packages."""
 
     joined: tuple[AbstractAim, ...] = ()
     joins: ClassVar = AbstractAim
 
     @property
     def sight(self):
-        """What has to be in sight; None for nothing."""
+        """What must be visible; None for no condition."""
         return next((found for aim in self.joined if (found := aim.sight()) is not None), None)
 
 
 @dataclass(frozen=True)
 class FitOptions:
-    """Which rows are fitted, what is free, and how the rows weigh."""
+    """Which rows are fitted, which constants are free, and how rows are weighted."""
 
-    held_out: Annotated[
-        str, option("Share of rows to hold out (0.2 or 20%), a file of them, or session:NAME.")
-    ] = "0.2"
+    held_out: Annotated[str, option("Rows to hold out: a share (0.2 or 20%), a file, or session:NAME.")] = (
+        "0.2"
+    )
     frames: FramesOption = "auto"
     region: Annotated[str | None, option("Keep only rows inside the region of this plate.")] = None
     free: Annotated[str | None, option("Constants to identify: joint1.theta,joint2.a …")] = None
@@ -140,18 +142,18 @@ class FitOptions:
         Path | None, option("Positions of the markers on the tool, one row m1x[mm] …, to make poses.")
     ] = None
     base_markers: Annotated[
-        Path | None, option("Markers on the base, two rows (as designed, as seen), to align the frames.")
+        Path | None, option("Markers on the base, two rows (as designed, as measured), to align the frames.")
     ] = None
     levelled: Annotated[
         bool, option("--levelled", "The measuring frame's z axis is vertical: a levelled instrument.")
     ] = False
     seed: SeedOption = 0
     force: Annotated[
-        bool, option("--force", "Continue though the rows suit another arm; save an implausible one.")
+        bool, option("--force", "Continue although the rows fit another arm; save implausible results.")
     ] = False
 
     def check_same_arm(self, arm, rows) -> None:
-        """Refuse rows that clearly belong to another arm, unless forced."""
+        """Refuse rows that clearly belong to another arm, unless --force is given."""
         from workbench.data.plausibility import checked
         from workbench.identification.arm_match import arm_match
 
@@ -161,7 +163,7 @@ class FitOptions:
             raise DataError(f"{found.text}; {found.remedy}, or --force to continue anyway")
 
     def choices(self, arm, files: FileOptions):
-        """The same in SI."""
+        """These choices in SI."""
         from workbench.identification.fit_choices import FitChoices
 
         return FitChoices(
@@ -178,7 +180,7 @@ class FitOptions:
 
 @dataclass(frozen=True)
 class OutputOptions:
-    """Where a fit's results go."""
+    """Where a fit's results are written."""
 
     save: SaveOption = None
     report: ReportOption = None
@@ -202,12 +204,12 @@ def held_out_of(text: str, arm, files: FileOptions):
 
 
 def names_of(text: str | None) -> tuple[str, ...] | None:
-    """Names with commas between; None for nothing given."""
+    """Comma-separated names; None if not given."""
     return None if text is None else tuple(name.strip() for name in text.split(",") if name.strip())
 
 
 def whole_numbers(text: str | None, option: str) -> list[int]:
-    """Whole numbers with commas between."""
+    """Comma-separated whole numbers."""
     try:
         return [] if text is None else [int(part) for part in text.split(",") if part.strip()]
     except ValueError:
@@ -215,7 +217,7 @@ def whole_numbers(text: str | None, option: str) -> list[int]:
 
 
 def numbers(text: str):
-    """Numbers with commas between; none where any is no finite number."""
+    """Comma-separated numbers; empty if any is not a finite number."""
     import numpy as np
 
     try:
@@ -264,12 +266,11 @@ length, angle, duration = (partial(_quantity, name) for name in ("LENGTH", "ANGL
 
 
 def pair_of(text: str, option: str) -> tuple[float, float]:
-    """A length and an angle."""
     return _two(text, option, (length, angle), "a length and an angle such as 0.05mm,0.05deg")
 
 
 def wanted_of(text: str) -> "wb.Wanted":
-    """What `--wanted` asks: a length, or a length and an angle."""
+    """Required error: a length, or a length and an angle."""
     from workbench.data.accuracy_requirement import Wanted
 
     position, comma, rotation = text.partition(",")
@@ -277,7 +278,6 @@ def wanted_of(text: str) -> "wb.Wanted":
 
 
 def two_lengths(text: str, option: str) -> tuple[float, float]:
-    """Two lengths."""
     return _two(text, option, (length, length), "two lengths such as 40mm,120mm")
 
 
@@ -296,14 +296,14 @@ def fits_frames(text: str) -> bool:
 
 
 def choice_of(kinds, text: str, option: str):
-    """One of a few words, as an enum or a table has them."""
+    """The entry of an enum or a table with this name."""
     if text not in list(kinds):
         raise OptionError(f"{option} must be one of {', '.join(kinds)}, got '{text}'")
     return kinds[text] if isinstance(kinds, Mapping) else kinds(text)
 
 
 def unknown_frames(text: str | None) -> tuple[bool | None, bool | None]:
-    """Whether base and tool are identified, from `base,tool`, one of them, or none; None where not said."""
+    """Whether base and tool are identified, from `base,tool`, one of them, or none; None if not given."""
     if text is None:
         return None, None
     parts = set() if text == "none" else {word.strip() for word in text.split(",")}
@@ -351,20 +351,20 @@ def check_writable(*files: Path | None, folder: Path | None = None) -> None:
         if path is not None:
             check_writable(path)
             if not path.parent.exists():
-                say(f"note: the folder {path.parent} does not exist; it is made with {path.name}")
+                say(f"note: the folder {path.parent} does not exist and will be created")
     if folder is not None:
         check_writable(folder, folder=True)
 
 
 def save_robot(arm, path: Path) -> Path:
-    """Write a robot in the form that the file's ending asks for."""
+    """Write a robot in the form given by the file's extension."""
     if path.suffix.lower() == ".urdf" and arm.sessions:
-        say(f"note: a URDF has one base; those of {len(arm.sessions)} sessions are left out of {path}")
+        say(f"note: a URDF has one base; {path} does not contain those of {len(arm.sessions)} sessions")
     return arm.save(path)
 
 
 def check_robot_file(path: Path | None) -> None:
-    """Refuse a file extension that robots can't have, before the work begins."""
+    """Refuse an unsupported robot file extension before the work begins."""
     from workbench.arm.built_in_arms import check_robot_file as check
 
     if path is not None:
@@ -372,25 +372,25 @@ def check_robot_file(path: Path | None) -> None:
 
 
 def fail(sentence: str) -> NoReturn:
-    """End with exit status 2 and the reason on standard error: the result should not be used as it is."""
+    """End with exit status 2 and the reason on standard error: there is a result that should not be used as
+    is."""
     raise Unusable(sentence)
 
 
 def not_written(path: Path | None, *, forced: bool) -> str:
-    """What `fail` adds where a robot was to be saved."""
+    """What `fail` adds if a robot was to be saved."""
     if path is None:
         return ""
-    return f"; {path} is written as --force asks" if forced else f"; {path} is not written without --force"
+    return f"; {path} is written because of --force" if forced else f"; {path} is not written without --force"
 
 
 def check_converged(fit) -> None:
     """End with status 2 if a fit did not end at an optimum."""
     if not fit.outcome.ok:
-        fail(f"the fit ({fit.title}) did not converge: {fit.outcome}; its best answer was kept")
+        fail(f"the fit ({fit.title}) did not converge: {fit.outcome}; the best iterate was kept")
 
 
 def say(text: str) -> None:
-    """Print one line of the result."""
     print(readable(text))
 
 
@@ -439,7 +439,7 @@ def progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
 
 
 def png(path: Path) -> Path:
-    """The path of a picture."""
+    """A picture's path, checked for its extension."""
     if path.suffix.lower() != ".png":
         raise OptionError(f"a picture must be a .png file, got {path}")
     return path

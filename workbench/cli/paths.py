@@ -11,9 +11,7 @@ from workbench.cli import options as opt
 from workbench.cli.exit_status import group
 from workbench.cli.options import argument, option
 
-paths = group(
-    "path", "Trajectories along a circle or a line, from rest to rest, with constant tool direction."
-)
+paths = group("path", "Trajectories along a circle or a line, rest to rest, with constant tool direction.")
 
 SpeedOption = Annotated[float | None, option("Maximum joint speed [rad/s or m/s]; default: no check.")]
 DurationOption = Annotated[float, option("Time from beginning to end [s].")]
@@ -28,11 +26,11 @@ class PlanOptions:
     rows: Annotated[int, option("Number of samples.")] = 200
     axis: Annotated[
         str | None,
-        option("Direction x,y,z of the tool's z axis; into the path's plane from above if not given."),
+        option("Direction x,y,z of the tool's z axis; default: normal to the path's plane, from above."),
     ] = None
     max_speed: SpeedOption = None
     picture: Annotated[
-        Path | None, option("Draw joints, speeds, torques and moments across the axes here (.png).")
+        Path | None, option("Plot joints, speeds, torques and moments across the axes here (.png).")
     ] = None
     json: opt.JsonOption = None
 
@@ -62,7 +60,9 @@ def circle(
     through: Annotated[
         list[str] | None, option("A point x,y,z [m] in the robot's base frame; three or more, in order.")
     ] = None,
-    taught: Annotated[Path | None, option("Instead, joints at three or more points taught by hand.")] = None,
+    taught: Annotated[
+        Path | None, option("Instead of --through: joint positions of three or more taught points.")
+    ] = None,
     duration: DurationOption = 20.0,
 ) -> None:
     """A circle through given or taught points."""
@@ -72,7 +72,9 @@ def circle(
     from workbench.paths.trajectories import read_taught, taught_circle
 
     if (taught is None) == (not through):
-        raise OptionError("a circle needs --through, three times or more, or --taught with a file of joints")
+        raise OptionError(
+            "a circle needs --through at least three times, or --taught with a file of joint positions"
+        )
     arm = wb.load_robot(options.robot)
     if taught is not None:
         curve = taught_circle(arm, read_taught(taught, arm))
@@ -85,8 +87,8 @@ def circle(
 @opt.flattened
 def line(
     options: PlanOptions,
-    start: Annotated[str, option("--from", "Where it begins: x,y,z [m], robot's base frame.")],
-    end: Annotated[str, option("--to", "Where it ends: x,y,z [m].")],
+    start: Annotated[str, option("--from", "Start: x,y,z [m], robot's base frame.")],
+    end: Annotated[str, option("--to", "End: x,y,z [m].")],
     duration: DurationOption = 10.0,
 ) -> None:
     """A straight line between two points."""
@@ -97,7 +99,7 @@ def line(
 
 
 def _point(text: str, option: str):
-    """Three numbers with commas between."""
+    """Three comma-separated numbers."""
     point = opt.numbers(text)
     if point.shape != (3,):
         raise OptionError(f"{option} must be x,y,z in m, got '{text}'")
@@ -113,8 +115,12 @@ def compensate(
         ),
     ],
     robot: Annotated[str, option("The calibrated robot (.toml or .urdf).")],
-    out: Annotated[Path, option("Write the corrected joints here (.csv), or the corrected program.")],
-    nominal: Annotated[str | None, option("The robot model of the controller; needed for joints.")] = None,
+    out: Annotated[
+        Path, option("Write the corrected joint positions here (.csv), or the corrected program.")
+    ],
+    nominal: Annotated[
+        str | None, option("The controller's robot model; needed for joint positions.")
+    ] = None,
     method: Annotated[str, option("iterated, or one-step: Δq = −Jᵀ(JJᵀ + λ)⁻¹ Δx.")] = "iterated",
     payload: Annotated[float | None, option("Mass at the tool [kg].")] = None,
     temperature: Annotated[float | None, option("Temperature [degC].")] = None,
@@ -123,8 +129,8 @@ def compensate(
         bool | None,
         option(
             "--positions-only/--orientations",
-            "Ignore orientations (Katana eq. 5.22), or insist on them; default: correct what the "
-            "calibration observed, leave the rest as it was.",
+            "Ignore orientations (Katana eq. 5.22), or enforce them; default: correct what the "
+            "calibration observed and keep the rest.",
         ),
     ] = None,
     moving: Annotated[bool, option("--moving", "Include inertial loads, not just static ones.")] = False,
@@ -165,11 +171,11 @@ def compensate(
     if program is not None:
         change = float(abs(found.q - program.q).max())
         opt.say(
-            f"largest change: {57.29577951308232 * change:.4f}°, in {plural(len(program.q), 'joint target')}"
+            f"maximum change: {57.29577951308232 * change:.4f}°, in {plural(len(program.q), 'joint target')}"
         )
         if found.kept.any():
             lines = (str(n) for n, kept in zip(program.lines, found.kept, strict=True) if kept)
-            opt.say(f"left as they were: the targets of lines {', '.join(lines)}")
+            opt.say(f"unchanged: the targets of lines {', '.join(lines)}")
         opt.say(f"corrected program: {program.save(found.q, out)}")
     else:
         opt.say(f"corrected joints: {write_trajectory(found, out)}")

@@ -41,14 +41,16 @@ class BlockOptions:
 class MarginOptions:
     """Options for the margins of a designed plate."""
 
-    clearance: Annotated[str, option("Minimum distance from plate, blocks, table, arm.")] = "10mm"
+    clearance: Annotated[
+        str, option("Minimum clearance of the arm from plate, blocks, table and itself.")
+    ] = "10mm"
     limit_margin: Annotated[str, option("Minimum distance of joints from their limits.")] = "10deg"
     errors: Annotated[
         str, option("Maximum manufacturing errors, length and angle, of arms that reach every target.")
     ] = "1mm,0.3deg"
-    spacing: Annotated[str, option("Minimum distance of two targets on the plate.")] = "80mm"
+    spacing: Annotated[str, option("Minimum distance between targets on the plate.")] = "80mm"
     retreat: Annotated[str, option("Distance over which the probe must be able to retract.")] = "50mm"
-    floor: Annotated[str, option("Height of the table in the robot's base; none: there is no table.")] = "0mm"
+    floor: Annotated[str, option("Height of the table in the robot's base; none: no table.")] = "0mm"
 
     def constraints(self):
         """The same in SI."""
@@ -72,21 +74,21 @@ def optimise(
     out: Annotated[Path, option("Write the designed plate here (.toml).")],
     block_options: BlockOptions,
     margins: MarginOptions,
-    targets: Annotated[int | None, option("How many; as many as the plate has if not given.")] = None,
+    targets: Annotated[int | None, option("Number of targets; default: as many as the plate has.")] = None,
     branches: Annotated[str, option("mixed, or single: one branch for all targets.")] = "mixed",
     reading: Annotated[
         str | None,
         option("Reading at a target: seat, socket, point, contacts, ball-bar; as in the plate if not given."),
     ] = None,
     shapes: Annotated[
-        int | None, option("Maximum number of different blocks, to make the plate cheaper; any if not given.")
+        int | None, option("Maximum number of different blocks, to reduce cost; any if not given.")
     ] = None,
     made: Annotated[
         str | None,
         option("Manufacturing method: machined, printed, breadboard or ball-bar; sets matching defaults."),
     ] = None,
     noise: Annotated[
-        str | None, option('Standard deviations of a visit: "0.1mm,0.02deg"; usual ones if not given.')
+        str | None, option('Standard deviations of one reading: "0.1mm,0.02deg"; typical ones if not given.')
     ] = None,
     visits: Annotated[int, option("Number of visits to each target.")] = 1,
     tolerance: ToleranceOption = None,

@@ -15,16 +15,17 @@ plates = group("plate", "Fixture plates: score, design, manufacture.")
 
 PlateArgument = Annotated[str, argument("Plate: a .toml file, or the built-in table2.")]
 NoiseOption = Annotated[
-    str | None, option('Standard deviations of the instrument: "0.1mm,0.02deg"; usual ones if not given.')
+    str | None, option('Standard deviations of the instrument: "0.1mm,0.02deg"; typical ones if not given.')
 ]
 ToleranceOption = Annotated[
-    str | None, option('Made within ±: holes and blocks, "0.05mm,0.05deg"; as the plate says if not given.')
+    str | None,
+    option('Manufacturing tolerance (±) of holes and blocks: "0.05mm,0.05deg"; default: the plate file.'),
 ]
 PlayOption = Annotated[
     str | None,
     option(
         'Play of the probe in a seat (±): "0.012mm,0.08deg"; pins: that of the drawn g6 pins; none. '
-        "As the plate says if not given; optimise assumes pins where it states none."
+        "Default: the plate file; optimise assumes pins if it states none."
     ),
 ]
 
@@ -34,7 +35,7 @@ USUAL = "0.1mm,0.02deg"
 
 
 def sigma_of(noise: str | None) -> tuple[float, float] | None:
-    """Standard deviations as given [m], [rad]; None for usual ones."""
+    """Given standard deviations [m], [rad]; None for typical ones."""
     return None if noise is None else opt.noise_of(noise)[:2]
 
 
@@ -75,7 +76,7 @@ class ScoreOptions:
 @plates.command()
 @opt.flattened
 def score(plate: PlateArgument, robot: opt.RobotOption, how: ScoreOptions) -> None:
-    """How well a plate determines the arm: O per target, all indices, predicted errors in its region."""
+    """Score a plate: O per target, all observability indices, predicted errors in its region."""
     from workbench.plate.report.plates import score_json, score_tables
 
     with how.choices("score") as choices:
@@ -93,7 +94,7 @@ def compare(
     robot: opt.RobotOption,
     how: ScoreOptions,
 ) -> None:
-    """Compare plates as if made alike: errors predicted in the first one's region, ranks, indices."""
+    """Compare plates under equal assumptions: predicted errors in the first one's region, ranks, indices."""
     from workbench.plate.report.plates import comparison_json, comparison_table
     from workbench.plate.score import alike, score_plates
 
@@ -112,7 +113,7 @@ def compare(
 
 
 def _with_unique_names(plates, given: list[str]) -> list:
-    """Plates whose names repeat are called by name and file."""
+    """Plates with repeated names are labelled with their files."""
     from collections import Counter
 
     counts = Counter(one.name for one in plates)

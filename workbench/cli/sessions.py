@@ -1,4 +1,4 @@
-"""Recorded sessions: review, replay, and the one that `serve` shows, new, gone on with, or a branch."""
+"""Recorded sessions: review, replay, and the one shown by `serve`: new, continued or branched."""
 
 import shlex
 from collections.abc import Callable
@@ -56,7 +56,7 @@ def review(
 
 
 def _compare(found: list, json: Path | None) -> "ComparedSessions":
-    """What differs, and which parameters have moved beyond their standard errors."""
+    """Differences, and parameters that moved beyond their standard errors."""
     from workbench.session.journal.compare_sessions import compare
 
     with opt.progress_bar("replay"):
@@ -69,7 +69,7 @@ def _compare(found: list, json: Path | None) -> "ComparedSessions":
 
 def replay(
     recording: RecordingArgument,
-    to: Annotated[int | None, option("Up to this step only.")] = None,
+    to: Annotated[int | None, option("Replay only up to this step.")] = None,
     report: Annotated[Path | None, option("Write the session's report here (.html), one file.")] = None,
     json: opt.JsonOption = None,
 ) -> None:
@@ -93,7 +93,7 @@ def replay(
 
 
 HEAD_START = 3.0
-"""How long a recording waits so as not to delay the page's first picture [s]; nothing is lost meanwhile."""
+"""Delay of the recording's start, so that the page's first picture comes sooner [s]; nothing is lost."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,8 +102,8 @@ class Opening:
 
     Args:
         read: Reads nominal robot and fixture; None as the fixture for one that is made for the arm.
-        begin: Makes the session of the two, once the page is there; tells it how far it is.
-        is_certain: Whether both are built in, so that nothing can be wrong with them.
+        begin: Makes the session from both once the page is open, and reports its progress.
+        is_certain: Whether both are built in, so that they need no checks.
     """
 
     read: Callable[[], tuple[Any, Any]]
@@ -114,7 +114,7 @@ class Opening:
 def open_session(
     robot: str, plate: str | None, *, session: Path | None, step: int | None, record: bool, live: str | None
 ) -> Opening:
-    """Decide where the session comes from and where it goes."""
+    """Decide where the session comes from and where it is recorded."""
     if step is not None and session is None:
         raise OptionError("--step needs --session DIR, the recording to branch off from")
     if live is not None:
@@ -152,7 +152,7 @@ def _is_session(folder: Path) -> bool:
 
 
 def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> Opening:
-    """Go on with a recording at its end, or branch off from a step."""
+    """Continue a recording at its end, or branch off from a step."""
 
     @cache
     def recorded():
@@ -169,7 +169,7 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
         from workbench.session.journal.restore import restore
 
         recording = recorded()
-        with opt.progress_bar("coming to the last state") as shown:
+        with opt.progress_bar("replaying to the last state") as shown:
 
             def show(part: float, text: str) -> None:
                 shown(part, text)
@@ -185,13 +185,13 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
 
 
 def _with_recorder(begun, live: str | None):
-    """The session with its pictures; says where it is kept, and how to stop."""
+    """The session with its recorder; prints where it is stored and how to stop."""
     if begun.folder is None:
-        opt.say("session:  not kept")
+        opt.say("session:  not recorded")
         opt.say("to stop:  Ctrl-C")
     else:
-        opt.say(f"session:  kept in {begun.folder}")
-        opt.say(f"to stop:  Ctrl-C; to go on: workbench serve --session {shlex.quote(str(begun.folder))}")
+        opt.say(f"session:  recorded in {begun.folder}")
+        opt.say(f"to stop:  Ctrl-C; to continue: workbench serve --session {shlex.quote(str(begun.folder))}")
     if begun.trouble:
         opt.say(f"note:     {begun.trouble}")
     if begun.folder is None and live is None:

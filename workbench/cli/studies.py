@@ -17,12 +17,12 @@ TESTS = Path(__file__).resolve().parents[2] / "tests"
 """Location of the studies in a checkout."""
 
 PageOption = Annotated[Path | None, option("Write a page with pictures and tables into this folder.")]
-works = group("reproduce", "The works behind this program done again: printed numbers beside ours.")
+works = group("reproduce", "Reproduce the two works behind this program: printed numbers beside ours.")
 
 
 @works.callback()
 def reproduce() -> None:
-    """The works behind this program done again: printed numbers beside ours."""
+    """Reproduce the two works behind this program: printed numbers beside ours."""
     if not (TESTS / "studies" / "__init__.py").is_file():
         raise FileError(
             "the studies of the two works are not installed with the package; run this command in a checkout "
@@ -72,7 +72,7 @@ def katana(
 
 
 def _output(found, out: Path | None, json: Path | None, *, write, as_json) -> None:
-    """Show what agrees, and write the page and the result where they are asked for."""
+    """Show what agrees, and write the page and the result if requested."""
     from studies.finding import findings_table
 
     opt.show(findings_table(found.findings))

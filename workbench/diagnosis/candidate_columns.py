@@ -1,9 +1,8 @@
 """Candidate columns: derivatives of every residual component with respect to effect coefficients.
 
-An effect's column is the sum of its elements' twists times its law, seen by the block's observation and
-whitened; the moments are those of the arm as it is deflected by what was accepted. Of the total derivative
-the part that bends the moments once more is left out: it is of second order, and refits do not use these
-columns.
+An effect's column is the sum of its elements' twists times its law, mapped by the block's observation and
+whitened; the moments are those of the arm deflected by the accepted effects. The dependence of the moments on
+the new deflection is neglected: it is of second order, and refits do not use these columns.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,7 +25,7 @@ from workbench.identification.problem_blocks import RowBlock
 
 
 def carriers(effects: Sequence[AbstractEffect]) -> tuple[AbstractEffect, ...]:
-    """The fewest of some effects whose coefficients cover those of all of them."""
+    """The smallest subset of effects whose coefficients cover those of all."""
     kept: list[AbstractEffect] = []
     covered: set[str] = set()
     for effect in sorted(effects, key=lambda e: -len(e.names)):
@@ -46,9 +45,9 @@ def candidate_columns(
     """Whitened columns of some effects, block by block.
 
     Args:
-        problem: Its arm carries what was accepted so far.
-        x: Its answer.
-        effects: Without common coefficients; K of these in all.
+        problem: Problem with the effects accepted so far.
+        x: Its solution.
+        effects: Effects without common coefficients; K coefficients in all.
         loaded: Fitted effects of load; masses, centres and gravity act through each of them.
 
     Yields:
@@ -68,7 +67,7 @@ def candidate_columns(
         products: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         start = 0
         for k, (where, law) in enumerate(laws):
-            if k >= len(effects):  # what acts in this block's session, in the places of what acts in any
+            if k >= len(effects):  # entries of this block's session among those of all sessions
                 session, law = law, np.zeros((*law.shape[:2], len(problem.inertia_tolerance)))
                 law[:, :, [index[problem.names[place]] for place in places]] = session
             mine = np.arange(start, start := start + law.shape[2])
@@ -83,7 +82,7 @@ def candidate_columns(
 
 
 def acting(problem: Problem, block: RowBlock) -> tuple[np.ndarray, np.ndarray]:
-    """Places in x, and columns of `load_regressor`, of what acts on a block's rows through loads alone."""
+    """Indices in x, and columns of `load_regressor`, of what acts on a block's rows through loads only."""
     if block.deflected is None:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     places = np.concatenate([block.deflected.inertia, block.deflected.gravity])
@@ -92,7 +91,7 @@ def acting(problem: Problem, block: RowBlock) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[RowBlock, Robot, Motion]]:
-    """The arm at x with the frames of every block, and the block's rows."""
+    """The arm at x with the frames of each block, and the block's rows."""
     arm, motion = problem.frames.placed(problem.robot_at(x), problem.data.sessions), Motion.of(problem.data)
     for block in problem.blocks:
         mine = motion.take(block.rows) if block.deflected is None else block.deflected.motion
@@ -108,14 +107,14 @@ def effect_twists(
     varying: np.ndarray | None = None,
     link: int | None = None,
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 e"], list[tuple[np.ndarray, np.ndarray]]]:
-    """Poses of an arm with the effects that it has, the tool's twists per element that further ones move, and
-    by each of these, and of `loaded`, which elements are its own, and its law.
+    """Poses of an arm with its effects, the tool's twists per element moved by further effects, and for each
+    of these, and of `loaded`, its elements and its law.
 
     Args:
-        effects: Further ones.
-        loaded: Effects of load, sized, through which the twists per mass and centre are wanted too.
-        varying: Which of these, as `load_regressor` has them.
-        link: The moving link, from 1, that is watched from a level frame in place of the tool.
+        effects: Further effects.
+        loaded: Effects of load with their coefficients, for twists per mass and centre.
+        varying: Which masses and centres, as in `load_regressor`.
+        link: The moving link, from 1, that is observed from a level frame instead of the tool.
     """
     deflected = deflect(robot, motion)
     offered = {name for e in effects for name in e.names}
@@ -139,7 +138,7 @@ def effect_twists(
 
 
 def known_wrenches(robot: Robot, motion: Motion, shift: np.ndarray = chains.NO_SHIFT) -> np.ndarray:
-    """Through every joint, from masses or else from measured torques; empty where neither is known."""
+    """Through every joint, from masses or else from measured torques; empty if neither is known."""
     if robot.has_masses:
         return motion_wrenches(robot, motion, shift=shift)
     if motion.torque is None:

@@ -1,4 +1,4 @@
-"""The candidates for an arm: all that the registered effects offer for its joints and the rows.
+"""Candidates for an arm: everything the registered effects offer for its joints and the rows.
 
 Candidates that can't be tried are reported with the reason.
 """
@@ -18,18 +18,18 @@ from workbench.base.columns import row_drivers
 from workbench.diagnosis.candidate_columns import known_wrenches
 
 IDLE = 0.01
-"""Part of the most that any joint's law moves it, below which a joint is not driven."""
+"""Share of the largest joint's law below which a joint counts as not driven."""
 CONFOUNDED = 0.95
-"""Correlation of two drivers from which on they are called confounded."""
+"""Correlation above which two drivers are reported as confounded."""
 
 
 @dataclass(frozen=True, eq=False)
 class Catalogue:
-    """What is tried.
+    """Candidates to try.
 
     Args:
         candidates: Effects with zero coefficients.
-        notes: What could not be tried, and why, one sentence each.
+        notes: Candidates that can't be tried, and why, one sentence each.
     """
 
     candidates: tuple[Candidate, ...]
@@ -37,10 +37,10 @@ class Catalogue:
 
 
 def catalogue(robot: Robot, motion: Motion) -> Catalogue:
-    """Everything that some rows could show of an arm.
+    """All candidates that some rows could show.
 
     Args:
-        robot: The arm; effects that it carries already are not offered again.
+        robot: The arm; effects that it already has are not offered again.
     """
     offers = [offer for kind in EFFECTS.values() for offer in kind.offers(robot, motion)]
     found = (offer for offer in offers if isinstance(offer, Candidate))
@@ -55,7 +55,7 @@ def catalogue(robot: Robot, motion: Motion) -> Catalogue:
 
 
 def _alike(candidate: Candidate, robot: Robot, motion: Motion) -> Candidate | None:
-    """An effect of many joints with those that something drives, expected to move all about as far."""
+    """An effect of all driven joints, scaled so that their expected motions are about equal."""
     effect = candidate.effect
     sizes = law_sizes(robot.with_effects(effect), motion, effect.names)
     largest = max(sizes.values())
@@ -67,21 +67,21 @@ def _alike(candidate: Candidate, robot: Robot, motion: Motion) -> Candidate | No
 
 
 def _still(motion: Motion) -> Iterator[str]:
-    """Sentences on joints that tell nothing of errors over their position."""
+    """Notes on joints whose motion is too small for errors over their position."""
     for joint in sorted(set(range(motion.q.shape[1])) - set(moved_joints(motion))):
-        yield f"joint {joint + 1} hardly moved, so no error over its position was looked for"
+        yield f"joint {joint + 1} hardly moved, so errors that depend on its position were not tried"
 
 
 def _drivers(motion: Motion) -> Iterator[str]:
-    """Sentences on drivers that don't vary, or vary together."""
+    """Notes on drivers that don't vary, or vary together."""
     if motion.payload is not None and len(motion) and np.ptp(motion.payload) == 0.0:
-        yield "the payload is the same in all rows: it can't be separated from the arm's own weight"
+        yield "the payload is the same in all rows, so it can't be separated from the arm's own weight"
     known = {n: v for n, v in motion.drivers.items() if n in row_drivers()}
     varied = {n: v for n, v in known.items() if np.isfinite(v).all() and np.ptp(v) > 0}
     for a, b in combinations(varied, 2):
         together = abs(np.corrcoef(varied[a], varied[b])[0, 1])
         if together > CONFOUNDED:
             yield (
-                f"{a} and {b} run together in these rows ({100 * together:.0f} % correlated): their effects "
+                f"{a} and {b} are {100 * together:.0f} % correlated in these rows, so their effects "
                 "can hardly be distinguished"
             )

@@ -1,7 +1,7 @@
-"""The search of a diagnosis: geometry alone, then rounds of events and effects, until what was found stands.
+"""The search of a diagnosis: geometry alone, then rounds of events and effects until the result is confirmed.
 
-What a search finds is judged on rows that took no part in it. It is made again without events that it
-doubts, without events where a fit with them went astray, and without anything where nothing explains much.
+Results are judged on rows that took no part in the search. It is repeated without uncertain events, without
+any events if a fit with them diverged, and without anything if nothing explains much.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ from workbench.identification.result import Validation
 from workbench.identification.row_errors import Errors, RowErrors
 
 LOST = 1.5
-"""Times the error of the geometry on the fitted rows from which on a fit with effects went astray."""
+"""A fit with effects has diverged if its error on the fitted rows exceeds the geometry's by this factor."""
 
 
 class JudgedArm(NamedTuple):
@@ -35,17 +35,17 @@ class JudgedArm(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CauseSearch:
-    """What was fitted.
+    """Result of the search.
 
     Args:
-        robot: The nominal arm, with masses assumed where its file lacks some.
-        ready: The rows, without held-out ones that don't tell on which side of an event they lie.
+        robot: The nominal arm, with assumed masses where its file has none.
+        ready: The rows, without held-out ones that may lie on either side of an event.
         first: The geometry alone.
-        rounds: The searches, from the first to the last.
-        too_few: Why none was made; None if one was.
-        before: The geometry on the rows that judge.
-        after: The last round's arm on them.
-        nominal: The nominal arm on them.
+        rounds: The searches, first to last.
+        too_few: Why no search was made; None if one was.
+        before: Errors of the geometry on the judging rows.
+        after: Errors of the last round's arm on them.
+        nominal: Errors of the nominal arm on them.
     """
 
     robot: Robot
@@ -59,18 +59,18 @@ class CauseSearch:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the fit with what was found ended far above the geometry alone, which it contains."""
+        """Whether the fit with effects ended far above the geometry alone, which it contains."""
         before, after = (v.errors.train.position_mm.rms for v in (self.before, self.after))
         return bool(after > LOST * before)
 
 
 def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> CauseSearch:
-    """Fit the geometry, then look for effects; what then explains next to nothing is the wrong robot's."""
-    progress(0.3, "fitting the geometry, setting outliers apart")
+    """Fit the geometry, then search for effects; a result that explains next to nothing means a wrong arm."""
+    progress(0.3, "fitting the geometry, excluding outliers")
     first = geometry_first(ready.problem)
     too_few = too_few_rows(first.fitted.fit)
     found = _rounds_with_sure_events(first, rng) if too_few is None else rounds(first, rng, search=False)
-    progress(0.8, "judging what was found")
+    progress(0.8, "judging the result")
     search = _validated_search(robot, ready, first, found, too_few)
     if search.is_lost:
         search = _validated_search(robot, ready, first, rounds(first, rng, events=()), too_few)
@@ -80,9 +80,10 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
 
 
 def _rounds_with_sure_events(first: Stage, rng: np.random.Generator) -> tuple[Searched, ...]:
-    """The search for events and effects, made again without the events that it doubts.
+    """The search for events and effects, repeated without uncertain events.
 
-    Rows in an order of their own look alike, so where they still do nothing less than certain happened.
+    Consecutive rows often have similar postures, so an event that is less than certain may be an effect of
+    posture.
     """
     found = rounds(first, rng)
     while odds := odds_of_events(found[-1]):
@@ -99,7 +100,7 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator) -> tuple[Se
 def _validated_search(
     robot: Robot, ready: Prepared, first: Stage, found: Sequence[Searched], too_few: str | None
 ) -> CauseSearch:
-    """What was found, with its errors on the rows that are on a known side of its events."""
+    """A search with its errors on rows that lie on a known side of its events."""
     ready = without_undecided(ready, found[-1])
     before, after = _validated(ready, first), _validated(ready, found[-1].stage)
     return CauseSearch(robot, ready, first, found, too_few, before, after, _nominal(ready))
@@ -112,7 +113,7 @@ def _nominal(ready: Prepared) -> Validation:
 
 
 def _validated(ready: Prepared, stage: Stage) -> JudgedArm:
-    """Errors on the fitted rows, outliers left out, and on the held-out rows."""
+    """Errors on the fitted rows without outliers, and on the held-out rows."""
     fit = stage.fitted.fit
     arm = fit.arm
     train, held = replace(ready, problem=fit.problem).errors(arm, fit.problem.instrument(fit.x))

@@ -1,36 +1,36 @@
-"""The claims of a diagnosis: causes of significant size, with odds. The rest predicts without naming a cause.
+"""Causes claimed by a diagnosis, with odds. Other accepted effects predict without naming a cause.
 
-Effects of one kind that joints have together are one cause. An accepted effect is a cause if
+Effects of one kind in several joints are one cause. An accepted effect is a cause if
 
 - it is physically possible, as its own file bounds it, and a coefficient exceeds three standard errors;
-- it stands out: where one joint scatters and the others don't, something in that joint is not modelled, of
-  which an effect of the joint's own position or motion may be a part;
-- what it explains on rows that took no part in its fit, fold by fold, exceeds one standard error;
-- that is at least a tenth of what is left, and a third of the noise.
+- it stands out: if one joint scatters and the others don't, something in that joint is not modelled, and an
+effect of the joint's own position or motion may be part of it;
+- what it explains in cross-validation exceeds one standard error;
+- this is at least a tenth of the residual and a third of the noise.
 
-All others, and smooth errors of a joint that have no physical name, are the *residual map*. The odds are
-those of the evidence against the best effect of another claim in the cause's place, or against none; one that
-holds the cause as a special case and has more coefficients is no rival. They are stated as they would survive
-other rows of the same arm: less one standard error of their logarithm, found by leaving out fold after fold.
-What every part of the rows prefers stays probable; what other rows might leave too small is no more.
+All others, and smooth errors of a joint without a physical name, form the *residual map*. The odds compare
+the evidence with that of the best effect of another claim in the cause's place, or of none; an effect that
+contains the cause as a special case and has more coefficients is no rival. One standard error of the log
+odds, from leaving out fold after fold, is subtracted, so that they would hold for other rows of the same arm.
+A cause preferred by every fold is at least probable; one that might be too small in other rows is no more.
 
-However large the odds, a cause is no more than probable, at the lowest odds so called (of 546 claims held
-back on virtual arms with incomplete files, 92 % were true),
+However large the odds, a cause is only probable (of 546 claims capped this way on virtual arms with
+incomplete files, 92 % were true)
 
-- while what it leaves is smooth over postures, or in the order of the rows, by a third of what it explains,
-  or a residual map of its joint predicts as much: another law may then do what this one does, and rows that
-  share an error count as more than they tell;
-- where a rival that holds it as a special case does nearly as well, though it has more coefficients;
-- while, of an error of one joint's position, a smooth one without a name is within the odds of "certain":
-  what drags or is worn follows no law, and few rows look like the nearest one;
-- while another cause is of the position of the same joint, or, of a scale, of its motion, or other play is
-  decided by load as well: what two laws do together may be one that is not known;
-- while it doesn't stand out so, though its load drives it;
-- where the rows can't tell what drives it from what else differs between them (`AbstractEffect.doubt`).
+- if the residual is smooth over postures or row order by a third of what the cause explains, or a residual
+map of its joint predicts as much: another law may then explain the same, and rows that share an error
+carry less information than independent ones;
+- if a rival that contains it as a special case does nearly as well despite having more coefficients;
+- if, for an error over one joint's position, a smooth map is within the odds of "certain": friction and wear
+follow no simple law, and with few rows they resemble the nearest one;
+- if another cause depends on the same joint's position (for a scale, also on its motion), or another backlash
+is decided by load: two laws together may stand for a single unknown one;
+- if it is driven by load but doesn't stand out;
+- if its driver is confounded with other differences between rows (`AbstractEffect.doubt`).
 
-Of a slide of an arm without masses nothing can be told, as how it tips while it extends can't be tried; a
-coupling is no more than probable there, as the load on a bearing goes with other joints' positions too.
-A cause that is certain names the joints of which a coefficient exceeds four standard errors, and no others.
+For prismatic joints of an arm without masses nothing is claimed, as tilting under load can't be tried; a
+coupling is only probable there, as bearing loads depend on other joints' positions too. A certain cause names
+only the joints whose coefficient exceeds four standard errors.
 """
 
 from collections.abc import Callable, Sequence
@@ -68,20 +68,21 @@ from workbench.identification.row_errors import Errors
 Sizes = dict[tuple[str, ...], list[float]]
 
 STANDS_OUT = 10.0
-"""Times the scatter of its joint, where that joint scatters alone, that the most a cause moves it must be."""
+"""Minimum ratio of a cause's largest motion to its joint's scatter, if that joint alone scatters."""
 PART_OF_REST, PART_OF_NOISE = 0.1, 1.0 / 3.0
-"""Parts of what is left, and of the noise, that a cause must explain at least."""
+"""Minimum shares of the residual and of the noise that a cause must explain."""
 MAX_ODDS = 1e12
-"""Odds beyond this say nothing more."""
+"""Odds are capped at this value."""
 STRAINED = 1.5
-"""Times what all effects explain together, beyond which a cause is no more than probable: as if the geometry
-were linear so far."""
+"""A cause that alone explains more than this multiple of what all effects explain is only probable:
+linearisation errors of the geometry."""
 SMOOTH = 1.0 / 3.0
-"""Part of what a certain cause explains that may be smooth in what is left, or in a map of its joint."""
-UNTRIED = "without masses, how it tips as it extends can't be tried"
-UNTRIED_ACROSS = "without masses, how bearings and links give way under the load can't be tried"
+"""Maximum smooth part of the residual, or of a map of its joint, relative to what a certain cause
+explains."""
+UNTRIED = "without masses, tilting of the joint under load can't be tried"
+UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
 LOOK_ALIKES = 3
-"""Look-alikes that are listed."""
+"""Maximum number of look-alikes listed."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -89,13 +90,13 @@ class Cause:
     """A physical cause of what the geometry leaves.
 
     Args:
-        effects: What of the saved model it is.
+        effects: Its effects in the saved model.
         odds: Against the best other claim.
         contribution_mm: What it explains at the tool (`explained.py`) [mm]; NaN where no positions were
             measured.
-        text: What it does, in plain English.
-        look_alikes: Other claims that the rows can't tell from it, the best first.
-        unsure: Joints of its effects that it does not name, counted from 0.
+        text: Description for people.
+        look_alikes: Claims that these rows can't distinguish from it, best first.
+        unsure: Joints of its effects that are not named, counted from 0.
         doubt: Why it can't be certain, as a clause; empty if it can.
         contribution_deg: What it explains of orientations [deg]; NaN where none were measured.
     """
@@ -111,12 +112,12 @@ class Cause:
 
     @property
     def claim(self) -> str:
-        """What it does, or what else may do that."""
-        return f"{self.text}; or else {_listed(self.look_alikes)}" if self.look_alikes else self.text
+        """Its description, or those of its look-alikes."""
+        return f"{self.text}; or {_listed(self.look_alikes)}" if self.look_alikes else self.text
 
     @property
     def stated(self) -> str:
-        """That with how sure it is."""
+        """Its claim with its confidence."""
         if self.look_alikes:
             return f"{self.claim} ({self.confidence})"
         first, *rest = self.text.split("; ", 1)
@@ -124,7 +125,7 @@ class Cause:
 
     @property
     def sentence(self) -> str:
-        """What it does, and why that isn't certain."""
+        """Its claim, and why it isn't certain."""
         return f"{self.claim}; {self.doubt}" if self.doubt else self.claim
 
     @property
@@ -139,7 +140,7 @@ class Cause:
 
     @property
     def event(self) -> AbstractEvent | None:
-        """What happened while the rows were measured, if that is the cause."""
+        """The event, if the cause is one."""
         return self.whole if isinstance(self.whole, AbstractEvent) else None
 
     @property
@@ -163,19 +164,19 @@ class Cause:
 
     @cached_property
     def whole(self) -> AbstractEffect:
-        """Its effects as one, of the joints that it names."""
+        """Its effects as one, for the joints that it names."""
         return without_joints(together(self.effects), self.unsure)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ResidualMap:
-    """What of the saved model predicts and claims nothing.
+    """The part of the saved model that predicts without claiming a cause.
 
     Args:
-        effects: Smooth errors of joints, and effects too small to be called causes.
+        effects: Smooth errors of joints, and effects too small to be causes.
         before: Held-out errors without them: of the geometry, with the causes if these alone predict better.
-        after: With them.
-        beside_causes: Whether they do.
+        after: Held-out errors with them.
+        beside_causes: Whether `before` includes the causes.
     """
 
     effects: tuple[AbstractEffect, ...]
@@ -189,7 +190,7 @@ class ResidualMap:
 
     @property
     def claim(self) -> str:
-        """What it does not claim."""
+        """Statement that it names no cause."""
         where = f" of {joint_list(self.joints)}" if self.joints else ""
         return f"A residual map{where} predicts the rest, but names no cause"
 
@@ -204,7 +205,7 @@ class ResidualMap:
 
 
 def together(effects: Sequence[AbstractEffect]) -> AbstractEffect:
-    """Effects of one kind as one of all their joints."""
+    """Effects of one kind, merged into one of all their joints."""
     first, *others = sorted(effects, key=lambda e: e.joints)
     if not others:
         return first
@@ -223,14 +224,14 @@ def find_causes(
     *,
     together_mm: float,
 ) -> tuple[Cause, ...]:
-    """The causes among the accepted effects, the largest contribution first.
+    """Causes among the accepted effects, largest contribution first.
 
     Args:
         searched: The last search, at the final fit.
-        arm: The arm as it was found.
-        floor: Noise that was known beforehand.
+        arm: The identified arm.
+        floor: Noise known beforehand.
         std: Standard errors of its coefficients.
-        together_mm: Root mean square of what all effects explain at the tool, on the fitted rows [mm].
+        together_mm: What all effects together explain at the tool, rms over the fitted rows [mm].
     """
     sized = {e.names: e for e in arm.effects}
     known = searched.stage.geometric.typical_noise
@@ -252,7 +253,7 @@ def find_causes(
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
         first = group[0].candidate
         found_sizes = [(n, s) for e in effects for n, s in zip(e.names, e.coefficients, strict=True)]
-        if not first.effect.is_event and (  # events decide which arm is saved: always named
+        if not first.effect.is_event and (  # events determine which arm is saved, so they are always named
             first.effect.is_nameless
             or (first.shrunk and first.effect.maps_joint)
             or size < minimum
@@ -313,7 +314,7 @@ def find_causes(
 
 
 def _noise(left: float, known: Noise, floor: Noise | None) -> float:
-    """Standard deviation of a whitened component by noise alone, at most what is left."""
+    """Standard deviation of a whitened component due to noise, at most that of the residual."""
     if floor is None:
         return left
     ratios = np.array(floor[:2]) / np.array(known[:2])
@@ -321,7 +322,7 @@ def _noise(left: float, known: Noise, floor: Noise | None) -> float:
 
 
 def odds_of_events(searched: Searched) -> dict[Candidate, float]:
-    """The odds of every event in the model; 0 of one that explains too little, or may be its postures."""
+    """Odds of every event in the model; 0 if it explains too little or may be an effect of posture."""
     grams, model = searched.grams, searched.found.model
     motion = Motion.of(searched.stage.fitted.problem.data)
     events = [t for t in model if t.candidate.effect.is_event]
@@ -337,12 +338,12 @@ def odds_of_events(searched: Searched) -> dict[Candidate, float]:
 
 
 def _odds(lead: float) -> float:
-    """Odds by their logarithm, as far as they say anything."""
+    """Odds from their logarithm, capped."""
     return float(np.exp(np.clip(lead, 0.0, np.log(MAX_ODDS))))
 
 
 def _groups(model: Model) -> list[Model]:
-    """Terms of one claim: those of one kind that joints have together, every other one alone."""
+    """Terms of one claim: those of one kind in several joints, every other term alone."""
     out: dict[object, Model] = {}
     for k, term in enumerate(model):
         key: object = kind_of(term) if term.candidate.effect.of_many_joints else k
@@ -353,7 +354,7 @@ def _groups(model: Model) -> list[Model]:
 def _masked_by_scatter(
     effects: Sequence[AbstractEffect], maximum: Sizes, scatter: Readings | None
 ) -> list[AbstractEffect]:
-    """Those that don't stand out of what a joint that they move scatters alone."""
+    """Terms that don't stand out from the scatter of a joint that scatters alone."""
     if scatter is None:
         return []
 
@@ -369,7 +370,7 @@ def _masked_by_scatter(
 
 
 def _largest_loads(arm: Robot, motion: Motion) -> Sizes:
-    """The most that each coefficient of an effect moves an element over the rows [rad or m]."""
+    """Maximum motion of an element per coefficient over the rows [rad or m]."""
     sizes = law_sizes(arm, motion, [n for e in arm.effects for n in e.names])
     return {
         e.names: [sizes[n] * abs(c) for n, c in zip(e.names, e.coefficients, strict=True)]
@@ -380,8 +381,8 @@ def _largest_loads(arm: Robot, motion: Motion) -> Sizes:
 def _against_rivals(
     searched: Searched, group: Model
 ) -> tuple[float, tuple[AbstractEffect, ...], Callable[[], Survival]]:
-    """Odds of some terms against the best other claim, the claims that can't be told from them, and what is
-    left of it where things are otherwise."""
+    """Odds of some terms against the best other claim, the claims that are indistinguishable from them, and
+    how the odds change under varied assumptions."""
     whole = place_of(searched, group)
     parts = [place_of(replace(searched, grams=g), group) for g in searched.grams.without_each]
     near = {

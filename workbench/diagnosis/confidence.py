@@ -1,13 +1,13 @@
-"""How sure a cause is: odds, and the names that they have."""
+"""Confidence in a cause: odds and their names."""
 
 from enum import StrEnum
 
 CERTAIN, PROBABLE = 1000.0, 20.0
-"""Odds from which on a cause is called so; below, it can't be told from its rival."""
+"""Minimum odds for each name; below, cause and rival can't be distinguished."""
 
 
 class Confidence(StrEnum):
-    """How sure a cause is, by its odds."""
+    """Confidence in a cause, by its odds."""
 
     CERTAIN = "certain"
     PROBABLE = "probable"

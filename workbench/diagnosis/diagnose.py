@@ -59,8 +59,8 @@ from workbench.identification.set_apart import (
 from workbench.plate.argument_types import checked_arguments
 
 NO_DIRECTION = (
-    "play by the direction of motion was not tried: no row has a direction or a time; if rows stand in the "
-    "order in which they were measured, add time[s], or directions as direction1 …"
+    "backlash that depends on the direction of motion was not tried: rows have neither times nor directions; "
+    "add time[s] if they are in the order of measurement, or else direction1 …"
 )
 
 
@@ -77,10 +77,10 @@ def diagnose(
     """Find the effects that the model of an arm lacks, add them, and validate them on held-out rows.
 
     Args:
-        robot: Nominal arm; effects that it carries already act as they are.
-        data: Measurements, with whatever may drive an effect.
+        robot: Nominal arm; effects that it already has keep their values.
+        data: Measurements, with any drivers of effects.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
-        measurable: Tells which postures can be measured next; all that the arm can take if None.
+        measurable: Whether a posture can be measured next; all reachable ones if None.
 
     Raises:
         DataError: too few rows, or data that contradict the robot beyond doubt.
@@ -106,18 +106,19 @@ def diagnose(
 
 @dataclass(frozen=True, eq=False)
 class _Saved:
-    """The arm that is saved.
+    """The saved arm.
 
     Args:
-        fit: The last model, fitted again on all rows of the file but the suspects; that of the last search if
-            no row was held out there, or the fit on all did not converge.
+        fit: The last model, refitted to all rows of the file except suspects; that of the last search if no
+            row
+        was held out, or if the refit did not converge.
         suspects: Which held-out rows no arm explains.
-        note: What was fitted once more; None where nothing was.
-        undetectable: Effects of load that the rows can't show.
+        note: Note on the refit; None without one.
+        undetectable: Effects of load that are unobservable in the rows.
         std: Standard errors of the coefficients, with what undetectable effects may add.
-        effects: What the model holds, the clearest first.
+        effects: Effects of the model, clearest first.
         trial: Computes the errors of other models.
-        now: The event after which the saved arm holds, and its error since; None if nothing happened.
+        now: The event after which the saved arm is valid, and its error since; None without events.
     """
 
     fit: Fit
@@ -132,7 +133,7 @@ class _Saved:
 
 @dataclass(frozen=True, eq=False)
 class _Claims:
-    """What the diagnosis says about the arm; fields as in `Diagnosis`."""
+    """Claims of the diagnosis; fields as in `Diagnosis`."""
 
     causes: tuple[Cause, ...]
     residual_map: ResidualMap | None
@@ -145,14 +146,14 @@ class _Claims:
 
 
 def _saved_arm(search: CauseSearch, advice: Advice) -> _Saved:
-    """The last round's arm fitted on all rows, with the standard errors and rivals of its effects."""
+    """The last round's arm fitted to all rows, with standard errors and rivals of its effects."""
     last, ready, geometry = search.rounds[-1], search.ready, search.first.fitted
     fit = last.stage.fitted.fit
     suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.fit.x))
     final, note = fitted_on_all(ready, last, suspect_rows)
     motion, trial = Motion.of(fit.problem.data), Trial(ready, last)
     missing = advice.ask(
-        "what the rows can't show", lambda: () if search.too_few else undetectable(last, fit.arm, motion), ()
+        "unobservable effects", lambda: () if search.too_few else undetectable(last, fit.arm, motion), ()
     )
     std = StandardErrors(final, hidden_variance(last, missing))
     alone, after = (judged(v.errors) for v in (search.before, search.after))
@@ -170,11 +171,11 @@ def _claims(
     rng: np.random.Generator,
     advice: Advice,
 ) -> _Claims:
-    """Causes, residual map, structure of what is left, and the verdict.
+    """Causes, residual map, structure of the residuals, and the verdict.
 
     Args:
-        given: The robot as it was given.
-        known: Noise that was stated beforehand.
+        given: The robot as given.
+        known: Noise known beforehand.
     """
     last, ready = search.rounds[-1], search.ready
     fit, geometric = last.stage.fitted.fit, last.stage.geometric
@@ -185,7 +186,7 @@ def _claims(
     residual_map = _residual_map(last.found.model, saved.effects, causes, saved.trial, search)
     structure = Structure()
     if search.too_few is None:
-        structure = advice.ask("the structure of what is left", lambda: structure_of(fit, rng), structure)
+        structure = advice.ask("the structure of the residuals", lambda: structure_of(fit, rng), structure)
     verdict, message = conclude(
         causes,
         residual_map,
@@ -218,8 +219,8 @@ def _found_causes(search: CauseSearch, saved: _Saved, known_noise: Noise | None)
 
 
 def _additions(search: CauseSearch, saved: _Saved, advice: Advice) -> Iterator[str]:
-    """Sentences that follow the verdict: which flanks are open, what got worse, which arm is saved."""
-    if missing := advice.ask("which flanks are known", lambda: open_flanks(saved.fit), {}):
+    """Sentences that follow the verdict: undecided flanks, degradation, which arm is saved."""
+    if missing := advice.ask("undecided flanks", lambda: open_flanks(saved.fit), {}):
         yield open_flanks_text(missing, search.robot.chain)
     if worse := degradation_warning(_nominal_rows(search), search.after.rows):
         yield f"Warning: {worse}."
@@ -230,7 +231,7 @@ def _additions(search: CauseSearch, saved: _Saved, advice: Advice) -> Iterator[s
 
 
 def _nominal_rows(search: CauseSearch) -> tuple[RowErrors, RowErrors]:
-    """Errors of the nominal arm on the fitted rows, outliers left out, and on the held-out rows."""
+    """Errors of the nominal arm on the fitted rows without outliers, and on the held-out rows."""
     fitted, held = search.ready.nominal_rows
     return fitted.take(search.rounds[-1].stage.keep), held
 
@@ -244,7 +245,7 @@ def _measured_next(
     measurable: Measurable | None,
     advice: Advice,
 ) -> tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]:
-    """Poses that sharpen the accepted effects, and tell them from their look-alikes."""
+    """Poses that reduce the uncertainty of accepted effects and separate them from look-alikes."""
     fit = search.rounds[-1].stage.fitted.fit
     requested = [a.effect for a in saved.effects] + [e for c in claims.causes for e in c.look_alikes]
     return advice.ask(
@@ -257,7 +258,7 @@ def _measured_next(
 def _notes(
     search: CauseSearch, saved: _Saved, outliers: Int[np.ndarray, " k"], given: Robot, advice: Advice
 ) -> Iterator[str]:
-    """What users should know beside the verdict, one sentence each."""
+    """Notes for the user beside the verdict, one sentence each."""
     ready, last = search.ready, search.rounds[-1]
     fit, effects = last.stage.fitted.fit, [a.effect for a in saved.effects]
     chain = search.robot.chain
@@ -296,7 +297,7 @@ def _diagnosis(
     gross: np.ndarray,
     advice: Advice,
 ) -> Diagnosis:
-    """Compute what is still missing and collect it all; `gross` are rows set apart before any fit."""
+    """Compute the remaining fields and collect the result; `gross` are rows excluded before any fit."""
     ready, stage = search.ready, search.rounds[-1].stage
     fit = stage.fitted.fit
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
@@ -352,7 +353,7 @@ def _diagnosis(
 def _residual_map(
     model: Model, accepted: Sequence[Accepted], causes: Sequence[Cause], trial: Trial, search: CauseSearch
 ) -> ResidualMap | None:
-    """The accepted effects that are no causes, with what they add to those that are."""
+    """The accepted effects that are not causes, with their contribution beside the causes."""
     claimed = {e.names for c in causes for e in c.effects}
     others = tuple(a.effect for a in accepted if a.effect.names not in claimed)
     if not others:
@@ -385,15 +386,15 @@ def _accepted(
     alone: Errors,
     after: Errors,
 ) -> tuple[Accepted, ...]:
-    """The effects of the last fit with their standard errors, rivals, and what each brings.
+    """The effects of the last fit with standard errors, rivals and individual contributions.
 
     Args:
         last: The last search.
-        final: Its model on all rows.
-        trial: Tries models out at that search.
+        final: Its model fitted to all rows.
+        trial: Evaluates other models at that search.
         std: Standard errors of the coefficients [SI].
-        advice: Asks for rivals, and for the errors without each effect.
-        alone: Errors of the geometry alone on the rows that judge.
+        advice: Computes rivals, and errors without each effect.
+        alone: Errors of the geometry alone on the judging rows.
         after: Errors of the whole model on them.
     """
     sized = {e.names: e for e in final.arm.effects}

@@ -1,4 +1,4 @@
-"""What events mean for the rows that judge, and for the arm that is saved."""
+"""Consequences of events for the judging rows and for the saved arm."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from workbench.identification.undecided_rows import UNDECIDED
 def without_undecided(ready: Prepared, last: Searched) -> Prepared:
     """The rows without held-out ones between the last row before a step and the first one after it.
 
-    Nothing but themselves could say on which side they lie.
+    Only these rows themselves could show on which side of the step they lie.
     """
     held, fitted = Motion.of(ready.held), Motion.of(last.stage.fitted.problem.data)
     between = np.zeros(len(ready.held), bool)
@@ -41,11 +41,11 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
 
 @dataclass(frozen=True)
 class Now:
-    """The arm that is saved: as it is after the last event.
+    """The saved arm: its state after the last event.
 
     Args:
-        row: The first row of the file that shows it.
-        mean_mm: Its mean error on the rows from there on, fitted and held-out ones, suspects left out [mm].
+        row: The first row of the file in this state.
+        mean_mm: Its mean error on the rows from there on, fitted and held-out ones without suspects [mm].
     """
 
     row: int
@@ -53,13 +53,12 @@ class Now:
 
     @property
     def sentence(self) -> str:
-        """Which rows show it, and how well it meets them."""
-        size = f", where its mean error is {self.mean_mm:.3g} mm" if np.isfinite(self.mean_mm) else ""
-        return f"The saved arm is the one after the last event, from row {self.row} on{size}."
+        size = f", with a mean error of {self.mean_mm:.3g} mm" if np.isfinite(self.mean_mm) else ""
+        return f"The saved arm is that after the last event, from row {self.row} on{size}."
 
 
 def arm_now(ready: Prepared, final: Fit, left_out: Bool[np.ndarray, " held"]) -> Now | None:
-    """The saved arm, and its errors; None where nothing happened."""
+    """The saved arm and its errors; None without events."""
     events = list(_events(final.arm.effects))
     if not events:
         return None

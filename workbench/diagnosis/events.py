@@ -1,8 +1,8 @@
-"""Where events are worth trying: an exact search over all places in time of every kind of step and warm-up.
+"""Candidate events: an exhaustive search over all times for every kind of step and warm-up.
 
-The column of an event is one that the geometry has already (the frame, the tool, a joint's zero), weighed by
-w in time: inner products of it with any other column are sums over pieces of the time, Σ w P, and of a step
-running sums. Each place is then a system of the event's own size, once geometry and model are projected out:
+The column of an event is a geometric one (the frame, the tool, a joint's zero) weighted by w over time: its
+inner products with any other column are sums over pieces of time, Σ w P, which are running sums for a step.
+With geometry and model projected out, each time needs a system of the event's size only:
 
     gain = ½ N' log (S / (S − aᵀ A⁻¹ a)) − ½ k log N − log (places tried)
 
@@ -33,19 +33,19 @@ from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
 
 MIN_SIDE = 3
-"""Rows on either side of a step, in its session too unless that begins with it."""
+"""Minimum number of rows on either side of a step, also within its session unless that begins with it."""
 RARE = 20
-"""How much rarer an event is beforehand than an effect of the arm."""
+"""Prior odds of an event relative to an effect of the arm."""
 PART = 0.08
-"""Part of what a model leaves that an event must explain to be tried: smaller ones could not be claimed."""
+"""Share of the residual that an event must explain to be tried; smaller ones could not be claimed."""
 PACES = np.geomspace(1.0 / 30.0, 0.4, 9)
-"""Time constants that are tried, as parts of the time from the first row to the last."""
+"""Time constants to try, as shares of the total duration."""
 
 
 @dataclass(frozen=True, eq=False)
 class Changeable:
-    """What an event may change: its columns in the history, before which it happens, and whether it was known
-    until then."""
+    """What an event may change: its columns in the history, the latest time of the event, and whether it was
+    known until then."""
 
     event: AbstractStep
     columns: slice
@@ -53,11 +53,11 @@ class Changeable:
 
 
 def changeable(problem: Problem) -> tuple[Changeable, ...]:
-    """The frame, the tool and every joint's zero, as far as the rows' observations can show them."""
+    """The frame, the tool and every joint's zero, as far as they are observable in the rows."""
     tool = visible_parts(problem.data, problem.known)[1]
     several = any(b.observation.is_tool_free and len(b.observation.unknowns) > 3 for b in problem.blocks)
     events: list[AbstractStep] = [FrameStep(row=NEVER)]
-    if tool or several:  # where markers are on a tool shows no constant of it, but that they moved together
+    if tool or several:  # markers' common motion is a tool step
         events.append(ToolStep(row=NEVER, turns=several or len(tool) > 3))
     events += [ZeroStep((j,), row=NEVER) for j in range(problem.robot.dof)]
     known = {FrameStep: not problem.frames.base, ToolStep: not (problem.frames.tool or several)}
@@ -69,13 +69,13 @@ def changeable(problem: Problem) -> tuple[Changeable, ...]:
 
 
 def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Changeable]) -> list[Candidate]:
-    """The best place for every kind of event beside a model, where the evidence prefers it to none.
+    """The best time for every kind of event beside a model, if the evidence prefers it to none.
 
     Args:
-        grams: With the history of what may change.
-        model: What else is taken to be there.
+        grams: Inner products with the history of what may change.
+        model: Other effects in the model.
         line: The rows' order, in the pieces of that history.
-        kinds: What may change.
+        kinds: Kinds of change.
     """
     if grams.history is None or not kinds:
         return []
@@ -109,7 +109,7 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
 
 @dataclass(frozen=True, eq=False)
 class _EventSearch:
-    """What a model leaves, and what it explains of any other column."""
+    """Residuals of a model, and how much of any other column it explains."""
 
     left: Remainder
     project: Callable[[np.ndarray], np.ndarray]
@@ -124,11 +124,11 @@ class _EventSearch:
     def gains(
         self, sums: Float[np.ndarray, "places k c"], raw: Float[np.ndarray, "places k k"]
     ) -> Float[np.ndarray, " places"]:
-        """Log evidence of an event at each place.
+        """Log evidence of an event at each time.
 
         Args:
             sums: Inner products of its columns with all columns.
-            raw: Among themselves.
+            raw: Inner products of its columns with each other.
         """
         places, k, _ = sums.shape
         half = self.project(sums[:, :, : self.size].reshape(places * k, -1))
@@ -147,7 +147,6 @@ class _EventSearch:
 
 
 def _step(kind: Changeable, line: Timeline, piece: int) -> AbstractStep:
-    """The step right before a piece."""
     first = line.first[piece]
     time = float(line.clock[first]) if line.is_timed else 0.0
     return replace(

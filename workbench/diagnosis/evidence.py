@@ -2,15 +2,15 @@
 
 The residual is normal with unknown variance. Free coefficients are charged as in the Bayesian information
 criterion, ½ log N each; coefficients that share a variance are integrated out, their precision λ being the
-one that makes the rows most likely (empirical Bayes: it shrinks what the data do not carry).
+one that makes the rows most likely (empirical Bayes: it shrinks what the data don't support).
 
     log E = −½ N' log S − ½ k log N + ½ log |Λ| − ½ log |Λ + A|
 
-No effect is larger than physics allows: free coefficients are expected to scatter by half of what is credible
-of them (`AbstractEffect.bounds`), shrunk ones by no more than that, and what would be larger is no offer.
+Effects are limited to physically plausible sizes: free coefficients have a prior standard deviation of half
+the bound (`AbstractEffect.bounds`), shrunk ones at most that, and larger solutions are rejected.
 
 S is the penalised sum of squares, N' the components beyond geometry and free coefficients, A what the rows
-say of the shrunk coefficients once all others are fitted. Only differences matter.
+say of the shrunk coefficients once all others are fitted. Only differences are meaningful.
 
 Sources: Schwarz, Estimating the dimension of a model, Ann. Stat. 6(2), 1978; MacKay, Bayesian interpolation,
 Neural Computation 4(3), 1992.
@@ -27,19 +27,19 @@ from workbench.arm.effects import Candidate
 from workbench.diagnosis.gram_matrices import Grams, among
 
 UNSEEN = 1e-5
-"""Share of a column's square beside all others below which the rows don't show it."""
+"""Share of a column's square independent of all others below which it is unobservable."""
 PRECISIONS = np.logspace(-4.0, 8.0, 37)
-"""Precisions that are tried for shrunk coefficients, relative to what the rows say of a typical one."""
+"""Precisions to try for shrunk coefficients, relative to the information of the rows on a typical one."""
 JITTER = 1e-10
 JITTERS = (1e-12, 1e-9, 1e-6)
 ALLOWED = 2.0
-"""Standard errors by which a coefficient that can't be negative may be."""
+"""Tolerance in standard errors for coefficients that can't be negative."""
 EXPECTED = 0.5
-"""Part of the largest credible size by which coefficients are expected to scatter."""
+"""Prior standard deviation of coefficients as a share of their bound."""
 SURE = 3.0
-"""Standard errors below which a size is compatible with zero."""
+"""Standard errors below which a coefficient is compatible with zero."""
 EVIDENT = 4.0
-"""F ratios below this are chance in any number of tries; their p-value is not worked out."""
+"""F ratios below this are never significant; their p-value is not computed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,13 +60,13 @@ Model = tuple[Term, ...]
 
 @dataclass(frozen=True, eq=False)
 class Remainder:
-    """What a model leaves to be explained: inner products of all columns beside its own.
+    """Residual of a model: inner products of all columns after projecting the model out.
 
     Args:
         grams: Of all columns.
         model: The model.
-        inner: Inner products after its columns and the geometry were fitted (shrunk ones as far as they go).
-        freedom: Components beyond geometry and free coefficients.
+        inner: Inner products after fitting its columns and the geometry (shrunk ones partially).
+        freedom: Degrees of freedom beyond geometry and free coefficients.
     """
 
     grams: Grams
@@ -76,7 +76,6 @@ class Remainder:
 
     @classmethod
     def of(cls, grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> "Remainder":
-        """With the freedom that the model leaves."""
         free = sum(len(t.candidate.names) for t in model if not t.candidate.shrunk)
         return cls(grams, model, inner, grams.count - grams.geometry - free)
 
@@ -87,11 +86,11 @@ class Remainder:
 
 @dataclass(frozen=True, eq=False)
 class Offer:
-    """What a candidate would add.
+    """Contribution of a candidate.
 
     Args:
-        term: The candidate with the precision that suits it best.
-        gain: Log evidence that it adds, its handicap taken off.
+        term: The candidate with its best precision.
+        gain: Log evidence that it adds, less its handicap.
         log_p: Logarithm of the probability that chance would add as much.
     """
 
@@ -101,8 +100,8 @@ class Offer:
 
 
 def projection(grams: Grams, model: Model) -> Callable[[np.ndarray], np.ndarray]:
-    """Turns inner products (n, gc1) of n columns with all others into what a model and the geometry explain
-    of them: (used, n), orthonormal coordinates."""
+    """Maps inner products (n, gc1) of n columns with all others to the coordinates (used, n) that a model and
+    the geometry explain, in an orthonormal basis."""
     own, precision = own_columns(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
     factor, scale = factored(curved(grams, among(grams.total, used), precision))
@@ -112,7 +111,7 @@ def projection(grams: Grams, model: Model) -> Callable[[np.ndarray], np.ndarray]
 
 
 def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Remainder:
-    """Fit a model and geometry, and take them off all columns, or off those of one effect only."""
+    """Fit a model and geometry and project them out of all columns, or of those of one effect."""
     project = projection(grams, model)
     if only is None:
         half = project(grams.total)
@@ -124,21 +123,21 @@ def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Re
 
 
 def offer(left: Remainder, candidate: Candidate) -> Offer | None:
-    """What a candidate would add to a model; None if it is unobservable in the rows."""
+    """Contribution of a candidate to a model; None if it is unobservable in the rows."""
     return next(iter(offers(left, [candidate])), None)
 
 
 def offers(
     left: Remainder, candidates: Sequence[Candidate], *, group: Model = (), pushing: bool = False
 ) -> list[Offer]:
-    """What candidates would add to a model, each alone; those that the rows don't show are left out.
+    """Contributions of candidates to a model, each alone; unobservable ones are omitted.
 
     Args:
-        left: What the model leaves.
-        candidates: Which.
-        group: Terms whose place they would take. Masses and centres that act through these act alike through
-            what takes their place, so both are asked with them.
-        pushing: Whether free coefficients may push back against their load.
+        left: Residual of the model.
+        candidates: The candidates.
+        group: Terms that they would replace. Masses and centres that act through these also act through the
+        replacement, so both are evaluated with them.
+        pushing: Whether free coefficients may act against their load.
     """
     alike: dict[tuple[str, ...], list[Candidate]] = {}
     for c in candidates:
@@ -151,10 +150,10 @@ def offers(
 
 
 def _inertia(grams: Grams, candidate: Candidate, group: Model) -> tuple[str, ...]:
-    """Columns of the masses and centres that a candidate is asked with in the place of some terms.
+    """Columns of masses and centres that go with a candidate in place of some terms.
 
-    They act through whatever follows its load, and through other joints of the same kind of effect; else
-    play depends on the load's sign alone.
+    They act through every effect of load, and through other joints of the same kind of effect; backlash
+    depends only on the load's sign.
     """
     if candidate.names in grams.inertia:
         return grams.inertia[candidate.names]
@@ -172,7 +171,7 @@ def _follows_load(candidate: Candidate) -> bool:
 
 
 def _offers(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> list[Offer]:
-    """Likewise, with masses as they are."""
+    """The same with fixed masses."""
     found = [o for c in candidates if c.shrunk and (o := _shrunk(left, c)) is not None]
     sizes: dict[int, list[Candidate]] = {}
     for c in candidates:
@@ -188,8 +187,8 @@ def _weighed(
 ) -> list[Offer]:
     """Effects of load, each together with the masses and centres that act through it.
 
-    Without the effect they would not act, so chance is asked for all that both add: evidence of e^g comes
-    by chance in at most e^-g of all arms (Markov's inequality).
+    Without the effect they would not act, so chance is computed for both together: evidence of e^g occurs by
+    chance in at most e^-g of all arms (Markov's inequality).
     """
     columns = left.grams.columns(names)
     precision = np.diag(_known(left.grams, names))
@@ -238,7 +237,7 @@ def _free(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> li
 
 
 def _refused(candidates, value, vectors, size, rest, left, pushing) -> np.ndarray:
-    """Which candidates are larger than is credible, or push back by more than noise explains and may not."""
+    """Candidates that exceed their bounds, or act against their load beyond noise although they may not."""
     found = (vectors @ size[..., None])[..., 0]
     inverse = np.where(value > UNSEEN, 1.0 / np.maximum(value, UNSEEN), 0.0)
     spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / max(left.freedom, 1))[:, None])
@@ -258,7 +257,7 @@ def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:
 
 
 def _shrunk(left: Remainder, candidate: Candidate) -> Offer | None:
-    """A candidate whose coefficients share a variance: the variance that the rows like best."""
+    """A candidate whose coefficients share a variance: the most likely one."""
     columns = left.grams.columns(candidate.names)
     inner, along = left.inner[np.ix_(columns, columns)], left.inner[columns, -1]
     root = _root(left.grams, candidate)
@@ -285,7 +284,7 @@ def _shrunk(left: Remainder, candidate: Candidate) -> Offer | None:
 
 
 def _pushing_joints(candidate, vectors, value, precision, root, along, variance) -> set[int]:
-    """Places of the coefficients that would have to push back against their load, as in `_refused`."""
+    """Indices of the coefficients that would act against their load, as in `_refused`."""
     if not (candidate.alike and candidate.effect.gives_way):
         return set()
     spread = root @ vectors / np.sqrt(value + precision)
@@ -294,7 +293,7 @@ def _pushing_joints(candidate, vectors, value, precision, root, along, variance)
 
 
 def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Float[np.ndarray, " gc"]:
-    """Scaled coefficients (and steps of the geometry) of a model on some inner products; zeros elsewhere."""
+    """Scaled coefficients (and geometry steps) of a model for some inner products; zeros elsewhere."""
     own, precision = own_columns(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
     block = curved(grams, among(inner, used), precision)
@@ -306,9 +305,9 @@ def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Fl
 def curvature(
     grams: Grams, model: Model
 ) -> tuple[Callable[[np.ndarray], np.ndarray], Float[np.ndarray, "n n"]]:
-    """Solver for, and matrix of, the curvature of a cost in geometry steps and scaled coefficients.
+    """Solver and matrix for the Hessian of a cost in geometry steps and scaled coefficients.
 
-    Masses and centres are taken as they are.
+    Masses and centres are fixed.
     """
     own, precision = own_columns(grams, model, inertia=False)
     used = np.concatenate([np.arange(grams.geometry), own])
@@ -325,10 +324,10 @@ def solver_of(block: Float[np.ndarray, "n n"]) -> Callable[[np.ndarray], np.ndar
 
 
 def factored(block: Float[np.ndarray, "n n"]) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, " n"]]:
-    """Lower root of a curvature whose diagonal was scaled to 1, and the scale.
+    """Lower root of a Hessian whose diagonal was scaled to 1, and the scale.
 
-    Its own diagonal spans as much as precisions do, some 20 orders, which no factorisation bears unscaled.
-    Where rounding makes it indefinite, a little is added to the diagonal.
+    Its own diagonal spans as much as the precisions, some 20 orders of magnitude, too many for a
+    factorisation. If rounding makes it indefinite, a little is added to the diagonal.
     """
     scale = 1.0 / np.sqrt(np.diagonal(block))
     scaled = scale[:, None] * block
@@ -336,14 +335,14 @@ def factored(block: Float[np.ndarray, "n n"]) -> tuple[Float[np.ndarray, "n n"],
     for jitter in (0.0, *JITTERS):
         try:
             scaled[np.diag_indices(len(scaled))] = 1.0 + jitter
-            return linalg.cholesky(scaled.T, lower=True, check_finite=False), scale  # in the order it needs
+            return linalg.cholesky(scaled.T, lower=True, check_finite=False), scale  # in Fortran order
         except linalg.LinAlgError:
             continue
-    raise linalg.LinAlgError("a curvature is indefinite beyond rounding")
+    raise linalg.LinAlgError("a Hessian is indefinite beyond rounding")
 
 
 def coefficients(grams: Grams, model: Model) -> dict[str, float]:
-    """Coefficients [SI] of a model's effects, all rows taken together."""
+    """Coefficients [SI] of a model's effects from all rows together."""
     scaled = solve(grams, model, grams.total)
     names = [n for t in model for n in t.candidate.names]
     return dict(zip(names, (scaled[grams.columns(names)] / grams.scales(names)).tolist(), strict=True))
@@ -359,7 +358,7 @@ def validated(grams: Grams, model: Model) -> Float[np.ndarray, " folds"]:
 
 
 def without_each_fold(grams: Grams, model: Model) -> Float[np.ndarray, "folds gc"]:
-    """Solutions, as `solve` gives them, of fits that leave out one fold each."""
+    """Solutions, as in `solve`, of fits that leave out one fold each."""
     own, precision = own_columns(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
     wide = np.append(used, len(grams.total) - 1)
@@ -373,11 +372,11 @@ def without_each_fold(grams: Grams, model: Model) -> Float[np.ndarray, "folds gc
 def differs(
     grams: Grams, term: Term, whole: Float[np.ndarray, " gc"], parts: Float[np.ndarray, "folds gc"]
 ) -> bool:
-    """Whether a term's scaled coefficients differ from zero, by how they vary from fold to fold.
+    """Whether a term's scaled coefficients differ from zero, judged by their variation over folds.
 
     Args:
         whole: The solution of a model with the term.
-        parts: Those that leave out one fold each.
+        parts: Solutions that leave out one fold each.
     """
     mine = grams.columns(term.candidate.names)
     size = whole[mine]
@@ -385,7 +384,7 @@ def differs(
 
 
 def jackknifed(values: Sequence[float] | Float[np.ndarray, " folds"]) -> float:
-    """Standard error of a statistic that was computed without each fold in turn; 0 for a single fold."""
+    """Jackknife standard error of a statistic computed without each fold in turn; 0 for a single fold."""
     return float(np.std(values) * np.sqrt(len(values) - 1.0))
 
 
@@ -399,7 +398,7 @@ def precision_of(grams: Grams, term: Term) -> Float[np.ndarray, "k k"]:
 
 
 def expected(grams: Grams, candidates: Sequence[Candidate]) -> Float[np.ndarray, "n k"]:
-    """Precisions of free scaled coefficients, by what is credible of them."""
+    """Prior precisions of free scaled coefficients, from their bounds."""
     return np.array([(EXPECTED * grams.bounds(c.names)) ** -2.0 for c in candidates])
 
 
@@ -411,7 +410,7 @@ def _root(grams: Grams, candidate: Candidate) -> np.ndarray:
 def curved(
     grams: Grams, block: Float[np.ndarray, "n n"], precision: Float[np.ndarray, "k k"]
 ) -> Float[np.ndarray, "n n"]:
-    """Curvature of a model's cost in the columns that it uses, geometry first, from their inner products."""
+    """Hessian of a model's cost in its columns, geometry first, from their inner products."""
     g = grams.geometry
     block = block.copy()
     block[:g, :g] += grams.tether
@@ -434,7 +433,7 @@ def own_columns(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np
 
 
 def rescaled(model: Model, factor: float) -> Model:
-    """The model for residuals whose squares are weighed by another factor."""
+    """The model for residuals whose squares are multiplied by a factor."""
     return tuple(Term(t.candidate, t.precision * factor) for t in model)
 
 
@@ -444,5 +443,5 @@ def drop(model: Model, terms: Sequence[Term]) -> Model:
 
 
 def standard_error(values: Float[np.ndarray, " folds"]) -> float:
-    """Standard error of the mean over folds; 0 for a single one, which shows no spread."""
+    """Standard error of the mean over folds; 0 for a single fold."""
     return float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0

@@ -1,7 +1,7 @@
-"""What causes explain at the tool: √(e₁² − e₂²), rms errors of rows left out of the fit, without and with.
+"""What causes explain at the tool: √(e₁² − e₂²) of the cross-validated rms errors without and with them.
 
-The same linear models as in the cross-validation, but measured in mm and degrees: a fall of whitened squares
-says neither where rows are weighed differently, nor of positions and orientations apart.
+The linear models are those of the cross-validation, but errors are in mm and degrees: whitened squares depend
+on the weights and mix positions with orientations.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,14 +18,14 @@ from workbench.identification.noise import channels
 
 
 class Explained(NamedTuple):
-    """By one cause; NaN where nothing of the kind was measured."""
+    """Contribution of one cause; NaN for kinds of error that were not measured."""
 
     position_mm: float
     orientation_deg: float
 
 
 def explained(searched: Searched, groups: Sequence[Model]) -> list[Explained]:
-    """What some groups of a model's terms explain."""
+    """Contributions of groups of a model's terms."""
     if not groups:
         return []
     model = searched.found.model
@@ -46,7 +46,7 @@ def explained(searched: Searched, groups: Sequence[Model]) -> list[Explained]:
 def _remainders(
     searched: Searched, solutions: Float[np.ndarray, "folds gc k"]
 ) -> Iterator[Float[np.ndarray, "m k"]]:
-    """What solutions leave of the rows of the fold that each has not seen, whitened, block by block."""
+    """Whitened residuals of the rows of the fold that each solution left out, block by block."""
     grams, fitted = searched.grams, searched.stage.fitted
     problem, x = fitted.problem.with_noise(searched.stage.geometric.noise), fitted.fit.x
     tried = Coefficients.of(problem, x, [t.candidate.effect for t in searched.found.model])

@@ -1,6 +1,6 @@
 """The result that a diagnosis saves: its model refitted on all rows except those that no arm explains.
 
-All errors of held-out rows are from before: these rows are fitted only after everything has been decided.
+Held-out errors are those before this refit, which takes place after all decisions.
 """
 
 from dataclasses import replace
@@ -17,10 +17,10 @@ from workbench.identification.preparation import Prepared
 def fitted_on_all(
     ready: Prepared, last: Searched, left_out: Bool[np.ndarray, " rows"]
 ) -> tuple[Fit, str | None]:
-    """The last arm fitted once more on training and held-out rows, and a sentence about that.
+    """The last arm refitted to training and held-out rows, and a note.
 
-    Held-out rows of another file stay untouched: then, and where the fit does not converge, it is the last
-    arm itself.
+    Held-out rows of another file are not used: then, and if the fit does not converge, it is the last arm
+    itself.
 
     Args:
         ready: The rows.
@@ -45,10 +45,10 @@ def fitted_on_all(
     if before.outcome.ok and not found.outcome.ok:
         return (
             before,
-            f"a fit on all rows did not converge ({found.outcome}), so the arm is that of the others",
+            f"the refit to all rows did not converge ({found.outcome}); the arm without it is saved",
         )
-    out = ", suspects left out" if left_out.any() else ""
+    out = ", except suspects" if left_out.any() else ""
     return found, (
-        f"the arm itself was fitted once more on all {len(rows)} rows, held-out ones included{out}; "
-        "errors of held-out rows are from before"
+        f"the saved arm was refitted to all {len(rows)} rows, held-out ones included{out}; held-out errors "
+        "are those before this refit"
     )

@@ -1,15 +1,16 @@
-"""On which flank of its play each joint rests, row by row: searched for, since a step has no derivative.
+"""Flank of its backlash on which each joint rests, row by row: a discrete search, since a step has no
+derivative.
 
-While a fit holds the flanks s its cost is smooth. A row tells a joint's flank twice: by the log odds D of its
-residuals with the one and the other, and by the sign of the joint's load τ, which masses and centres m leave
-uncertain. Together they tell of the masses as well, row by row,
+With fixed flanks s the cost of a fit is smooth. A row informs about a joint's flank twice: by the log odds D
+of its residuals with either flank, and by the sign of the joint's load τ, which is uncertain with the masses
+and centres m. Both also inform about the masses,
 
     p(m) ∝ N(m) Π [e^D Φ(τ(m)/τ₀) + Φ(−τ(m)/τ₀)],      τ(m) = τ + g·(m − m₀)
 
-by expectation propagation: the normal distribution that has the moments of this one serves as what is known
-of the masses. Then in each row the joint is turned that is likelier on its other flank by most, by residuals
-and by the load as all other rows have it, and so on until no flank changes. Standard errors are those of that
-pattern. One joint at a time: two whose turn would each do alone would otherwise turn to and fro.
+approximated by expectation propagation as a normal distribution with the same moments. Then in each row the
+joint whose other flank is most favoured, by residuals and by the load as inferred from all other rows, is
+switched, until no flank changes. Standard errors are those of the final pattern. One joint at a time, as two
+joints either of which would suffice would otherwise switch back and forth.
 
 Source: Minka, Expectation propagation for approximate Bayesian inference, Proc. UAI 2001; the sites are those
 of a classifier with wrong labels.
@@ -32,39 +33,39 @@ from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 
 PATTERNS = 12
-"""Most patterns of flanks that are fitted."""
+"""Maximum number of flank patterns that are fitted."""
 NO_GAIN = 0.999
-"""Part of the least misfit so far above which another pattern of flanks does not gain enough to go on."""
+"""The search ends if the misfit exceeds this multiple of the smallest one so far."""
 LOST = Outcome.CANCELLED, Outcome.DIVERGED
-"""Fits after which no other pattern is tried."""
+"""Number of fits without such a gain after which the search ends."""
 SWEEPS, DAMPING = 40, 0.5
-"""Most rounds of expectation propagation, and the part of each change that is taken."""
+"""Maximum number of rounds of expectation propagation, and its damping."""
 CONVERGED = 1e-3
-"""Change of what is known of masses [their standard deviations] that ends them."""
+"""Change of the masses' estimates [in their standard deviations] below which the rounds end."""
 UNCERTAIN = 0.01
-"""τ₀, as part of the load's standard deviation over the rows: friction, and what bends the arm."""
+"""τ₀ relative to the load's standard deviation over the rows: friction and deflection."""
 SCALES = 0.02, 0.1, 0.3, 1.0
-"""Parts of their stated standard deviations by which masses may be off."""
+"""Scales of the masses' stated standard deviations that are tried."""
 TWO_SIDED = 1.96
-"""Standard deviations either side of what is known with 95 %."""
+"""Standard deviations either side of a 95 % interval."""
 MEDIAN = 0.455
-"""Of the square of a normal variable with unit variance."""
+"""95 % quantile of χ² with one degree of freedom."""
 SURE = 30.0
-"""Log odds beyond which residuals say nothing more of masses."""
+"""Log odds above which a flank counts as certain."""
 FAR = 8.0
-"""Standard deviations of a load from 0 beyond which its row tells nothing of the masses."""
+"""Standard deviations of a load from 0 beyond which its row carries no information on the masses."""
 
 Sides = Float[np.ndarray, "rows j"]
 
 
 @dataclass(frozen=True, eq=False)
 class _Loads:
-    """Loads about the axes of joints with play, and what flanks tell of them.
+    """Loads about the axes of joints with backlash, and their dependence on the masses.
 
     Args:
-        size: By the masses as known without the flanks, in units of τ₀.
-        slope: Derivative in these, V of them, in units of τ₀ and their standard deviations.
-        off: By how many of these the masses at x differ.
+        size: Loads for the prior masses, in units of τ₀.
+        slope: Derivative in the V masses and centres, in units of τ₀ and their standard deviations.
+        off: Deviation of the masses at x from the prior, in their standard deviations.
         unit: τ₀ of each joint [N m or N].
     """
 
@@ -76,12 +77,12 @@ class _Loads:
 
 @dataclass(frozen=True, eq=False)
 class _Belief:
-    """What flanks tell of masses and loads.
+    """Information of the flanks on masses and loads.
 
     Args:
-        mean: Of masses and centres, in standard deviations from what is known without the flanks.
-        precision: That the flanks add, in these units.
-        lean: Log odds of the positive flank by the load, as the other rows have it.
+        mean: Of masses and centres, in standard deviations from the prior.
+        precision: Precision added by the flanks, in these units.
+        lean: Log odds of the positive flank due to the load, as inferred from the other rows.
     """
 
     mean: Float[np.ndarray, " v"]
@@ -92,7 +93,7 @@ class _Belief:
 def search_flanks(
     algorithm: Opt2, problem: Problem, begin: Float[np.ndarray, " p"]
 ) -> tuple[Problem, SearchOutcome]:
-    """The search from a beginning, and the problem with the flanks that it held in the end."""
+    """The search from an initial solution, and the problem with the final flanks."""
     play = _play(problem)
     if not play:
         return problem, algorithm.search(problem, begin=begin)
@@ -118,7 +119,7 @@ def search_flanks(
 
 
 def holding_likeliest(problem: Problem, x: Float[np.ndarray, " p"]) -> Problem:
-    """The problem with the flanks that are likeliest at x."""
+    """The problem with the most likely flanks at x."""
     if not _play(problem):
         return problem
     side = _by_load(problem, x)
@@ -132,8 +133,8 @@ def holding_likeliest(problem: Problem, x: Float[np.ndarray, " p"]) -> Problem:
 
 
 def open_flanks(fit: Fit) -> dict[int, tuple[float, float]]:
-    """Joints of which the masses leave open on which flank they rest where their load is small: up to which
-    load [N m or N], and in what part of the rows."""
+    """Joints whose flank is undecided at small loads because of uncertain masses: up to which load [N m or
+    N], and in what share of the rows."""
     weighing, out = _weighing(fit.problem), {}
     if not weighing or not _play(fit.problem):
         return {}
@@ -151,7 +152,7 @@ def open_flanks(fit: Fit) -> dict[int, tuple[float, float]]:
 
 
 def _play(problem: Problem) -> dict[int, int]:
-    """Joints with play that a load decides, and the places of its unknown size."""
+    """Joints with load-dependent backlash, and the indices of its unknown size."""
     place = {name: i for i, name in enumerate(problem.names)}
     return {
         j: place[n]
@@ -162,19 +163,19 @@ def _play(problem: Problem) -> dict[int, int]:
 
 
 def _weighing(problem: Problem) -> list[int]:
-    """Places of unknown masses and centres."""
+    """Indices of unknown masses and centres."""
     return [i for i, p in enumerate(problem.parameters) if p.is_inertia]
 
 
 def _by_load(problem: Problem, x: Float[np.ndarray, " p"]) -> Sides:
-    """Flanks as the loads at x have them."""
+    """Flanks that follow the loads at x."""
     middle = np.zeros((len(problem.data), len(_play(problem))))
     return np.where(_loads(problem, x, middle).size < 0.0, -1.0, 1.0)
 
 
 def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Loads:
-    """Loads at x, each of a joint in the middle of its play while the others are on their flanks: on its own
-    flank, a load that is nearly none would side with it."""
+    """Loads at x, each with its joint in the middle of its backlash while the others are on their flanks: on
+    its own flank a joint with almost no load would confirm it."""
     joints, weighing = list(_play(problem)), _weighing(problem)
     size, slope = np.zeros(side.shape), np.zeros((*side.shape, len(weighing)))
     for k, joint in enumerate(joints):
@@ -182,7 +183,7 @@ def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Loads:
         middle[:, k] = 0.0
         for block in _holding(problem, middle).blocks:
             arm, values = block.deflected, block.values(x)
-            assert arm is not None, "play needs an arm with effects"
+            assert arm is not None, "backlash needs an arm with effects"
             weights, own = arm.weights(x), tuple(own_components(block.chain, [joint])[0])
             deflected = deflect(arm.robot, arm.motion, values=values, effects=arm.effects(x), weights=weights)
             size[block.rows, k] = deflected.wrenches[:, *own]
@@ -202,12 +203,12 @@ def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Loads:
 
 
 def _holding(problem: Problem, side: Sides) -> Problem:
-    """The problem with flanks that don't change."""
+    """The problem with fixed flanks."""
     flank = np.full((len(side), problem.data.joints), np.nan)
     flank[:, list(_play(problem))] = side
     blocks = []
     for block in problem.blocks:
-        assert block.deflected is not None, "play needs an arm with effects"
+        assert block.deflected is not None, "backlash needs an arm with effects"
         held = replace(block.deflected.motion, flank=flank[block.rows])
         blocks.append(replace(block, deflected=replace(block.deflected, motion=held)))
     return replace(problem, blocks=tuple(blocks))
@@ -216,7 +217,7 @@ def _holding(problem: Problem, side: Sides) -> Problem:
 def _believing(
     problem: Problem, x: Float[np.ndarray, " p"], belief: _Belief
 ) -> tuple[Problem, Float[np.ndarray, " p"]]:
-    """The problem with masses known as the flanks have them, and x there."""
+    """The problem with the masses' prior updated by the flanks, and x there."""
     weighing = _weighing(problem)
     if not weighing:
         return problem, x
@@ -230,21 +231,23 @@ def _believing(
 
 
 def _odds(held: Problem, x: Float[np.ndarray, " p"], side: Sides) -> tuple[Sides, float]:
-    """Log odds of the positive flanks by the rows' residuals, the others as they are; and |r|².
+    """Log odds of the positive flanks due to the rows' residuals, the others fixed; and |r|².
 
-    The odds are those of the noise that the fit leaves: what was assumed may be that of an arm without play.
+    The odds use the noise that the fit leaves, since the assumed noise may be that of an arm without
+    backlash.
     """
     at, rows = held.evaluate(x), held.component_rows
     residual, out = at.residual[: held.size], np.empty(side.shape)
     for k, place in enumerate(_play(held).values()):
-        change = 2.0 * x[place] * at.jacobian[: held.size, place]  # of the residual, by the other flank
+        change = 2.0 * x[place] * at.jacobian[: held.size, place]  # derivative of the residual by the flank
         out[:, k] = np.bincount(rows, residual * change + 0.5 * change**2, len(side))
     variance = float(np.median(residual[held.inverse_sigma > 0.0] ** 2)) / MEDIAN
     return side * out / max(variance, 1e-12), float(residual @ residual)
 
 
 def _belief(loads: _Loads, odds: Sides) -> _Belief:
-    """What flanks tell, with masses off by as little as they allow: a file may know better than it says."""
+    """Information of the flanks, with the smallest mass errors that they allow: a file may be more accurate
+    than stated."""
     wide = np.sqrt(1.0 + (loads.slope**2).sum(2))
     near = np.abs(loads.size) < FAR * wide
     right = special.expit(np.clip(odds, -SURE, SURE))
@@ -265,13 +268,13 @@ def _belief(loads: _Loads, odds: Sides) -> _Belief:
 
 @dataclass(frozen=True, eq=False)
 class Propagated:
-    """A normal distribution in place of that of the masses, from the flanks of K loads.
+    """Normal approximation of the masses' distribution given the flanks of K loads.
 
     Args:
-        mean: Of the masses, in the standard deviations that they were given.
+        mean: Of the masses, in their prior standard deviations.
         spread: Their covariance.
-        precision: That each load brings along its slope.
-        free_mean: Of each load's change, as all other loads have it.
+        precision: Contribution of each load along its slope.
+        free_mean: Cavity mean of each load's change, from all other loads.
         free_variance: Likewise.
         evidence: Log probability of the flanks.
     """
@@ -290,12 +293,12 @@ class Propagated:
         """Expectation propagation, all loads at once.
 
         Args:
-            size: Loads by the masses as they were given.
+            size: Loads for the prior masses.
             slope: Their derivative.
-            right: Probability of the positive flank by a row's residuals.
+            right: Probability of the positive flank given a row's residuals.
         """
         precision, shift = np.zeros(len(size)), np.zeros(len(size))
-        last: np.ndarray | float = np.inf  # so that the loads are propagated once at least
+        last: np.ndarray | float = np.inf  # at least one round
         for _ in range(SWEEPS):
             spread = np.linalg.inv(np.eye(slope.shape[1]) + (slope.T * precision) @ slope)
             mean = spread @ (slope.T @ shift)
@@ -321,7 +324,7 @@ class Propagated:
 
 
 def _likelier(side: Sides, odds: Sides) -> Sides:
-    """The flanks, in each row the one turned by which it becomes likelier most, if any does."""
+    """The flanks, in each row with the one switched that gains most likelihood, if any does."""
     gain, out = -side * odds, side.copy()
     best = np.argmax(gain, axis=1)
     turned = np.flatnonzero(gain.max(1) > 0.0)

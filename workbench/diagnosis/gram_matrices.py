@@ -1,10 +1,10 @@
-"""The rows of a problem compressed to inner products, from which every model of effects is judged.
+"""The rows of a problem compressed to inner products, from which all models of effects are evaluated.
 
-Columns are, in this order: the directions of the geometry that the rows show (orthonormal over all rows),
+Columns are, in this order: the observable directions of the geometry (orthonormal over all rows),
 the coefficients of all candidates (scaled to unit length), the masses, centres and angles of gravity that act
 through each fitted effect of load, and the residual without any effect, the masses as in the file.
-Inner products are kept for every fold of the rows, so that models can be cross-validated too: fitting,
-testing and validating a model is linear algebra of its own size, whatever the number of rows.
+Inner products are stored for every fold of the rows, for cross-validation: the cost of fitting, testing and
+validating a model depends on its own size, not on the number of rows.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,8 +25,8 @@ from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
 
 TETHER = 0.005
-"""How far [rad, m] a model of effects may be expected to move the geometry from where it was fitted, or else
-back to the nominal arm: what rows hardly show, an effect that was not there yet takes far away."""
+"""Prior standard deviation [rad, m] of the geometry about its fit, or about the nominal arm, when effects are
+added: a new effect may otherwise move weakly observable constants far away."""
 SHORTEST = 1e-12
 """Columns shorter than this [whitened residual per unit] are zero."""
 
@@ -42,12 +42,12 @@ class Grams:
         basis: The geometric directions in the unknowns that are no coefficients [rad, m].
         count: Number of measured components.
         inertia: By the coefficients of a fitted effect of load, columns of the masses, centres and angles of
-            gravity that act through it. They go with the effect: without it, no mass is seen.
-        known: Standard deviations of these, scaled as the columns are.
-        reach: How far a model may be expected to move each of the unknowns that are no coefficients.
-        maximum: Largest credible size of every coefficient, scaled as the columns are; any by default.
-        history: Inner products of U further columns, which events may change, with all columns and among
-            themselves, within each piece of the time; None where nobody asked.
+        gravity that act through it. They belong to the effect: without it, masses are unobservable.
+        known: Prior standard deviations of these, scaled like the columns.
+        reach: Prior standard deviation of each geometric unknown about its fit.
+        maximum: Bound of every coefficient, scaled like the columns; unbounded by default.
+        history: Inner products of U further columns, which events may change, with all columns and with each
+        other, within each piece of time; None unless requested.
     """
 
     names: tuple[str, ...]
@@ -63,7 +63,7 @@ class Grams:
 
     @cached_property
     def tether(self) -> Float[np.ndarray, "g g"]:
-        """Precision that keeps geometry near the fit where effects leave it open."""
+        """Precision that keeps geometry near the fit along directions confounded with effects."""
         held = self.basis.T / self.reach
         return held @ held.T
 
@@ -79,8 +79,8 @@ class Grams:
 
     @cached_property
     def running(self) -> Float[np.ndarray, "pieces u gc1u"]:
-        """The history's sums from the first piece up to each."""
-        assert self.history is not None, "the history was asked for"
+        """Running sums of the history."""
+        assert self.history is not None, "the history was requested"
         return self.history.cumsum(0)
 
     @cached_property
@@ -90,22 +90,22 @@ class Grams:
 
     @cached_property
     def validated(self) -> dict[tuple[Any, ...], Float[np.ndarray, " folds"]]:
-        """What `evidence.validated` found of models."""
+        """Cache of `evidence.validated` by model."""
         return {}
 
     @cached_property
     def lefts(self) -> dict[tuple[Any, ...], Float[np.ndarray, "gc1 gc1"]]:
-        """Inner products that the last models leave (`one_less.left_of`)."""
+        """Cache of inner products left by the last models (`one_less.left_of`)."""
         return {}
 
     @cached_property
     def wholes(self) -> dict[tuple[Any, ...], Any]:
-        """The last model of which terms were taken away (`one_less.left_without`)."""
+        """Cache of the last model from which terms were removed (`one_less.left_without`)."""
         return {}
 
     @cached_property
     def without_each(self) -> tuple["Grams", ...]:
-        """Of all rows but those of each fold; none of a single fold."""
+        """Sums over all rows except those of each fold; empty for a single fold."""
         count, folds = self.count, len(self.folds)
         parts = (self.total - fold for fold in self.folds if folds > 1)
         return tuple(replace(self, folds=p[None], count=round((folds - 1) / folds * count)) for p in parts)
@@ -117,7 +117,7 @@ class Grams:
         return self.scale[self.columns(names) - self.geometry]
 
     def bounds(self, names: Sequence[str]) -> np.ndarray:
-        """Largest credible sizes of some scaled coefficients."""
+        """Bounds of some scaled coefficients."""
         if self.maximum is None:
             return np.full(len(names), np.inf)
         return self.maximum[self.columns(names) - self.geometry]
@@ -131,7 +131,8 @@ class Coefficients:
         carriers: Effects that may be tried; their coefficients come first.
         loaded: Fitted effects of load, sized.
         inertia: By the names of each of these, the masses, centres and angles of gravity through it.
-        values: What the fit holds, by name: those of its effects, and inertia beside the file's [SI].
+        values: Values in the fit by name: coefficients of its effects, and inertia relative to the file's
+            [SI].
     """
 
     carriers: Sequence[AbstractEffect]
@@ -143,7 +144,7 @@ class Coefficients:
     def of(
         cls, problem: Problem, x: Float[np.ndarray, " p"], effects: Sequence[AbstractEffect]
     ) -> "Coefficients":
-        """At a problem's answer."""
+        """At a problem's solution."""
         arm, named = problem.robot_at(x), list(zip(problem.parameters, x.tolist(), strict=True))
         offsets = {p.name: v - p.nominal for p, v in named if p.is_inertia}
         loaded = _loaded(problem, arm)
@@ -163,7 +164,7 @@ class Coefficients:
 
     @property
     def present(self) -> Float[np.ndarray, " c"]:
-        """What the fit holds of each; 0 of what it lacks."""
+        """Value of each in the fit; 0 if absent."""
         return np.array([self.values.get(n, 0.0) for n in self.names])
 
 
@@ -176,15 +177,15 @@ def compress(
     changed: Sequence[AbstractEffect] = (),
     pieces: Int[np.ndarray, " rows"] | None = None,
 ) -> Grams:
-    """Inner products at a problem's answer.
+    """Inner products at a problem's solution.
 
     Args:
-        problem: Geometry, and the effects that were accepted so far.
-        x: Its answer.
-        effects: All that may be tried, those that were accepted included.
+        problem: Geometry, and the effects accepted so far.
+        x: Its solution.
+        effects: All candidates, accepted effects included.
         fold: Fold of every row, counted from 0.
-        changed: Effects whose columns make its history.
-        pieces: Piece of the time that every row belongs to, counted from 0.
+        changed: Effects whose columns form its history.
+        pieces: Piece of time of every row, counted from 0.
     """
     coefficients = Coefficients.of(problem, x, effects)
     names, own = coefficients.names, len(coefficients.of_effects)
@@ -248,7 +249,7 @@ def compress(
 
 
 def among(inner: Float[np.ndarray, "gc1 gc1"], used: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n n"]:
-    """Inner products of some columns among themselves."""
+    """Inner products of some columns with each other."""
     return inner.take(used, 0).take(used, 1)
 
 
@@ -260,7 +261,7 @@ def _together(labels: Int[np.ndarray, " m"]) -> Iterator[tuple[int, Int[np.ndarr
 
 
 def _bounds(problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect]) -> list[float]:
-    """Largest credible size of every coefficient [SI]."""
+    """Bound of every coefficient [SI]."""
     offered, motion, arm = {n for e in effects for n in e.names}, Motion.of(problem.data), problem.robot_at(x)
     chain = arm.with_effects(*effects, *(e for e in arm.effects if not offered & set(e.names))).chain
     wrenches = known_wrenches(arm, motion) if any(e.loads for e in effects) else NO_WRENCHES
@@ -268,7 +269,7 @@ def _bounds(problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect]) 
 
 
 def _loaded(problem: Problem, arm: Robot) -> list[AbstractEffect]:
-    """Effects through which masses are seen: every fitted effect of load, and each of its joints alone."""
+    """Effects through which masses are observable: every fitted effect of load, and each joint of it."""
     if not problem.inertia_tolerance:
         return []
     fitted = {p.name for p in problem.parameters if p.is_coefficient}

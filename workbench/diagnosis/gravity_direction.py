@@ -1,4 +1,4 @@
-"""An arm that stands otherwise than its file says, as a finding (`identification/gravity_direction.py`)."""
+"""Wrong direction of gravity in the robot's file, as a finding (`identification/gravity_direction.py`)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from workbench.identification.problem import Noise
 @final
 @dataclass(frozen=True)
 class GravityDirection(AbstractEffect):
-    """The two angles by which gravity turns (`arm/gravity.py`); it moves nothing by itself."""
+    """The two angles of gravity (`arm/gravity.py`); it has no columns of its own."""
 
     name = "gravity-direction"
     does = "the arm is tilted", "the arm is tilted"
@@ -43,17 +43,17 @@ class GravityDirection(AbstractEffect):
 
 
 def standing_notes(fit: Fit, given: Robot) -> list[str]:
-    """Sentences on arms that stand clearly otherwise than the file says, though that allows it."""
+    """Notes on arms tilted significantly from the file, though within its tolerance."""
     found = standings(fit, given)
     return [s.text for s in found if s.size > CLEAR * s.error and not s.is_contradicted]
 
 
 def standing_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[Cause]:
-    """Placements in which the file's gravity is wrong and matters.
+    """Placements in which the file's gravity is significantly wrong.
 
     Args:
-        given: The arm as it was given.
-        noise: What is left; a third of it must be explained.
+        given: The arm as given.
+        noise: Residual noise; a third of it must be explained.
     """
     arm, motion = fit.calibrated, Motion.of(fit.problem.data)
     for found in standings(fit, given):

@@ -1,4 +1,4 @@
-"""Identification, with effects of the arm as the last step where readings decide what they may tell."""
+"""Identification with a final search for effects, for readings that limit what can be identified."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -22,12 +22,12 @@ P = ParamSpec("P")
 
 
 def seek(robot: Robot, problem: Problem, x: Float[np.ndarray, " p"]) -> tuple[AbstractEffect, ...]:
-    """Effects that a problem's answer leaves unexplained, maps over many joints aside.
+    """Effects that a problem's solution leaves unexplained, without maps over many joints.
 
     Args:
         robot: The arm without them.
-        problem: Geometry, and effects that were found before.
-        x: Its answer.
+        problem: Geometry, and effects found before.
+        x: Its solution.
     """
     data = problem.data
     offered = catalogue(robot, Motion.of(data)).candidates
@@ -37,7 +37,7 @@ def seek(robot: Robot, problem: Problem, x: Float[np.ndarray, " p"]) -> tuple[Ab
 
 
 def _seeking(verb: Callable[P, Identification]) -> Callable[P, Identification]:
-    """The same, with the effects of the arm that such readings may show."""
+    """The same, for the effects that are observable in such readings."""
 
     @wraps(verb)
     def call(*args: P.args, **options: P.kwargs) -> Identification:
@@ -48,4 +48,4 @@ def _seeking(verb: Callable[P, Identification]) -> Callable[P, Identification]:
 
 
 identify = _seeking(identification.identify)
-"""Identification's own, with the effects of the arm that such readings may show."""
+"""`identification.identify`, with effects of the arm that are observable in such readings."""

@@ -1,4 +1,4 @@
-"""Which joints of an effect a cause may name: those of which the rows show it clearly."""
+"""Joints of an effect that a cause may name: those with a significant coefficient."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,7 +13,7 @@ from workbench.base.wording import joint_list
 from workbench.diagnosis.standard_errors import StandardErrors
 
 CLEAR = 4.0
-"""Standard errors of a coefficient from which on its joint may be named in a certain cause."""
+"""Minimum standard errors of a coefficient for its joint to be named in a certain cause."""
 
 
 def without_joints(effect: AbstractEffect, joints: Sequence[int]) -> AbstractEffect:
@@ -27,8 +27,8 @@ def without_joints(effect: AbstractEffect, joints: Sequence[int]) -> AbstractEff
 
 
 def clearness(effects: Sequence[AbstractEffect], std: Mapping[str, float]) -> dict[int | None, float]:
-    """Standard errors by which the largest coefficient differs from zero, for each joint where joints have
-    such effects together; under None for others."""
+    """Standard errors by which the largest coefficient differs from zero, per joint if joints share such
+    effects; under None for other effects."""
     out: dict[int | None, float] = {}
     for effect in effects:
         z = [abs(c) / std[n] for n, c in zip(effect.names, effect.coefficients, strict=True)]
@@ -41,16 +41,16 @@ def clearness(effects: Sequence[AbstractEffect], std: Mapping[str, float]) -> di
 def sentence_of(
     effect: AbstractEffect, unsure: Sequence[int], std: StandardErrors, arm: Robot, motion: Motion
 ) -> str:
-    """What an effect does in the joints of which the rows show it, and which others may do so too.
+    """Description of an effect in its significant joints, and which others may have it too.
 
     Args:
-        effect: As it was found.
-        unsure: Joints that it may not name.
-        std: Of its coefficients; sizes that are no clear ones are not stated.
+        effect: With its identified coefficients.
+        unsure: Joints that may not be named.
+        std: Of its coefficients; insignificant sizes are not stated.
     """
     sizes = clearness([effect], std)
     faint = [j for j, z in sizes.items() if j is not None and (j in unsure or z < STATED)]
     faint = faint if len(faint) < len(sizes) else list(unsure)
     shown = without_joints(effect, faint)
     text = shown.stated(arm.chain, motion, std.covariance(shown.names))
-    return f"{text}; for {joint_list(faint)} the rows don't show it clearly" if faint else text
+    return f"{text}; not significant for {joint_list(faint)}" if faint else text

@@ -1,9 +1,8 @@
 """Poses to measure next: those that best separate confounded effects, or reduce their uncertainty.
 
-Poses are drawn over the joint ranges that were measured, where the arm keeps clear of itself. The
-information matrix of geometry, accepted effects and their rivals grows by every pose; the next one is that
-which adds most to the log determinant of what is asked for, the rest being eliminated (Ds-optimality), one
-after the other.
+Candidates are random poses within the measured joint ranges, free of self-collision. Poses are added one at a
+time to the information matrix of geometry, accepted effects and their rivals: each maximises the log
+determinant for the parameters of interest, the others being eliminated (Ds-optimality).
 
 Source: Atkinson, Donev, Tobias, Optimum experimental designs, with SAS, 2007, section 10.3.
 """
@@ -30,31 +29,31 @@ from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.report.numbers import readable_unit
 
 POOL = 400
-"""Poses to choose from …"""
+"""Number of candidate poses …"""
 MANY = 100_000
-"""… or fewer, where poses times unknowns would be more than this."""
+"""… or fewer, so that poses times unknowns stay below this."""
 MEASURED = 2000
-"""Measured rows, evenly spread, from which is told what all of them show."""
+"""Number of measured rows, evenly spread, that represent all of them."""
 WIDER = 0.1
-"""Part of the measured box by which a pose may leave it."""
+"""Share of the measured box by which a pose may lie outside it."""
 CLEAR = 0.01
-"""Distance that links keep from each other [m]."""
+"""Minimum clearance between links [m]."""
 OPEN = 1e3
-"""Standard error, in units of one row's worth of all rows, from which on nothing was known before."""
+"""Standard error, relative to that from one average row, above which an unknown was unobservable before."""
 VAGUE = 100.0
-"""Standard error, in the same units, above which an unknown that was open is still as good as unknown."""
+"""Standard error, likewise, above which it remains practically unknown afterwards."""
 INCREDIBLE = 0.01
-"""Standard error of an angle or a length [rad or m] that says nothing of an arm that works."""
+"""Standard error of an angle or a length [rad or m] that is meaningless for a working arm."""
 SLIGHT = 0.005
-"""Part of a standard error below which no number is stated of its fall."""
+"""Relative decrease of a standard error below which no number is given."""
 ALIKE = 0.3
-"""Correlation from which on one unknown is told from another."""
+"""Correlation above which a pose is said to separate two unknowns."""
 WEAK = 1e-8
-"""Information [relative] that is taken for granted, so that what nothing shows can be asked for."""
+"""Relative information added as a prior, so that unobservable parameters can be requested."""
 
 
 Measurable = Callable[[JointRows], Bool[np.ndarray, " rows"]]
-"""Tells which postures can be measured."""
+"""Whether postures can be measured."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +61,9 @@ class NextReason:
     """Why a pose should be measured.
 
     Args:
-        sentence: What it tells, and by how much that lowers its standard error.
-        shrinks_to: That standard error afterwards, as a share of the one before.
-        gain: What it adds to the log determinant of all that is asked for [nat].
+        sentence: What it determines, and by how much the standard error decreases.
+        shrinks_to: That standard error afterwards, relative to before.
+        gain: Increase of the log determinant for the parameters of interest [nat].
     """
 
     sentence: str
@@ -81,13 +80,13 @@ def next_poses(
     count: int = 5,
     measurable: Measurable | None = None,
 ) -> tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]:
-    """Joint positions to measure next, and the reason for each once those before it are measured.
+    """Joint positions to measure next, each with a reason that assumes the previous ones are measured.
 
     Args:
-        problem: What was fitted.
-        x: Its answer.
-        effects: What is to be sharpened and told apart; the geometry as a whole if empty.
-        measurable: Tells which postures can be measured; all that the arm can take if None.
+        problem: The fitted problem.
+        x: Its solution.
+        effects: Effects of interest; the geometry as a whole if empty.
+        measurable: Whether postures can be measured; all reachable ones if None.
     """
     pool = _pool(problem, x, rng, max(min(POOL, MANY // len(x)), 50), measurable)
     if not len(pool.q):
@@ -98,7 +97,7 @@ def next_poses(
     now, new = (_columns(problem, x, p, requested) for p in (measured, unmeasured))
     now *= np.sqrt(len(problem.data) / len(measured.data))
     new = new[np.argsort(unmeasured.component_rows, kind="stable")]
-    # what the rows hardly show but a new pose does would else outweigh all others beyond rounding
+    # otherwise weakly observable parameters would outweigh all others beyond rounding
     new_size = np.linalg.norm(new, axis=0) / np.sqrt(len(pool))
     scale = np.maximum(np.hypot(np.linalg.norm(now, axis=0), new_size), 1e-12)
     now /= scale
@@ -113,7 +112,7 @@ def next_poses(
 
 
 def _some_rows(problem: Problem) -> Problem:
-    """A problem with `MEASURED` of its rows at most."""
+    """A problem with at most `MEASURED` of its rows."""
     every = -(-len(problem.data) // MEASURED)
     if every == 1:
         return problem
@@ -122,13 +121,13 @@ def _some_rows(problem: Problem) -> Problem:
 
 
 Step = tuple[float, np.ndarray, np.ndarray]
-"""What a pose adds to the log determinant, and the covariance before and after it."""
+"""Increase of the log determinant by a pose, and the covariance before and after it."""
 
 
 def _greedy(
     information: np.ndarray, per_pose: np.ndarray, known: int, count: int
 ) -> tuple[list[int], list[Step]]:
-    """Poses that add most to log |M| − log |M of what is not asked for|, one after the other."""
+    """Poses that maximise log |M| − log |M of the nuisance parameters|, one after the other."""
     chosen: list[int] = []
     steps: list[Step] = []
     whole, rest = _covariance(information), _covariance(information[:known, :known])
@@ -146,7 +145,7 @@ def _greedy(
 
 @dataclass(frozen=True)
 class _Unknown:
-    """A parameter or a coefficient, in words."""
+    """A parameter or a coefficient, described for people."""
 
     name: str
     owner: str
@@ -154,7 +153,7 @@ class _Unknown:
 
 
 def _unknowns(problem: Problem, requested: Sequence[AbstractEffect]) -> list[_Unknown]:
-    """In the order of the columns."""
+    """Unknowns in the order of the columns."""
     chain = problem.robot.chain
     found = [_Unknown(p.text, p.name, p.unit) for p in problem.parameters if p.is_plain]
     for effect in requested:
@@ -175,7 +174,7 @@ def _reason(
     scale: np.ndarray,
     unknowns: Sequence[_Unknown],
 ) -> NextReason:
-    """Of all that is asked for, what a pose sharpens most, and from what it tells it best."""
+    """The parameter of interest that a pose improves most, and the one from which it separates it best."""
     old, new = (np.sqrt(np.diag(c)) for c in (before, after))
     is_vague = (old > OPEN) & (new > VAGUE)
     best = known + int(np.argmin((new / old + is_vague)[known:]))
@@ -185,7 +184,7 @@ def _reason(
     other = int(np.argmax(alike))
     size = new[best] / scale[best]
     if is_vague[best] or (old[best] > OPEN and mine.unit in ("rad", "m") and size > INCREDIBLE):
-        text = f"begins to show {mine.name}"
+        text = f"is a first step to make {mine.name} observable"
     elif old[best] > OPEN:
         factor, unit = readable_unit(mine.unit)
         text = f"makes {mine.name} observable: ± {factor * size:.2g} {unit}"
@@ -201,22 +200,22 @@ def _reason(
 
 
 def _gain(covariance: np.ndarray, per_pose: np.ndarray) -> np.ndarray:
-    """What every pose adds to the log determinant of the information."""
+    """Increase of the log determinant by each pose."""
     seen = per_pose @ covariance @ per_pose.transpose(0, 2, 1)
     return np.linalg.slogdet(np.eye(per_pose.shape[1]) + seen)[1]
 
 
 def _covariance(information: np.ndarray) -> np.ndarray:
-    """The inverse as a square, so that rounding leaves no variance below zero where a direction is open."""
+    """The inverse as a square, so that rounding leaves no negative variance along unobservable directions."""
     root = np.linalg.cholesky(information)
     half = linalg.solve_triangular(root, np.eye(len(root)), lower=True, check_finite=False)
     return half.T @ half
 
 
 def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[AbstractEffect]) -> np.ndarray:
-    """Whitened columns of a problem's geometry, and of effects, on rows of their own.
+    """Whitened columns of a problem's geometry, and of effects, for its rows.
 
-    Rows of one session see nothing of the frames of others: zeros stand there.
+    Rows of one session do not depend on the frames of others: their columns are zero.
     """
     here = rows.at(problem.named(x))
     plain = [p.name for p in problem.parameters if p.is_plain]
@@ -231,7 +230,7 @@ def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[A
 def _pool(
     problem: Problem, x: np.ndarray, rng: np.random.Generator, size: int, measurable: Measurable | None
 ) -> Dataset:
-    """Poses within the joint ranges that were measured, whose tool stays about where it was measured."""
+    """Poses within the measured joint ranges whose tool stays near the measured positions."""
     data, arm = problem.data, problem.robot_at(x).with_effects()
     low, high = data.q.min(0), data.q.max(0)
     session = data.sessions[0]
@@ -243,7 +242,7 @@ def _pool(
 
 
 def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Which poses have the tool within the box of the measured ones, a little widened."""
+    """Which poses have the tool within the slightly enlarged box of the measured positions."""
     seen = tool_poses(arm, Motion(measured))[:, :3, 3]
     margin = WIDER * np.ptp(seen, axis=0)
     at = tool_poses(arm, Motion(q))[:, :3, 3]
@@ -251,7 +250,7 @@ def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Which poses keep the links apart, or at least as far apart as they were measured already."""
+    """Which poses keep the links apart, at least as far as in the measured poses."""
     shape = capsule_arm(arm)
     if not len(shape.checked.pairs) or not len(q):
         return np.ones(len(q), bool)
@@ -260,7 +259,7 @@ def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:
-    """Rows as the instrument that saw most of them would see them, drivers as in a typical row."""
+    """Rows as the most common instrument would observe them, with typical drivers."""
     maximum = max((rows for _, rows in observed_kinds(data)), key=len)
     like = data.take(np.resize(maximum, len(q)))
     poses = tool_poses(arm, Motion(q))
@@ -282,23 +281,21 @@ def _where_measured(measured: np.ndarray | None, values: np.ndarray) -> np.ndarr
 
 
 def _torques(data: Dataset, like: Dataset, q: np.ndarray, arm: Robot) -> np.ndarray | None:
-    """What would be measured of them; None where effects can do without."""
+    """Expected joint torques; None if no effect needs them."""
     if arm.has_masses or data.torque is None or not np.isfinite(data.torque).all():
         return None
     return expected_torques(arm, Motion.of(data), Motion(q, payload=like.payload))
 
 
 def expected_torques(robot: Robot, measured: Motion, other: Motion) -> JointRows:
-    """Joint torques [N m] to expect in other rows: the weights that explain the measured ones best.
-
-    Torques are linear in the same products of mass and lever as the sag of joints (`gravity_sag.py`).
+    """Expected joint torques [N m] in other rows, from the weights that explain the measured ones best.
 
     Args:
         robot: The arm; the torques of sliding joints are their mean.
         measured: Rows with all torques.
         other: Rows without.
     """
-    assert measured.torque is not None, "there is something to learn from"
+    assert measured.torque is not None, "measured torques are required"
     out = np.tile(measured.torque.mean(0), (len(other), 1))
     for sag in sags(robot, measured):
         known, requested = (sag.law(robot.chain, m, NO_WRENCHES)[:, 0] for m in (measured, other))

@@ -1,8 +1,9 @@
-"""Models with some of their terms less, or with one more, from what is known of the whole.
+"""Models with some terms removed or one added, computed from the whole model.
 
-With H the curvature of a model, P its inverse and x its solution, the rest A without the columns B has the
-solution x_A − K x_B with K = P_AB P_BB⁻¹; and of the inner products G it leaves B those of G_BB + G_BA K.
-With R = G_B + G_A K, of all columns, the whole leaves R P_BB Rᵀ less of all inner products than the rest.
+With H the Hessian of a model, P its inverse and x its solution, the reduced model A without the columns B has
+the solution x_A − K x_B with K = P_AB P_BB⁻¹; of the inner products G it leaves for B those of G_BB + G_BA K.
+With R = G_B + G_A K over all columns, the whole leaves R P_BB Rᵀ less of all inner products than the reduced
+model.
 """
 
 from collections.abc import Sequence
@@ -30,14 +31,14 @@ from workbench.diagnosis.evidence import (
 from workbench.diagnosis.gram_matrices import Grams, among
 
 KEPT = 2
-"""Models of which it is kept what they leave."""
+"""Size of the cache of models' residuals."""
 
 
 class _Whole:
-    """A model fitted to inner products, from which terms can be taken away.
+    """A model fitted to inner products, from which terms can be removed.
 
     Args:
-        inner: Of the columns that it uses, the residual last.
+        inner: Inner products of the columns that it uses, the residual last.
         precision: Of the model's coefficients.
     """
 
@@ -57,10 +58,10 @@ class _Whole:
     def returned(
         self, places: Int[np.ndarray, " b"], across: Float[np.ndarray, "c n"]
     ) -> Float[np.ndarray, "c c"]:
-        """What the rest leaves more than the whole, of all columns.
+        """Additional inner products of all columns that the reduced model leaves.
 
         Args:
-            places: Of the columns that the rest lacks.
+            places: Indices of the removed columns.
             across: Inner products of all columns with those that the whole uses.
         """
         rest = np.delete(np.arange(len(self._found)), places)
@@ -71,8 +72,8 @@ class _Whole:
         return half @ half.T
 
     def without(self, places: Int[np.ndarray, " b"]) -> tuple[np.ndarray, np.ndarray]:
-        """Solution of the rest, zeros in these places, and what the rest leaves of their columns and the
-        residual."""
+        """Solution of the reduced model, zero for removed columns, and what it leaves of these columns and
+        the residual."""
         rest, wide = np.delete(np.arange(len(self._found)), places), np.append(places, -1)
         across = self._inverse[np.ix_(rest, places)]
         taken = solver_of(among(self._inverse, places))(across.T).T
@@ -83,20 +84,20 @@ class _Whole:
 
 
 def _used(grams: Grams, model: Model) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "k k"]]:
-    """Columns that a model uses, geometry first, and the precision of the others."""
+    """Columns that a model uses, geometry first, and the prior precision of the others."""
     own, precision = own_columns(grams, model)
     return np.concatenate([np.arange(grams.geometry), own]), precision
 
 
 def _places(grams: Grams, terms: Sequence[Term], used: Int[np.ndarray, " n"]) -> Int[np.ndarray, " b"]:
-    """Where in the used columns those of some terms are, masses that act through them included."""
+    """Indices of some terms among the used columns, masses that act through them included."""
     names = [n for t in terms for n in (*t.candidate.names, *grams.inertia.get(t.candidate.names, ()))]
     order = np.argsort(used)
     return order[np.searchsorted(used, grams.columns(names), sorter=order)]
 
 
 def own_offers(grams: Grams, model: Model) -> list[Offer]:
-    """What each of a model's terms adds to the others."""
+    """Contribution of each of a model's terms to the others."""
     used, _ = _used(grams, model)
     whole, out = _Whole.of(grams, model), []
     for term in model:
@@ -111,7 +112,7 @@ def own_offers(grams: Grams, model: Model) -> list[Offer]:
 def validated_without(
     grams: Grams, model: Model, groups: Sequence[Model]
 ) -> Float[np.ndarray, "groups folds"]:
-    """Sums of squares, as `validated` gives them, of a model without each of some groups of its terms."""
+    """Sums of squares, as in `validated`, of a model without each of some groups of its terms."""
     used, precision = _used(grams, model)
     wide = np.append(used, len(grams.total) - 1)
     total, out = among(grams.total, wide), np.empty((len(groups), len(grams.folds)))
@@ -126,9 +127,10 @@ def validated_without(
 
 
 def left_of(grams: Grams, model: Model) -> Remainder:
-    """As `left_by`, by what is known of the same model with its last term less.
+    """As `left_by`, computed from the same model without its last term.
 
-    Only inner products are kept: a `Remainder` knows its `Grams`, and would keep hundreds of MB in a cycle.
+    Only inner products are cached: a `Remainder` refers to its `Grams` and would keep hundreds of MB in a
+    cycle.
     """
     kept, key = grams.lefts, _key(model)
     if key in kept:
@@ -144,7 +146,7 @@ def left_of(grams: Grams, model: Model) -> Remainder:
 
 
 def left_without(grams: Grams, model: Model, group: Model) -> Remainder:
-    """What a model leaves without some of its terms."""
+    """Residual of a model without some of its terms."""
     left, key, (used, _) = left_of(grams, model), _key(model), _used(grams, model)
     if key not in grams.wholes:
         grams.wholes.clear()
@@ -154,7 +156,7 @@ def left_without(grams: Grams, model: Model, group: Model) -> Remainder:
 
 
 def with_one_more(left: Remainder, model: Model) -> Remainder:
-    """What is left by a model of which all but the last term is known to leave that."""
+    """Residual of a model, given that of all but its last term."""
     own, precision = own_columns(left.grams, model[-1:])
     factor, scale = factored(among(left.inner, own) + precision + JITTER * np.eye(len(own)))
     half = linalg.solve_triangular(factor, scale[:, None] * left.inner[own], lower=True, check_finite=False)

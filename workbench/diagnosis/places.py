@@ -1,4 +1,4 @@
-"""The place of some accepted terms in a model, and what other claims would do in it."""
+"""Accepted terms in a model, and what other claims would contribute in their place."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.stepwise_search import group_evidence, kind_of
 
 INCLUDED = 0.01
-"""Share of a column's square that a rival leaves, below which it holds the claim as a special case."""
+"""Share of a column's square left by a rival below which it contains the claim as a special case."""
 
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """The place of some accepted terms, and what would do instead.
+    """Some accepted terms of a model, and what would replace them.
 
     Args:
-        left: What the rest of the model leaves.
-        own: Log evidence of the terms in it.
-        offers: What other claims would add there, the best first.
+        left: Residual of the rest of the model.
+        own: Log evidence of the terms.
+        offers: Contributions of other claims in their place, best first.
     """
 
     left: Remainder
@@ -31,7 +31,7 @@ class Place:
 
 
 def place_of(searched: Searched, group: Model) -> Place:
-    """The place of some terms of the accepted model."""
+    """Some terms of the accepted model, and what would replace them."""
     left = left_without(searched.grams, searched.found.model, group)
     others = [
         c
@@ -43,7 +43,7 @@ def place_of(searched: Searched, group: Model) -> Place:
 
 
 def _same_claim(other: Candidate, group: Model) -> bool:
-    """Whether another candidate would claim the same as some terms."""
+    """Whether another candidate would make the same claim as some terms."""
     if kind_of(Term(other)) != kind_of(group[0]):
         return False
     joints = {j for t in group for j in t.candidate.effect.joints}
@@ -51,12 +51,13 @@ def _same_claim(other: Candidate, group: Model) -> bool:
 
 
 def best_of(rivals: Sequence[Offer]) -> float:
-    """Evidence for the best of some offers, the best first, or for none."""
+    """Evidence of the best of some offers, or of none."""
     return max(rivals[0].gain if rivals else 0.0, 0.0)
 
 
 def includes(left: Remainder, rival: Offer, group: Model) -> bool:
-    """Whether a rival of more coefficients can do all that some terms do: the simpler claim is preferred."""
+    """Whether a rival with more coefficients contains some terms as a special case; the simpler claim is
+    preferred."""
     names = [n for t in group for n in t.candidate.names]
     if len(rival.term.candidate.names) <= len(names):
         return False

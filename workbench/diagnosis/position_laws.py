@@ -1,6 +1,6 @@
-"""Errors of a joint's position: laws with a name against a smooth error that has none.
+"""Errors over a joint's position: named laws compared with a smooth map without a name.
 
-What drags, is bent or is worn follows no law, and few rows look like the nearest one.
+Friction, deflection and wear follow no simple law, and with few rows they resemble the nearest one.
 """
 
 import numpy as np
@@ -15,11 +15,11 @@ from workbench.diagnosis.stepwise_search import group_evidence
 
 
 def lead_over_map(searched: Searched, group: Model) -> float:
-    """Log odds of errors of one joint's position against a smooth one without a name, all laws of that joint
-    together, as they would survive other rows; infinite for other effects, minus infinite
-    where no smooth one can be tried, as in few rows or positions.
+    """Log odds of all named laws of one joint's position together against a smooth map, less one standard
+    error; infinite for other effects, minus infinite if no map can be tried, as with few rows or
+    positions.
 
-    Without the handicap that keeps a search from such maps where a law would do.
+    The handicap by which a search prefers laws to maps is not applied.
     """
     joints = group[0].candidate.effect.joints
     mine = tuple(
@@ -52,8 +52,8 @@ def _is_of_position(effect: AbstractEffect) -> bool:
 
 
 def share_a_law(one: AbstractEffect, other: AbstractEffect) -> bool:
-    """Whether both are errors of one joint's position, one of them a scale and the other play by the joint's
-    motion, which goes with its position; or different play that loads decide."""
+    """Whether both are errors over one joint's position, one of them a scale and the other backlash by the
+    joint's motion, which is correlated with its position; or both are load-dependent backlash."""
     both = (one, other)
     has_scale = any(isinstance(e, EncoderScale) for e in both)
     if all(_is_of_position(e) or (has_scale and e.has_play and not e.loads) for e in both):

@@ -25,25 +25,25 @@ from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
 
 STEPS = 60
-"""Most steps of a fit …"""
+"""Maximum number of steps of a fit …"""
 LAST_STEPS = 600
-"""… and of the last one, which is saved: balls in sockets leave turns of the base that are hardly seen."""
+"""… and of the final one: with balls in sockets, rotations of the base are weakly observable."""
 LARGE = 10_000_000
-"""Numbers of a Jacobian from which on it is not formed any more, and masses are taken as they are."""
+"""Number of Jacobian elements above which it is not formed and masses are fixed."""
 SHORTER = (1.0, 0.3, 0.1)
-"""Parts of a step that are tried."""
+"""Step lengths that are tried."""
 CHORDS = 6
-"""Most steps with one and the same curvature."""
+"""Maximum number of steps with the same Hessian."""
 LIKELY = 0.05
-"""How far [rad, m] a constant of the arm may be expected from nominal: two that hardly differ, such as the
-turns of neighbouring parallel axes, would go anywhere together, and effects take over what they lose."""
+"""Prior standard deviation [rad, m] of a constant about nominal: nearly confounded constants, such as offsets
+of neighbouring parallel axes, would otherwise drift together and be compensated by effects."""
 HELD = 1e-3
-"""How far [rad, m] constants may go together without a change of any row's pose, once loads act: frames that
-nothing else shows would carry masses along, to wherever an effect's law is not quite the arm's."""
+"""Prior standard deviation [rad, m] along null-space directions of the geometry when loads act: otherwise
+unobservable frames would drift with the masses to fit inaccuracies of an effect's law."""
 ALONG = 1e-3
-"""Part of such a direction that constants of the arm must take in it."""
+"""Minimum share of the arm's constants in such a direction."""
 PROMISE = 1e-3
-"""They end when a step promises less than this many standard errors."""
+"""The search ends when the predicted step is below this many standard errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class FittedModel:
 
     @property
     def events(self) -> list[AbstractEvent]:
-        """What happened while the rows were measured, as far as the model has it."""
+        """Events in the model."""
         effects = (t.candidate.effect for t in self.model)
         return [e for e in effects if isinstance(e, AbstractEvent)]
 
@@ -79,16 +79,17 @@ def refit(
     steps: int = STEPS,
     holds: bool = False,
 ) -> FittedModel:
-    """Fit geometry and a model's effects, and let the noise be what the fit leaves.
+    """Fit geometry and a model's effects, with the noise estimated from the residuals.
 
     Args:
         problem: The geometric problem, whose noise weighs positions against rotations.
-        grams: Inner products from which the model's precisions come; None for no effects.
+        grams: Inner products to which the model's precisions refer; None for no effects.
         model: Accepted effects.
-        data: Other rows than the problem's.
-        begin: Where unknowns were found by an earlier fit [SI]; the others begin at their nominal values.
-        steps: Most steps.
-        holds: Whether constants that a rigid arm leaves open are held near nominal where masses are unknowns.
+        data: Rows instead of the problem's.
+        begin: Initial values from an earlier fit [SI]; the other unknowns start at nominal.
+        steps: Maximum number of steps.
+        holds: Whether constants that are unobservable for a rigid arm are held near nominal if masses are
+            unknown.
     """
     own = problem.robot.effects
     robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
@@ -110,28 +111,28 @@ def refit(
         search = _chord(built, here, known)
     else:
         built, search = search_flanks(algorithm, built, here)
-    if built is held:  # what the rows leave open is told without what held it
+    if built is held:  # unobservable combinations are reported without that prior
         built = free
     return FittedModel(model, Fit.of(algorithm, built, search))
 
 
 def needs_inertia(robot: Robot) -> bool:
-    """Whether it matters to an arm's effects how well its masses are known."""
+    """Whether an arm's effects depend on the accuracy of its masses."""
     return robot.has_masses and any(e.loads for e in robot.effects)
 
 
 def huge(problem: Problem) -> bool:
-    """Whether a problem's Jacobian is better not formed."""
+    """Whether a problem's Jacobian is too large to be formed."""
     return problem.size * len(problem.names) > LARGE
 
 
 def large(problem: Problem) -> bool:
-    """Whether every fit of a problem takes long, so that few are made."""
+    """Whether fits of a problem are slow, so that few are made."""
     return huge(problem) or problem.size * len(problem.names) ** 2 > noises.HEAVY
 
 
 def linear_answer(fitted: FittedModel, grams: Grams, model: Model) -> dict[str, float]:
-    """Unknowns of another model by the linear solution at a fit, by name [SI]."""
+    """Unknowns of another model from the linear solution at a fit, by name [SI]."""
     problem, x = fitted.problem, fitted.fit.x
     step = grams.basis @ solve(grams, model, grams.total)[: grams.geometry]
     plain = [p.name for p in problem.parameters if p.is_plain]
@@ -141,13 +142,13 @@ def linear_answer(fitted: FittedModel, grams: Grams, model: Model) -> dict[str, 
 
 
 def with_own_noise(fitted: FittedModel, problem: Problem) -> Problem:
-    """The geometric problem, weighed by what a fit leaves on top of what rows state."""
+    """The geometric problem, weighted by a fit's residuals in addition to the stated noise."""
     left = noises.components(fitted.problem, fitted.fit.x, fitted.fit.factor)
     return problem if left is None else problem.with_noise(left)
 
 
 def robot_with(fitted: FittedModel, grams: Grams, model: Model) -> Robot:
-    """The arm with another model in place of a fit's own, by the linear solution at that fit."""
+    """The arm with another model instead of a fit's own, from the linear solution at that fit."""
     answer = linear_answer(fitted, grams, model)
     problem = fitted.problem
     arm = problem.robot_at(np.array([answer.get(name, 0.0) for name in problem.names]))
@@ -157,12 +158,12 @@ def robot_with(fitted: FittedModel, grams: Grams, model: Model) -> Robot:
 
 
 class _Curvature(NamedTuple):
-    """The curvature of a cost in steps s that move the unknowns by B s.
+    """Hessian of a cost in steps s that move the unknowns by B s.
 
     Args:
         into: B.
         solve: Solver for …
-        matrix: … the curvature.
+        matrix: … the Hessian.
     """
 
     into: Float[np.ndarray, "p n"]
@@ -171,7 +172,7 @@ class _Curvature(NamedTuple):
 
 
 def _by_grams(problem: Problem, grams: Grams, model: Model) -> _Curvature:
-    """The curvature that the inner products tell."""
+    """The Hessian from the inner products."""
     names = [n for t in model for n in t.candidate.names]
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     into = np.zeros((len(plain), grams.geometry + len(names)))
@@ -182,7 +183,7 @@ def _by_grams(problem: Problem, grams: Grams, model: Model) -> _Curvature:
 
 
 def _by_jacobian(problem: Problem, x: Float[np.ndarray, " p"], grams: Grams) -> _Curvature:
-    """The curvature at x, masses among the unknowns; geometry is kept near as the inner products have it."""
+    """The Hessian at x, masses among the unknowns, with the geometry's prior as in the inner products."""
     matrix = inner_products(problem, x)[:-1, :-1]
     plain = np.flatnonzero([p.is_plain for p in problem.parameters])
     matrix[plain, plain] += np.broadcast_to(grams.reach, len(plain)) ** -2.0
@@ -190,7 +191,7 @@ def _by_jacobian(problem: Problem, x: Float[np.ndarray, " p"], grams: Grams) -> 
 
 
 def _chord(problem: Problem, x: Float[np.ndarray, " p"], known: _Curvature) -> SearchOutcome:
-    """Gauss–Newton with one and the same curvature: the gradient alone is taken anew."""
+    """Gauss–Newton with a fixed Hessian: only the gradient is recomputed."""
     into, solve_for, spread = known
     cost, gradient = problem.cost_and_gradient(x)
     history = [cost]
@@ -213,8 +214,8 @@ def _chord(problem: Problem, x: Float[np.ndarray, " p"], known: _Curvature) -> S
 
 
 def _held(problem: Problem, rigid: Problem, begin: Mapping[str, float]) -> Problem:
-    """The problem with constants held near nominal in directions that don't change the poses of a rigid arm:
-    base and tool take what moves with them."""
+    """The problem with a prior about nominal along directions that don't change the poses of a rigid arm:
+    base and tool compensate them."""
     plain = np.array([p.is_plain for p in rigid.parameters], bool)
     parts = [piece for block, piece in rigid.pieces(rigid.at(begin), only=plain) if block is not None]
     residual, jacobian = (np.concatenate(part) for part in zip(*parts, strict=True))
@@ -232,7 +233,7 @@ def _held(problem: Problem, rigid: Problem, begin: Mapping[str, float]) -> Probl
 
 
 def _expected(problem: Problem, grams: Grams, model: Model) -> Problem:
-    """The problem with the variances of coefficients as prior knowledge that they are near zero."""
+    """The problem with the coefficients' prior variances about zero."""
     names = [n for t in model for n in t.candidate.names]
     blocks = []
     for term in model:

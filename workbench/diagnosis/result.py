@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 
 
 NOTICEABLE = 0.9
-"""Share of a standard error that is left where a further pose is worth its time."""
+"""Ratio of a standard error after to before below which a further pose is worthwhile."""
 
 
 class Verdict(StrEnum):
-    """What the rows allow to be said."""
+    """Verdict of a diagnosis."""
 
     NONE = "no effect found"
     EXPLAINED = "explained"
@@ -44,15 +44,16 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Ranked:
-    """A candidate with what it would add.
+    """A candidate with its contribution.
 
     Args:
         effect: With zero coefficients.
         gain: Log evidence that it adds [nat].
         p_value: Probability that chance would add as much, for one try.
-        errors: Held-out errors of the arm with it; of the fitted rows where none was held out; None where it
-            was not tried out.
-        shrunk: Whether its coefficients share a variance that the data decided.
+        errors: Held-out errors of the arm with it; of the fitted rows if none was held out; None if it was
+            not
+        evaluated.
+        shrunk: Whether its coefficients share a variance estimated from the data.
     """
 
     effect: AbstractEffect
@@ -72,15 +73,15 @@ class Accepted:
     """An effect that the diagnosis added to the arm.
 
     Args:
-        effect: With the coefficients that were found.
-        std: Their standard errors, SI, with what effects that are lost in the noise may hide in them.
+        effect: With the identified coefficients.
+        std: Their standard errors, SI, including possible bias by undetectable effects.
         gain: Log evidence that it adds to the others [nat].
         p_value: Probability that chance would add as much, for one try; 0 below the smallest float.
-        before: Held-out errors of the final model without it, fitted anew; of the fitted rows where none was
-            held out.
+        before: Held-out errors of the final model without it, refitted; of the fitted rows if none was held
+        out.
         after: Of the final model with all effects, on the same rows.
-        alternatives: Effects that would do nearly as well in its place, the best first.
-        text: What it does, one sentence.
+        alternatives: Effects that would do nearly as well in its place, best first.
+        text: Description in one sentence.
     """
 
     effect: AbstractEffect
@@ -94,7 +95,7 @@ class Accepted:
 
 
 def harm_done(before: RowErrors, after: RowErrors) -> str | None:
-    """A sentence where a model makes rows worse than another by more than the standard error of the mean.
+    """A warning if a model makes rows worse than another by more than the standard error of the mean.
 
     Args:
         before: Errors of the one.
@@ -112,8 +113,8 @@ def harm_done(before: RowErrors, after: RowErrors) -> str | None:
             return None
         was, now = (scale * float(errors[seen].mean()) for errors in (old, new))
         return (
-            f"the held-out rows are worse with what was added: {now:.3g} instead of {was:.3g}{unit} with the "
-            "geometry alone; use that"
+            f"the added effects make the held-out error worse: {now:.3g} instead of {was:.3g}{unit} with the "
+            "geometry alone; use the geometry alone"
         )
     return None
 
@@ -124,37 +125,37 @@ class Diagnosis(AbstractShown):
     """A whole diagnosis.
 
     Args:
-        nominal_robot: The arm as it was given.
+        nominal_robot: The arm as given.
         train_rows: Rows that were fitted, indices into data, outliers among them.
-        held_out_rows: Rows that were held out of them.
+        held_out_rows: Rows that were held out, indices into data.
         held_out_data: The held-out rows on which errors are reported.
-        excluded: Rows that were kept out from the start, with the reason.
-        outliers: Rows that were set apart, indices into data.
-        outlier_errors: Of the arm found on them; None where there are none.
+        excluded: Rows excluded from the start, with the reason.
+        outliers: Rows excluded as outliers, indices into data.
+        outlier_errors: Errors of the identified arm on them; None if there are none.
         suspects: Held-out rows that no arm explains, indices into held_out_data.
         nominal: Errors of the nominal arm with the best base and tool.
         before_fit: Geometry alone.
-        after_fit: Geometry with the accepted effects, on the fitted rows; what the figures tell of.
+        after_fit: Geometry with the accepted effects, on the fitted rows; shown in the figures.
         final_fit: The same on all rows, held-out ones of the same file too: what is saved.
         aligned: The nominal arm with the best base and tool.
         nominal_rows: Its errors row by row, as `after_rows`.
-        before: Errors of the first.
-        after: Errors of the second.
-        before_rows: Row by row: fitted rows (outliers left out), held-out rows.
+        before: Errors of `before_fit`.
+        after: Errors of `after_fit`.
+        before_rows: Row by row: fitted rows (without outliers), held-out rows.
         after_rows: Likewise.
-        effects: What was accepted, in the order in which it was found.
-        causes: What is claimed of them: physical, of a size that matters, the largest first.
-        residual_map: What the others predict; None if there are none.
-        ranking: What each candidate would have brought to the geometry alone, the best first.
-        noise: What is left, per axis [m], [rad]; NaN for rotations that nobody measured.
-        known_noise: Noise that was known beforehand, from repeats or as given; None if it was not.
-        joint_noise: Of joint readings, by which the rows were weighed; None where these seem exact.
-        structure: Along which axes what is left was looked at, and what agrees there.
-        now: The arm that is saved, where something happened while rows were measured.
-        verdict: What the rows allow to be said.
-        undetectable: Effects of load that the rows can't show.
+        effects: Accepted effects, in the order in which they were found.
+        causes: Physical causes of significant size among them, largest first.
+        residual_map: The other effects, which only predict; None if there are none.
+        ranking: Contribution of each candidate to the geometry alone, best first.
+        noise: Standard deviation of the residuals per axis [m], [rad]; NaN for rotations not measured.
+        known_noise: Noise known beforehand, from repeats or as given; None if unknown.
+        joint_noise: Of joint readings, used as weights; None if they seem exact.
+        structure: Tests of the residuals along all axes.
+        now: The saved arm, if there were events during the measurements.
+        verdict: The verdict.
+        undetectable: Effects of load that are undetectable in the rows.
         measure_next: Joint positions of poses to measure next [rad or m].
-        next_reasons: What each of them would tell.
+        next_reasons: What each of them would determine.
         seconds: Time it took.
         warnings: Advice that could not be computed, one sentence each.
     """
@@ -201,27 +202,27 @@ class Diagnosis(AbstractShown):
 
     @cached_property
     def calibrated(self) -> Robot:
-        """The arm with the identified geometry and the accepted effects, fitted on all rows."""
+        """The arm with identified geometry and accepted effects, fitted to all rows."""
         return with_error(self.final_fit, judged(self.after))
 
     @property
     def robot(self) -> Robot:
-        """The same, by the name that every result has for its arm."""
+        """The same, under the name that every result has for its arm."""
         return self.calibrated
 
     @property
     def harm(self) -> str | None:
-        """A sentence where held-out rows are worse with the effects than without, beyond a standard error."""
+        """A warning if held-out rows are worse with the effects than without, beyond a standard error."""
         return harm_done(self.before_rows[1], self.after_rows[1]) if self.effects else None
 
     @property
     def events(self) -> tuple[AbstractEvent, ...]:
-        """What happened while the rows were measured, as far as it is claimed, in the order of its rows."""
+        """Claimed events during the measurements, in row order."""
         return tuple(sorted((c.event for c in self.causes if c.event is not None), key=lambda e: e.moment))
 
     @property
     def is_named(self) -> bool:
-        """Whether causes, all of them at least probable, explain more than the residual map predicts."""
+        """Whether causes, all of them at least probable, explain more than the residual map."""
         if not self.causes or any(c.confidence is Confidence.OPEN for c in self.causes):
             return False
         fall = self.error.before.position_mm.mean - self.error.after.position_mm.mean
@@ -230,14 +231,14 @@ class Diagnosis(AbstractShown):
 
     @property
     def is_good(self) -> bool:
-        """Whether the verdict leaves nothing open: noise alone, or causes with names."""
+        """Whether the verdict is conclusive: noise alone, or named causes."""
         if self.harm is not None:
             return False
         return self.verdict is Verdict.NONE or (self.verdict is Verdict.EXPLAINED and self.is_named)
 
     @property
     def verdict_text(self) -> str:
-        """The verdict for people: without a name nothing is called explained."""
+        """The verdict for people; an error without a named cause is not called explained."""
         if self.residual_map is not None and not self.causes:
             partly = "partly " if self.verdict is Verdict.PARTLY else ""
             return f"{partly}predicted, but no cause is named"
@@ -256,14 +257,15 @@ class Diagnosis(AbstractShown):
 
     @cached_property
     def saved_errors(self) -> Errors | None:
-        """Of the saved arm on the rows to which it was fitted; None after events, where it holds for few."""
+        """Errors of the saved arm on the rows to which it was fitted; None after events, as it is valid for
+        few."""
         if self.now is not None:
             return None
         fit = self.final_fit
         return row_errors(fit.calibrated, fit.problem.data, known=fit.problem.instrument(fit.x)).summary
 
     def identification(self) -> Identification:
-        """The arm as the result of an identification; errors are those of before the fit on all rows."""
+        """The arm as the result of an identification, with the errors before the refit to all rows."""
         is_outlier = np.isin(self.train_rows, self.outliers)
         run = Run(
             self.final_fit,

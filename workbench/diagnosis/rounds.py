@@ -1,7 +1,7 @@
 """The rounds of a diagnosis: fit, exclude outliers, reweight, search for effects, fit again.
 
-A stage is everything that holds after a fit. Rounds end when a search finds what was fitted, or what an
-earlier one has found already: then the fit that says most with least is kept.
+A stage is the state after a fit. Rounds end when a search finds the fitted model, or one found before: then
+the fit with the shortest description length is kept.
 """
 
 from collections.abc import Sequence
@@ -29,34 +29,34 @@ from workbench.identification.outlying_rows import find_outliers, robust_fit
 from workbench.identification.problem import Noise, Problem
 
 ROUNDS = 5
-"""Most searches for effects …"""
+"""Maximum number of searches for effects …"""
 FEW_ROUNDS = 2
-"""… and of large problems."""
+"""… and for large problems."""
 OUTLIER_ROUNDS = 3
-"""Most rounds of outliers after one fit."""
+"""Maximum number of outlier rounds after one fit."""
 CROWD, CROWDED = 7, 3
-"""Of so many rows, one measured after the other, so many stand out where something may have happened."""
+"""Window of consecutive rows, and number of outliers within it that may indicate an event."""
 FOLDS = 5
-"""Parts into which the rows are divided for cross-validation."""
+"""Number of folds for cross-validation."""
 
 EVENT_ROUNDS = 4
-"""Most searches at one fit, each with the places of events that are best beside what the last one found."""
+"""Maximum number of searches at one fit, each with the best event times given the last one's result."""
 
 NONLINEAR = 0.02
-"""Geometry that moves farther than this [rad, m] without an effect is no longer linear in it."""
+"""Change of the geometry [rad, m] without an effect above which the linear search is invalid."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """What holds after a fit.
+    """State after a fit.
 
     Args:
         rows: All rows to fit, outliers among them.
         keep: Which of them were fitted.
         geometric: The problem of the geometry on the fitted rows, weighed by what the fit leaves.
         fitted: Geometry and accepted effects.
-        spared: Rows that stand out close to each other in time: what happened in between may explain them,
-            and until that was looked for they are no outliers.
+        spared: Outliers close to each other in time: an event may explain them, so they are not excluded
+        before events were searched.
     """
 
     rows: Dataset
@@ -72,9 +72,9 @@ class Searched:
 
     Args:
         stage: Where it was made.
-        offered: What was tried.
+        offered: The candidates.
         grams: The inner products at the stage.
-        found: What was found.
+        found: The result.
         fold: Fold of every row of the stage, for cross-validation.
     """
 
@@ -86,7 +86,7 @@ class Searched:
 
 
 def geometry_first(problem: Problem) -> Stage:
-    """The geometry alone, with outliers set apart.
+    """The geometry alone, with outliers excluded.
 
     Args:
         problem: Geometry, on all rows to fit.
@@ -107,8 +107,8 @@ def rounds(
 
     Args:
         stage: The geometry alone.
-        search: Whether the rows can tell anything of effects; if not, nothing is tried.
-        events: What may have happened while they were measured; looked for if None.
+        search: Whether effects are observable in the rows; if not, nothing is tried.
+        events: Possible events; searched if None.
 
     Returns:
         The searches, the last of them at the final fit.
@@ -145,7 +145,7 @@ def rounds(
 
 
 def _supported(searched: Searched, fold: np.ndarray) -> Searched:
-    """The search without effects that its last fit doesn't support, fitted anew."""
+    """The search without effects that its last fit doesn't support, refitted."""
     for _ in range(ROUNDS):
         kept = supported(searched.grams, searched.found.model)
         if len(kept) == len(searched.found.model):
@@ -165,17 +165,17 @@ def _compressed(
     kinds: Sequence[Changeable] = (),
     line: Timeline | None = None,
 ) -> Grams:
-    """Inner products at a stage's fit, with the history of what events may change if asked for."""
+    """Inner products at a stage's fit, with the history for events if requested."""
     problem = stage.fitted.problem.with_noise(stage.geometric.noise)
     changed, pieces = [k.event for k in kinds], None if line is None else line.piece
     return compress(problem, stage.fitted.fit.x, effects, fold[stage.keep], changed=changed, pieces=pieces)
 
 
 def _without_superfluous(searched: Searched) -> Stage | None:
-    """The stage without one effect that geometry can stand for, fitted anew from the nominal arm; None if
-    each is needed.
+    """The stage without one effect that geometry can replace, refitted from the nominal arm; None if each is
+    needed.
 
-    Where the geometry would move far without an effect, the linear search can't tell what it would leave.
+    If the geometry would change much without an effect, the linear search can't predict its residual.
     """
     stage, grams, model = searched.stage, searched.grams, searched.found.model
     problem, x = stage.fitted.problem, stage.fitted.fit.x
@@ -199,13 +199,14 @@ def _without_superfluous(searched: Searched) -> Stage | None:
 
 
 def _as_fitted(searched: Searched) -> Searched:
-    """The search with the fitted model in place of what it found."""
+    """The search with the fitted model instead of its result."""
     fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
     return replace(searched, found=as_found(searched.grams, fitted, searched.found.distrusted))
 
 
 def _better(searched: Searched) -> bool:
-    """Whether what was found says less than the fitted model, or predicts other folds noticeably better."""
+    """Whether a result has a shorter description than the fitted model, or predicts other folds noticeably
+    better."""
     if _coefficients(searched.found.model) < _coefficients(searched.stage.fitted.model):
         return True
     fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
@@ -214,7 +215,7 @@ def _better(searched: Searched) -> bool:
 
 
 def _description_length(searched: Searched) -> float:
-    """Of the rows by a stage's fit: the noise that is left, and ½ log N for each coefficient."""
+    """Description length of the rows by a stage's fit: residual noise, and ½ log N per coefficient."""
     problem = searched.stage.geometric
     noise = problem.sigma[problem.inverse_sigma > 0.0]
     charge = 0.5 * _coefficients(searched.stage.fitted.model) * np.log(problem.count)
@@ -226,7 +227,7 @@ def _coefficients(model: Model) -> int:
 
 
 def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"]:
-    """Fold of every row, whole groups together; row by row where all are of one group."""
+    """Fold of every row, whole groups together; by row if all belong to one group."""
     groups = np.arange(len(data))
     if data.group is not None and len(names := np.unique(data.group)) > 1:
         groups = np.searchsorted(names, data.group)
@@ -236,7 +237,7 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
 
 
 def _search(stage: Stage, fold: np.ndarray, *, events: Sequence[Candidate] | None) -> Searched:
-    """The search for effects, and for events wherever in time they are best, until no place is better."""
+    """Search for effects and for events at their best times, until no time improves."""
     offered = catalogue(stage.geometric.robot, Motion.of(stage.rows))
     kinds = changeable(stage.fitted.problem) if events is None else ()
     line = Timeline.of(stage.fitted.problem.data, [e.moment for e in stage.fitted.events])
@@ -260,18 +261,18 @@ def _search(stage: Stage, fold: np.ndarray, *, events: Sequence[Candidate] | Non
             grams = compressed()
         found = search_effects(grams, (*plain, *happened), model)
         model = found.model
-    assert found is not None, "the first search is always made"
+    assert found is not None, "at least one search is made"
     return Searched(stage, replace(offered, candidates=(*plain, *happened)), grams, found, fold)
 
 
 def _unsearched(stage: Stage, fold: np.ndarray) -> Searched:
-    """A stage at which nothing was tried."""
+    """A stage without candidates."""
     grams = compress(stage.fitted.problem, stage.fitted.fit.x, [], fold[stage.keep])
     return Searched(stage, Catalogue((), ()), grams, as_found(grams, ()), fold)
 
 
 def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
-    """The stage with another model, or other rows, fitted; from what the last fit says of it."""
+    """The stage with another model, or other rows, fitted from the last fit's linear prediction."""
     begin = stage.fitted.problem.named(stage.fitted.fit.x)
     if grams is not None and not _same(model, stage.fitted.model):
         begin = linear_answer(stage.fitted, grams, model)
@@ -285,7 +286,7 @@ def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
 
 
 def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
-    """Exclude outliers until the selection no longer changes, then weight by the residuals of the fit."""
+    """Exclude outliers until the selection no longer changes, then weight by the fit's residuals."""
     for _ in range(1 if large(stage.fitted.problem) else OUTLIER_ROUNDS):
         whole = _on_all_rows(stage)
         keep = ~find_outliers(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor) | stage.spared
@@ -301,7 +302,7 @@ def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
 
 
 def _variance_ratio(before: Noise, after: Noise) -> float:
-    """How much larger variances were: of positions, or of orientations where no positions were measured."""
+    """Ratio of variances before to after: of positions, or of orientations without positions."""
     ratio = (np.array(before[:2]) / np.array(after[:2])) ** 2
     return float(ratio[np.isfinite(ratio)][0])
 
@@ -315,7 +316,7 @@ def _on_all_rows(stage: Stage) -> Problem:
 
 
 def _key(candidate: Candidate) -> str:
-    """What tells candidates of different rounds apart."""
+    """Key that identifies candidates across rounds."""
     shape = ""
     if candidate.covariance is not None:
         shape = " ".join(f"{c:.8g}" for c in candidate.covariance[[0, -1], [1, -1]].tolist())
@@ -327,7 +328,7 @@ def _same(a: Model, b: Model) -> bool:
 
 
 def _among(model: Model, candidates: tuple[Candidate, ...]) -> Model:
-    """A model's terms as candidates of another round, as far as that offers them."""
+    """A model's terms as candidates of another round, as far as these are available."""
     offered, known = {_key(c): c for c in candidates}, {n for c in candidates for n in c.names}
     kept = (
         t

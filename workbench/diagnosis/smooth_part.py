@@ -1,6 +1,6 @@
-"""How much of what a model leaves is smooth over postures, or in the order of the rows.
+"""Part of a model's residual that is smooth over postures or row order.
 
-The mean product of neighbours' residuals estimates the variance of what both share. Noise shares nothing.
+The mean product of neighbours' residuals estimates the variance of their common part. Noise has none.
 """
 
 import numpy as np
@@ -10,13 +10,13 @@ from workbench.diagnosis.structure import neighbours
 from workbench.identification.problem import Problem
 
 EVIDENT = 3.0
-"""Standard errors by which neighbours must agree to be called alike."""
+"""Standard errors by which neighbours must agree to be significant."""
 MIN_ROWS = 20
-"""Rows below which nothing is smooth."""
+"""Minimum number of rows."""
 
 
 def smooth_part(problem: Problem, x: np.ndarray) -> float:
-    """Standard deviation of a whitened component's smooth part at x; 0 where it may be chance."""
+    """Standard deviation of the smooth part of a whitened component at x; 0 if it is not significant."""
     data = problem.data
     if len(data) < MIN_ROWS:
         return 0.0

@@ -1,12 +1,11 @@
-"""Standard errors of a diagnosis' coefficients: with what hides in them, and where rows share an error.
+"""Standard errors of a diagnosis' coefficients, with hidden effects and with errors shared by rows.
 
-With H = JᵀJ of the whitened rows, Λ what was expected beforehand and A = H + Λ, the covariance is σ² A⁻¹ if
-rows err independently. Rows of one place (a group, or one posture measured again) may share an error; then
-it is
+With H = JᵀJ of the whitened rows, Λ the prior precision and A = H + Λ, the covariance is σ² A⁻¹ if errors of
+rows are independent. Rows of one place (a group, or a repeated posture) may share an error; then it is
 
     A⁻¹ (M + σ² Λ) A⁻¹,      M = G/(G−1) Σ_g s_g s_gᵀ,      s_g = Σ_{i in g} J_iᵀ r_i
 
-over the G places. It counts where it is larger, from `MIN_PLACES` places on.
+over the G places. The larger one is used, with at least `MIN_PLACES` places.
 
 Source: Liang, Zeger, Longitudinal data analysis using generalized linear models, Biometrika 73(1), 1986.
 """
@@ -20,19 +19,19 @@ from workbench.data.dataset import Dataset
 from workbench.identification.fit import Fit
 
 REPEATED = 1e-3
-"""Joint positions [rad or m] that differ less count as one posture."""
+"""Joint positions [rad or m] with smaller differences count as one posture."""
 MIN_PLACES = 20
-"""Places below which what their rows share can't be told."""
+"""Minimum number of places to estimate shared errors."""
 MIN_ROWS = 1.5
-"""Mean number of rows of a place below which rows count one by one."""
+"""Minimum mean number of rows per place; below it rows count as independent."""
 
 
 class StandardErrors(Mapping[str, float]):
     """Of a fit's unknowns by name [SI].
 
     Args:
-        fit: The saved arm's.
-        hidden: What effects that are lost in the noise add to the variance of its unknowns [SI²].
+        fit: Fit of the saved arm.
+        hidden: Additional variance of its unknowns due to undetectable effects [SI²].
     """
 
     def __init__(self, fit: Fit, hidden: Mapping[str, float]):
@@ -52,13 +51,13 @@ class StandardErrors(Mapping[str, float]):
         return len(self._places)
 
     def covariance(self, names: Sequence[str]) -> Float[np.ndarray, "k k"]:
-        """Of some unknowns [SI²], with these standard errors."""
+        """Covariance of some unknowns [SI²], consistent with these standard errors."""
         mine = [self._places[n] for n in names]
         return self._covariance[np.ix_(mine, mine)] * np.outer(self._ratio[mine], self._ratio[mine])
 
 
 def dependence(fit: Fit) -> Float[np.ndarray, " p"]:
-    """How many times larger each standard error is where rows of one place share an error, at least 1."""
+    """Factor of each standard error due to errors shared within places, at least 1."""
     problem, ones = fit.problem, np.ones(len(fit.problem.names))
     place = places(problem.data)
     count = int(place.max(initial=-1)) + 1

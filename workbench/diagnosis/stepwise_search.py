@@ -1,9 +1,9 @@
-"""The search for effects: add the best, exchange, prune, until chance explains the rest.
+"""Stepwise search for effects: add the best, exchange, prune, until no candidate is significant.
 
 A candidate enters if three criteria agree: the evidence prefers it to every other, chance would add as much
-in less than `ALPHA` of all arms (corrected for the number of candidates that were tried), and the error on
-folds that took no part in the fit falls. After each entry every effect is tried against all others in its
-place, and joints with several maps of their own against one smooth map.
+in less than `ALPHA` of all arms (corrected for the number of candidates), and the cross-validated error
+decreases. After each entry every effect is compared with all others in its place, and several maps of
+joints with one smooth map.
 """
 
 from collections.abc import Sequence
@@ -32,35 +32,35 @@ from workbench.diagnosis.gram_matrices import Grams
 from workbench.diagnosis.one_less import left_of, left_without, own_offers, validated_without, with_one_more
 
 ALPHA = 0.002
-"""Share of arms without effects on which one may be claimed."""
+"""Share of arms without effects for which one may be claimed."""
 ROUNDS = 40
-"""Most effects of one arm."""
+"""Maximum number of effects of one arm."""
 EXCHANGES = 6
-"""Rounds of exchange after each entry."""
+"""Maximum rounds of exchange after each entry."""
 FEW = 3
-"""Effects up to which exchanges are tried after every entry …"""
+"""Number of effects up to which exchanges are tried after every entry …"""
 MANY = 8
-"""… and up to which they are tried once nothing enters."""
+"""… and up to which they are tried once nothing more enters."""
 MIN_FALL = 0.005
-"""Part of a fold's square that an effect must explain when the fold took no part in its fit."""
+"""Minimum share of a fold's square that an effect must explain when fitted to the others."""
 NEEDED = 2.0
-"""Log evidence that each joint of an effect of many must add."""
+"""Minimum log evidence of each joint in an effect of several."""
 LAWS = 2
-"""Most laws of a joint's position that may together take the place of its map …"""
+"""Maximum number of laws of a joint's position that may together replace its map …"""
 PLAINER = 20.0
-"""… and the log evidence by which they must be better: an error without a name can look like two of them."""
+"""… and the log evidence by which they must be better: an unnamed error can resemble two of them."""
 BETTER = 0.5
-"""Log evidence by which an exchange must be better, so that equals stay."""
+"""Minimum gain in log evidence of an exchange."""
 
 
 @dataclass(frozen=True, eq=False)
 class FoundEffects:
-    """What the search found.
+    """Result of the search.
 
     Args:
         model: Accepted effects.
-        offers: What each of them adds to the others, in the model's order.
-        distrusted: Candidates that chance can't explain, but that folds did not confirm.
+        offers: Contribution of each of them to the others, in the model's order.
+        distrusted: Significant candidates that cross-validation did not confirm.
     """
 
     model: Model
@@ -73,8 +73,8 @@ def search(grams: Grams, candidates: Sequence[Candidate], start: Model = ()) -> 
 
     Args:
         grams: Inner products at a fit.
-        candidates: Everything that may be tried.
-        start: Effects that were accepted at an earlier fit.
+        candidates: All candidates.
+        start: Effects accepted at an earlier fit.
     """
     model = exchange(grams, candidates, prune(grams, candidates, start))
     distrusted: list[Offer] = []
@@ -106,17 +106,17 @@ def as_found(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> Fo
 
 
 def significant(found: Offer, tries: int) -> bool:
-    """Whether the gain is significant for so many candidates."""
+    """Whether the gain is significant given the number of candidates."""
     return bool(found.gain > 0.0 and found.log_p + np.log(max(tries, 1)) < np.log(ALPHA))
 
 
 def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
-    """Whether the larger model predicts other folds noticeably better: beyond one standard error."""
+    """Whether the larger model predicts other folds better by more than one standard error."""
     return helps(1.0 - validated(grams, larger) / validated(grams, smaller))
 
 
 def helps(fall: np.ndarray) -> bool:
-    """Whether folds' squares fall noticeably, by these parts of them."""
+    """Whether the folds' squares decrease by more than these shares."""
     return bool(fall.mean() > max(MIN_FALL, standard_error(fall)))
 
 
@@ -125,7 +125,7 @@ def _improved(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Mo
 
 
 def trimmed(grams: Grams, model: Model) -> Model:
-    """Effects of many joints without the joints whose part in them the rows don't ask for."""
+    """Effects of several joints without the joints that the rows don't support."""
     for term in [t for t in model if t.candidate.alike]:
         rest = drop(model, [term])
         left = left_by(grams, rest, term.candidate.names)
@@ -141,13 +141,13 @@ def trimmed(grams: Grams, model: Model) -> Model:
 
 
 def _without_one(candidate: Candidate) -> list[Candidate]:
-    """The same effect without each of its joints."""
+    """The same effect without each of its joints in turn."""
     joints = range(len(candidate.effect.joints))
     return [candidate.only([i for i in joints if i != k]) for k in joints]
 
 
 def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[Model | None, list[Offer]]:
-    """The model with the best further effect; those refused on the way."""
+    """The model with the best further effect, and candidates rejected on the way."""
     refused: list[Offer] = []
     strong = [o for o in _offers(left_of(grams, model), candidates) if significant(o, len(candidates))]
     for best in sorted(strong, key=lambda o: -o.gain)[:5]:
@@ -158,13 +158,13 @@ def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[M
 
 
 def _offers(left: Remainder, candidates: Sequence[Candidate], group: Model = ()) -> list[Offer]:
-    """What all candidates that may stand beside a model would add, in the place of some terms."""
+    """Contributions of all compatible candidates to a model, in the place of some terms."""
     beside = [c for c in candidates if not any(c.excludes(t.candidate) for t in left.model)]
     return offers(left, beside, group=group)
 
 
 def exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
-    """Put better effects in the places of accepted ones, one at a time or all maps of a joint together."""
+    """Replace accepted effects by better ones, one at a time or all maps of a joint together."""
     for _ in range(EXCHANGES if len(model) <= MANY else 0):
         better = _one_exchange(grams, candidates, model)
         if better is None:
@@ -192,10 +192,10 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
 
 
 def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, term: Term) -> Model | None:
-    """The model with a few laws in the place of a joint's map, where the rows like them better together.
+    """The model with a few laws in the place of a joint's map, if the rows prefer them together.
 
-    The map enters first where one law alone explains little, and no exchange of one for one brings two in
-    its place. Laws that leave the map something to explain are parts of an error without a name.
+    The map enters first if no single law explains enough, and exchanges of one for one never bring two in its
+    place. Laws that leave a significant map are parts of an unnamed error.
     """
     left = left_without(grams, model, (term,))
     present = group_evidence(left, (term,))
@@ -211,7 +211,7 @@ def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, ter
 
 
 def _groups(model: Model) -> list[Model]:
-    """Every term alone, all maps of one joint where there are several, all effects of one kind likewise."""
+    """Every term alone, all maps of one joint if there are several, all effects of one kind likewise."""
     groups: list[Model] = [(t,) for t in model]
     for kind in {kind_of(t) for t in model if t.candidate.effect.of_many_joints}:
         alike = tuple(t for t in model if kind_of(t) == kind)
@@ -227,19 +227,19 @@ def _groups(model: Model) -> list[Model]:
 
 
 def kind_of(term: Term) -> tuple[str, str]:
-    """What an effect is called, without its joints."""
+    """Label of an effect without its joints."""
     return term.candidate.effect.name, term.candidate.effect.variant
 
 
 def _takes_place(term: Term, group: Model) -> bool:
-    """Whether one effect may take the place of several: a map of a joint's, or one of all joints together."""
+    """Whether one effect may replace several: a map of a joint its laws, or one of all joints together."""
     if group[0].candidate.effect.maps_joint:
         return term.candidate.effect.maps_joint
     return term.candidate.alike and kind_of(term) == kind_of(group[0])
 
 
 def group_evidence(left: Remainder, group: Model) -> float:
-    """Evidence that a group of terms adds to what others leave, one after the other."""
+    """Evidence that a group of terms adds to the others, one after the other."""
     total = 0.0
     for term in group:
         found = offer(left, term.candidate)
@@ -250,7 +250,7 @@ def group_evidence(left: Remainder, group: Model) -> float:
 
 
 def prune(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
-    """Drop effects made redundant by the others, the weakest first."""
+    """Drop effects made redundant by the others, weakest first."""
     while model:
         own = own_offers(grams, model)
         weakest = int(np.argmin([o.gain for o in own]))
@@ -261,9 +261,9 @@ def prune(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
 
 
 def supported(grams: Grams, model: Model) -> Model:
-    """The effects of a fitted model that are credible, differ from zero, and lower the error on other folds.
+    """The effects of a fitted model that are plausible, significant, and reduce the cross-validated error.
 
-    One after the other is dropped, first the one that lowers it least.
+    Others are dropped one at a time, least helpful first.
     """
     while model:
         after, whole = validated(grams, model), solve(grams, model, grams.total)
@@ -273,7 +273,7 @@ def supported(grams: Grams, model: Model) -> Model:
             fall = 1.0 - after / without
             mine = grams.columns(term.candidate.names)
             is_credible = (np.abs(whole[mine]) <= grams.bounds(term.candidate.names)).all()
-            lowers = float(np.median(fall)) > MIN_FALL  # one fold beyond the others' poses decides nothing
+            lowers = float(np.median(fall)) > MIN_FALL  # a single fold outside the others' poses has no vote
             if not (is_credible and lowers and differs(grams, term, whole, parts)):
                 falls[term] = float(fall.mean())
         if not falls:

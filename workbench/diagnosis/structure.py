@@ -1,13 +1,13 @@
-"""Whether what a fit leaves is noise: one test along every axis along which rows could agree.
+"""Test whether residuals are noise: one test along every axis along which rows could agree.
 
-Rows are sorted along an axis (order, an angle, a load, a temperature) or put next to their neighbours
-(posture, place). Structure makes what neighbours leave alike:
+Rows are sorted along an axis (order, an angle, a load, a temperature) or paired with their neighbours
+(posture, place). Structure correlates residuals of neighbours:
 
     T = Σ r_i · r_j      over pairs of rows at most m places apart,   z = (T − mean) / deviation
 
-with mean and deviation of T over permuted rows, and the largest z over a few m. Residuals r are looked at in
-the measuring frame, in the tool's (where a slip of the tool is constant), and along each joint's own column.
-All tests together find structure in pure noise on at most `LEVEL` of all arms (Bonferroni).
+with mean and deviation of T over permuted rows, and the largest z over a few m. Residuals r are tested in the
+measuring frame, in the tool's (where a slip of the tool is constant), and along each joint's own column. All
+tests together find structure in pure noise for at most `LEVEL` of all arms (Bonferroni).
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,30 +27,30 @@ from workbench.data.order import clock_of
 from workbench.identification.fit import Fit
 
 LEVEL = 0.01
-"""Share of arms of which noise alone may be called structured, all axes together."""
+"""Share of arms for which pure noise may be called structured, all axes together."""
 LAGS = (1, 3, 8, 20)
-"""Most places between rows that are compared."""
+"""Maximum lag between compared rows."""
 NEAREST = (1, 4)
-"""How many neighbours of a posture, or a place, it is compared with."""
+"""Number of neighbours with which a posture, or a place, is compared."""
 PERMUTATIONS = 120
 CACHED = 8000
-"""Permuted rows that are looked at together."""
+"""Number of permuted rows processed together."""
 MIN_ROWS = 20
-"""Rows below which nothing is looked for."""
+"""Minimum number of rows."""
 SPARE = 10.0
-"""Measured numbers beyond the unknowns below which nothing is looked for."""
+"""Minimum degrees of freedom."""
 MAX_ROWS = 2000
-"""Rows that are looked at, evenly spread over those that were measured."""
+"""Maximum number of rows, evenly spread over the measured ones."""
 STEADY = 0.01
-"""Part of the greatest load within which a joint's load counts as the same in all rows."""
+"""Variation below this share of the maximum load counts as constant."""
 MIN_SKEW = 0.2
-"""Skewness that is assumed at least."""
+"""Minimum skewness assumed."""
 PARTS, STEP = 10, 0.6
-"""Parts of the order, and the share of their means' squares that makes a step."""
+"""Number of parts of the order, and the share of their means' squares that a step must explain."""
 PACES = np.geomspace(1.0 / 30.0, 0.4, 9)
-"""Time constants of decays that are no step, as parts of all rows."""
+"""Time constants of decays compared with a step, as shares of all rows."""
 IN_ORDER = ORDER, TIME = "the order of the rows", "the time"
-"""Names of the axis in which rows were measured."""
+"""Names of the axis of measuring order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,10 +59,10 @@ class StructureAxis:
 
     Args:
         name: Such as `the order of the rows`.
-        label: Of its values, with their unit.
-        value: Of every row; of postures and places, the order of the rows.
+        label: Label of its values, with their unit.
+        value: Value of every row; for postures and places, the order of the rows.
         view: Which residuals are compared: in the `frame`, in the `tool`'s axes, or of `joint 3`.
-        p: Probability that chance makes rows agree as much, of this test alone.
+        p: Probability of such agreement by chance, for this test alone.
     """
 
     name: str
@@ -73,25 +73,25 @@ class StructureAxis:
 
     @property
     def is_of_joint(self) -> bool:
-        """Whether the errors of one joint agree."""
         return self.view.startswith("joint")
 
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """What the tests found.
+    """Result of the tests.
 
     Args:
-        axes: All that were looked along, the least likely first.
-        tests: How many that were.
-        row: Numbers of the rows that were looked at.
-        residual: What they leave, by what it is, in mm or mrad: as the first axis has it, or the order if no
-            axis has structure.
+        axes: All tested axes, the least likely first.
+        tests: Number of tests.
+        row: Numbers of the tested rows.
+        residual: Their residuals by label, in mm or mrad: in the first axis's view, or that of the order if
+            no
+        axis has structure.
         shown: That axis.
-        step: Rows between which it steps, if it is a step in the order.
-        where: Session of both, where there are several; empty otherwise.
-        drifts: How far sessions drift from their first to their last row [mm], where there are several and
-            the order has structure.
+        step: Rows between which a step lies, if there is one in the order.
+        where: Session of both, if there are several; empty otherwise.
+        drifts: Drift of sessions from their first to their last row [mm], if there are several and the order
+        has structure.
     """
 
     axes: tuple[StructureAxis, ...] = ()
@@ -105,12 +105,12 @@ class Structure:
 
     @property
     def found(self) -> tuple[StructureAxis, ...]:
-        """The axes along which rows agree by more than chance, the clearest first."""
+        """Axes with significant structure, clearest first."""
         return tuple(a for a in self.axes if a.p * self.tests < LEVEL)
 
     @property
     def sentence(self) -> str:
-        """Along which axis there is structure, as a clause; empty where there is none."""
+        """Axis with structure, as a clause; empty if there is none."""
         if not self.found:
             return ""
         if self.step is not None:
@@ -122,7 +122,7 @@ class Structure:
 
 
 def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
-    """Look along every axis that the rows have."""
+    """Test every axis that the rows have."""
     if fit.spare < SPARE or len(fit.problem.data) < MIN_ROWS:
         return Structure()
     left = _RowRemainder(fit)
@@ -162,7 +162,7 @@ def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
 
 
 class _RowRemainder:
-    """What a fit leaves, row by row."""
+    """Residuals of a fit, row by row."""
 
     def __init__(self, fit: Fit):
         problem, data = fit.problem, fit.problem.data
@@ -205,7 +205,7 @@ class _RowRemainder:
         return np.einsum("rba,rkb->rka", self._turn, parts).reshape(table.shape)
 
     def physical(self, view: str) -> dict[str, np.ndarray]:
-        """What is left in a view, in mm or mrad, by what it is."""
+        """Residuals in a view, in mm or mrad, by label."""
         if view.startswith("joint "):
             return {f"error of {view} [mrad]": 1e3 * self._apparent[:, int(view.split()[1]) - 1]}
         table = self._size if view == "frame" else self._turned(self._size)
@@ -216,7 +216,7 @@ class _RowRemainder:
         return {name: 1e3 * table[:, k] for k, name in enumerate(names[: table.shape[1]])}
 
     def step(self, axis: StructureAxis) -> tuple[int, int] | None:
-        """Rows between which what is left steps, if a step explains it better than a line or a decay."""
+        """Rows between which residuals step, if a step explains them better than a line or a decay."""
         table = self.views[axis.view] - self.views[axis.view].mean(0)
         count = np.arange(1, len(table))
         by_step = (table.cumsum(0)[:-1] ** 2).sum(1) * len(table) / (count * (len(table) - count))
@@ -230,14 +230,14 @@ class _RowRemainder:
         return (int(self.row[best]), int(self.row[best + 1])) if is_step else None
 
     def session_of(self, rows: tuple[int, int]) -> str:
-        """The session that both rows belong to, where there are several."""
+        """The session of both rows, if there are several."""
         if self.data.session is None or len(self.data.sessions) < 2:
             return ""
         first, last = self.data.session[np.isin(self.row, rows)].tolist()
         return str(first) if first == last else ""
 
     def drifts(self) -> dict[str, float]:
-        """How far positions drift within sessions, first row to last [mm], where that is no chance."""
+        """Significant drift of positions within sessions, first row to last [mm]."""
         lengths, sessions, out = ~self._angles.any(0), self.data.sessions, {}
         for name in sessions if len(sessions) > 1 else ():
             mine = self.data.in_session(name)
@@ -255,7 +255,7 @@ class _RowRemainder:
 
 
 def _sorted_by(left: _RowRemainder) -> Iterator[tuple[str, str, np.ndarray, str]]:
-    """Axes by which rows can be sorted: name, label, values, view."""
+    """Axes along which rows can be sorted: name, label, values, view."""
     joints = [j for j in range(left.data.joints) if f"joint {j + 1}" in left.views]
     for view in left.views:
         yield left.order.name, left.order.label, left.order.value, view
@@ -280,15 +280,15 @@ def _sorted_by(left: _RowRemainder) -> Iterator[tuple[str, str, np.ndarray, str]
 
 
 def _neighbours(left: _RowRemainder) -> Iterator[tuple[str, np.ndarray]]:
-    """Places of the rows next to every row, in joint space and in the room."""
+    """Indices of the rows nearest to every row, in joint space and in Cartesian space."""
     q = left.data.q / np.maximum(np.ptp(left.data.q, axis=0), 1e-9)
     yield "the posture", neighbours(q, NEAREST[-1])
     if left.data.position is not None and np.isfinite(left.data.position).all():
-        yield "the place in the room", neighbours(left.data.position, NEAREST[-1])
+        yield "the tool's position", neighbours(left.data.position, NEAREST[-1])
 
 
 def neighbours(points: Float[np.ndarray, "rows d"], count: int) -> Int[np.ndarray, "rows k"]:
-    """So many rows next to every row, itself aside, the nearest first; where points are repeated, repeats."""
+    """Rows nearest to every other row, nearest first; repeats, where points are repeated."""
     _, places = cKDTree(points).query(points, k=count + 1)
     mine = places == np.arange(len(points))[:, None]
     mine[~mine.any(1), count] = True
@@ -312,7 +312,7 @@ def _directions(left: _RowRemainder) -> Iterator[StructureAxis]:
 
 
 def _sessions(left: _RowRemainder, rng: np.random.Generator) -> Iterator[StructureAxis]:
-    """Which session, or which group, a row belongs to."""
+    """Session or group of every row."""
     for name, labels in (("the session", left.data.session), ("the group", left.data.group)):
         names, place = np.unique(np.zeros(0) if labels is None else labels, return_inverse=True)
         if not 1 < len(names) <= len(left.row) // 3:
@@ -332,7 +332,7 @@ def _sessions(left: _RowRemainder, rng: np.random.Generator) -> Iterator[Structu
 def _permuted(
     table: Float[np.ndarray, "rows w"], rng: np.random.Generator
 ) -> Iterator[Float[np.ndarray, "p rows w"]]:
-    """The table with its rows permuted, some times at once so that they stay in the processor's cache."""
+    """The table with its rows permuted, several times at once to stay in the processor's cache."""
     some = max(1, CACHED // len(table))
     for start in range(0, PERMUTATIONS, some):
         times = range(start, min(start + some, PERMUTATIONS))
@@ -340,7 +340,7 @@ def _permuted(
 
 
 def _agreement(tables: Float[np.ndarray, "p rows w"]) -> Float[np.ndarray, "p m"]:
-    """Products of rows with those after them, as sorted."""
+    """Products of rows with later ones in sorted order."""
     running = np.pad(tables.cumsum(1), ((0, 0), (1, 0), (0, 0)))
     rows = tables.shape[1]
     here = np.arange(1, rows + 1)
@@ -357,9 +357,9 @@ def _likeness(tables: Float[np.ndarray, "p rows w"], near: np.ndarray) -> Float[
 
 
 def _chance(found: Float[np.ndarray, " m"], mixed: Float[np.ndarray, "p m"]) -> float:
-    """Probability that the largest of some statistics comes by chance, from those of permuted rows.
+    """Probability of the largest statistic by chance, from those of permuted rows.
 
-    By gamma distributions with their mean, variance and skewness: quadratic forms have a long tail.
+    Uses gamma distributions with their mean, variance and skewness: quadratic forms have a long tail.
     """
     mean, std = mixed.mean(0), np.maximum(mixed.std(0), 1e-300)
     skew = np.maximum((((mixed - mean) / std) ** 3).mean(0), MIN_SKEW)

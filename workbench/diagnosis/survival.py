@@ -1,17 +1,17 @@
-"""Whether a claim stays the best one where what is not known for sure is otherwise than was taken.
+"""Robustness of a claim: whether it remains the best one under varied assumptions.
 
-The rows are weighed again by the linear solution at the fit,
+The rows are evaluated again with the linear solution at the fit,
 
-- without each tenth of them, in the order in which they were measured;
-- as if errors followed Student's law: rows that err more count less.
+- without each tenth of them, in the order of measurement;
+- with Student's t for errors: rows with large errors have less weight.
 
-Where no effect of load was fitted, one that seems to push back is a rival too: what a base shows only by how
-far off level it stands changes its sign with a small error of gravity's direction.
-Where an effect of load was fitted, masses, centres and the direction of gravity are unknowns: its odds and
-standard errors hold for all of their likely values together. A claim survives if its odds against every
-rival, and the significance of its coefficients, stay. Of an effect that joints have together, so must those
-of every joint that is named: against other joints in its place, other effects, or none, and beside all other
-joints.
+If no effect of load was fitted, one that acts against its load is a rival too: loads due to a base's tilt
+only change sign with a small error of gravity's direction.
+
+If an effect of load was fitted, masses, centres and the direction of gravity are unknowns: its odds and
+standard errors then include their uncertainty. A claim survives if its odds against every rival, and the
+significance of its coefficients, remain. For an effect of several joints this must hold for every named
+joint: against other joints in its place, other effects, or none, and beside all other joints.
 """
 
 from collections.abc import Container, Iterator, Sequence
@@ -42,18 +42,18 @@ from workbench.identification.joint_reading_noise import FREEDOM, consistent
 from workbench.identification.problem import Problem
 
 TENTHS = 10
-"""Parts of the rows that are left out, one after the other."""
+"""Number of parts of the rows that are left out in turn."""
 RIVALS = 20
-"""Rivals, the best first, that are weighed again."""
+"""Maximum number of rivals evaluated again."""
 
 
 @dataclass(frozen=True)
 class Survival:
-    """What is left of a claim.
+    """What remains of a claim.
 
     Args:
         holds: Whether it stays the best one.
-        lost: Joints, counted from 0, that it may not name.
+        lost: Joints, counted from 0, that may not be named.
     """
 
     holds: bool
@@ -63,14 +63,14 @@ class Survival:
 def survival(
     searched: Searched, group: Model, rivals: Sequence[Offer], including: Container[int], *, minimum: float
 ) -> Survival:
-    """What is left of a claim that the rows prefer.
+    """What remains of a claim that the rows prefer.
 
     Args:
         searched: The last search, at the final fit.
         group: Terms of the claim.
         rivals: Other claims for their place, the best first.
-        including: Candidates, by their `id`, that hold the claim as a special case and are no rivals.
-        minimum: Log evidence by which it must stay better than others.
+        including: Candidates, by their `id`, that contain the claim as a special case and are no rivals.
+        minimum: Log evidence by which it must remain better than others.
     """
     kinds = [c for c in searched.offered.candidates if c.alike and kind_of(Term(c)) == kind_of(group[0])]
     widest = max(kinds, key=lambda c: len(c.names), default=None)
@@ -95,7 +95,7 @@ def survival(
 
 
 def _otherwise(searched: Searched, *requested: Sequence[Candidate]) -> Iterator[Searched]:
-    """The search's model and some candidates on rows that are weighed otherwise."""
+    """The search's model and some candidates on reweighted rows."""
     problem = searched.stage.fitted.problem.with_noise(searched.stage.geometric.noise)
     x, rows = searched.stage.fitted.fit.x, len(problem.data)
     candidates = tuple(
@@ -110,7 +110,7 @@ def _otherwise(searched: Searched, *requested: Sequence[Candidate]) -> Iterator[
 
 
 def _student_weights(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " rows"]:
-    """Roots of the rows' weights by Student's law."""
+    """Roots of the rows' weights under Student's t."""
     rows, residual = len(problem.data), problem.residual(x)[: problem.size]
     count = np.bincount(problem.component_rows, problem.inverse_sigma > 0.0, rows)
     square = np.bincount(problem.component_rows, residual**2, rows) * problem.count / (residual @ residual)
@@ -127,21 +127,21 @@ def _joints(group: Model) -> set[int]:
 
 
 def _several_joints(group: Model, widest: Candidate) -> set[int]:
-    """The joints of an effect of several, if its widest form has them all; else none."""
+    """The joints of an effect of several, if its widest form has them all; else empty."""
     mine = _joints(group)
     return mine if len(mine) > 1 and mine <= set(widest.effect.joints) else set()
 
 
 def _weak_joints(left: Remainder, group: Model, widest: Candidate | None, minimum: float) -> set[int | None]:
-    """Joints of which a claim's coefficients are not significant, or in whose place others would do; None for
-    coefficients that are of no joint in particular."""
+    """Joints with insignificant coefficients, or that others could replace; None for coefficients without a
+    joint."""
     weak = {j for j, z in _clearness(left, group).items() if z < SURE}
     return weak | (set() if widest is None else _exchangeable(left, group, widest, minimum))
 
 
 def _clearness(left: Remainder, group: Model) -> dict[int | None, float]:
-    """Standard errors by which joints' coefficients differ from zero, as `clearness` has them, in the place
-    of a group."""
+    """Standard errors by which joints' coefficients differ from zero, as in `clearness`, in the place of a
+    group."""
     own, precision = own_columns(left.grams, group)
     inverse = np.linalg.inv(left.inner[np.ix_(own, own)] + precision)
     found = inverse @ left.inner[own, -1]
@@ -155,7 +155,7 @@ def _clearness(left: Remainder, group: Model) -> dict[int | None, float]:
 def _replaceable(
     left: Remainder, group: Model, widest: Candidate, candidates: Sequence[Candidate], minimum: float
 ) -> set[int | None]:
-    """Joints of an effect of several in whose place an effect of another kind would do."""
+    """Joints of an effect that an effect of another kind could replace."""
     every, mine = widest.effect.joints, _several_joints(group, widest)
     kind, out = kind_of(group[0]), set[int | None]()
     for joint in mine:
@@ -175,7 +175,7 @@ def _replaceable(
 
 
 def _exchangeable(left: Remainder, group: Model, widest: Candidate, minimum: float) -> set[int | None]:
-    """Joints of an effect of several that others, or none, could stand for."""
+    """Joints of an effect that others, or none, could replace."""
     every, mine = widest.effect.joints, _several_joints(group, widest)
 
     def gain(joints: set[int]) -> float:

@@ -1,4 +1,4 @@
-"""The order in which rows were measured: by time where every row has one, else as they stand in the file."""
+"""Order in which rows were measured: by time if every row has one, else as in the file."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,18 +11,19 @@ from workbench.data.dataset import Dataset
 from workbench.data.order import clock_of
 
 PIECES = 160
-"""Most pieces into which rows are divided to look for events; about those that were found, row by row."""
+"""Maximum number of pieces of time for the event search; near events that were found, every row is a
+piece."""
 NEAR = 3
-"""Pieces on either side of an event that was found in which every row is a piece of its own."""
+"""Number of pieces on either side of a found event in which every row is a separate piece."""
 
 
 @dataclass(frozen=True, eq=False)
 class Timeline:
-    """Rows in the order in which they were measured, and pieces of them that follow each other.
+    """Rows in measuring order, divided into consecutive pieces.
 
     Args:
-        clock: What orders the rows: their times [s], or their numbers in the file.
-        is_timed: Whether that is time.
+        clock: Key that orders the rows: times [s], or numbers in the file.
+        is_timed: Whether it is time.
         row: Their numbers in the file.
         piece: Piece of every row, counted from 0.
         session: Session of every row, counted from 0.
@@ -40,7 +41,7 @@ class Timeline:
 
         Args:
             data: The rows.
-            near: Readings of the clock about which every row is a piece of its own.
+            near: Clock readings near which every row is a separate piece.
         """
         clock, is_timed = clock_of(data)
         known = np.unique(clock)
@@ -56,27 +57,27 @@ class Timeline:
 
     @cached_property
     def order(self) -> Int[np.ndarray, " rows"]:
-        """Places of the rows, one after the other."""
+        """Indices of the rows in measuring order."""
         return np.lexsort((self.row, self.clock))
 
     @cached_property
     def first(self) -> Int[np.ndarray, " pieces"]:
-        """Place of the first row of every piece."""
+        """Index of the first row of every piece."""
         return self.order[np.flatnonzero(np.diff(self.piece[self.order], prepend=-1))]
 
     @cached_property
     def middle(self) -> Float[np.ndarray, " pieces"]:
-        """Mean reading of the clock in every piece."""
+        """Mean clock reading of every piece."""
         return np.bincount(self.piece, self.clock) / np.bincount(self.piece)
 
     @cached_property
     def before(self) -> Int[np.ndarray, " pieces"]:
-        """How many rows lie before every piece."""
+        """Number of rows before every piece."""
         return np.concatenate([[0], np.cumsum(np.bincount(self.piece))[:-1]])
 
     @cached_property
     def sides(self) -> Int[np.ndarray, "pieces 2"]:
-        """How many rows of the session in which a piece begins lie before it, and from it on."""
+        """Number of rows of a piece's first session before it, and from it on."""
         session = self.session[self.order]
         mine = session == self.session[self.first][:, None]
         is_before = np.arange(len(session)) < self.before[:, None]
@@ -86,7 +87,7 @@ class Timeline:
 def crowded(
     marked: Bool[np.ndarray, " rows"], data: Dataset, *, within: int, fewest: int
 ) -> Bool[np.ndarray, " rows"]:
-    """Marked rows of which at least `fewest` lie among `within` that were measured one after the other."""
+    """Marked rows of which at least `fewest` lie among `within` consecutive ones."""
     order = np.lexsort((np.asarray(data.row), clock_of(data)[0]))
     places = np.flatnonzero(marked[order])
     out = np.zeros(len(marked), bool)

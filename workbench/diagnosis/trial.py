@@ -1,4 +1,4 @@
-"""Other models than a search's own, on the rows that judge: rivals, and the ranking of candidates."""
+"""Models other than a search's own on the judging rows: rivals, and the ranking of candidates."""
 
 import numpy as np
 
@@ -12,19 +12,19 @@ from workbench.identification.preparation import Prepared
 from workbench.identification.row_errors import Errors
 
 TRIED = 12
-"""Candidates of the ranking that are tried out on the rows that judge."""
+"""Number of ranked candidates evaluated on the judging rows."""
 LISTED = 3
-"""Rivals that are listed for an effect."""
+"""Maximum number of rivals listed for an effect."""
 MENTIONED = 0.5
-"""Part of an effect's evidence that a rival must have to be mentioned …"""
+"""Minimum evidence of a rival relative to the effect's to be listed …"""
 MUCH_WORSE = 100.0
-"""… and how far below the effect's it may lie at most."""
+"""… and maximum difference between the two."""
 RANKED = 40
-"""Candidates in the ranking."""
+"""Maximum number of candidates in the ranking."""
 
 
 class Trial:
-    """Errors of models on the rows that judge; without those, on the fitted ones."""
+    """Errors of models on the judging rows; on the fitted ones without those."""
 
     def __init__(self, ready: Prepared, searched: Searched):
         fitted = searched.stage.fitted
@@ -34,11 +34,11 @@ class Trial:
         self._data = ready.held if len(ready.held) else fitted.problem.data
 
     def errors(self, model: Model) -> Errors:
-        """Of the geometry with a model's effects, by the linear solution at the fit."""
+        """Errors of the geometry with a model's effects, by the linear solution at the fit."""
         return self._errors(robot_with(self._searched.stage.fitted, self._searched.grams, model), self._found)
 
     def refitted(self, model: Model) -> Errors:
-        """Likewise, fitted anew where the problem is not too large for that."""
+        """The same, refitted unless the problem is too large."""
         stage, grams = self._searched.stage, self._searched.grams
         if large(stage.fitted.problem):
             return self.errors(model)
@@ -48,12 +48,12 @@ class Trial:
         return self._errors(fit.arm, fit.problem.instrument(fit.x))
 
     def alternatives(self, term: Term) -> tuple[Ranked, ...]:
-        """Rivals of a term of the search's model, with the error that they leave in its place."""
+        """Rivals of a term of the search's model, with the remaining error in its place."""
         rivals = rivals_of(self._searched, term)
         return tuple(_ranked(rival, self.errors((*rest, rival.term))) for rest, rival in rivals)
 
     def ranking(self) -> tuple[Ranked, ...]:
-        """The candidates by what they would add to the geometry alone; the first few tried out."""
+        """Candidates by their contribution to the geometry alone; the first few are evaluated."""
         best = enumerate(ranked(self._searched))
         return tuple(_ranked(o, self.errors((o.term,)) if k < TRIED else None) for k, o in best)
 
@@ -67,7 +67,7 @@ def _ranked(offer: Offer, errors: Errors | None) -> Ranked:
 
 
 def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
-    """The best candidates for the place of an accepted term, each with the model that they would join."""
+    """The best candidates for the place of an accepted term, each with the rest of its model."""
     place = place_of(searched, (term,))
     minimum = max(MENTIONED * place.own, place.own - MUCH_WORSE)
     near = distinct([o for o in place.offers if o.gain > minimum])
@@ -75,6 +75,6 @@ def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
 
 
 def ranked(searched: Searched) -> list[Offer]:
-    """What the candidates would add to the geometry alone, the best first; one for each label."""
+    """Contributions of candidates to the geometry alone, best first; one per label."""
     found = offers(left_by(searched.grams, ()), searched.offered.candidates)
     return distinct(sorted(found, key=lambda o: -o.gain))[:RANKED]

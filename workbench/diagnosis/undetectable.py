@@ -1,13 +1,13 @@
 """Load effects that are undetectable in the rows, and how much they may bias the sizes of those found.
 
-Beside an accepted model, whose columns are A, the coefficient c of another effect with the column a would be
-found to be ĉ with the standard error
+Beside an accepted model with columns A, the coefficient c of another effect with column a would be estimated
+as ĉ with the standard error
 
     σ = s / |a − A A⁺ a|,      s the standard deviation of a whitened residual
 
-What stays unnoticed moves what was found by A⁺ a c. Of c it is known that effects of its kind are about as
-large as the largest of them that was found, d, so that with the weight w = d²/(d² + σ²) its square is
-expected to be (w ĉ)² + w σ², and the variances of the found coefficients grow by (A⁺ a)² times that.
+An undetected effect biases the found coefficients by A⁺ a c. Effects of one kind are about as large as the
+largest one found, d, so that with the weight w = d²/(d² + σ²) the expected square of c is (w ĉ)² + w σ², and
+the variances of the found coefficients increase by (A⁺ a)² times that.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,32 +27,32 @@ from workbench.diagnosis.evidence import coefficients, curvature, left_by
 from workbench.diagnosis.rounds import Searched
 
 SURE = 6.0
-"""Standard errors of size that an effect needs to be found for certain, by evidence and by all folds …"""
+"""Size in standard errors that makes an effect certain to be found, by evidence and by all folds …"""
 PART = 0.5
-"""… if its size is this part of the largest that was found."""
+"""… if its size is this share of the largest one found."""
 DISTINCT = 0.01
-"""Share of a column's square that the model leaves, below which the model has the same consequences."""
+"""Share of a column's square left by the model below which both are indistinguishable."""
 IDLE = 0.01
-"""Root mean square of a moment, by the arm's greatest, below which it does not load the joint."""
+"""Root mean square of a moment, relative to the arm's maximum, below which the joint is unloaded."""
 
 
 class Reason(StrEnum):
     """Why an effect is undetectable."""
 
-    UNLOADED = "no row loads it"
-    COVERED = "the rest of the model does the same"
-    FAINT = "it would be lost in the noise"
+    UNLOADED = "not loaded in any row"
+    COVERED = "indistinguishable from the rest of the model"
+    FAINT = "too small to stand out from the noise"
 
 
 @dataclass(frozen=True, eq=False)
 class Undetectable:
-    """An effect that the rows can't show.
+    """An effect that is undetectable in the rows.
 
     Args:
         effect: With a coefficient of zero.
-        reason: Why.
-        std: Standard error that its coefficient would have [SI]; infinite if nothing loads it.
-        size: Root of the expected square of its coefficient [SI]; 0 if nothing loads it.
+        reason: Why it is undetectable.
+        std: Standard error that its coefficient would have [SI]; infinite if not loaded.
+        size: Root of the expected square of its coefficient [SI]; 0 if not loaded.
     """
 
     effect: AbstractEffect
@@ -62,11 +62,11 @@ class Undetectable:
 
 
 def undetectable(searched: Searched, robot: Robot, motion: Motion) -> tuple[Undetectable, ...]:
-    """Effects of load that may be there and would not have been found.
+    """Effects of load that may exist but would not have been found.
 
     Args:
         searched: The last search, at the final fit.
-        robot: The arm as it was found.
+        robot: The identified arm.
     """
     idle = _idle(searched, robot, motion)
     left, sizes = left_by(searched.grams, searched.found.model), _Sizes.of(searched, robot.chain)
@@ -90,9 +90,9 @@ def undetectable(searched: Searched, robot: Robot, motion: Motion) -> tuple[Unde
 
 
 def hidden_variance(searched: Searched, missing: Sequence[Undetectable]) -> dict[str, float]:
-    """What effects that are lost in the noise may add to the variance of the found coefficients [SI²].
+    """Additional variance of the found coefficients due to effects hidden in the noise [SI²].
 
-    Those that can't be distinguished from the rest of the model are not counted.
+    Effects that are indistinguishable from the rest of the model are not included.
     """
     grams, model = searched.grams, searched.found.model
     names = [n for t in model for n in t.candidate.names]
@@ -121,21 +121,20 @@ def describe(missing: Sequence[Undetectable]) -> str:
     parts = [
         f"{_listed(names)} of {joint_list(which)} ({reason})" for (reason, which), names in groups.items()
     ]
-    return f"not identifiable from these rows: {'; '.join(parts)}" if parts else ""
+    return f"not detectable in these rows: {'; '.join(parts)}" if parts else ""
 
 
 def open_flanks_text(loads: Mapping[int, tuple[float, float]], chain: Chain) -> str:
-    """One sentence on joints with play whose flank is open below some load, in a part of the rows."""
+    """Joints whose flank is undecided below some load, in a share of the rows, as one sentence."""
     parts = [
         f"joint {j + 1} below {load:.2g} {'N·m' if turns(chain, j) else 'N'} ({part:.0%} of the poses)"
         for j, (load, part) in sorted(loads.items())
     ]
-    which = "its play a joint rests under little load"
-    return f"The masses leave open on which side of {which}: {', '.join(parts)}."
+    return f"With little load, it is open on which side of its backlash a joint rests: {', '.join(parts)}."
 
 
 def _loads_at_one_joint(searched: Searched) -> list[Candidate]:
-    """Candidates of load at one joint, with one coefficient, that are not in the model."""
+    """Load candidates at one joint, with one coefficient, that are not in the model."""
     taken = {n for t in searched.found.model for n in t.candidate.names}
     return [
         c
@@ -146,7 +145,7 @@ def _loads_at_one_joint(searched: Searched) -> list[Candidate]:
 
 @dataclass(frozen=True)
 class _Sizes:
-    """Largest coefficients of the found effects of load, by kind; by unit for kinds that were not found."""
+    """Largest coefficients of the load effects found, by kind; by unit for other kinds."""
 
     kinds: dict[str, float]
     units: dict[str, float]
@@ -164,12 +163,12 @@ class _Sizes:
         return cls(kinds, units)
 
     def like(self, effect: AbstractEffect, chain: Chain) -> float:
-        """Size to expect of an effect; 0 where nothing like it was found."""
+        """Expected size of an effect; 0 if no similar one was found."""
         return self.kinds.get(effect.name) or self.units.get(effect.units(chain)[0], 0.0)
 
 
 def _idle(searched: Searched, robot: Robot, motion: Motion) -> set[str]:
-    """Coefficients of effects that nothing drives: the moments that they follow are next to none."""
+    """Coefficients of effects whose moments are negligible."""
     if not robot.has_masses:
         return set()
     wrenches, joints = motion_wrenches(robot, motion), range(robot.dof)

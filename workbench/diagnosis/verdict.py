@@ -23,21 +23,21 @@ from workbench.identification.row_errors import Errors
 SPELT_OUT = 3
 """Maximum number of causes stated in full."""
 NOISE_LIKE = 1.25
-"""What is left may be this many times the noise that was known beforehand and still count as noise."""
+"""Maximum ratio of the residual to the known noise at which it still counts as noise."""
 LEADS = 0.5
-"""Share of the remaining error due to joint readings above which the message opens with it."""
-LET_SETTLE = "let the arm settle before its joints are read, or average several readings"
+"""Share of the remaining error due to joint readings above which the message starts with it."""
+LET_SETTLE = "let the arm settle before reading its joints, or average several readings"
 """Advice if all joints scatter."""
-CHECK_DRIVES = "check for friction that winds up the drive, a worn coupling or a poor encoder"
+CHECK_DRIVES = "check for friction wind-up, a worn coupling or a poor encoder"
 """Advice if only some joints do."""
 SMALL_TRAVEL = np.deg2rad(30.0)
-"""A joint that turned less than this moved little [rad]; below `STILL` it did not move."""
+"""Range of a joint below which it moved little [rad]; below `STILL` it did not move."""
 TOGETHER = 0.02
-"""Part of the widest spread of poses below which a direction in joint space was not measured."""
+"""Share of the widest spread of poses below which a direction in joint space was not measured."""
 CONTRADICTED = 3.0
-"""Standard deviations by which a mass or its centre may differ from the file."""
+"""Standard deviations above which a mass or its centre contradicts the file."""
 SPARE = 2.0
-"""Measured numbers for each unknown below which effects can hardly be told from the geometry."""
+"""Minimum measured numbers per unknown to separate effects from geometry."""
 
 
 def conclude(
@@ -58,16 +58,16 @@ def conclude(
     """Verdict and message.
 
     Args:
-        causes: What is claimed, the largest first.
-        residual_map: What else was added, and predicts alone.
-        nominal: Errors of the nominal arm, on the rows that judge it.
+        causes: Claimed causes, largest first.
+        residual_map: Other added effects, which only predict.
+        nominal: Errors of the nominal arm, on the judging rows.
         reach: Reach of the arm [m].
-        noise: Standard deviation of what is left, per axis [m], [rad].
-        before: Errors of the geometry alone, on the rows that judge it.
+        noise: Standard deviation of the residuals, per axis [m], [rad].
+        before: Errors of the geometry alone, on the judging rows.
         after: Errors with the effects.
-        known_noise: Noise that was known beforehand.
+        known_noise: Noise known beforehand.
         structure: Axes along which neighbouring rows have similar residuals.
-        distrusted: Candidates that chance can't explain, but that cross-validation did not confirm.
+        distrusted: Significant candidates that cross-validation did not confirm.
         joint_noise: Noise of joint readings, as far as the rows show any.
     """
     is_added = bool(causes or residual_map)
@@ -102,12 +102,13 @@ def conclude(
 def _remainder(
     structure: Structure, is_structured: bool, is_more: bool, times_known: float, known_noise: Noise | None
 ) -> str:
-    """What the remaining error is, continuing a sentence: `agrees with the known noise (0.05 mm per axis)`.
+    """Description of the remaining error, continuing a sentence: `agrees with the known noise (0.05 mm per
+    axis)`.
 
     Args:
-        is_structured: Whether there is structure beside that of joints that scatter.
+        is_structured: Whether there is structure apart from joints with scattering readings.
         is_more: Whether it is more than noise.
-        times_known: By what factor it exceeds the known noise; NaN if none is known.
+        times_known: Ratio to the known noise; NaN if none is known.
     """
     if known_noise is not None and np.isfinite(times_known):
         known = f"the known noise ({1e3 * known_noise.position:.2g} mm per axis)"
@@ -118,71 +119,71 @@ def _remainder(
     elif structure.found:
         text = f"{structure.sentence} in the readings of joints that scatter"
     elif structure.tests:
-        text = "shows no structure, so it is taken to be noise"
+        text = "shows no structure and is attributed to noise"
     else:
-        text = "is taken to be noise: too few rows to look for structure"
+        text = "is attributed to noise: too few rows to test for structure"
     return f"{text}: it {structure.sentence}" if is_structured else text
 
 
 def _joint_noise(noise: Readings | None, chain: Chain, is_structured: bool) -> tuple[str, str]:
-    """What noise of joint readings makes of the remaining error: an opening sentence where it leads, or else
-    an addition to the sentence about the remainder."""
+    """Joint-reading noise in the remaining error: an opening sentence if it dominates, else an addition to
+    the sentence about the remainder."""
     if noise is None:
         return "", ""
     size, part = noise.text(chain), f"{100 * noise.share:.0f} %"
     if is_structured:
-        return "", f"; {part} of it is like noise of the joint readings ({size}), or an effect not found yet"
+        return "", f"; {part} of it resembles joint-reading noise ({size}) or an effect that was not found"
     if noise.share <= LEADS:
-        return "", f"; noise of the joint readings ({size}) makes {part} of it"
+        return "", f"; noise of the joint readings ({size}) accounts for {part} of it"
     advice = CHECK_DRIVES if noise.joints_that_scatter else LET_SETTLE
-    return f"The joint readings scatter by {size}, which makes {part} of what is left: {advice}. ", ""
+    return f"The joint readings scatter by {size}, {part} of the remaining error: {advice}. ", ""
 
 
 def _added(causes: Sequence[Cause], residual_map: ResidualMap | None) -> str:
-    """Sentences on what was added to the model."""
+    """Sentences on the added effects."""
     sentences = [f"{c.stated}." for c in causes[:SPELT_OUT]]
     if len(causes) > SPELT_OUT:
-        sentences.append(f"{len(causes) - SPELT_OUT} more causes are listed.")
+        sentences.append(f"{len(causes) - SPELT_OUT} more causes are in the table.")
     sentences += doubts(causes)
     if residual_map is not None:
-        in_full = residual_map.beside_causes or not causes  # else the fall of both together says it all
+        in_full = residual_map.beside_causes or not causes  # else the decrease is stated for both together
         sentences.append(f"{residual_map.sentence if in_full else residual_map.claim}.")
     return " ".join(sentences)
 
 
 def doubts(causes: Sequence[Cause]) -> list[str]:
-    """Why causes can't be certain, each reason once, as sentences."""
+    """Why causes aren't certain, each reason once, as sentences."""
     return [f"{capital(doubt)}." for doubt in dict.fromkeys(c.doubt for c in causes if c.doubt)]
 
 
 def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
-    """Whether a model explains so little of the nominal arm's errors that nothing can be said of effects.
+    """Whether a model explains so little of the nominal arm's errors that effects are meaningless.
 
     Args:
         nominal: Errors of the nominal arm.
-        found: Errors of the model, on the same rows.
-        reach: Of the arm [m].
+        found: Errors of the model on the same rows.
+        reach: Reach of the arm [m].
     """
     before, left = nominal.position_mm.rms, found.position_mm.rms
     return left > max(min(HARDLY_BETTER * before, 1e3 * FAR_FROM_GOOD * reach), COARSE)
 
 
 def _lost(added: bool, nominal: Errors, after: Errors) -> str:
-    """The message if not even the geometry explains much."""
-    end = "Until this is resolved, the added effects mean little" if added else "No effects were added"
+    """The message if even the geometry explains little."""
+    end = "Until this is resolved, the added effects are not meaningful" if added else "No effects were added"
     return (
         f"The geometry explains little: {after.position_mm.rms:.3g} of {nominal.position_mm.rms:.3g} mm "
-        f"remain. Check the robot, the units, the frames and the sessions. {end}."
+        f"remain. Check robot, units, frames and sessions. {end}."
     )
 
 
 def too_few_rows(fit: Fit) -> str | None:
-    """A sentence where the rows are too few to tell effects from the geometry, with how many are missing."""
+    """A sentence if the rows are too few to separate effects from geometry, and how many are missing."""
     unknowns, data = len(fit.problem.names), fit.problem.data
     if 2 * freedoms(data) < data.joints:
         return (
             f"The {len(data)} poses vary in only {freedoms(data)} of {data.joints} independent directions of "
-            "joint space, too few to tell effects from the geometry, so none were looked for; measure poses "
+            "joint space, too few to separate effects from geometry, so no effects were tried; measure poses "
             "spread over all joints."
         )
     if fit.problem.count >= (1.0 + SPARE) * unknowns:
@@ -190,8 +191,8 @@ def too_few_rows(fit: Fit) -> str | None:
     per_row = fit.problem.count / max(len(fit.problem.data), 1)
     missing = int((1.0 + SPARE) * unknowns / per_row) + 1 - len(fit.problem.data)
     return (
-        f"{len(fit.problem.data)} rows for {unknowns} unknowns are too few to tell effects from the "
-        f"geometry, so none were looked for; measure about {missing} more poses, spread over all joints."
+        f"{len(fit.problem.data)} rows for {unknowns} unknowns are too few to separate effects from "
+        f"geometry, so no effects were tried; measure about {missing} more poses, spread over all joints."
     )
 
 
@@ -208,7 +209,7 @@ def coverage(data: Dataset, chain: Chain) -> list[str]:
     span = np.ptp(data.q, axis=0)
     little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < SMALL_TRAVEL]
     notes = [
-        f"joint {j + 1} moved over only {np.rad2deg(span[j]):.0f}°; outside this range nothing is known of it"
+        f"joint {j + 1} moved over only {np.rad2deg(span[j]):.0f}°; its errors outside this range are unknown"
         for j in little
     ]
     if data.group is not None and len(set(data.group.tolist())) == 1:
@@ -223,15 +224,13 @@ def coverage(data: Dataset, chain: Chain) -> list[str]:
 
 
 def weights_that_differ(fit: Fit, given: Robot) -> list[str]:
-    """Sentences on masses that the file lacks, and on masses and centres in it that the rows contradict."""
+    """Notes on masses missing in the file, and on masses and centres in it that contradict the rows."""
     known, out = fit.problem.robot.inertia_tolerance, []
     found, errors = fit.problem.named(fit.x), fit.problem.named(fit.std)
     for old, new in zip(given.joints, fit.problem.robot.joints, strict=True):
         if old.mass is None and new.mass is not None:
             name = f"{new.name}.mass"
-            value = (
-                f"{found[name]:.3g} ± {errors[name]:.2g} kg fitted" if name in found else "no load shows it"
-            )
+            value = f"{found[name]:.3g} ± {errors[name]:.2g} kg fitted" if name in found else "not observable"
             out.append(
                 f"the file lacks the mass of the link after {new.name}: {new.mass:.3g} kg assumed, {value}"
             )
@@ -242,7 +241,7 @@ def weights_that_differ(fit: Fit, given: Robot) -> list[str]:
             what = "mass" if part == "mass" else f"centre of mass ({part[-1]})"
             factor, unit = (1.0, "kg") if part == "mass" else (1e3, "mm")
             out.append(
-                f"the file's {what} of the link after {link} doesn't fit: it says {factor * p.nominal:.3g} "
-                f"{unit}, the measurements {factor * value:.3g} ± {factor * error:.2g} {unit}"
+                f"the {what} of the link after {link} contradicts the file: {factor * p.nominal:.3g} {unit} "
+                f"there, {factor * value:.3g} ± {factor * error:.2g} {unit} measured"
             )
     return out

@@ -1,11 +1,11 @@
-"""Whether events are needed where what they move wanders all the time: a drive that winds up, for one.
+"""Events compared with a random walk of the same quantity, such as wind-up of a drive.
 
-Residuals and the column u of what events move say in every row i how far along them that lay: y_i with the
-information h_i. With the events, and without, it may wander from row to row besides,
+Residuals and the column u of the quantity that events change give its value y_i in every row i, with
+information h_i. With and without events it may also follow a random walk,
 
     y_i = z_i + N(0, 1/h_i),      z_{i+1} = z_i + N(0, q),
 
-with the q that the rows like best, by a Kalman filter. Events, and a q, are charged as in `events.py`.
+with the most likely q, by a Kalman filter. Events and q are penalised as in `events.py`.
 """
 
 from collections.abc import Sequence
@@ -21,13 +21,13 @@ from workbench.diagnosis.events import PACES, RARE
 from workbench.diagnosis.rounds import Searched
 
 PATHS = np.array([0.0, *np.logspace(-2.0, 0.5, 11)])
-"""How far all steps of a wandering go together that are tried, as parts of the events' own sizes."""
+"""Total lengths of random walks that are tried, relative to the events' sizes."""
 ANYWHERE = 1e6
-"""Variance of where it begins, in events' sizes squared."""
+"""Variance of its initial value, in squared event sizes."""
 
 
 def leads(searched: Searched) -> dict[tuple[str, ...], float]:
-    """Log odds of a fitted model's events against none where all wanders, by their coefficients."""
+    """Log odds of a fitted model's events against a random walk without events."""
     alike: dict[AbstractEvent, list[AbstractEvent]] = {}
     effects = searched.stage.fitted.fit.arm.effects
     for event in (e for e in effects if isinstance(e, AbstractEvent)):
@@ -37,7 +37,7 @@ def leads(searched: Searched) -> dict[tuple[str, ...], float]:
 
 
 def _at_any_time(event: AbstractEvent) -> AbstractEvent:
-    """What an event moves, as if all rows lay before it."""
+    """The change by an event, as if all rows lay before it."""
     if isinstance(event, AbstractStep):
         return replace(event, coefficients=(), row=NEVER, time_s=0.0, is_timed=False, known_before=False)
     return ZeroStep(event.joints, row=NEVER) if event.joints else FrameStep(row=NEVER)
@@ -70,7 +70,7 @@ def _lead(searched: Searched, moved: AbstractEvent, events: Sequence[AbstractEve
 
 
 def _likelihood(y: Float[np.ndarray, " rows"], info: Float[np.ndarray, " rows"], q: float) -> float:
-    """Log likelihood of values that wander with a variance of q a row, up to a constant."""
+    """Log likelihood of values with a random walk of variance q per row, up to a constant."""
     mean, spread, out = 0.0, ANYWHERE, 0.0
     for value, h in zip(y.tolist(), info.tolist(), strict=True):
         whole = 1.0 + h * spread

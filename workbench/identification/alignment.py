@@ -1,8 +1,8 @@
 """Initial alignment of base and tool, before anything else is known: closed forms, then a short fit.
 
 With full poses B_i = X A_i Z (A the arm's nominal pose, X the base, Z the tool) both come from `hand_eye`.
-With points alone the base (Arun's rigid fit) and the tool point (linear) are found in turns; repeated visits
-to one place give the tool point at once.
+With points alone the base (Arun's rigid fit) and the tool point (linear) are found alternately; repeated
+visits to one place give the tool point directly.
 """
 
 from collections.abc import Iterator, Mapping
@@ -21,11 +21,11 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
 TURNS = 20
-"""Rounds of base and tool in turns for points; each is a closed form."""
+"""Alternations between base and tool for points; each is a closed form."""
 ENOUGH_ROWS = 500
-"""Rows that find the frames; the others only polish them."""
+"""Maximum number of rows for the closed forms; all rows take part in the final fit."""
 SAME_PLACE = 1e-9
-"""Measured points closer than this [m] are visits to one place."""
+"""Measured points closer than this [m] count as visits to one place."""
 
 
 def align(
@@ -41,10 +41,10 @@ def align(
 
     Args:
         robot: Nominal arm; frames that are not free stay as they are.
-        freedom: What of base and tool is unknown.
+        freedom: Which parts of base and tool are unknown.
         noise: Weighs positions against rotations.
         known: Known places of anchors or contacts [m].
-        limit: Steps of each search.
+        limit: Maximum number of steps of each search.
 
     Returns:
         The robot with its frames moved, per session where they are free per session.
@@ -67,18 +67,18 @@ def align(
 
 
 def _standing_as(given: Robot, found: Robot) -> Robot:
-    """The robot that was found under the gravity of the given one, which only frames were to be fitted of."""
+    """The aligned robot with the gravity of the given one, since only frames were to be fitted."""
     sessions = {n: replace(m, gravity=given.in_session(n).gravity) for n, m in found.sessions.items()}
     return replace(found.under(given.gravity), sessions=sessions)
 
 
 def spread_rows(data: Dataset, count: int) -> np.ndarray:
-    """Row numbers spread evenly over the data, at most so many."""
+    """At most so many row numbers, spread evenly over the data."""
     return np.unique(np.linspace(0, len(data) - 1, min(count, len(data))).astype(int))
 
 
 def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot]:
-    """The robot as it is, then with the base and tool of the closed forms."""
+    """Starting points: the robot as given, then with base and tool from the closed forms."""
     yield robot
     if not freedom.base or data.position is None:
         return
@@ -105,7 +105,7 @@ def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot
 
 
 def _tool_points(robot, data, arm, groups, freedom) -> Iterator[Float[np.ndarray, "3"]]:
-    """Guesses of the tool point from points alone."""
+    """Initial guesses of the tool point from points alone."""
     if not freedom.tool:
         yield np.array(robot.tool.xyz)
         return
@@ -123,7 +123,7 @@ def _tool_points(robot, data, arm, groups, freedom) -> Iterator[Float[np.ndarray
 
 
 def _from_repeated_places(data: Dataset, arm: np.ndarray) -> Float[np.ndarray, "3"] | None:
-    """Tool point for which all visits to one measured place coincide: linear, needs no base."""
+    """Tool point for which all visits to one measured place coincide: linear, independent of the base."""
     session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
     position = np.asarray(data.position)
     seen = np.isfinite(position).all(-1)
@@ -140,7 +140,6 @@ def _from_repeated_places(data: Dataset, arm: np.ndarray) -> Float[np.ndarray, "
 
 
 def _with_frames(robot: Robot, data: Dataset, freedom: FrameFreedom, bases, tool) -> Robot:
-    """The robot with its free frames set to the guesses."""
     placed = tool if freedom.tool else robot.tool.pose
     sessions = robot.sessions
     if freedom.base_per_session:

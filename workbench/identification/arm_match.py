@@ -1,10 +1,10 @@
-"""Check before a fit, which would distort any arm to match any rows, whether the rows are its own.
+"""Check before a fit whether the rows belong to this arm: a fit would distort any arm to match any rows.
 
-The nominal arm is brought to the rows with the best base and tool. An arm's own rows are then off by its
-errors of making, a hundredth of its reach, and inside its joint limits. Rows of another arm are off by a
-twentieth of it or more (seen: rows of UR5, UR10, WAM, Panda and iiwa on each other), and often a built-in arm
-fits them. Joints whose zero is elsewhere do the same to an arm's own rows; where offsets of the joints mend
-it, they are its own. So they are where a mistake in the file explains the misfit, such as joints exchanged.
+The nominal arm is aligned with the rows by the best base and tool. An arm's own rows then differ by its
+manufacturing errors, about 1 % of its reach, and lie inside its joint limits. Rows of another arm differ by
+5 % or more (observed with rows of UR5, UR10, WAM, Panda and iiwa on each other), and often a built-in arm
+fits them. Different joint zeros look alike, but then joint offsets explain the misfit and the rows are the
+arm's own. The same holds where a mistake in the file explains it, such as exchanged joints.
 """
 
 from collections.abc import Mapping
@@ -35,21 +35,21 @@ from workbench.identification.likely_mistakes import (
 from workbench.identification.problem import FrameFreedom, Problem
 
 LOOKED_AT = 60
-"""Rows that are looked at, and …"""
+"""Maximum number of rows that are checked, and …"""
 MIN_ROWS = 10
-"""… how many with a measured point tell anything."""
+"""… minimum number of them with a measured point."""
 SOME, MUCH = 0.045, 0.12
-"""Shares of the reach: from the first on other arms are tried, beyond the second the rows are not its own."""
+"""Misfit as a share of the reach: above the first other arms are tried, above the second rows are foreign."""
 MISREAD = 0.01
-"""Share of the reach from which on mistakes in the file are looked for."""
+"""Misfit as a share of the reach above which mistakes in the file are looked for."""
 OUTSIDE = 0.2
-"""Share of rows outside the joint limits from which on half as much is too much."""
+"""Share of rows outside the joint limits above which half that misfit suffices."""
 SLACK = 0.05
-"""How far beyond a limit a joint may be [rad or m]."""
+"""Tolerance on the joint limits [rad or m]."""
 SAME_GEOMETRY = 1e-3
-"""Relative difference of what two arms of the same geometry leave."""
+"""Relative difference in misfit below which two arms have the same geometry."""
 CLOSE = 0.004
-"""Share of the reach from which on other arms are tried for a calibrated arm, which has no noise."""
+"""The same for comparing a nominal arm with a calibrated one, where there is no noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,18 +58,18 @@ class ArmMatch:
 
     Args:
         robot: Name of the arm.
-        error: Median distance of measured from predicted points with the best base and tool [m]; NaN where
-            too few tell, infinite for rows of an arm with another number of joints.
+        error: Median distance of measured from predicted points with the best base and tool [m]; NaN with
+        too few points, infinite if the numbers of joints differ.
         outside: Share of the rows in which a joint is beyond its limits.
         rival: Built-in arm that fits far better, as `load_robot` takes it; empty if there is none.
-        rival_name: What that arm is called.
-        rival_error: What it leaves [m].
-        mistake: What was mistaken in the file, where that alone explains the rows; empty if nothing.
-        headings: What the file's columns are without it, as `with_headings_corrected` takes them; empty: no
-            heading mends it.
-        mistake_error: What is left of them without it [m].
-        is_foreign: Whether these are clearly not the arm's rows, or not as they stand in the file.
-        joints: Joints of the rows and of the arm, where they differ.
+        rival_name: Its name for display.
+        rival_error: Its median distance [m].
+        mistake: Mistake in the file that alone explains the misfit; empty if there is none.
+        headings: Corrected column headings, as `with_headings_corrected` takes them; empty if no heading
+        corrects it.
+        mistake_error: Median distance once it is corrected [m].
+        is_foreign: Whether the rows clearly belong to another arm, or need a correction of the file.
+        joints: Number of joints of the rows and of the arm, where they differ.
     """
 
     robot: str
@@ -86,38 +86,36 @@ class ArmMatch:
 
     @property
     def text(self) -> str:
-        """The finding as a sentence."""
         rows, arm = self.joints
-        found = [f"{in_mm(self.error)} off after the best base and tool"]
+        found = [f"the nominal arm is {in_mm(self.error)} off with the best base and tool"]
         if rows != arm:
             found = [f"{rows} joints in the file, {arm} in the arm"]
         if self.outside >= 0.005:
             found.append(f"{100 * self.outside:.0f} % of the rows outside the joint limits")
         sentence = ", ".join(found)
         if self.mistake:
-            return f"{sentence}: {self.mistake} ({in_mm(self.mistake_error)} off without that)"
-        own = "these rows are not" if self.is_foreign else "these rows may be"
-        sentence += f": {own} {self.robot}'s"
+            return f"{sentence}: {self.mistake} ({in_mm(self.mistake_error)} off once corrected)"
+        own = "these rows don't" if self.is_foreign else "these rows may"
+        sentence += f": {own} belong to {self.robot}"
         if self.rival:
             sentence += f"; {self.rival_name} fits to {in_mm(self.rival_error)}"
         elif self.is_foreign and rows == arm:
-            sentence += "; no joints exchanged, sign or unit explains it"
+            sentence += "; exchanged joints, signs or units don't explain it"
         return sentence
 
     @property
     def remedy(self) -> str:
-        """What to do about rows that are foreign."""
         if self.mistake:
             return "correct the file's headings"
         return f"choose the robot '{self.rival}'" if self.rival else "choose the robot that was measured"
 
 
 def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
-    """Compare rows with the arm that they are said to be of; quick, unless something is wrong.
+    """Compare rows with the arm to which they are said to belong; fast unless something is wrong.
 
     Args:
-        data: Rows; of another number of joints it is asked only which built-in arm they fit.
-        some: Share of the reach from which on other arms are tried.
+        data: Rows; if their number of joints differs, only matching built-in arms are searched.
+        some: Misfit as a share of the reach above which other arms are tried.
     """
     if data.joints != robot.dof:
         return _with_other_joints(robot, data)
@@ -146,20 +144,20 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
 
 
 def placed(robot: Robot, data: Dataset) -> Robot:
-    """The nominal arm on the base, and with the tool, that fit its rows best; as it is where too few tell."""
+    """The nominal arm with the base and tool that fit its rows best; unchanged with too few points."""
     found = _aligned_to_some(robot, data) if data.joints == robot.dof else None
     return robot if found is None else replace(robot, mounting=found[0].mounting, sessions={})
 
 
 @lru_cache(maxsize=4)
 def _aligned_to_some(robot: Robot, data: Dataset) -> tuple[Robot, Dataset] | None:
-    """The nominal arm, without effects, where rows fit it best, and these; None where too few tell."""
+    """The nominal arm without effects, aligned with some of the rows, and these; None with too few points."""
     seen = _some(data)
     return None if seen is None else (aligned(_bare(robot), seen), seen)
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
-    """Refuse a nominal arm that is not the calibrated one's; base, flange and joint zeros may differ."""
+    """Raise if the nominal arm differs from the calibrated one in more than base, flange and joint zeros."""
     if calibrated.dof != nominal.dof:
         raise ShapeError(
             f"the calibrated arm '{calibrated.name}' has {calibrated.dof} joints, the nominal one "
@@ -191,14 +189,13 @@ def _with_other_joints(robot: Robot, data: Dataset) -> ArmMatch:
 
 
 def _outside(robot: Robot, data: Dataset) -> float:
-    """Share of the rows in which a joint is beyond its limits."""
     low, high = robot.limits.T
     q = data.q[data.included]
     return float(((q < low - SLACK) | (q > high + SLACK)).any(1).mean()) if len(q) else 0.0
 
 
 def _some(data: Dataset) -> Dataset | None:
-    """Rows with points of the session that has most of them; None where too few tell."""
+    """Rows with points, of the session that has most of them; None if there are too few."""
     if data.position is None:
         return None
     has_point = data.included & np.isfinite(data.position).all(1)
@@ -214,9 +211,9 @@ def _bare(robot: Robot) -> Robot:
 
 
 def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
-    """The match with the built-in arm of the rows' joints that fits best, if it does so far better.
+    """The match, with the built-in arm of as many joints that fits best, if it fits far better.
 
-    Of arms alike but for joint limits, as FR3 and Panda, it is the one within whose limits more rows are.
+    Of arms that differ only in joint limits, as FR3 and Panda, the one within whose limits more rows lie.
     """
     beyond = 0.0
     for name in built_in_robots():
@@ -237,7 +234,7 @@ def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
 
 
 def _other_zeros(at: Robot, seen: Dataset, error: float) -> bool:
-    """Whether offsets of the joints alone explain nearly everything."""
+    """Whether joint offsets alone explain nearly all of the misfit."""
     frames = FrameFreedom(*visible_parts(seen))
     problem = Problem.build(at, seen, free=at.joint_offsets, frames=frames)
     return median_error(problem.robot_at(Opt2(limit=100).search(problem).x), seen) < error / BETTER

@@ -1,8 +1,8 @@
-"""Columns of a Jacobian as products, and their inner products without the Jacobian.
+"""Jacobian columns kept as products, and their inner products without forming the Jacobian.
 
-A coefficient of an effect that moves one element has a column that is what this element shows times a number
-for each row. An element has hundreds of them, and six numbers are measured of a row: inner products take a
-sixth of the time so, and no large matrix stands.
+A coefficient of an effect has a column that is the column of its element times one number per row. Many
+coefficients share an element and six numbers are measured per row: inner products take a sixth of the time
+this way, and no large matrix is stored.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -18,19 +18,19 @@ from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import RowBlock
 
 AT_ONCE = 8
-"""Blocks whose inner products are taken together."""
+"""Number of blocks whose inner products are taken together."""
 
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Whitened columns of a block's rows: D plain ones, then L that are products.
+    """Whitened columns of a block's rows: D plain ones, then L products of an element's column with a law.
 
     Args:
-        plain: The former.
-        shown: What each of E elements shows.
-        laws: By what number each of the latter is more than its element shows.
-        element: Element of each of these; in ascending order.
-        order: Place of all of them among the columns that were asked for.
+        plain: The plain columns.
+        shown: Column of each of E elements.
+        laws: Factor of each product column, row by row.
+        element: Element of each product column, ascending.
+        order: Position of each column in the requested order.
     """
 
     plain: Float[np.ndarray, "rows m d"]
@@ -46,7 +46,7 @@ class Columns:
         plain: Sequence[tuple[Int[np.ndarray, " _"], Float[np.ndarray, "rows m _"]]],
         laws: Sequence[tuple[Int[np.ndarray, " _"], Int[np.ndarray, " _"], Float[np.ndarray, "rows _ _"]]],
     ) -> "Columns":
-        """Of what elements show: columns with their places, and laws with their elements and places."""
+        """Build from plain columns and from laws, each with their elements and positions."""
         beside = list(plain)
         alone: list[tuple[int, np.ndarray, np.ndarray]] = []
         for elements, places, law in laws:
@@ -66,7 +66,7 @@ class Columns:
 
     @cached_property
     def table(self) -> Float[np.ndarray, "rm dl"]:
-        """All of them, in the order in which they were asked for."""
+        """All columns as one matrix, in the requested order."""
         products = self.shown[:, :, self.element] * self.laws[:, None]
         whole = np.concatenate([self.plain, products], axis=2)
         out = np.empty_like(whole)
@@ -74,7 +74,7 @@ class Columns:
         return out.reshape(-1, out.shape[2])
 
     def times(self, sizes: Float[np.ndarray, " dl"]) -> Float[np.ndarray, "rows m"]:
-        """Their sum, each so many times."""
+        """Their linear combination with these weights."""
         own, more = np.split(sizes[self.order], [self.plain.shape[2]])
         moved = np.zeros((len(self.laws), self.shown.shape[2]))
         for e, mine in self._groups:
@@ -83,14 +83,14 @@ class Columns:
 
     @cached_property
     def _groups(self) -> list[tuple[int, slice]]:
-        """Elements with columns of their own, and which these are."""
+        """Elements with product columns, and which columns each has."""
         starts = np.flatnonzero(np.diff(self.element, prepend=-1)).tolist()
         bounds = pairwise([*starts, len(self.element)])
         return [(int(self.element[a]), slice(a, b)) for a, b in bounds]
 
     @cached_property
     def _by_element(self) -> tuple[Float[np.ndarray, "rows e d"], Float[np.ndarray, "rows e e"]]:
-        """Products of what elements show with plain columns, and with each other, row by row."""
+        """Products of element columns with plain columns and with each other, row by row."""
         shown = np.ascontiguousarray(self.shown.transpose(0, 2, 1))
         return shown @ self.plain, shown @ self.shown
 
@@ -105,7 +105,7 @@ class Columns:
         return np.concatenate([chosen.T @ flat, *parts], axis=1)
 
     def add_inner(self, rows: np.ndarray | slice, out: Float[np.ndarray, "dl dl"]) -> None:
-        """Add the inner products of all columns over some rows."""
+        """Accumulate the inner products of all columns over some rows."""
         by_plain, laws, among = self.products(rows), self.laws[rows], self._by_element[1][rows]
         size = len(by_plain)
         out[:size] += by_plain
@@ -121,7 +121,7 @@ class Columns:
 def joined(
     tables: Iterable[tuple[Int[np.ndarray, " rows"], Columns]],
 ) -> Iterator[tuple[Int[np.ndarray, " rows"], Columns]]:
-    """Columns of many rows at once, where these show as many components of the same unknowns."""
+    """Columns of many rows in one, for blocks with the same components and unknowns."""
     for _, group in groupby(tables, lambda t: (t[1].shown.shape[1:], t[1].order.tobytes())):
         while some := list(islice(group, AT_ONCE)):
             rows, parts = zip(*some, strict=True)
@@ -132,7 +132,7 @@ def joined(
 
 
 def inner_products(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, "p1 p1"]:
-    """Of all columns of a problem's Jacobian, the residual last; the prior's rows included."""
+    """Inner products of a problem's Jacobian columns, the prior's rows included; the residual is last."""
 
     def columns(block: RowBlock) -> tuple[Int[np.ndarray, " rows"], Columns]:
         poses, twists = block.twists(x)

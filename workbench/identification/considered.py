@@ -1,4 +1,4 @@
-"""Covariance of an answer whose residuals scatter otherwise than weighed, or whose other constants err."""
+"""Covariance for residuals that scatter differently from their weights, and for uncertain held constants."""
 
 from dataclasses import dataclass
 
@@ -11,13 +11,13 @@ from workbench.identification.problem import Noise, Problem
 def covariance(
     problem: Problem, x: Float[np.ndarray, " p"], root: Float[np.ndarray, "p r"], actual: Noise
 ) -> Float[np.ndarray, "p p"]:
-    """Covariance of an answer for residuals that scatter otherwise than they were weighed.
+    """Covariance of an estimate whose residuals scatter differently from how they were weighted (sandwich).
 
     Args:
-        problem: As it was weighed.
-        x: Its answer.
-        root: Square root of the covariance if they scattered as weighed.
-        actual: How they scatter.
+        problem: With the weights that were used.
+        x: Its solution.
+        root: Square root of the covariance if residuals scattered as weighted.
+        actual: Standard deviations with which they actually scatter.
     """
     middle = np.zeros((root.shape[1], root.shape[1]))
     for block, piece in problem.pieces(x):
@@ -33,14 +33,15 @@ def covariance(
 
 @dataclass(frozen=True, eq=False)
 class Considered:
-    """Constants that stay nominal, though they are known only so well: their errors bend the others.
+    """Uncertain constants held at nominal: their errors bias the estimates of the others (consider
+    covariance).
 
-    With J and K the Jacobians of the unknowns and of these constants, the answer errs by S = −(JᵀJ)⁻¹JᵀK for
-    a unit error of each, so that S D² Sᵀ joins its covariance.
+    With J and K the Jacobians of the unknowns and of these constants, the estimate errs by S = −(JᵀJ)⁻¹JᵀK
+    per unit error of each constant, so that S D² Sᵀ is added to its covariance.
 
     Args:
         problem: With these constants free as well.
-        deviations: Standard deviation of each of its unknowns that is only considered; 0 of the others.
+        deviations: Standard deviation of each held constant; 0 for the estimated unknowns.
 
     Source: Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3,
     1966.
@@ -52,7 +53,7 @@ class Considered:
     def covariance(
         self, names: tuple[str, ...], x: Float[np.ndarray, " k"], root: Float[np.ndarray, "k r"]
     ) -> Float[np.ndarray, "k k"]:
-        """What it adds to the covariance root rootᵀ of these unknowns at their answer."""
+        """Contribution to the covariance root rootᵀ of these estimates."""
         places, everything = [self.problem.names.index(n) for n in names], self.problem.start.copy()
         everything[places] = x
         jacobian = self.problem.evaluate(everything).jacobian

@@ -1,18 +1,18 @@
 """Controller-ready numbers: joint offsets, tool and base, for a controller that accepts nothing else.
 
 Most controllers compute with the nominal geometry and let their user set a zero offset for every joint, a
-tool frame and a base frame. Those are chosen here so that the nominal arm with them comes closest to what may
-be used of the calibrated arm (`usable_arm`) over the joint positions that matter (Gauss–Newton on
+tool frame and a base frame. Here they are chosen so that the nominal arm with them comes closest to the
+usable part of the calibrated arm (`usable_arm`) over given joint positions (Gauss–Newton on
 
     Σ_rows ‖Δp‖² + L² ‖Δφ‖²,
 
-Δp and Δφ the pose errors of the nominal arm, L a lever that turns angles into lengths, a short one where
-orientations were not measured). The remaining error, which only the full model can correct, is reported, and
-numbers that are worse than none anywhere are named.
+Δp and Δφ the pose errors of the nominal arm, L a lever that converts angles to lengths, short where
+orientations were not measured). The remaining error, which only the full model can correct, is reported,
+and so are numbers that make the error larger anywhere.
 
-Some of these numbers do the same: a turn of the base about the first axis is an offset of joint 1, one of
-the tool about the last axis an offset of the last joint. They are taken in order (offsets, tool, base),
-and a number that repeats what earlier ones can do stays as it is and is named.
+Some of these numbers are redundant: a rotation of the base about the first axis is an offset of joint 1, one
+of the tool about the last axis an offset of the last joint. They are taken in order (offsets, tool, base);
+a number that is redundant given the earlier ones keeps its value and is listed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -44,13 +44,13 @@ from workbench.base.wording import in_mm
 from workbench.identification.undetermined_combinations import independent_columns
 
 UNSEEN_LEVER = 0.03
-"""The same of orientations that were not measured [m]: they are only to stay about where they are."""
+"""Lever where orientations were not measured [m]: it only keeps them near where they are."""
 WORSE, SMALL = 1.02, 1e-6
-"""A mean error that exceeds another by this factor and this much [m or rad] is worse."""
+"""A mean error is worse if it exceeds another by this factor and this amount [m or rad]."""
 NOTICED = CLOSE / LEVER
-"""The same of orientations that were not measured [rad]."""
+"""That amount for orientations that were not measured [rad]."""
 REPEATS = 1e-8
-"""A number whose effect is this close to what earlier ones can do (relative length) stays as it is."""
+"""A number is redundant if earlier ones leave less than this share of its effect."""
 
 
 class ControllerPart(StrEnum):
@@ -63,18 +63,18 @@ class ControllerPart(StrEnum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ControllerNumbers:
-    """What to enter into a controller, and what it leaves.
+    """What to enter into a controller, and the remaining error.
 
     Args:
         parts: What was allowed to change.
         offsets: To be added to every joint reading before the nominal kinematics [rad or m].
         robot: The nominal arm with them, and with tool and base to enter.
-        held: Numbers that repeat what others do and stayed as they were, such as `base.yaw`.
+        held: Redundant numbers that kept their values, such as `base.yaw`.
         before: Errors of the nominal arm with its best base and tool, where those were identified.
         after: Errors that remain.
         rows: Number of joint positions compared.
-        losses: Where these numbers are worse than none, in words: at the tool or the flange, at the measured
-            poses or anywhere within the limits; empty where they may be entered.
+        losses: Where these numbers increase the error: at the tool or the flange, at the measured poses or
+        anywhere within the limits; empty where they may be entered.
         notes: What was not observed, one sentence each.
     """
 
@@ -109,16 +109,16 @@ def controller_numbers(
 ) -> ControllerNumbers:
     """The joint offsets, tool and base with which the nominal arm comes closest to the calibrated one.
 
-    The search begins with the nominal arm on its best base and with its best tool, as far as these were
-    identified; a part that is not allowed keeps them, and offsets that are not allowed are 0.
+    The search starts from the nominal arm with the best base and tool, as far as these were identified; parts
+    that may not change keep these values, and offsets that may not change are 0.
 
     Args:
         calibrated: The arm as identified.
         nominal: The arm as the controller computes it.
-        q: Joint positions that matter [rad or m]; sampled evenly within the limits if None.
-        parts: What the controller takes: `offsets`, `tool`, `base`.
-        session: Session whose base and tool count, where the calibrated arm has several.
-        lever: Length L at which an angle counts [m].
+        q: Joint positions to compare at [rad or m]; uniform samples within the limits if None.
+        parts: What the controller accepts: `offsets`, `tool`, `base`.
+        session: Session whose base and tool are used, where the calibrated arm has several.
+        lever: Length L that weighs angles [m].
         rng: For the sampling; seeded with 0 if None.
     """
     chosen = _parts(parts)
@@ -135,7 +135,7 @@ def controller_numbers(
         q = usable.q if rng is None else sampled(nominal, rng)
     if not len(q) or not lever > 0:
         raise OptionError(
-            f"at least 1 joint position and a lever above 0 m are needed, got {len(q)} and {lever:g} m"
+            f"give at least 1 joint position and a lever above 0 m, got {len(q)} and {lever:g} m"
         )
     here = Motion(np.ascontiguousarray(q))
     wanted = usable.wanted(here.q)
@@ -181,7 +181,7 @@ def _parts(parts: Sequence[ControllerPart | str]) -> tuple[ControllerPart, ...]:
 
 
 def _names(arm: Robot, parts: tuple[ControllerPart, ...]) -> tuple[str, ...]:
-    """Constants to search, in the order in which they are preferred."""
+    """Constants to search, in order of preference."""
     names: list[str] = []
     if ControllerPart.OFFSETS in parts:
         names += [arm.chain.elements[i].name for i in joint_elements(arm)]
@@ -192,7 +192,7 @@ def _names(arm: Robot, parts: tuple[ControllerPart, ...]) -> tuple[str, ...]:
 
 
 def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows n"]) -> Iterator[str]:
-    """Where an arm misses more than the one with which the search began."""
+    """Where an arm has larger errors than the one from which the search started."""
     actual = usable.robot.with_effects(*divided(usable.robot)[0])
     minimum = SMALL if usable.sees_rotation else NOTICED
     for where, rows in (("at the measured poses", q), ("within the joint limits", sampled(arm))):

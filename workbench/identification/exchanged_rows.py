@@ -1,4 +1,4 @@
-"""Rows whose measurements look exchanged: each of two that no arm explains has what the other should have."""
+"""Pairs of outlying rows whose measurements look exchanged: each fits the pose of the other."""
 
 from dataclasses import replace
 from itertools import combinations, permutations
@@ -11,18 +11,18 @@ from workbench.identification.fit import Fit
 from workbench.identification.outlying_rows import limits, row_sizes
 
 MAX_SET_APART = 30
-"""Rows set apart beyond which nobody exchanged two of them."""
+"""Number of outliers above which no exchange is looked for."""
 SEEN = ("position", "rotation", "markers", "distance")
-"""What an instrument saw."""
+"""Fields that hold an instrument's readings."""
 
 
 def exchanged_rows(fit: Fit, data: Dataset, outlying: Int[np.ndarray, " k"]) -> list[tuple[int, int]]:
-    """Numbers of the rows, two and two.
+    """Pairs of row numbers.
 
     Args:
-        fit: To the other rows.
+        fit: Fit to the other rows.
         data: All rows.
-        outlying: Rows that were set apart, indices into data.
+        outlying: Outliers, indices into data.
     """
     if not 2 <= len(outlying) <= MAX_SET_APART:
         return []
@@ -42,6 +42,5 @@ def exchanged_rows(fit: Fit, data: Dataset, outlying: Int[np.ndarray, " k"]) -> 
 
 
 def exchange_note(pairs: list[tuple[int, int]]) -> str:
-    """What to do about them."""
     rows = "; ".join(f"rows {a} and {b} look exchanged" for a, b in pairs)
     return f"{rows}: with their measurements exchanged they fit; correct the file"

@@ -1,20 +1,19 @@
 """How far the constants of an arm are expected from their nominal values, as a prior of every identification.
 
-Rows always leave some combinations of constants almost open: one reflector on the axis of a wrist shows next
-to nothing of its angles. Least squares then takes them wherever the model's own lack pulls, tens of degrees
-for a hundredth of a millimetre. Manufactured arms are not that far off, so every constant is expected within
-a standard deviation s of nominal, in its natural unit (1 mrad and 1 mm weigh alike on an arm of about a
-metre):
+Some combinations of constants are always weakly observable: a single reflector near the wrist's axis hardly
+shows the wrist's angles. Least squares then moves them by tens of degrees to fit a hundredth of a millimetre
+of model error. Manufactured arms are not that far off, so every constant is expected within a standard
+deviation s of nominal, in its natural unit (1 mrad and 1 mm weigh alike on an arm of about a metre):
 
     x ~ N(nominal, s² 1)
 
-What the rows show well hardly notices; what they don't show stays nominal. s is the one that makes the rows
-most likely (evidence, or type-II maximum likelihood), for the model linearised at a first answer:
+Well observable constants hardly change; unobservable ones stay nominal. s maximises the evidence (type-II
+maximum likelihood) of the model linearised at a first solution:
 
     log p(r | s) = −½ Σᵢ [cᵢ² / (1 + s²λᵢ²) + log(1 + s²λᵢ²)]
 
-with λᵢ the singular values of the constants' whitened Jacobian, the frames projected out, and cᵢ the residual
-of the nominal arm along its left singular vectors.
+with λᵢ the singular values of the constants' whitened Jacobian, the frames projected out, and cᵢ the nominal
+arm's residual along its left singular vectors.
 
 Source: MacKay, Bayesian interpolation, Neural Computation 4(3), 1992.
 """
@@ -31,20 +30,20 @@ from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import RANK_TOLERANCE, Factor
 
 AUTO: Final = "auto"
-"""The expected deviation that makes the rows most likely."""
+"""Option value: estimate the expected deviation from the rows."""
 MIN_DEVIATION, MAX_DEVIATION = 1e-4, 0.1
-"""Range of expected deviations [rad, m]: better than arms are made, and as bad as one assembled by hand."""
+"""Range of expected deviations [rad, m], from better than any arm is made to hand assembly."""
 TRIED = 60
-"""Expected deviations that are compared between these, evenly in their logarithm."""
+"""Number of expected deviations compared in this range, evenly spaced in their logarithm."""
 
 
 def with_expected_deviation(problem: Problem, deviation: float | str = AUTO) -> Problem:
-    """A problem whose constants are expected near nominal.
+    """A problem with the arm's constants expected near nominal.
 
     Args:
         problem: Whitened rows; the arm's constants among its unknowns.
-        deviation: Standard deviation of the constants about nominal [rad, m]; `auto`: found from the rows;
-            infinite: nothing is expected.
+        deviation: Standard deviation of the constants about nominal [rad, m]; `auto`: estimated from the
+        rows; infinite: no prior.
     """
     if isinstance(deviation, str) and deviation != AUTO:
         raise OptionError(
@@ -64,12 +63,12 @@ def with_expected_deviation(problem: Problem, deviation: float | str = AUTO) -> 
 
 
 def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, spread: float = 1.0) -> float:
-    """The expected deviation that makes the rows most likely [rad, m].
+    """The expected deviation with the highest evidence [rad, m].
 
     Args:
-        x: An answer, about which the model is linearised.
+        x: Unknowns at which the model is linearised.
         factor: Factorisation of the rows' Jacobian there.
-        spread: How many of the stated standard deviations the rows scatter by.
+        spread: Scatter of the rows in stated standard deviations.
     """
     geometry = np.array([p.is_geometry for p in problem.parameters])
     jacobian = factor.s[:, None] * factor.vt / spread

@@ -1,8 +1,8 @@
 """Expected error of a calibrated arm, at poses like the measured ones and elsewhere.
 
-The covariance of the identified constants moves the tool by J Σ Jᵀ. Rows of one kind (one elbow, one
-region) may leave a combination of constants so uncertain that the model is good only near them; the two
-numbers side by side say so before anybody trusts it elsewhere.
+The covariance of the identified constants gives J Σ Jᵀ at the tool. If all rows share one elbow branch or one
+region, some combination of constants may be so uncertain that the model is good only near them; comparing
+the two numbers shows this.
 """
 
 from dataclasses import replace
@@ -17,11 +17,11 @@ from workbench.identification.fit import Fit
 from workbench.identification.observed import fit_twists
 
 ELSEWHERE = 400
-"""Random poses that stand for the whole joint space."""
+"""Number of random poses that represent the whole joint space."""
 MADE_ANGLE, MADE_LENGTH = np.deg2rad(5.0) / np.sqrt(3.0), 5e-3 / np.sqrt(3.0)
-"""Standard deviation of manufacturing errors, even within 5° and 5 mm [rad], [m]."""
+"""Standard deviation of manufacturing errors uniform within ±5° and ±5 mm [rad], [m]."""
 SERIOUS = 2.0
-"""Ratio of the two expected errors from which on the user is warned."""
+"""Ratio of the two expected errors above which the user is warned."""
 
 
 class Transfer(NamedTuple):
@@ -32,7 +32,7 @@ class Transfer(NamedTuple):
 
     @property
     def ratio(self) -> float:
-        """How much worse it is elsewhere."""
+        """Error anywhere relative to that near the measured poses."""
         return self.anywhere.position / max(self.near.position, 1e-15)
 
 
@@ -40,9 +40,9 @@ def expected_error(fit: Fit, motion: Motion) -> Expected:
     """Expected error of a fit's arm at some joint positions.
 
     Args:
-        fit: Constants of the arm with their covariance; base and tool count with the arm as one, as the
-            first session has them.
-        motion: Where: joint positions, and what drives the arm's effects.
+        fit: Constants of the arm with their covariance; base and tool, those of the first session, are part
+        of the arm.
+        motion: Joint positions, and what drives the arm's effects.
     """
     _, twists, places = fit_twists(fit, motion)
     covariance = (fit.covariance + _unseen(fit))[np.ix_(places, places)]
@@ -53,9 +53,9 @@ def expected_error(fit: Fit, motion: Motion) -> Expected:
 
 
 def _unseen(fit: Fit) -> Float[np.ndarray, "p p"]:
-    """Covariance of what the rows did not show: as large as arms are made badly (ARIA 2.4), not zero.
+    """Covariance along unobservable directions: that of poor manufacturing (ARIA 2.4), not zero.
 
-    A coefficient then bends the arm by as much as a length is off.
+    Coefficients of effects are scaled to the deflection that an error in a length would make.
     """
     open_ones = fit.factor.vt[~fit.factor.seen]
     made = np.array([MADE_ANGLE if p.unit == "rad" else MADE_LENGTH for p in fit.parameters])
@@ -66,7 +66,7 @@ def _unseen(fit: Fit) -> Float[np.ndarray, "p p"]:
 def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:
     """Expected errors near the fitted rows and at random joint positions within the limits.
 
-    What drives effects (load, temperature …) is as in the rows.
+    Drivers of effects (load, temperature …) are those of the rows.
     """
     limits = fit.problem.robot.search_limits
     near = Motion.of(fit.problem.data)
@@ -76,14 +76,14 @@ def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:
 
 
 def transfer_note(found: Transfer, sees_rotation: bool) -> str:
-    """One sentence on where the calibrated model can be trusted."""
+    """Expected errors near the measured poses and anywhere, as a warning."""
 
     def size(expected: Expected) -> str:
         turned = f" / {np.rad2deg(expected.rotation):.3f}°" if sees_rotation else ""
         return f"{1e3 * expected.position:.3f} mm{turned}"
 
     return (
-        f"the uncertainty of the constants alone moves the tool by {size(found.near)} at poses like the "
-        f"measured ones, but by {size(found.anywhere)} anywhere within the joint limits; measure in other "
-        "branches and orientations too before trusting the model there"
+        f"expected tool error from uncertain constants: {size(found.near)} near the measured poses, but "
+        f"{size(found.anywhere)} elsewhere within the joint limits; to use the arm there, measure in other "
+        "branches and orientations too"
     )

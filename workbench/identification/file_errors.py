@@ -1,4 +1,4 @@
-"""Held-out errors of what is saved: a TOML holds the whole model, a URDF the geometry that is best alone."""
+"""Held-out errors of saved files: a TOML holds the whole model, a URDF the best purely geometric one."""
 
 import numpy as np
 
@@ -12,16 +12,16 @@ from workbench.identification.row_errors import Errors, row_errors
 
 
 def file_errors(found: Identification, run: Run) -> dict[str, Errors]:
-    """Errors of each format's arm on held-out rows, fitted ones where none were held out.
+    """Errors of each format's arm on held-out rows, or on the fitted ones if none were held out.
 
-    A format is left out where its error is not known: held-out sessions that no fitted row has.
+    A format is omitted where its error is unknown: held-out sessions without any fitted row.
     """
     rows = found.held_out_data if len(found.held_out_data) else found.data.take(found.train_rows)
     return _errors(found, run, run.as_measured, rows)
 
 
 def refitted_errors(found: Identification, run: Run) -> dict[str, Errors]:
-    """Errors of the files themselves where they were fitted once more to all rows, on those; else empty."""
+    """Errors of the files after the final fit to all rows, on these rows; empty if there was none."""
     return {} if run.judged is None else _errors(found, run, run.fit.calibrated, run.fit.problem.data)
 
 
@@ -42,28 +42,33 @@ def _files(arm: Robot) -> dict[str, Robot]:
     return {"TOML": arm, "URDF": usable_arm(arm, effects=False).robot}
 
 
+def judging_rows(found: Identification) -> str:
+    """Name of the rows on which the files' errors are computed."""
+    return "held-out rows" if len(found.held_out_data) else "fitted rows"
+
+
 def file_text(found: Identification, run: Run) -> str:
-    """The same in one line, and how far the flange is known beside the measured point."""
+    """These errors in one line, with notes."""
     return "; ".join(
         filter(None, (" · ".join(sizes(file_errors(found, run)).values()), *file_notes(found, run)))
     )
 
 
 def file_notes(found: Identification, run: Run) -> list[str]:
-    """What else must be known of the files: as clauses."""
+    """Notes on the files, as clauses: the final fit, sessions, the flange apart from the measured point."""
     notes = []
     if again := " · ".join(sizes(refitted_errors(found, run)).values()):
         rows = plural(len(run.fit.problem.data), "row")
-        notes.append(f"fitted again to all {rows}, the files leave {again} on those")
+        notes.append(f"after the final fit to all {rows}: {again}")
     arm = run.fit.calibrated
     if arm.sessions:
         first = next(iter(arm.sessions))
-        notes.append(f"every session on its own base, of which a URDF holds that of '{first}'")
+        notes.append(f"each session with its own base; a URDF holds only that of '{first}'")
     seen = arm.calibration
     if seen is not None and (at := seen.observed) is not None:
-        known = f"flange known to {in_mm(at.flange.position)} and {np.rad2deg(at.flange.rotation):.2g}°"
+        known = f"flange uncertain by {in_mm(at.flange.position)} and {np.rad2deg(at.flange.rotation):.2g}°"
         if at.flange.position > MAX_POSITION or at.flange.rotation > MAX_ROTATION:
-            known = "the flange was not observed apart from the tool"
+            known = "the flange could not be observed separately from the tool"
         notes += unobserved_text(arm, _files(arm)) or [known]
     return notes
 

@@ -1,6 +1,6 @@
 """The result of a fit: parameters with standard errors, and the unobservable combinations.
 
-Everything here is computed at the answer from one factorisation, whichever algorithm found it.
+Everything is computed from one factorisation at the solution, whichever algorithm found it.
 """
 
 from dataclasses import dataclass, replace
@@ -30,30 +30,30 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 SUSPICIOUS = 5.0
-"""Rows whose residual is this many times what the others lead one to expect are listed."""
+"""Ratio of a row's residual to that expected from the others, above which the row is listed."""
 ONLY_EXPECTED = 0.8
-"""Standard error, as a part of what was expected beforehand, from which on the rows told nothing."""
+"""Ratio of a standard error to the prior's above which the rows carried no information."""
 POOR_ANGLE, POOR_LENGTH = np.deg2rad(1.0), 5e-3
-"""Standard errors above which a seen parameter is called poorly determined [rad], [m]."""
+"""Standard errors above which an observable parameter is called poorly determined [rad], [m]."""
 MAX_NAMED_ROWS = 10
-"""Most rows that are named in one sentence."""
+"""Maximum number of rows named in one sentence."""
 
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Fit(AbstractShown):
-    """One algorithm's answer to a problem.
+    """One algorithm's solution of a problem.
 
     Args:
         algorithm: Its name.
         title: Its name in tables and figures.
-        problem: What it was asked.
+        problem: The problem.
         x: Unknowns [rad or m].
         history: Cost after every iteration.
         seconds: Time of the search.
-        warnings: What a user should know, one sentence each.
-        actual: How readings scatter, where all were weighed alike.
-        considered: Constants that stay nominal though they are uncertain.
+        warnings: For the user, one sentence each.
+        actual: Actual scatter of the readings, where all were weighted equally.
+        considered: Uncertain constants that were held at nominal.
     """
 
     summary = tables_of("workbench.identification.report.table:parameters_tables")
@@ -79,7 +79,7 @@ class Fit(AbstractShown):
         seconds: float = 0.0,
         considered: Considered | None = None,
     ) -> "Fit":
-        """What an algorithm's search found."""
+        """The fit from the outcome of a search."""
         return cls(
             algorithm=algorithm.name,
             title=algorithm.title,
@@ -112,7 +112,7 @@ class Fit(AbstractShown):
 
     @cached_property
     def calibrated(self) -> Robot:
-        """The same, which says where they come from."""
+        """The robot with the identified values and a record of its calibration."""
         hidden = {name for combination in self.unidentifiable for name in combination.names}
         std = zip(self.problem.names, self.std.tolist(), strict=True)
         calibration = Calibration(
@@ -126,36 +126,37 @@ class Fit(AbstractShown):
 
     @cached_property
     def factor(self) -> Factor:
-        """Factorisation of the whitened Jacobian at the answer."""
+        """Factorisation of the whitened Jacobian at the solution."""
         return factor_at(self.problem, self.x)
 
     @cached_property
     def rows_factor(self) -> Factor:
-        """The same for what the rows show, without what is expected of the constants beforehand."""
+        """The same for the rows alone, without the prior on constants."""
         if self.problem.deviation is None:
             return self.factor
         return factor_at(self.problem.without_deviation(), self.x)
 
     @cached_property
     def whitened(self) -> Float[np.ndarray, " m"]:
-        """Whitened residual components at the answer."""
+        """Whitened residual components at the solution."""
         return self.problem.residual(self.x)[: self.problem.size]
 
     @cached_property
     def variance_factor(self) -> float:
-        """Residual variance per degree of freedom; 1 when the noise is as stated, or nothing can tell."""
+        """Residual variance per degree of freedom; 1 if the noise is as stated or no degree of freedom is
+        left."""
         if self.spare < 1.0:
             return 1.0
         return float(self.whitened @ self.whitened) / self.spare
 
     @cached_property
     def spare(self) -> float:
-        """Measured numbers beyond those that the parameters took; below one, errors can't be judged."""
+        """Degrees of freedom: measured numbers less parameters; below one, errors can't be assessed."""
         return self.problem.count - effective_parameters(self.problem, self.factor)
 
     @cached_property
     def covariance(self) -> Float[np.ndarray, "p p"]:
-        """Covariance of x [rad, m] for the residuals that were left; zero along what can't be seen."""
+        """Covariance of x [rad, m] scaled to the residuals; zero along unobservable directions."""
         if self.actual is not None:
             found = covariance(self.problem, self.x, self.factor.root, self.actual)
         else:
@@ -171,17 +172,17 @@ class Fit(AbstractShown):
 
     @property
     def condition(self) -> float:
-        """Condition number of what can be seen, in natural units."""
+        """Condition number over the observable directions, in natural units."""
         return self.rows_factor.condition
 
     @cached_property
     def unidentifiable(self) -> tuple[Combination, ...]:
-        """Combinations that no row shows; they stayed as near to nominal as the rest allowed."""
+        """Unobservable combinations of parameters, kept as near to nominal as possible."""
         return combinations(self._unseen, self.parameters)
 
     @property
     def _unseen(self) -> Float[np.ndarray, "p n"]:
-        """Directions that no row shows [natural units]; nothing that prior knowledge holds by itself."""
+        """Unobservable directions [natural units], without those held by prior knowledge."""
         problem, plain = self.problem.without_deviation(), np.array([p.is_plain for p in self.parameters])
         if self.problem.deviation is None or problem.prior is None or plain.all():
             return self.rows_factor.null_space
@@ -197,12 +198,12 @@ class Fit(AbstractShown):
 
     @cached_property
     def hardly_seen(self) -> tuple[Combination, ...]:
-        """Combinations that the rows show too faintly to identify; they too stayed near nominal."""
+        """Combinations that are too weakly observable to identify; they too were kept near nominal."""
         return combinations(self.rows_factor.hardly, self.parameters)
 
     @cached_property
     def only_expected(self) -> frozenset[str]:
-        """Constants of which the rows tell next to nothing beyond what was expected beforehand."""
+        """Constants for which the rows add almost nothing to the prior."""
         if self.problem.deviation is None:
             return frozenset()
         limit = ONLY_EXPECTED * self.problem.deviation * np.sqrt(self.variance_factor)
@@ -212,13 +213,13 @@ class Fit(AbstractShown):
 
     @cached_property
     def poorly_determined(self) -> tuple[str, ...]:
-        """Constants that are seen, but only within more than a degree or 5 mm."""
+        """Constants that are observable, but with a standard error above 1° or 5 mm."""
         open_ones = {n for c in (*self.unidentifiable, *self.hardly_seen) for n in c.names}
         return tuple(p.text for p in self.parameters if p.name in self.uncertain - open_ones)
 
     @cached_property
     def uncertain(self) -> frozenset[str]:
-        """Names of constants that are known only within more than a degree or 5 mm."""
+        """Names of constants with a standard error above 1° or 5 mm."""
         limits = [POOR_ANGLE if p.unit == "rad" else POOR_LENGTH for p in self.parameters]
         return frozenset(
             p.name
@@ -228,8 +229,8 @@ class Fit(AbstractShown):
 
     @cached_property
     def idle(self) -> frozenset[str]:
-        """Those of them that others, such as a residual map, make up for: no pose of the tool depends on
-        them."""
+        """Those of them for which others compensate, such as a residual map: the tool's pose doesn't depend
+        on them."""
         return idle_constants(self)
 
     @cached_property
@@ -241,7 +242,7 @@ class Fit(AbstractShown):
 
     @cached_property
     def beyond_bounds(self) -> tuple[str, ...]:
-        """Parameters beyond bounds that the user gave, which only bounded algorithms keep."""
+        """Parameters outside bounds given by the user, which only bounded algorithms keep."""
         lower, upper = self.problem.bounds
         beyond = (self.x < lower - 1e-12) | (self.x > upper + 1e-12)
         given = self.problem.bounded
@@ -249,10 +250,10 @@ class Fit(AbstractShown):
 
     @property
     def cautions(self) -> tuple[str, ...]:
-        """What the rows left open, the same for all algorithms."""
+        """Warnings that are the same for all algorithms."""
         found = []
         if self.spare < 1.0:
-            found.append("there are no spare measurements, so errors can't be assessed; measure more poses")
+            found.append("no degrees of freedom are left to assess errors; measure more poses")
         if self.hardly_seen:
             hidden = "; ".join(c.text for c in self.hardly_seen)
             found.append(f"barely observable, kept near nominal: {hidden}")
@@ -260,12 +261,12 @@ class Fit(AbstractShown):
             found.append(f"uncertain by more than 1° or 5 mm: {', '.join(uncertain)}")
         if len(self.suspicious):
             shown = first_of(self.problem.data.row[self.suspicious], MAX_NAMED_ROWS)
-            found.append(f"rows to check, as they differ from the others: {shown}")
+            found.append(f"rows that differ from the others, check them: {shown}")
         return tuple(found)
 
     @cached_property
     def row_residuals(self) -> Float[np.ndarray, " rows"]:
-        """Residual of every row in stated standard deviations, whatever weight a robust loss gave it."""
+        """Residual of every row in stated standard deviations, before any robust weighting."""
         plain = self.problem.with_row_weights(None)
         components = plain.residual(self.x)[: plain.size]
         size = len(plain.data)
@@ -275,7 +276,7 @@ class Fit(AbstractShown):
 
     @cached_property
     def suspicious(self) -> np.ndarray:
-        """Rows (of the problem's data) that stand out from the others, the worst first."""
+        """Rows (of the problem's data) that stand out from the others, worst first."""
         residuals = self.row_residuals
         typical = max(float(np.median(residuals)), 1e-12)
         found = np.flatnonzero(residuals > SUSPICIOUS * typical)

@@ -28,7 +28,7 @@ def _held_out(value: Any, given: Given) -> Any:
 
 
 def _by_hand(value: Any, given: Given) -> Any:
-    """Rows with the reason that is given for each, or with one for all."""
+    """Excluded rows with the reason given for each, or one reason for all."""
     if value is None or isinstance(value, Mapping):
         return value or {}
     rows = value if isinstance(value, Iterable) else [value]
@@ -50,22 +50,23 @@ HeldOut = Annotated[
     'a share such as 0.2 or "20%", a Dataset, a file, or names of sessions',
 ]
 Excluded = Annotated[Mapping[int, str], _by_hand, "rows such as [3, 4], or a mapping of rows to reasons"]
-"""Rows to keep out, with the reason; rows alone are kept out by hand."""
+"""Rows to exclude, with the reason; without reasons they count as excluded by hand."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FitChoices:
-    """Which rows are fitted, what is free, and how the rows weigh.
+    """Which rows are fitted, which constants are free, and how rows are weighted.
 
     Args:
-        held_out: Share of rows to hold out, rows of another file, or names of sessions; they choose nothing.
+        held_out: Share of rows to hold out, rows of another file, or names of sessions; they
+        choose nothing.
         frames: Whether sessions share base and tool, have their own, or the data decide.
         free: Constants to identify; the robot's default ones if None.
-        exclude: Rows to keep out, with the reason.
+        exclude: Rows to exclude, with the reason.
         region: Keep only rows whose nominal tool position lies in this cuboid of the robot's base frame.
         noise: Standard deviations [m], [rad]; from repeats or the fit if None.
-        levelled: Whether the z axis of the measuring frame points upwards, so that the base's orientation in
-            it tells how the arm stands.
+        levelled: Whether the z axis of the measuring frame is vertical, so that the base's orientation in it
+        gives the direction of gravity.
         known: Known places of anchors or contacts [m], such as `anchor[A].x`.
         seed: Chooses the held-out rows (and the folds of a diagnosis).
     """
@@ -85,12 +86,12 @@ class FitChoices:
 
     @classmethod
     def of(cls, choices: "FitChoices | None", **fields: Any) -> "FitChoices":
-        """Choices with these fields instead of their own; the usual ones if None."""
+        """Choices with some fields replaced; the default ones if None."""
         return cls(**fields) if choices is None else replace(choices, **fields)
 
 
 class ChoiceFields(TypedDict, total=False):
-    """The fields of `FitChoices` as verbs take them, for type checkers and editors."""
+    """The fields of `FitChoices` as keyword arguments, for type checkers and editors."""
 
     held_out: float | str | Path | Dataset | Sequence[str]
     frames: Sessions | str
@@ -104,7 +105,6 @@ class ChoiceFields(TypedDict, total=False):
 
 
 def option(kind, value, what: str):
-    """A member of an enumeration by its word."""
     try:
         return kind(value)
     except ValueError:

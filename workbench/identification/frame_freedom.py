@@ -1,4 +1,4 @@
-"""What of base, tool and gravity is unknown, session by session, and the arm once it is found."""
+"""Unknown parts of base, tool and gravity per session, and the arm once they are found."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from workbench.arm.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class FrameFreedom:
-    """What of the base and tool is unknown, and whether each session has its own.
+    """Which parts of base and tool are unknown, and whether each session has its own.
 
     Args:
         base: Parts of the base that are unknown, from `FRAME_PARTS`; empty if it is known.
@@ -32,7 +32,7 @@ class FrameFreedom:
     levelled: bool = False
 
     def start(self, robot: Robot, session: str) -> Mounting:
-        """The mounting from which the search begins: a session's own, but for what all sessions share."""
+        """Mounting from which the search starts: the session's own, except for what all sessions share."""
         own, common = robot.sessions.get(session, robot.mounting), robot.mounting
         return replace(
             own,
@@ -42,7 +42,7 @@ class FrameFreedom:
         )
 
     def placed(self, robot: Robot, sessions: Sequence[str]) -> Robot:
-        """The robot as it is mounted when the search begins in each session."""
+        """The robot as mounted at the start of the search, by session."""
         if not robot.sessions:
             return robot
         return replace(robot, sessions={name: self.start(robot, name) for name in sessions})
@@ -54,7 +54,7 @@ def frame_name(frame: str, per_session: bool, session: str) -> str:
 
 
 def gravity_names(session: str, freedom: FrameFreedom) -> tuple[str, str]:
-    """The two angles of gravity under a session: its own where every session has its own base."""
+    """Names of the two angles of gravity in a session; separate where every session has its own base."""
     x, y = (f"{frame_name('gravity', freedom.base_per_session, session)}.{axis}" for axis in "xy")
     return x, y
 
@@ -81,7 +81,7 @@ def frame_parameters(
 def moved_robot(
     nominal: Robot, freedom: FrameFreedom, measured: Sequence[str], values: Mapping[str, float]
 ) -> Robot:
-    """A robot with unknowns set by name, those of its sessions and of the measured ones included."""
+    """A robot with unknowns set by name, its session frames and the measured sessions' included."""
     robot = nominal.with_values({n: v for n, v in values.items() if "[" not in n})
     level = freedom.levelled and not any(n.startswith("gravity") for n in values)
     if level:
@@ -96,7 +96,7 @@ def moved_robot(
 
 
 def on_level(robot: Robot, sessions: Sequence[str], freedom: FrameFreedom) -> Robot:
-    """The robot with gravity along the z axis of the measuring frame, as its bases stand there now."""
+    """The robot with gravity along the z axis of the measuring frame, given its current bases."""
     placed = freedom.placed(robot.under(levelled(robot.gravity, robot.base.rotation)), sessions)
     if not freedom.base_per_session:
         return placed
@@ -109,13 +109,13 @@ def on_level(robot: Robot, sessions: Sequence[str], freedom: FrameFreedom) -> Ro
 def level_wall(
     robot: Robot, sessions: Sequence[str], frames: FrameFreedom, names: Sequence[str]
 ) -> Iterator[tuple[tuple[str, ...], Float[np.ndarray, "2 k"]]]:
-    """Prior knowledge that gravity lies along the z axis of the measuring frame: it turns against the base.
+    """Prior that gravity lies along the z axis of the measuring frame: a constraint between gravity and base.
 
     Args:
         names: The unknowns.
 
     Yields:
-        Unknowns, and what of them is 0 with unit variance.
+        Names of unknowns, and the combinations of them that are 0 with unit variance.
     """
     owners = {gravity_names(s, frames): s for s in reversed(sessions)}
     for angles, session in owners.items():

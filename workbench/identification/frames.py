@@ -1,8 +1,8 @@
 """Unknown parts of base and tool: as stated in the robot's file, or decided from the data and reported.
 
-Where the file says `auto`, models of growing freedom are fitted (frames as given, base free, tool free too,
-base or tool of every session its own) and the simplest one is taken that no freer one beats by more than
-chance (F test of the residuals). What the observations can't show is never offered.
+Where the file says `auto`, models of increasing freedom are fitted (frames as given, base free, tool free
+too, base or tool per session), and the simplest one is taken that no freer one beats significantly (F test
+of the residuals). Unobservable parts are never freed.
 """
 
 from collections.abc import Mapping
@@ -28,13 +28,13 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.undetermined_combinations import factorise
 
 SIGNIFICANCE = 1e-4
-"""A freer model must be better than chance by this level to be taken."""
+"""Significance level at which a freer model is taken."""
 STRANGE_ANGLE, STRANGE_LENGTH = np.deg2rad(10.0), 0.02
-"""Corrections of an arm beyond these are hardly its own: rather the tool is another than the file says."""
+"""Corrections of the arm beyond these are implausible: more likely the tool differs from the file."""
 FAR_OFF = 10.0
-"""A base that is declared known but leaves this many times the error of a free one is refused …"""
+"""A base declared as known is refused if its error is this many times that of a free one …"""
 CLEAR_SHARE_OF_REACH = 0.05
-"""… if that error is more than this part of the arm's reach."""
+"""… and exceeds this share of the arm's reach."""
 
 
 class Sessions(StrEnum):
@@ -52,7 +52,7 @@ class FrameChoice:
     Args:
         robot: The nominal arm with its frames aligned to the rows.
         freedom: What is identified with it.
-        notes: The decisions in words.
+        notes: The decisions, one sentence each.
     """
 
     robot: Robot
@@ -78,10 +78,10 @@ def choose_frames(
         data: Rows to be used for identification.
         sessions: Whether sessions share their frames.
         noise: Weighs positions against rotations.
-        free: Constants of the arm that will be identified.
-        effects: Coefficients of its effects that will be.
-        prior: What is known of these beforehand.
-        known: Known places of anchors or contacts [m]; with them the base can be seen.
+        free: Constants of the arm to be identified.
+        effects: Coefficients of its effects to be identified.
+        prior: Prior knowledge of these.
+        known: Known places of anchors or contacts [m], which make the base observable.
     """
     known = known or {}
     candidates = _candidates(robot, data, sessions, known)
@@ -103,7 +103,7 @@ def choose_frames(
 def visible_parts(
     data: Dataset, known: Mapping[str, float] | None = None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Parts of the base and of the tool that the rows' observations can show."""
+    """Parts of base and tool that are observable in the rows."""
     kinds = [kind for kind in OBSERVATIONS.values() if kind.applies(data).any()]
 
     def fixed_places(kind: type[AbstractObservation]) -> bool:
@@ -120,7 +120,7 @@ def visible_parts(
 def _candidates(
     robot: Robot, data: Dataset, sessions: Sessions, known: Mapping[str, float]
 ) -> list[tuple[FrameFreedom, str]]:
-    """Models of growing freedom that the robot's file and the user allow."""
+    """Models of increasing freedom, as far as the robot's file and the user allow."""
     base_parts, tool_parts = visible_parts(data, known)
     several = len(data.sessions) > 1
 
@@ -153,7 +153,7 @@ def _candidates(
 
 
 class _Trial(NamedTuple):
-    """A geometric fit with some freedom of the frames, from the nominal arm aligned with it."""
+    """A geometric fit with certain frames free, starting from the nominal arm aligned with them."""
 
     aligned: Robot
     freedom: FrameFreedom
@@ -164,11 +164,11 @@ class _Trial(NamedTuple):
     strangeness: float
 
     def beats(self, other: "_Trial") -> bool:
-        """Whether this freer model is better than the other by more than chance.
+        """Whether this freer model is significantly better than the other.
 
-        Where the other had to bend the arm beyond what can be made (a tool's offset hides in the last joint,
-        a base's place in the first), the freer one is taken whatever the F test says: few rows, or one bad
-        row, tell it nothing.
+        If the other needs corrections of the arm that can't be manufacturing errors (a tool offset appears in
+        the last joint, a base offset in the first), the freer one is taken whatever the F test says: with few
+        rows, or one bad row, the test has no power.
         """
         if other.strangeness > 1.0 and self.strangeness < 0.5 * other.strangeness:
             return True
@@ -212,7 +212,7 @@ def _trial(robot, data, freedom, text, noise, free, effects, prior, known) -> _T
 
 
 def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: Mapping[str, float]) -> None:
-    """Refuse a base that is declared known but is elsewhere, and report where it is."""
+    """Refuse a base declared as known that is elsewhere, and report where it is."""
     base, tool = visible_parts(data, known)
     if not base:
         return
@@ -227,13 +227,13 @@ def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: M
         where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
         raise DataError(
             f"{data.source}: the nominal arm is off by {1e3 * found[0]:.0f} mm with the base as given, by "
-            f"{1e3 * found[1]:.1f} mm with a free one ({where}); choose the robot that was measured, or mend "
-            "[base] in its file or set its free = true"
+            f"{1e3 * found[1]:.1f} mm with a free one ({where}); choose the robot that was measured, or "
+            "correct [base] in its file, or set free = true there"
         )
 
 
 def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:
-    """Words for a base that was found far from where the file has it."""
+    """Description of a base found far from where the file has it."""
     given, found = robot.base, aligned.in_first_session.base
     turn = se3.matrix_to_rotvec(found.rotation @ given.rotation.T)
     angle, moved = float(np.linalg.norm(turn)), float(np.linalg.norm(found.xyz - given.xyz))
@@ -243,5 +243,5 @@ def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:
     about = f" about {'xyz'[axis]}" if angle and abs(turn[axis]) > 0.99 * angle else ""
     which = f"base of session '{next(iter(aligned.sessions))}'" if aligned.sessions else "base"
     return [
-        f"{which}: turned by {np.rad2deg(angle):.1f}°{about} and {moved:.3f} m from where the file has it"
+        f"{which}: rotated by {np.rad2deg(angle):.1f}°{about} and {moved:.3f} m from its pose in the file"
     ]

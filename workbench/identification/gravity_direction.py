@@ -1,8 +1,8 @@
-"""How an arm stands: gravity's direction in its base, against what its file says.
+"""Direction of gravity in the arm's base, compared with what its file says.
 
 A direction that differs by more than a few of the file's standard deviations contradicts it, and is then
-looked for anywhere (`FREE`), as the prior of the file would keep it half-way. The odds that the file is
-wrong are those of the found angles x with covariance Σ under either belief,
+estimated with the wide prior `FREE`, since the file's prior would pull it half-way back. The odds that the
+file is wrong follow from the estimated angles x with covariance Σ under either hypothesis,
 
     log odds = log N(x; 0, Σ + f² 1) − log N(x; 0, Σ + t² 1),      f = FREE, t the file's tolerance
 """
@@ -21,23 +21,23 @@ from workbench.identification.frame_freedom import gravity_names
 from workbench.identification.problem import Problem
 
 CONTRADICTED = 3.0
-"""Standard deviations by which gravity may differ from the file."""
+"""Differences above this many of the file's standard deviations contradict the file."""
 CLEAR = 4.0
-"""Standard errors from which on a difference is mentioned."""
+"""Differences above this many standard errors are mentioned."""
 FREE = 0.5
-"""Standard deviation of an arm that stands otherwise than its file says [rad]."""
+"""Standard deviation of gravity's direction if the file is wrong [rad]."""
 MAX_ODDS = 1e12
 
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """What a fit says of gravity under one placement of the arm.
+    """Estimated direction of gravity for one placement of the arm.
 
     Args:
-        session: Its name; empty where all share theirs.
-        angles: Found [rad].
-        covariance: Of these.
-        tolerance: Of the file [rad].
+        session: Name of the session; empty where all share one placement.
+        angles: Estimated tilt [rad].
+        covariance: Of the angles.
+        tolerance: Standard deviation in the file [rad].
     """
 
     session: str
@@ -47,7 +47,7 @@ class Standing:
 
     @property
     def size(self) -> float:
-        """Angle between gravity and the file's [rad]."""
+        """Angle between estimated gravity and the file's [rad]."""
         return float(np.linalg.norm(self.angles))
 
     @property
@@ -58,30 +58,28 @@ class Standing:
 
     @property
     def is_contradicted(self) -> bool:
-        """Whether the file is wrong about it."""
         return self.size > CONTRADICTED * self.tolerance and self.size > CLEAR * self.error
 
     @property
     def odds(self) -> float:
-        """That the file is wrong, as in the module."""
+        """Odds that the file is wrong (module docstring)."""
         wide, narrow = (self._log_density(width) for width in (FREE, self.tolerance))
         return float(np.exp(np.clip(wide - narrow, 0.0, np.log(MAX_ODDS))))
 
     def _log_density(self, width: float) -> float:
-        """Of the angles, if an arm stands by so much off its file as a rule; up to a constant."""
+        """Log density of the angles if tilts have this standard deviation, up to a constant."""
         spread = self.covariance + width**2 * np.eye(2)
         return -0.5 * float(self.angles @ np.linalg.solve(spread, self.angles) + np.linalg.slogdet(spread)[1])
 
     @property
     def text(self) -> str:
-        """How far it is tilted."""
         where = f"in session {self.session} the arm" if self.session else "the arm"
         size, error = np.rad2deg([self.size, self.error])
         return f"{where} is tilted {size:.3g} ± {error:.2g}° from what its file states"
 
 
 def freed(problem: Problem, fit: Fit) -> Problem:
-    """The problem with gravity free to be anywhere, if a fit contradicts what the file says of it."""
+    """The problem with gravity's direction free, if a fit contradicts the file's."""
     mounting = problem.robot.mounting
     if problem.frames.levelled or mounting.gravity_tolerance >= FREE:
         return problem
@@ -93,7 +91,7 @@ def freed(problem: Problem, fit: Fit) -> Problem:
 
 
 def standings(fit: Fit, given: Robot) -> Iterator[Standing]:
-    """What a fit found of gravity, placement by placement; nothing where it was not asked."""
+    """Estimated tilt for every placement; empty where gravity was not estimated."""
     arm, tolerance = fit.calibrated, max(given.mounting.gravity_tolerance, EXACT)
     for session, mine in _angles(fit):
         stated, found = (r.in_session(session).gravity for r in (given, arm))
@@ -102,7 +100,7 @@ def standings(fit: Fit, given: Robot) -> Iterator[Standing]:
 
 
 def _angles(fit: Fit) -> Iterator[tuple[str, list[int]]]:
-    """Session (empty where all share theirs), and places in x of its angles."""
+    """Session (empty where all share one placement), and indices of its angles in x."""
     names, frames = fit.problem.names, fit.problem.frames
     for angles in dict.fromkeys(gravity_names(s, frames) for s in fit.problem.data.sessions):
         if angles[0] in names:

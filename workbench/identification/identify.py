@@ -1,4 +1,4 @@
-"""Identification from end to end: rows chosen, frames decided, noise estimated, fits, held-out errors."""
+"""Identification from end to end: choose rows, decide frames, estimate noise, fit, judge on held-out rows."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -30,7 +30,7 @@ from workbench.identification.set_apart import prepare_without_outliers, suspect
 from workbench.plate.argument_types import checked_arguments
 
 REWEIGHTINGS = 10
-"""Rounds of a robust loss."""
+"""Maximum number of rounds of a robust loss."""
 
 
 @checked_arguments(FitChoices)
@@ -53,17 +53,18 @@ def identify(
 
     Args:
         robot: Nominal arm; its frames say whether they are fixed, free, or decided from the data. May be
-            None if the rows have poses of the tool, as pictures do; a robot given with these is not used.
+        None if the rows hold tool poses instead of joints, as pictures do; a robot given with these is
+        ignored.
         data: Measurements.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
         algorithms: Names from `ALGORITHMS`.
         bounds: Minimum and maximum value by name, for OPT1.
-        loss: Whether outlying rows are set apart, or how residuals are weighted.
-        deviation: How far the arm's constants are expected from nominal [rad, m]; `auto`: found from the
-            rows; infinite: not at all, so that only what no row shows stays nominal.
-        prior: What an older calibration knows of the arm's constants.
-        effects: Coefficients of the robot's effects to identify with the rest; the others stay as they are.
-        seek: Finds effects beside the geometry, where the readings decide; None ends with the geometry.
+        loss: Whether outliers are excluded, or how residuals are weighted.
+        deviation: Expected deviation of the arm's constants from nominal [rad, m]; `auto`: estimated from the
+        rows; infinite: no prior, so that only unobservable constants stay nominal.
+        prior: Knowledge of the arm's constants from an earlier calibration.
+        effects: Coefficients of the robot's effects to identify as well; the others keep their values.
+        seek: Searches for effects beside the geometry, for readings that support it; None: geometry only.
 
     Raises:
         DataError: too few rows, or data that contradict the robot beyond doubt.
@@ -72,7 +73,7 @@ def identify(
     if data.readings is not None and data.readings.has_tool_poses:
         robot = posed_arm()
     if robot is None:
-        raise OptionError("give a robot; only rows with tool poses in place of joints do without")
+        raise OptionError("give a robot; it may be omitted only for rows with tool poses instead of joints")
     chosen = [_algorithm(name) for name in algorithms]
     weighting = option(Loss, loss, "loss")
     choices = FitChoices.of(choices, **fields)
@@ -110,7 +111,7 @@ def identify(
 def _runs(
     ready: Prepared, problem: Problem, algorithms: Sequence[AbstractIdentifier], loss: Loss
 ) -> dict[str, Run]:
-    """Fit with each algorithm and compute errors; after a cancel, stop at the next algorithm."""
+    """Fit with each algorithm and compute errors; if cancelled, stop before the next algorithm."""
     runs: dict[str, Run] = {}
     for k, algorithm in enumerate(algorithms):
         if runs and cancelled():
@@ -128,12 +129,12 @@ def _runs(
 
 
 def _expected(problem: Problem, deviation: float | str) -> tuple[str, ...]:
-    """A note on how near to nominal the constants are expected."""
+    """A note on the prior deviation of the constants."""
     if problem.deviation is None or problem.deviation > MAX_DEVIATION:
         return ()
-    found = "from the rows" if deviation == AUTO else "as given"
+    found = "estimated from the rows" if deviation == AUTO else "as given"
     size = 1e3 * problem.deviation
-    return (f"constants are expected within {size:.2g} mrad or mm of nominal (1 σ, {found})",)
+    return (f"prior: constants within ±{size:.2g} mrad or mm of nominal (1 σ, {found})",)
 
 
 def _all_rows(
@@ -143,7 +144,7 @@ def _all_rows(
 
 
 def _errors_of(ready: Prepared, rows: np.ndarray, fit: Fit) -> tuple[Outlier, ...]:
-    """Rows that were set apart, the worst first, with errors of the arm fitted to the others."""
+    """Outliers, worst first, with errors of the arm fitted to the other rows."""
     if not len(rows):
         return ()
     outlying = ready.data.take(rows)
@@ -175,13 +176,13 @@ def _fit(problem, algorithm, loss) -> Fit:
 
 
 def _warnings(fit: Fit) -> tuple[str, ...]:
-    """What went wrong with one algorithm's search."""
+    """Warnings about one algorithm's search."""
     found = []
     if not fit.outcome.ok:
         found.append(f"{fit.title}: {fit.outcome}")
     if fit.at_bounds:
         found.append(
-            f"{fit.title}: on its bound: {', '.join(fit.at_bounds)}; widen the bounds if that is wrong"
+            f"{fit.title}: at a bound: {', '.join(fit.at_bounds)}; widen the bounds if they are too tight"
         )
     if fit.beyond_bounds:
         found.append(f"{fit.title} ignores bounds: {', '.join(fit.beyond_bounds)} outside; use OPT1")

@@ -5,16 +5,17 @@ are independent of each other, the components of a row are not:
 
     C = diag(sigma_row² + s²) + B diag(sigma_q²) Bᵀ
 
-s per channel and sigma_q per joint are those that make the residuals r of a fit most likely, what went into
-its p parameters taken off by the factor N/(N−p) of r². Likely by Student's t of a row's d² = rᵀ C⁻¹ r, so
-that a mis-seated row tells nothing of the joints:
+s per channel and sigma_q per joint maximise the likelihood of the residuals r of a fit, with r² scaled by
+N/(N−p) for its p parameters. The likelihood is Student's t of a row's d² = rᵀ C⁻¹ r, so that a mis-seated row
+does not affect the joints' noise:
 
     min  ½ Σ log|C| + (ν+m) log(1 + d² / (ν k²))
 
-Readings are exact unless the rows clearly say otherwise: by the Bayesian information criterion, and `MARGIN`
-more. All joints of one kind alike, or each for itself, whichever that criterion prefers. An effect that the
-model lacks lies along the joints' columns too. Until it is found it counts as noise of the readings, unless
-the errors of a joint follow its angle: then readings count as exact, and the effect is looked for first.
+Readings count as exact unless the Bayesian information criterion prefers noise by at least `MARGIN`. Joints
+of one kind share a variance or have their own, whichever that criterion prefers. An effect that the model
+lacks lies along the joints' columns too. Until it is found it counts as noise of the readings, unless the
+errors of a joint are a smooth function of its angle: then readings count as exact, and the effect is looked
+for first.
 """
 
 from collections.abc import Sequence
@@ -32,31 +33,32 @@ from workbench.data.observations import Channel
 from workbench.identification.problem import Noise, Problem
 
 FREEDOM = 5.0
-"""Degrees of freedom ν of the law of residuals."""
+"""Degrees of freedom ν of Student's t for residuals."""
 MARGIN = 3.0
-"""Log likelihood by which noise of joint readings must be better, beyond what its variances are charged."""
+"""Gain in log likelihood that noise of joint readings must have beyond the information criterion."""
 MAX_ROWS = 2000
-"""Rows from which the variances are told, evenly spread; more would hardly change them."""
+"""Maximum number of rows for the variances, evenly spread; more would hardly change them."""
 MIN_VARIANCE_SHARE = 1e-4
-"""Minimum variance of a channel, as part of what is left, where rows state none …"""
+"""Minimum variance of a channel relative to the residual's, where rows state none …"""
 MIN_READING_VARIANCE = 1e-3
 """… and that of a joint below which its readings count as exact."""
 STANDS_OUT = 3.0
-"""Times the scatter of most other joints from which on a joint stands out."""
+"""A joint stands out if its scatter exceeds that of most others by this factor."""
 WORST_READING = 0.01
-"""Joints that would have to be read as badly as this [rad or m] to make what is left count as exact."""
+"""Residuals that joint errors below this [rad or m] would explain count as zero."""
 SMOOTH = 3.0
-"""Standard deviations by which errors at neighbouring angles of a joint must agree to be no noise."""
+"""Standard deviations by which errors at neighbouring joint angles must agree to count as an effect, not
+noise."""
 MAX_SCORING_STEPS, HALVINGS, TOLERANCE = 30, 6, 3e-3
-"""Most steps of scoring, halvings of each, and the gain of log likelihood that ends them."""
+"""Maximum number of scoring steps, of halvings of each, and the gain in log likelihood that ends them."""
 
 
 class Readings(NamedTuple):
-    """What noisy joint readings do to the measured rows.
+    """Noise of joint readings, and its share of the residuals.
 
     Args:
         sigma: Standard deviation of every joint's reading [rad or m].
-        share: Part of the variance of positions that they make; of rotations without positions.
+        share: Share of the position variance that it causes; of the rotation variance without positions.
     """
 
     sigma: tuple[float, ...]
@@ -64,12 +66,12 @@ class Readings(NamedTuple):
 
     @property
     def joints_that_scatter(self) -> tuple[int, ...]:
-        """Joints that scatter far more than most others: less likely their readings than their mechanics."""
+        """Joints that scatter far more than most others: rather a mechanical cause than the encoder."""
         sigma = np.array(self.sigma)
         return tuple(np.flatnonzero(sigma > STANDS_OUT * np.median(sigma)).tolist())
 
     def text(self, chain: Chain) -> str:
-        """`0.5 mrad`, or `0.5 mrad in joint 2, 0.1 mm in joint 3`; joints that read exactly are left out."""
+        """`0.5 mrad`, or `0.5 mrad in joint 2, 0.1 mm in joint 3`; joints with exact readings are omitted."""
         sizes: dict[str, list[int]] = {}
         for j, sigma in enumerate(self.sigma):
             if sigma > 0.0:
@@ -98,7 +100,8 @@ class _Table(NamedTuple):
 
 
 class _Answer(NamedTuple):
-    """Sizes that are most likely, the variances they make (two channels, then joints), and the cost."""
+    """The most likely variance components, the variances they imply (two channels, then joints), and the
+    cost."""
 
     size: np.ndarray
     variances: np.ndarray
@@ -106,7 +109,8 @@ class _Answer(NamedTuple):
 
 
 def readings(problem: Problem) -> Readings | None:
-    """The noise of joint readings by which a problem is weighed, and what it does; None for exact ones."""
+    """Noise of joint readings in a problem's weights, with its share of the residuals; None if they are
+    exact."""
     live, turned = problem.inverse_sigma > 0.0, problem.component_channels
     if not any(problem.noise.joints):
         return None
@@ -118,13 +122,13 @@ def readings(problem: Problem) -> Readings | None:
 def with_joint_readings(
     problem: Problem, residual: Float[np.ndarray, " m"], white: Noise, *, stated: bool
 ) -> Noise:
-    """Standard deviations with those of joint readings if these are noisy beyond doubt; else as they are.
+    """Standard deviations with those of joint readings if these are clearly noisy; else unchanged.
 
     Args:
         problem: What was fitted.
-        residual: What the fit left, N/(N−p) taken into account [m or rad].
+        residual: Residual of the fit, scaled for its N−p degrees of freedom [m or rad].
         white: The most likely standard deviations if readings are exact.
-        stated: Whether rows state any of their own.
+        stated: Whether rows state standard deviations.
     """
     tables = _tables(problem, residual)
     scale = _scale(tables)
@@ -138,7 +142,7 @@ def with_joint_readings(
         return white
     variances = found.variances
     variances = np.where(variances > MIN_READING_VARIANCE * scale, variances, 0.0)
-    if not stated:  # what is left is as large as it is, heavy tails or not
+    if not stated:  # residuals keep their size, whatever their tails
         sizes = [_whitened(t, variances)[2] ** 2 for t in tables]
         variances = variances * (sum(s.sum() for s in sizes) / sum(t.live.sum() for t in tables))
     there = scale[:2] > 0.0
@@ -147,7 +151,7 @@ def with_joint_readings(
 
 
 def alike_readings(problem: Problem, residual: Float[np.ndarray, " m"]) -> Noise:
-    """The most likely standard deviations if every joint is read as badly as the others."""
+    """The most likely standard deviations if all joints have equally noisy readings."""
     tables = _tables(problem, residual)
     scale = _scale(tables)
     found = _fit(tables, _members(scale, [np.arange(len(scale) - 2)]), np.ones(3), False)
@@ -158,7 +162,7 @@ def alike_readings(problem: Problem, residual: Float[np.ndarray, " m"]) -> Noise
 def _likeliest(
     tables: Sequence[_Table], scale: np.ndarray, joints: np.ndarray, turning: np.ndarray, stated: bool
 ) -> _Answer | None:
-    """The most likely variances if some joints are read badly; None if the rows don't clearly say so."""
+    """The most likely variances if some joints have noisy readings; None if rows don't clearly show any."""
     if not len(joints):
         return None
     plain = _fit(tables, _members(scale, []), np.ones(2), stated)
@@ -179,7 +183,7 @@ def _likeliest(
 
 
 def _is_smooth(tables: Sequence[_Table], variances: np.ndarray, joint: int) -> bool:
-    """Whether the likeliest errors of a joint's readings follow its angle: an effect then, no noise."""
+    """Whether the most likely errors of a joint's readings follow its angle: an effect, not noise."""
     q, error = [], []
     for table in tables:
         inverse, _, white = _whitened(table, variances)
@@ -191,7 +195,7 @@ def _is_smooth(tables: Sequence[_Table], variances: np.ndarray, joint: int) -> b
 
 
 def _tables(problem: Problem, residual: np.ndarray) -> list[_Table]:
-    """The rows, at most `MAX_ROWS` of them, by their components."""
+    """At most `MAX_ROWS` rows, grouped by their components."""
     every = slice(None, None, max(1, -(-len(problem.data) // MAX_ROWS)))
     alike: dict[tuple[Channel, ...], list[_Table]] = {}
     for block in problem.blocks:
@@ -216,8 +220,8 @@ def _tables(problem: Problem, residual: np.ndarray) -> list[_Table]:
 
 
 def _scale(tables: Sequence[_Table]) -> Float[np.ndarray, " v"]:
-    """Variance of each channel, then of each joint's readings, that alone would make all that is left; 0
-    where the rows don't show it."""
+    """Variance of each channel, then of each joint's readings, that alone would explain the residuals; 0 for
+    unobservable joints."""
     square, count = np.zeros(2), np.zeros(2)
     for t in tables:
         square += np.bincount(t.channel, (t.residual**2).sum(0), 2)
@@ -230,7 +234,7 @@ def _scale(tables: Sequence[_Table]) -> Float[np.ndarray, " v"]:
 
 
 def _members(scale: np.ndarray, groups: Sequence[np.ndarray] | np.ndarray) -> Float[np.ndarray, "v k"]:
-    """Variances per size: one of each channel, one of each group of joints, whose variances are the same."""
+    """Which variances share a component: each channel its own, each group of joints one."""
     out = np.zeros((len(scale), 2 + len(groups)))
     out[[0, 1], [0, 1]] = scale[:2]
     for k, group in enumerate(groups):
@@ -239,7 +243,7 @@ def _members(scale: np.ndarray, groups: Sequence[np.ndarray] | np.ndarray) -> Fl
 
 
 def _fit(tables: Sequence[_Table], members: np.ndarray, size: np.ndarray, stated: bool) -> _Answer:
-    """The most likely sizes ≥ 0 by Fisher's scoring: each step is a non-negative least-squares problem."""
+    """The most likely components ≥ 0 by Fisher scoring: each step is a non-negative least-squares problem."""
     minimum = np.append(np.zeros(2) if stated else np.full(2, MIN_VARIANCE_SHARE), np.zeros(len(size) - 2))
     size = np.maximum(size, minimum)
     cost, slope, information = _cost(tables, members @ size)
@@ -277,7 +281,7 @@ def _whitened(table: _Table, variances: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _cost(tables: Sequence[_Table], variances: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Negative log likelihood, its derivative in the variances, and their Fisher information."""
+    """Negative log likelihood, its gradient in the variances, and their Fisher information."""
     value, slope = 0.0, np.zeros(len(variances))
     information = np.zeros((len(variances), len(variances)))
     for table in tables:
@@ -309,7 +313,7 @@ def _cost(tables: Sequence[_Table], variances: np.ndarray) -> tuple[float, np.nd
 
 @lru_cache(maxsize=64)
 def consistent(components: int) -> float:
-    """k² with which normal residuals of variance 1 have that variance by Student's law too."""
+    """k² for which normal residuals of variance 1 have that variance under Student's law too."""
     if components == 0:
         return 1.0
     square = 2.0 * special.gammaincinv(components / 2.0, (np.arange(2000) + 0.5) / 2000)  # χ², components

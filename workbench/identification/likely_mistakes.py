@@ -1,7 +1,7 @@
 """Mistakes in a file that make an arm's own rows look foreign: joints exchanged or inverted, units, axes.
 
-Each reading that takes one such mistake back is aligned with the arm by closed forms; those that leave least
-are refined. A mistake is named only if it explains the rows far better than anything else.
+The rows are corrected for each possible mistake and aligned with the arm in closed form; the best candidates
+are refined. A mistake is reported only if it explains the rows far better than any other.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,29 +19,31 @@ from workbench.identification.frames import visible_parts
 from workbench.identification.problem import FrameFreedom
 
 FRAME_STEPS = 10
-"""Steps to the frames from closed forms, which leave little where arm and rows belong together."""
+"""Refinement steps after the closed forms, which leave small errors if arm and rows belong together."""
 BETTER = 5.0
-"""What explains rows leaves so many times less than they have as they are, …"""
+"""A mistake must reduce the error by this factor, …"""
 ALONE = 2.0
-"""… and so many times less than any other explanation."""
+"""… and leave this many times less than any other explanation."""
 NO_GAIN = 1.2
-"""Joints whose sign is not seen improve nothing by this."""
+"""Factor by which inverting a joint must reduce the error; below it, its sign is unobservable."""
 REFINED, MAX_LIKELY = 6, 3
-"""Readings that are looked at closely, and that are named where they explain the rows alike."""
+"""Number of candidates that are refined, and maximum number reported if they explain the rows equally
+well."""
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
 
 
 @dataclass(frozen=True, eq=False)
 class CorrectedRows:
-    """Rows as they would be without a mistake.
+    """Rows after correction of a mistake.
 
     Args:
         text: The mistake.
-        rows: The rows with it taken back.
+        rows: The corrected rows.
         inverted: Joints that it inverts.
-        headings: What the columns are without it, by what they are called; empty where no heading tells it.
-        shrunk: How many times it shrinks the points, or the motion of the arm, and with them the error.
-        error: What is left of the rows [m].
+        headings: Correct heading by given heading; empty where no heading corrects it.
+        shrunk: Factor by which the correction shrinks the points or the arm's motion, and with them the
+            error.
+        error: Remaining error [m].
     """
 
     text: str
@@ -53,18 +55,18 @@ class CorrectedRows:
 
     @property
     def cost(self) -> float:
-        """What is left, in the size of the file [m]: an arm at rest hardly misses points at rest."""
+        """Remaining error at the scale of the file [m]; small motions would otherwise have small errors."""
         return self.error * self.shrunk
 
 
 def explained(robot: Robot, seen: Dataset, error: float, *, maximum: float) -> CorrectedRows | None:
-    """The mistake that explains why rows miss their arm, or two or three that do alike; None if nothing does.
+    """The mistake that explains the misfit, or two or three equally likely ones; None if nothing does.
 
     Args:
         robot: Nominal arm without effects.
         seen: A few dozen rows with measured points, of one session.
-        error: What they leave as they are [m].
-        maximum: What an arm's own rows leave at most [m].
+        error: Their error without correction [m].
+        maximum: Maximum error of rows that belong to the arm [m].
     """
     rough = [replace(r, error=rough_error(robot, r.rows)) for r in _readings(robot, seen)]
     nearest = sorted(rough, key=lambda r: r.cost)[:REFINED]
@@ -79,7 +81,7 @@ def explained(robot: Robot, seen: Dataset, error: float, *, maximum: float) -> C
 
 
 def _is_part(one: CorrectedRows, other: CorrectedRows) -> bool:
-    """Whether a reading inverts some of another's joints and explains as much."""
+    """Whether a candidate inverts a subset of another's joints and explains as much."""
     return bool(one.inverted) and one.inverted < other.inverted and one.error < NO_GAIN * other.error
 
 
@@ -89,7 +91,7 @@ def aligned(robot: Robot, seen: Dataset, limit: int = 100) -> Robot:
 
 
 def rough_error(robot: Robot, seen: Dataset) -> float:
-    """What the closed forms of base and tool leave [m]."""
+    """Error after aligning base and tool in closed form [m]."""
     return min(median_error(at, seen) for at in starts(robot, seen, FrameFreedom(*visible_parts(seen))))
 
 
@@ -100,7 +102,7 @@ def median_error(robot: Robot, seen: Dataset) -> float:
 
 
 def _readings(robot: Robot, seen: Dataset) -> Iterator[CorrectedRows]:
-    """The rows without each of the usual mistakes."""
+    """The rows corrected for each of the usual mistakes."""
     yield from _joints_read_otherwise(robot, seen)
     yield from _points_read_otherwise(robot, seen)
 
@@ -125,7 +127,7 @@ def _joints_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRow
     turning = (("deg", "degrees labelled rad", degree), ("rad", "rad labelled degrees", 1.0 / degree))
     for scaled, who, guesses in (
         (~slides, "the joints", turning),
-        (slides, "the joints that slide", tuple(_units())),
+        (slides, "the prismatic joints", tuple(_units())),
     ):
         for unit, how, factor in guesses if scaled.any() else ():
             q = seen.q * np.where(scaled, factor, 1.0)
@@ -164,7 +166,7 @@ def _points_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRow
 
 
 def _units() -> Iterator[tuple[str, str, float]]:
-    """Pairs of units that may be confused: the right one, words, and the factor that takes it back."""
+    """Units that are easily confused: the right one, text, and the correction factor."""
     for own, size in LENGTHS.items():
         for label, taken in LENGTHS.items():
             if own != label:

@@ -1,17 +1,17 @@
 """Standard deviations of the measurements: as given, from repeated rows, or from the residuals of a fit.
 
-What a row states of itself is the instrument's repeatability, never the whole error. What is left beyond it,
-mostly what the model lacks, is one more variance s² per channel, so that every component has
+A row's own sigma is the instrument's repeatability, never the whole error. The residual beyond it, mostly
+model error, is one more variance s² per channel, so that every component has
 
     sigma² = sigma_row² + s²
 
-with the s that makes the residuals r of a fit most likely, its p parameters taken off the N components by the
-factor N/(N−p) of r². Likely by Student's t rather than the normal law, so that a mis-seated row does not
-make all others look uncertain; `consistent` makes both agree on normal residuals:
+where s maximises the likelihood of the residuals r of a fit, with r² scaled by N/(N−p) for p parameters and N
+components. The likelihood is Student's t rather than normal, so that a mis-seated row does not make all
+others look uncertain; `consistent` makes both agree on normal residuals:
 
     min_s  Σ log v + (ν+1) log(1 + r² / (ν k² v)),    v = sigma_row² + s²
 
-Rows that state nothing have sigma_row = 0, and s is then the root mean square of what is left.
+Rows without a sigma have sigma_row = 0, and s is then the root mean square of the residuals.
 """
 
 from enum import Enum
@@ -35,19 +35,19 @@ from workbench.identification.undetermined_combinations import Factor, factorise
 SAME_JOINTS = 1e-7
 """Rows whose joints agree within this [rad or m] are repeats."""
 ENOUGH_REPEATS = 8
-"""Degrees of freedom that repeats must have to be believed."""
+"""Minimum degrees of freedom of repeats."""
 ENOUGH_SPARE = 10.0
 """Degrees of freedom below which noise of joint readings is not separated from that of the instrument."""
 HEAVY = 1e9
-"""Products of a Jacobian's columns from which on its factorisation takes long."""
+"""Number of products of Jacobian columns above which a factorisation takes long."""
 MIN_PART = 1e-3
-"""Part of what is left below which s counts as 0 where all rows state their own."""
+"""Share of the residual below which s counts as 0 if all rows state their own sigma."""
 ROUNDING_NOISE = Noise(1e-8, 1e-8)
-"""Below this a fit leaves only rounding, and the stated values are kept."""
+"""Residuals below this [m or rad] are rounding; the stated values are kept."""
 
 
 class StatedNoise(Enum):
-    """How much of the noise the rows bring themselves."""
+    """How many rows state their own standard deviation."""
 
     NONE = 0
     SOME = 1
@@ -62,9 +62,9 @@ def given_by_rows(problem: Problem) -> StatedNoise:
 
 
 def stated(problem: Problem) -> Noise | None:
-    """Root mean square of the standard deviations that rows bring themselves, per channel.
+    """Root mean square of the standard deviations that rows state, per channel.
 
-    NaN for rotations that nobody measured; None where a component brings none, or no positions were measured.
+    NaN for rotations that were not measured; None if a component has none, or no positions were measured.
     """
     straight, turned, _ = channels(problem)
     if given_by_rows(problem) is not StatedNoise.ALL or not straight.any():
@@ -75,9 +75,10 @@ def stated(problem: Problem) -> Noise | None:
 
 
 def from_repeats(data: Dataset) -> Noise | None:
-    """Pooled scatter of positions and rotations measured several times at the same joints.
+    """Pooled scatter of positions and rotations measured several times at the same joint positions.
 
-    Rows without a pose, or copied to the last digit from another, say nothing of noise and are left out.
+    Rows without a pose, or copied to the last digit from another, carry no information on noise and are
+    ignored.
     """
     if data.position is None or data.rotation is None:
         return None
@@ -102,10 +103,9 @@ def from_repeats(data: Dataset) -> Noise | None:
 
 
 def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
-    """Root mean square of what is left at x, per channel; None where that is rounding or nothing is left.
+    """Root mean square of the residual at x, per channel; None if it is rounding.
 
-    The share of the rows that went into the parameters is the trace of the hat matrix, so that what a prior
-    already knew costs nothing.
+    Degrees of freedom follow from the trace of the hat matrix, so that prior knowledge costs none.
     """
     share = _spare_share(problem, x, factor)
     if share is None:
@@ -125,9 +125,9 @@ def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | N
 
 
 def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
-    """The s of every channel at x: what is left beyond what the rows state; None where that is unknown.
+    """s of every channel at x: the residual beyond what the rows state; None where it is unknown.
 
-    That of rows which state nothing is the root mean square of what is left (`of_residual`).
+    For rows that state nothing it is the root mean square of the residual (`of_residual`).
     """
     if not (problem.own_sigma > 0.0).any():
         return of_residual(problem, x, factor)
@@ -143,7 +143,7 @@ def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor |
 
 
 def components(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
-    """The same with the noise of joint readings, if the rows show any beyond doubt (`joint_readings`)."""
+    """The same with noise of joint readings, if the rows clearly show any (`joint_readings`)."""
     white, share = beyond_stated(problem, x, factor), _spare_share(problem, x, factor)
     if white is None or share is None or share * problem.count < ENOUGH_SPARE:
         return white
@@ -152,7 +152,7 @@ def components(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | No
 
 
 def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) -> float:
-    """The s for which squared residuals with variances own + s² are most likely; 0 if own explain them."""
+    """The most likely s for variances own + s²; 0 if own suffices."""
 
     def cost(log_s: float) -> float:
         variance = own + np.exp(2.0 * log_s)
@@ -170,19 +170,19 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
 
 
 def channels(problem: Problem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Components of position, of rotation, and of tilts beside them that were measured."""
+    """Components of position, of rotation, and of additional tilts that were measured."""
     live, turned, tilts = problem.inverse_sigma > 0.0, problem.component_channels, problem.tilted_components
     return live & ~turned, live & turned & ~tilts, live & tilts
 
 
 def _spare_share(problem: Problem, x: np.ndarray, factor: Factor | None) -> float | None:
-    """Share of the components that did not go into parameters; None where none is left."""
+    """Degrees of freedom as a share of the components; None if none is left."""
     free = problem.count - effective_parameters(problem, factor_at(problem, x) if factor is None else factor)
     return None if free < 1.0 else max(free / problem.count, 0.02)
 
 
 def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
-    """Factorisation of a problem's Jacobian, the prior's rows included, block by block."""
+    """Factorisation of a problem's Jacobian, rows of the prior included, block by block."""
     is_held = problem.deviation is not None  # else some constants are likely to do the same
     if is_held and problem.size * len(problem.names) ** 2 > HEAVY:
         found = factorise_products(inner_products(problem, x), problem.units)
@@ -192,12 +192,12 @@ def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
 
 
 def effective_parameters(problem: Problem, factor: Factor) -> float:
-    """Trace of the hat matrix of the measured rows: parameters that they, and not a prior, determine."""
+    """Trace of the hat matrix of the measured rows: the number of parameters that they determine."""
     known = 0.0 if problem.prior is None else float(((problem.prior @ factor.root) ** 2).sum())
     return factor.rank - known
 
 
 def with_alike_readings(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:
-    """The same where joints scatter for certain, each as much as the others."""
+    """The same where joint readings certainly scatter, all with equal noise."""
     share = _spare_share(problem, x, None) or 1.0
     return alike_readings(problem, problem.physical(problem.residual(x)) / np.sqrt(share))

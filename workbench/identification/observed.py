@@ -1,9 +1,9 @@
-"""What the rows of a fit showed of the tool, for the record of its calibration (`arm/calibration_record.py`).
+"""Observability of the tool in a fit, for the record of its calibration (`arm/calibration_record.py`).
 
-By rows: twists of the tool, in axes of the base and in its own, that change no measured number are not seen
-(a point shows no rotation, two markers none about their line, a plane nothing along itself). By covariance:
-how far the uncertainty of what was identified moves tool and flange at the measured poses; positions up to a
-motion of them all, which is where the base stands.
+From the rows: twists of the tool, in base axes and in its own, that change no measured number are
+unobservable (a point shows no rotation, two markers none about their line, a plane no motion along itself).
+From the covariance: how far the uncertainty of the identified constants moves tool and flange at the measured
+poses; positions up to a common rigid motion, which is where the base stands.
 """
 
 from typing import TYPE_CHECKING
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from workbench.identification.fit import Fit
 
 LEVER = 0.1
-"""Length at which a turn of the tool counts like a displacement [m]."""
+"""Lever that converts rotations of the tool to displacements [m]."""
 IDLE = 0.1
-"""Share of the errors of a nominal arm that a constant without consequences may cause."""
+"""Share of a nominal arm's error below which a constant has no consequences."""
 SEEN = 1e-6
-"""Share of the information on the best direction from which on a direction is seen."""
+"""Minimum information on a direction, relative to the best one, for it to be observable."""
 
 
 def observed_by(fit: "Fit") -> Observed:
-    """What the rows of a fit showed."""
+    """Observability of the tool in a fit."""
     position, rotation = _directions(fit)
     rows = some_of(fit.problem.data.q)
     motion = Motion.of(fit.problem.data).take(rows)
@@ -41,7 +41,7 @@ def observed_by(fit: "Fit") -> Observed:
 
 
 def idle_constants(fit: "Fit") -> frozenset[str]:
-    """Poorly determined constants whose uncertainty, with what goes along with it, hardly moves the tool."""
+    """Poorly determined constants whose uncertainty, with its correlations, hardly moves the tool."""
     wanted = [k for k, p in enumerate(fit.parameters) if p.text in fit.poorly_determined]
     if not wanted:
         return frozenset()
@@ -54,7 +54,7 @@ def idle_constants(fit: "Fit") -> frozenset[str]:
 
 
 def _expected(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
-    """How far the covariance moves the tool or the flange."""
+    """Displacement of tool or flange due to the covariance."""
     poses, twists, places = fit_twists(fit, motion, at_flange=at_flange)
     value, vectors = np.linalg.eigh(fit.covariance[np.ix_(places, places)])
     moved = twists @ (vectors * np.sqrt(np.maximum(value, 0.0)))
@@ -65,8 +65,8 @@ def _expected(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
 def fit_twists(
     fit: "Fit", motion: Motion, *, at_flange: bool = False
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 k"], list[int]]:
-    """Poses of the tool, or the flange, of a fit's arm in its first session, its twist for each unknown that
-    moves it, and the places of these in x."""
+    """Poses of the tool, or the flange, of a fit's arm in its first session, its twist per unknown that moves
+    it, and the indices of these unknowns in x."""
     problem = fit.problem
     session = problem.data.sessions[0]
     arm = problem.robot_at(fit.x).in_session(session)
@@ -82,7 +82,7 @@ def fit_twists(
 def _sizes(
     poses: Float[np.ndarray, "rows 4 4"], moved: Float[np.ndarray, "rows 6 k"]
 ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
-    """Root mean squares of each column's displacements, but for a motion of them all, and of its turns."""
+    """Root mean squares of each column's displacements, less a common rigid motion, and of its rotations."""
     rigid = np.concatenate([np.tile(np.eye(3), (len(poses), 1, 1)), -se3.skew(poses[:, :3, 3])], axis=2)
     basis, field = np.linalg.qr(rigid.reshape(-1, 6))[0], moved[:, :3].reshape(3 * len(poses), moved.shape[2])
     left = field - basis @ (basis.T @ field)
@@ -91,7 +91,7 @@ def _sizes(
 
 
 def _directions(fit: "Fit") -> tuple[int, int]:
-    """How many directions of the tool's position and of its orientation change a measured number."""
+    """Number of directions of the tool's position and orientation that are observable."""
     problem, x = fit.problem, fit.x
     information = np.zeros((2, 6, 6))
     for block in problem.blocks:
@@ -112,7 +112,7 @@ def _position(information: Float[np.ndarray, "6 6"]) -> Matrix3:
 
 
 def _rotation(information: Float[np.ndarray, "6 6"]) -> Matrix3:
-    """What is known of orientations where positions are not."""
+    """Uncertainty of orientations where positions are unknown."""
     cross = information[3:, :3]
     return information[3:, 3:] - cross @ np.linalg.pinv(information[:3, :3], rcond=SEEN) @ cross.T
 

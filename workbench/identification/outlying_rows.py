@@ -1,13 +1,13 @@
-"""Rows that no model of the arm explains: mis-seated targets, mistyped numbers. They are excluded and named.
+"""Outliers: rows that no model of the arm explains, such as mis-seated targets or mistyped numbers.
 
-Positions, rotations, and tilts beside them are judged apart, each compared with what the typical row leaves
-(the median, so that up to half may be wrong), leverage taken into account: a row that was fitted leaves less
-than it was off, one that was not leaves more.
+Positions, rotations and additional tilts are judged separately, each compared with the median residual (up to
+half of the rows may be wrong) with leverage taken into account: residuals of fitted rows are smaller than
+their errors, those of other rows larger.
 
-By default those rows are set apart and all others count as they are. Or iteratively reweighted least squares
-by whole rows: a row's weight follows from its standardised
-residual under Huber's or Tukey's function, with the scale from the median; the fit is repeated until the
-weights converge. Uncertainties then come from the reweighted problem's own factorisation.
+By default outliers are excluded and all other rows have full weight. Alternatively, iteratively reweighted
+least squares: a row's weight follows from its standardised residual under Huber's or Tukey's function, with
+the scale from the median; the fit is repeated until the weights converge. Uncertainties then come from the
+factorisation of the reweighted problem.
 
 Source: Holland, Welsch, Robust regression using iteratively reweighted least-squares, 1977.
 """
@@ -30,7 +30,7 @@ BIWEIGHT = 4.685
 
 
 class Loss(StrEnum):
-    """How residuals are counted."""
+    """Loss function of the residuals."""
 
     SET_APART = "set-apart"
     SQUARES = "squares"
@@ -52,15 +52,15 @@ def row_weights(standardised: Float[np.ndarray, " rows"], loss: Loss) -> Float[n
 
 
 LEVEL = 0.01
-"""Chance of calling any row of clean normal data an outlier."""
+"""Probability of calling any row of clean normal data an outlier."""
 MIN_OUTLIER_RATIO = 4.0
-"""… and it must be off by this many times the typical row, at least,"""
+"""… and an outlier must exceed the median by at least this factor,"""
 BEYOND = 3.0
-"""… and by this many times what nine rows in ten keep: real errors have longer tails than normal ones."""
+"""… and the 90 % quantile by this factor: real errors have longer tails than normal ones."""
 TOLERANCE = 0.05
 """Change of the weights that ends a robust fit."""
 ROBUST_ROUNDS = 8
-"""Rounds of the robust fit with which the search for outliers begins."""
+"""Number of robust rounds with which the search for outliers starts."""
 
 
 def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
@@ -94,7 +94,7 @@ def find_outliers(
     Args:
         problem: All rows that may be used.
         x: Fit to some of them.
-        fitted: Which.
+        fitted: Which of them.
         factor: Factorisation of the Jacobian of those; None to leave leverage out.
     """
     sizes = row_sizes(problem, x, fitted, root=None if factor is None else factor.root)
@@ -108,11 +108,11 @@ def row_sizes(
     *,
     root: Float[np.ndarray, "p r"] | None = None,
 ) -> Float[np.ndarray, "rows 3"]:
-    """What every row leaves in its channels, in stated standard deviations; 0 where not measured.
+    """Residual of every row in its channels, in stated standard deviations; 0 where not measured.
 
     Args:
         x: A fit to some of them.
-        fitted: Which.
+        fitted: Which of them.
         root: Square root of the covariance of x; None to leave leverage out.
     """
     room, residual = np.ones(problem.size), np.empty(problem.size)
@@ -137,20 +137,20 @@ def _triangular(root: Float[np.ndarray, "p r"]) -> Float[np.ndarray, "p p"]:
 
 
 def _leverage(jacobian: Float[np.ndarray, "m p"], root: Float[np.ndarray, "p p"]) -> Float[np.ndarray, " m"]:
-    """Diagonal of J C Jᵀ by the triangular root of C; the Jacobian is lost."""
+    """Diagonal of J C Jᵀ from the triangular root of C; overwrites the Jacobian."""
     whitened = blas.dtrmm(1.0, root, jacobian.T, trans_a=1, lower=1, overwrite_b=1)
     return np.einsum("pm,pm->m", whitened, whitened)
 
 
 def limits(sizes: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, " 3"]:
-    """Sizes beyond which a row stands out from these ones."""
+    """Sizes above which a row stands out."""
     tail = BEYOND * np.quantile(sizes, 0.9, axis=0)
     chance = np.sqrt(special.chdtri(3, LEVEL / len(sizes)) / special.chdtri(3, 0.5))
     return np.maximum(tail, max(chance, MIN_OUTLIER_RATIO) * _typical(sizes))
 
 
 def _typical(sizes: np.ndarray) -> np.ndarray:
-    """Size of the typical row in each channel; next to nothing in one that nobody measured."""
+    """Median size in each channel; next to 0 where nothing was measured."""
     return np.array([max(np.median(s[s > 0.0]), 1e-300) if (s > 0.0).any() else 1e-300 for s in sizes.T])
 
 

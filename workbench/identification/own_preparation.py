@@ -1,4 +1,4 @@
-"""How rows of an instrument of another package are prepared, where they decide what they may identify."""
+"""Preparation of rows of an instrument from another package, where it decides what the rows may identify."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,7 +19,7 @@ from workbench.identification.problem import Noise, Problem
 from workbench.report.json import Json
 
 Seek = Callable[[Robot, Problem, np.ndarray], tuple[AbstractEffect, ...]]
-"""Finds the effects of an arm that a problem's answer leaves unexplained."""
+"""Searches for effects that a problem's solution leaves unexplained."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -28,13 +28,13 @@ class AbstractIdentifiability(ABC):
 
     Args:
         title: What is identified, such as "joint zeros".
-        refused: Why the arm stays as it was; "" where something of it was identified.
-        advice: What to measure next; "" where nothing has to be.
-        uncertainty: Of the tool's position [m] and orientation [rad] from what was identified.
+        refused: Why nothing of the arm was identified; "" if something was.
+        advice: What to measure next; "" if nothing is needed.
+        uncertainty: Of the tool's position [m] and orientation [rad] due to the identified constants.
         notes: The decisions and the noise, one sentence each.
-        doubts: What was given of the instrument and is contradicted by the rows.
-        actual: How readings scatter, where all were weighed alike.
-        considered: Constants that stay nominal though they are uncertain.
+        doubts: Given properties of the instrument that the rows contradict.
+        actual: Actual scatter of the readings, where all were weighted equally.
+        considered: Uncertain constants that were held at nominal.
     """
 
     title: str
@@ -48,15 +48,15 @@ class AbstractIdentifiability(ABC):
 
     @abstractmethod
     def found(self, fit: Fit) -> Iterator[str]:
-        """Sentences on what a fit found of arm and instrument."""
+        """Sentences on the identified arm and instrument."""
 
     @abstractmethod
     def json(self, fit: Fit) -> Json:
-        """The same and the decisions, as entries of the result's own."""
+        """These findings and the decisions, as entries of the JSON result."""
 
 
 class AbstractPreparation(ABC):
-    """Rows with such readings: what is done with them between their choice and the first search."""
+    """Steps for rows with such readings, between their selection and the first search."""
 
     name: ClassVar[str]
     """What the rows are called, such as "pictures"."""
@@ -67,11 +67,12 @@ class AbstractPreparation(ABC):
 
     @abstractmethod
     def contradicted(self, robot: Robot, data: Dataset) -> Mapping[int, str]:
-        """Rows that contradict their joints, with the reason, before any are held out: places in the data."""
+        """Rows that contradict their joint readings, with the reason, before any are held out: indices into
+        the data."""
 
     @abstractmethod
     def suited(self, robot: Robot, data: Dataset) -> Dataset:
-        """The rows to fit; those that are of no use kept out with the reason."""
+        """The rows to fit; unsuitable ones are excluded with the reason."""
 
     @abstractmethod
     def decide(
@@ -93,11 +94,11 @@ class AbstractPreparation(ABC):
 
     @abstractmethod
     def comparable(self, held: Dataset, fitted: Dataset) -> Dataset:
-        """Held-out rows; those that show nothing of what the fitted ones show kept out with the reason."""
+        """Held-out rows; those that share nothing with the fitted ones are excluded with the reason."""
 
     @abstractmethod
     def noise_left(self, problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:
-        """The noise that an answer leaves."""
+        """Noise estimated from the residuals of a solution."""
 
 
 PREPARATIONS: Registry[AbstractPreparation] = Registry(
@@ -106,7 +107,7 @@ PREPARATIONS: Registry[AbstractPreparation] = Registry(
 
 
 def preparation_of(data: Dataset) -> AbstractPreparation | None:
-    """The preparation that these rows need, if they have readings of another package."""
+    """The preparation that these rows need, if their readings are defined by another package."""
     if data.readings is None:
         return None
     return next((p for p in PREPARATIONS.values() if isinstance(data.readings, p.readings)), None)

@@ -15,7 +15,7 @@ class Judged:
     """Rows of an identification, judged.
 
     Args:
-        check: Which of them keep what is wanted.
+        check: Which of them meet the requirement.
         rows: Their numbers in the file.
         held_out: Whether they were held out; else they are the fitted ones.
     """
@@ -26,19 +26,18 @@ class Judged:
 
     @property
     def failed(self) -> list[int]:
-        """Numbers of the rows that don't keep it."""
+        """Numbers of the rows that exceed it."""
         return self.rows[self.check.judged & ~self.check.passed].tolist()
 
     @property
     def where(self) -> str:
-        """Which rows, for people."""
         return "held-out rows" if self.held_out else "fitted rows (none were held out)"
 
     @property
     def verdict(self) -> str:
         count = int(self.check.judged.sum())
         if not count:
-            return "Not judged: no positions were measured"
+            return "No verdict: no positions were measured"
         if not self.failed:
             return f"✓ Meets {self.check.text} on all {count} {self.where}"
         text = "misses" if len(self.failed) == 1 else "miss"
@@ -46,9 +45,9 @@ class Judged:
 
 
 def judge(result: Identification, wanted: Wanted, *, run: Run | None = None) -> Judged:
-    """Assess a run, the best one if none is given, against the required error.
+    """Compare a run, the best one if none is given, with the required error.
 
-    Held-out rows are judged by an arm that did not see them.
+    Held-out rows are judged by an arm that was not fitted to them.
     """
     run = result.best if run is None else run
     held_out = len(result.held_out_data) > 0

@@ -41,22 +41,22 @@ from workbench.identification.row_selection import (
 from workbench.plate.region import Region
 
 MIN_HELD_OUT_PER_PLACE = 6
-"""Held-out rows needed to find an anchor's place and still show the arm's error: twice its three unknowns."""
+"""Minimum number of held-out rows to locate an anchor and judge the arm: twice its three unknowns."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Prepared:
-    """A problem that is ready to be searched, and the rows on which its answer is judged.
+    """A problem ready to be solved, and the rows on which its solution is judged.
 
     Args:
         train_rows: Rows to fit, indices into data.
-        held_out_rows: Rows that were held out of them.
+        held_out_rows: Rows that were held out, indices into data.
         held: The held-out rows, which may come from another file.
-        excluded: Rows that are kept out altogether, with the reason.
+        excluded: Excluded rows, with the reason.
         aligned: The nominal arm with the best base and tool wherever those are free.
         problem: The whitened fitting problem on the rows to fit.
         new_sessions: Held-out sessions that no fitted row has; their base is found from their own rows.
-        identifiability: What of the arm the rows may identify; None where their readings don't decide it.
+        identifiability: What of the arm the rows may identify; None if the kind of reading sets no limit.
     """
 
     data: Dataset
@@ -75,7 +75,7 @@ class Prepared:
 
         Args:
             robot: The model.
-            instrument: Places of anchors, contacts or markers that were found with it [m].
+            instrument: Places of anchors, contacts or markers identified with it [m].
         """
         fitted, held = self.problem.data, self.held
         readings = None if fitted.readings is None else fitted.readings.joined(held.readings)
@@ -95,14 +95,14 @@ class Prepared:
 
     @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
-        """Errors of the aligned nominal arm: fitted rows, held-out rows."""
+        """Errors of the aligned nominal arm on fitted and on held-out rows."""
         return self.errors(
             self.aligned, instrument_places(self.aligned, self.problem.data, known=self.problem.known)
         )
 
     @property
     def shown_noise(self) -> Noise:
-        """What weights the rows, with the sigma that they state; NaN for rotations that nobody measured."""
+        """The noise model, stated sigmas included; NaN for rotations that were not measured."""
         typical = self.problem.typical_noise
         return (
             typical
@@ -132,7 +132,7 @@ def prepare(
     seek: Seek | None = None,
     held_rows: Collection[int] | None = None,
 ) -> Prepared:
-    """Everything before the algorithms run; arguments as in `identify`, except:
+    """All steps before the algorithms run; arguments as in `identify`, except:
 
     Args:
         held_rows: Numbers of the rows to hold out, in place of drawing them by `choices`.
@@ -146,7 +146,7 @@ def prepare(
     check_enough(robot, rows.fitted, unknown)
     own = preparation_of(rows.fitted)
     rows = rows if own is None else _suited(robot, rows, own)
-    progress(0.25, "deciding about base and tool")
+    progress(0.25, "deciding whether base and tool are free")
     frames = _framed(robot, rows.fitted, choices, free=free, effects=tuple(effects), prior=prior)
     build = partial(
         Problem.build, frames=frames.freedom, bounds=bounds, known=dict(choices.known), effects=effects
@@ -154,7 +154,7 @@ def prepare(
     if own is None:
         built, identifiability = build(frames.robot, rows.fitted, free=free, noise=choices.noise), None
     else:
-        progress(0.5, f"weighing what {own.name} may identify")
+        progress(0.5, f"deciding what {own.name} can identify")
         built, identifiability = own.decide(frames.robot, rows.fitted, free=free, build=build, seek=seek)
     problem, decisions = _weighed(built, prior, choices.noise, identifiability)
     judging, new_sessions, judging_notes = _judging(rows, own, problem, frames, choices)
@@ -173,11 +173,11 @@ def prepare(
 
 
 class _Rows(NamedTuple):
-    """Rows that were chosen, and their indices in the data.
+    """Chosen rows and their indices in the data.
 
     Args:
-        held: Held-out ones, which may come from another file; then they have no place in the data.
-        excluded: Rows that are kept out altogether, with the reason.
+        held: Held-out rows; those from another file have no index in the data.
+        excluded: Excluded rows, with the reason.
     """
 
     fitted: Dataset
@@ -189,7 +189,7 @@ class _Rows(NamedTuple):
 
 
 def _chosen(robot: Robot, data: Dataset, choices: FitChoices, held_rows: Collection[int] | None) -> _Rows:
-    """The rows that the choices leave, divided."""
+    """The chosen rows, divided into fitted and held-out ones."""
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
     used, other = data.take(rows), choices.held_out
     if (own := preparation_of(used)) is not None:
@@ -211,7 +211,7 @@ def _chosen(robot: Robot, data: Dataset, choices: FitChoices, held_rows: Collect
 
 
 def _free(robot: Robot, fitted: Dataset, choices: FitChoices) -> tuple[tuple[str, ...], list[str]]:
-    """Constants of the arm to identify, without a length that the rows can't show, and a note on that."""
+    """Constants of the arm to identify, without a length that the rows can't determine, and a note on it."""
     free = tuple(robot.default_free if choices.free is None else choices.free)
     length = scale_fixing_length(robot, fitted, free, dict(choices.known))
     if length is None:
@@ -221,7 +221,7 @@ def _free(robot: Robot, fitted: Dataset, choices: FitChoices) -> tuple[tuple[str
 
 
 def _suited(robot: Robot, rows: _Rows, own: AbstractPreparation) -> _Rows:
-    """The rows to fit that suit their readings; the others are kept out."""
+    """The rows that are suitable for their kind of reading; the others are excluded."""
     suited = own.suited(robot, rows.fitted)
     fitted, train_rows, lost = _in_use(suited, rows.train_rows)
     return rows._replace(
@@ -241,7 +241,8 @@ def _framed(
     effects: tuple[str, ...],
     prior: Prior | None,
 ) -> FrameChoice:
-    """Which frames are free, and the arm with the best of them; level if the base is known to be so."""
+    """Which frames are free, and the arm aligned with them; levelled if gravity is known in the measuring
+    frame."""
     found = choose_frames(
         robot,
         fitted,
@@ -261,13 +262,13 @@ def _framed(
 def _weighed(
     problem: Problem, prior: Prior | None, noise: Noise | None, decided: AbstractIdentifiability | None
 ) -> tuple[Problem, list[str]]:
-    """The problem with what an older calibration knows, weighted by its noise or as the readings decided."""
+    """The problem with prior knowledge, weighted by its noise or as the kind of reading requires."""
     if not problem.names:
-        raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
+        raise OptionError("nothing is free to identify; free a constant of the arm, its base or its tool")
     notes = []
     if prior is not None:
         shared = sum(name in problem.names for name in prior.names)
-        notes.append(f"prior knowledge of {plural(shared, 'constant')} from an older calibration")
+        notes.append(f"prior knowledge of {plural(shared, 'constant')} from an earlier calibration")
         problem = prior.on(problem)
     progress(0.75, "estimating the noise")
     if decided is not None:
@@ -279,7 +280,7 @@ def _weighed(
 def _judging(
     rows: _Rows, own: AbstractPreparation | None, problem: Problem, frames: FrameChoice, choices: FitChoices
 ) -> tuple[_Rows, tuple[str, ...], list[str]]:
-    """Held-out rows that can be judged, their sessions that no fitted row has, and notes."""
+    """Held-out rows that can be judged, those of their sessions without fitted rows, and notes."""
     is_same_file = not isinstance(choices.held_out, Dataset)
     rows, notes = _comparable(rows, own, problem.data, is_same_file=is_same_file)
     held, placing = _placeable(rows.held, {**choices.known, **dict.fromkeys(problem.names, 0.0)})
@@ -288,8 +289,8 @@ def _judging(
     if not (new and len(held) and frames.freedom.base) or Sessions(choices.frames) is Sessions.SHARED:
         return rows._replace(held=held), (), notes
     notes.append(
-        f"held-out session {', '.join(new)}: the base's pose was found from its own rows, the arm from the "
-        "others"
+        f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of the "
+        "other sessions"
     )
     return rows._replace(held=held), new, notes
 
@@ -297,7 +298,7 @@ def _judging(
 def _comparable(
     rows: _Rows, own: AbstractPreparation | None, fitted: Dataset, *, is_same_file: bool
 ) -> tuple[_Rows, list[str]]:
-    """Held-out rows that can be compared with the fitted rows in their final form, and notes on them."""
+    """Held-out rows that can be compared with the fitted rows, and notes on the others."""
     if own is None or preparation_of(rows.held) is not own:
         return rows, []
     comparable = own.comparable(rows.held, fitted)
@@ -307,7 +308,7 @@ def _comparable(
     if is_same_file:
         return judging._replace(excluded=(*rows.excluded, *lost)), notes
     if lost:
-        notes.append(f"{plural(len(lost), 'held-out row')} left out: {lost[0][1]}")
+        notes.append(f"{plural(len(lost), 'held-out row')} ignored: {lost[0][1]}")
     return judging, notes
 
 
@@ -317,7 +318,7 @@ def _divided(used: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.
 
 
 def _in_use(data: Dataset, places: np.ndarray) -> tuple[Dataset, np.ndarray, list[tuple[int, str]]]:
-    """Rows still included, their indices (none for another file's), and the excluded rows with the reason."""
+    """Rows still included, their indices (none for another file's), and excluded rows with the reason."""
     keep = data.included
     if data.reason is None or keep.all():
         return data, places, []
@@ -326,14 +327,14 @@ def _in_use(data: Dataset, places: np.ndarray) -> tuple[Dataset, np.ndarray, lis
 
 
 def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
-    """Held-out rows of another file, chosen as the fitted ones are."""
+    """Held-out rows of another file, selected like the fitted ones."""
     robot.check_joints(data.q, data.source)
     data = with_drivers(robot, checked(robot, data))
     return data.take(choose_rows(robot, data, {}, region)[0])
 
 
 def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list[str]]:
-    """Held-out rows whose anchors and contacts are known or can be found from these rows, and notes."""
+    """Held-out rows whose anchors and contacts are known or can be located from these rows, and notes."""
     keep = placed(held, known)
     notes: list[str] = []
     if keep.all():
@@ -343,12 +344,12 @@ def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list
     _, label, count = np.unique(np.array(columns), axis=1, return_inverse=True, return_counts=True)
     enough = count[label.ravel()] >= MIN_HELD_OUT_PER_PLACE
     keep[other[enough]] = True
-    strange = "held-out rows name anchors or contacts that no fitted row has"
+    strange = "held-out rows use anchors or contacts that no fitted row uses"
     if enough.any():
-        where = "their places were found from these rows, the arm from the others"
+        where = "they were located from these rows, the arm was fitted to the others"
         notes.append(f"{int(enough.sum())} {strange}: {where}")
     if not enough.all():
-        notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; left out")
+        notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; ignored")
     return held.take(keep), notes
 
 
@@ -356,7 +357,7 @@ def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
     """The problem whitened by the given noise, else the scatter of repeats, else the residuals of a fit."""
     own = noises.given_by_rows(problem)
     turned = problem.sees_rotation
-    on_top = ", on top of what rows state" if own is not noises.StatedNoise.NONE else ""
+    on_top = ", plus that stated per row" if own is not noises.StatedNoise.NONE else ""
     if noise is not None:
         return _with_tilts(problem, noise), f"noise as given: {_noise_text(noise, turned)}{on_top}"
     repeats = noises.from_repeats(problem.data) if own is noises.StatedNoise.NONE else None
@@ -367,7 +368,7 @@ def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
         left = noises.beyond_stated(problem, search.x)
         if left is None:
             text = _noise_text(problem.noise, turned)
-            return problem, f"the fit leaves no residual to estimate the noise from; assuming {text}{on_top}"
+            return problem, f"no residual is left to estimate the noise from; assuming {text}{on_top}"
         pairs = zip((*left[:2], left.tilt), (*problem.noise[:2], problem.noise.tilt), strict=True)
         converged = all(np.isclose(new, old, rtol=0.2, atol=0.0) for new, old in pairs)
         problem = problem.with_noise(left)
@@ -375,17 +376,17 @@ def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
             break
     nothing_more = (0.0, 0.0 if turned else problem.noise.rotation)
     if own is noises.StatedNoise.ALL and problem.noise[:2] == nothing_more:
-        return problem, "noise as the file states it row by row"
+        return problem, "noise as stated per row"
     text = _noise_text(problem.noise, turned)
     if own is noises.StatedNoise.NONE:
-        return problem, f"the rows are weighted by the residuals of the geometry alone: {text}"
+        return problem, f"noise estimated from the residuals of the geometric fit: {text}"
     floor = noises.stated(problem)
     base = f" ({_noise_text(floor, turned)})" if floor is not None else ""
-    return problem, f"noise as the file states it row by row{base}, and {text} more that the fit leaves"
+    return problem, f"noise as stated per row{base}, plus {text} of model error estimated from the residuals"
 
 
 def _with_tilts(problem: Problem, noise: Noise) -> Problem:
-    """The problem with known noise; that of tilts beside other observations is estimated by a fit."""
+    """The problem with known noise; that of additional inclinometers is estimated by a fit."""
     problem = problem.with_noise(noise)
     if not problem.tilted_components.any():
         return problem

@@ -1,12 +1,11 @@
 """Prior knowledge from one calibration for the next, in information form: zero where nothing was observed.
 
-A covariance can't say "unknown"; its inverse can, with a zero. Unknowns that do not carry over (frames,
-instruments, a joint that was replaced) are eliminated by the Schur complement, so that what was known only
-together with them is not taken for known.
+A covariance can't represent "unknown"; its inverse can, with a zero. Unknowns that do not carry over (frames,
+instruments, a joint that was replaced) are eliminated by the Schur complement, so that knowledge correlated
+with them is discounted.
 
 It is written with every result and read by the next calibration. Base, tool and the places of instruments are
-left out, as the arm may stand elsewhere by now; so is a joint that was replaced, and a few poses find it
-again.
+omitted, as the arm may have been moved; so is a replaced joint, which a few poses identify again.
 """
 
 import json
@@ -30,8 +29,8 @@ class Prior:
     """Knowledge of some constants of an arm.
 
     Args:
-        values: What they were found to be [rad or m].
-        information: Inverse covariance [1/rad², 1/m²], singular where a combination was not seen.
+        values: Identified values [rad or m].
+        information: Inverse covariance [1/rad², 1/m²], singular where a combination was not observable.
     """
 
     names: tuple[str, ...]
@@ -40,14 +39,14 @@ class Prior:
 
     @classmethod
     def of(cls, fit: Fit) -> "Prior":
-        """What a fit knows of the arm's constants, whatever its frames and instruments were."""
+        """Knowledge of the arm's constants from a fit, frames and instruments marginalised."""
         information = fit.rows_factor.information() / max(fit.variance_factor, 1e-300)
         everything = cls(fit.problem.names, fit.x, information)
         geometry = {p.name for p in fit.parameters if p.is_geometry}
         return everything.keep(lambda name: name in geometry)
 
     def keep(self, wanted: Callable[[str], bool]) -> "Prior":
-        """Knowledge of the wanted constants, the others being unknown."""
+        """Knowledge of the given constants; the others become unknown."""
         kept = [i for i, name in enumerate(self.names) if wanted(name)]
         lost = [i for i, name in enumerate(self.names) if not wanted(name)]
         a = self.information
@@ -60,7 +59,7 @@ class Prior:
         )
 
     def on(self, problem: Problem) -> Problem:
-        """A problem with this knowledge of its unknowns, beside what it knows already."""
+        """A problem with this knowledge added to its prior."""
         shared = self.keep(lambda name: name in problem.names)
         if not shared.names:
             raise OptionError("the prior knowledge covers none of the constants identified here")
@@ -68,7 +67,7 @@ class Prior:
 
     @property
     def whitening(self) -> Float[np.ndarray, "k k"]:
-        """W with Wᵀ W = information; rows of zeros where nothing is known."""
+        """W with Wᵀ W = information; zero rows along unknown directions."""
         eigenvalue, vectors = np.linalg.eigh(self.information)
         return (vectors * np.sqrt(np.maximum(eigenvalue, 0.0))).T
 
@@ -90,11 +89,11 @@ def prior_json(fit: Fit) -> dict[str, Any]:
 
 
 def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
-    """What an older calibration of the same robot knows.
+    """Knowledge from an earlier calibration of the same robot.
 
     Args:
         path: A result that `identify --json` wrote.
-        renew: Joints of which nothing is known any more, counted from 1.
+        renew: Joints whose constants are unknown again, counted from 1.
     """
     wanted = "the file that 'workbench identify --json' wrote"
     content = read_bytes(path, wanted=wanted, maximum=LARGEST_FILE)
@@ -110,9 +109,9 @@ def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
         raise FileError(f"names {count} constants, but not as many numbers for them", path=str(path))
     for joint in renew:
         if not any(name.startswith(f"joint{joint}.") for name in names):
-            raise OptionError(f"{path}: nothing is known of joint {joint}, so it can't be renewed")
+            raise OptionError(f"{path}: has no knowledge of joint {joint}, so it can't be marked as replaced")
     gone = tuple(f"joint{joint}." for joint in renew)
     prior = Prior(names, values, information).keep(lambda name: not name.startswith(gone))
     if not prior.names:
-        raise OptionError(f"{path}: no prior knowledge of the arm remains")
+        raise OptionError(f"{path}: contains no prior knowledge of the remaining constants")
     return prior

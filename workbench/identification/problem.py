@@ -1,7 +1,7 @@
 """One problem for all identifications: whitened residuals and their derivative in the unknowns.
 
-Rows are split into blocks that share a session and an observation. In every block the chain is evaluated
-once; its twists times the observation's derivative give the block's part of the identification Jacobian.
+Rows are split into blocks that share a session and an observation. The chain is evaluated once per block; its
+twists times the observation's derivative give the block's part of the identification Jacobian.
 Unknowns x are absolute values [rad or m]: constants of the arm, coefficients of its effects [SI], constants
 of the frames (per session where they differ), and of the instrument (anchors, contacts, markers).
 """
@@ -42,11 +42,12 @@ from workbench.identification.problem_blocks import (
 )
 
 WELL_KNOWN = 10.0
-"""Standard deviations of prior knowledge that count as one natural unit, so that it is always seen."""
+"""Natural unit in standard deviations of the prior, for constants that are always observable because of
+it."""
 
 
 class LinearisedProblem(NamedTuple):
-    """A problem at one x.
+    """A problem linearised at one x.
 
     Args:
         residual: Whitened, measured minus predicted.
@@ -65,14 +66,15 @@ class Problem:
         robot: Nominal arm with the frames from which the search begins.
         data: Rows that are used.
         parameters: The unknowns.
-        noise: Standard deviations on top of those that rows bring themselves.
-        frames: What of base and tool is unknown.
-        bounded: Unknowns whose bounds the user gave.
+        noise: Standard deviations on top of the rows' own.
+        frames: Which parts of base and tool are unknown.
+        bounded: Unknowns with bounds given by the user.
         prior: Whitening matrix W of prior knowledge: W (x − centre) joins the residuals.
-        prior_centre: Where that knowledge says the unknowns are.
-        deviation: How far the arm's constants are expected from nominal [rad, m]; the last rows of `prior`.
+        prior_centre: Prior mean of the unknowns.
+        deviation: Prior standard deviation of the arm's constants about nominal [rad, m]; the last rows of
+            `prior`.
         row_weights: Factors of each row's residuals, from a robust loss.
-        facts: What is known of the instrument's unknowns.
+        facts: Constraints on the instrument's unknowns.
         known: Values of the instrument's unknowns that are known, such as `anchor[A].x` [m].
     """
 
@@ -104,18 +106,19 @@ class Problem:
         effects: Sequence[str] = (),
         inertia: bool = False,
     ) -> "Problem":
-        """Set up the problem of some rows.
+        """Set up the problem for some rows.
 
         Args:
-            robot: Nominal arm; its session frames are where the search begins.
+            robot: Nominal arm; the search starts at its session frames.
             free: Constants of the arm that are unknown; the robot's default ones if None.
-            frames: What of base and tool is unknown; nothing if None.
-            noise: Standard deviations [m], [rad] on top of those that rows bring themselves.
+            frames: Which parts of base and tool are unknown; none if None.
+            noise: Standard deviations [m], [rad] on top of the rows' own.
             bounds: Minimum and maximum value by name, for bounded algorithms.
             known: Values of the instrument's unknowns that are known, such as `anchor[A].x` [m].
             effects: Coefficients of the robot's effects that are unknown, such as `joint3.compliance`; the
-                others act as they are.
-            inertia: Whether the links' masses and centres are unknowns too, known as well as the robot says.
+            others keep their values.
+            inertia: Whether the links' masses and centres are unknowns too, with the robot's tolerances as
+                prior.
         """
         robot.check_joints(data.q, data.source)
         frames = frames or FrameFreedom()
@@ -126,7 +129,7 @@ class Problem:
         weighing = tuple(robot.inertia) if inertia else ()
         parameters += inertia_parameters(robot, weighing)
         watching = next(tilts_beside(data, kinds), None) is not None
-        bending = any(  # play asks for the load's side alone
+        bending = any(  # play depends on the sign of the load only
             e.loads and not e.has_play for e in robot.effects
         )
         standing = ((bool(weighing) and bending) or watching) and np.any(robot.gravity)
@@ -140,7 +143,7 @@ class Problem:
             if n not in known
         ]
         if bounds and (stray := set(bounds) - {p.name for p in parameters}):
-            raise OptionError(f"bounds name '{sorted(stray)[0]}', which is not identified here")
+            raise OptionError(f"bounds are given for '{sorted(stray)[0]}', which is not identified here")
         index = {p.name: i for i, p in enumerate(parameters)}
         shared = (frames, noise, index, unknown_start | known)
         blocks = build_blocks(robot, data, kinds, names, effects, weighing, standing, *shared)
@@ -177,12 +180,11 @@ class Problem:
 
     @cached_property
     def start(self) -> Float[np.ndarray, " p"]:
-        """Nominal values, where every search begins."""
+        """Nominal values, where every search starts."""
         return frozen(np.array([p.nominal for p in self.parameters]))
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
-        """Minimum and maximum values."""
         return (
             frozen(np.array([p.lower for p in self.parameters])),
             frozen(np.array([p.upper for p in self.parameters])),
@@ -194,7 +196,7 @@ class Problem:
         return tuple(p.name for p in self.parameters)
 
     def named(self, x: Float[np.ndarray, " p"]) -> dict[str, float]:
-        """The unknowns at x, or what x holds of each of them, by name."""
+        """The unknowns at x, or their entries in x, by name."""
         return dict(zip(self.names, x.tolist(), strict=True))
 
     def instrument(self, x: Float[np.ndarray, " p"]) -> dict[str, float]:
@@ -203,14 +205,14 @@ class Problem:
         return {p.name: values[p.name] for p in self.parameters if p.is_instrument}
 
     def at(self, found: Mapping[str, float]) -> Float[np.ndarray, " p"]:
-        """The unknowns where they were found, else where the search begins."""
+        """Values by name where given, else those of the start."""
         return np.array([found.get(p.name, p.nominal) for p in self.parameters])
 
     @cached_property
     def units(self) -> Float[np.ndarray, " p"]:
-        """What of each unknown changes the arm by 1 rad or 1 m: itself, or for a coefficient of an effect the
-        reciprocal of its law's largest value over the rows [unit of the unknown]. Of masses, which are known
-        beforehand, it is `WELL_KNOWN` of their standard deviations."""
+        """Natural unit of each unknown, which changes the arm by 1 rad or 1 m: of constants 1 rad or 1 m; of
+        coefficients the reciprocal of their law's maximum over the rows; of masses `WELL_KNOWN` prior
+        standard deviations."""
         largest: dict[str, float] = {}
         for deflected in (b.deflected for b in self.blocks if b.deflected is not None):
             for name, size in law_sizes(deflected.robot, deflected.motion, deflected.names).items():
@@ -225,7 +227,7 @@ class Problem:
 
     @cached_property
     def inertia_tolerance(self) -> dict[str, float]:
-        """Standard deviations of what acts through loads alone: masses, centres, angles of gravity."""
+        """Standard deviations of unknowns that act through loads only: masses, centres, angles of gravity."""
         angle, known = max(self.robot.mounting.gravity_tolerance, EXACT), self.robot.inertia_tolerance
         return {p.name: known.get(p.name, angle) for p in self.parameters if p.is_inertia}
 
@@ -236,7 +238,7 @@ class Problem:
 
     @cached_property
     def count(self) -> int:
-        """Number of components that were measured; those of hidden markers were not."""
+        """Number of measured components; hidden markers have none."""
         return int((self.inverse_sigma > 0.0).sum())
 
     @cached_property
@@ -251,13 +253,13 @@ class Problem:
 
     @cached_property
     def tilted_components(self) -> np.ndarray:
-        """True for those rotation components that inclinometers show beside other observations."""
+        """True for rotation components of inclinometers in addition to other observations."""
         tilts = [[c is Channel.TILT for c in b.observation.channels] * len(b.rows) for b in self.blocks]
         return frozen(np.concatenate([np.array(t, bool) for t in tilts]))
 
     @cached_property
     def sees_rotation(self) -> bool:
-        """Whether orientations were measured, tilts beside other observations apart."""
+        """Whether orientations were measured, apart from additional tilts."""
         return bool((self.component_channels & ~self.tilted_components).any())
 
     @cached_property
@@ -272,8 +274,8 @@ class Problem:
 
     @cached_property
     def typical_noise(self) -> Noise:
-        """Root mean square of all standard deviations, rows' own and joint readings' included; NaN for a
-        channel without any."""
+        """Root mean square of all standard deviations, joint readings included; NaN for a channel without
+        any."""
         if self.data.readings is not None:
             return self.noise
         live, turned = self.inverse_sigma > 0.0, self.component_channels
@@ -284,7 +286,7 @@ class Problem:
 
     @cached_property
     def own_sigma(self) -> Float[np.ndarray, " m"]:
-        """Standard deviation of each residual component that its row brings itself [m or rad]; 0 for none."""
+        """Standard deviation of each residual component stated by its row [m or rad]; 0 if it states none."""
         own = [own_sigma_of(self.data.take(b.rows), b.observation) for b in self.blocks]
         return frozen(np.concatenate([o.ravel() for o in own]))
 
@@ -304,8 +306,7 @@ class Problem:
     def pieces(
         self, x: Float[np.ndarray, " p"], *, only: Bool[np.ndarray, " p"] | None = None
     ) -> Iterator[tuple[RowBlock | None, LinearisedProblem]]:
-        """Whitened residual and Jacobian, or its columns of some unknowns only, block by block, the prior's
-        last, so that no large matrix stands."""
+        """Whitened residual and Jacobian, or some of its columns, block by block, the prior's last."""
         wanted = np.ones(len(x), bool) if only is None else only
         columns = np.where(wanted, np.cumsum(wanted) - 1, -1)
 
@@ -332,7 +333,7 @@ class Problem:
             jacobian[:, places[places >= 0]] = product[:, places >= 0]
 
     def cost_and_gradient(self, x: Float[np.ndarray, " p"]) -> tuple[float, Float[np.ndarray, " p"]]:
-        """½|r|² and its gradient −Jᵀr, without the Jacobian: each row's residual acts as a wrench."""
+        """½|r|² and its gradient −Jᵀr without the Jacobian: each row's residual acts as a wrench."""
         cost, work = 0.0, np.zeros(len(x))
         moved = in_order(lambda block: block.twists(x), self.blocks)
         for block, (poses, twists) in zip(self.blocks, moved, strict=True):
@@ -366,7 +367,7 @@ class Problem:
         return self.evaluate(x).jacobian
 
     def physical(self, whitened: Float[np.ndarray, " _"]) -> Float[np.ndarray, " m"]:
-        """Measured residual components in m and rad from whitened ones; without robust weights or prior."""
+        """Measured residual components in m and rad from whitened ones, without robust weights and prior."""
         parts = []
         for block in self.blocks:
             table = whitened[block.start : block.stop].reshape(block.inverse_sigma.shape)
@@ -388,11 +389,11 @@ class Problem:
     def with_prior(
         self, names: Sequence[str], values: Float[np.ndarray, " k"], whitening: Float[np.ndarray, "k k"]
     ) -> "Problem":
-        """The same problem with knowledge of some unknowns, beside what it knows of others already.
+        """The same problem with further knowledge of some unknowns.
 
         Args:
-            names: Unknowns that it speaks of.
-            values: What they were found to be [rad or m].
+            names: Unknowns concerned.
+            values: Prior mean [rad or m].
             whitening: W, so that W (x − values) has unit variance.
         """
         if missing := [n for n in names if n not in self.names]:
@@ -407,9 +408,9 @@ class Problem:
         return known if self.deviation is None else known.with_deviation(self.deviation)
 
     def with_deviation(self, deviation: float) -> "Problem":
-        """The same problem with every constant of the arm expected this close to nominal [rad, m].
+        """The same problem with a prior of this standard deviation about nominal on every constant [rad, m].
 
-        Constants that it knows already are expected where that knowledge has them.
+        Constants with prior knowledge keep its mean.
         """
         own = self.without_deviation()
         names = [p.name for p in self.parameters if p.is_geometry]
@@ -419,7 +420,7 @@ class Problem:
         return replace(own.with_prior(names, np.array([at[n] for n in names]), wall), deviation=deviation)
 
     def without_deviation(self) -> "Problem":
-        """The same problem with nothing expected of the constants but what is known of them."""
+        """The same problem without that prior; prior knowledge is kept."""
         if self.deviation is None or self.prior is None:
             return self
         known = self.prior[: -sum(p.is_geometry for p in self.parameters)]
@@ -443,7 +444,7 @@ class Problem:
     def whiten(
         self, block: RowBlock, table: Float[np.ndarray, "rows m ..."]
     ) -> Float[np.ndarray, "rows m ..."]:
-        """A block's residual components, or derivatives of them, whitened and weighed as its rows are."""
+        """Residual components of a block, or their derivatives, whitened and weighted like its rows."""
         out = block.whiten(table)
         if self.row_weights is not None:
             out *= self.row_weights[block.rows].reshape(-1, *(1,) * (table.ndim - 1))

@@ -32,8 +32,8 @@ NO_PLACES = np.zeros(0, np.int64)
 MIN_SIGMA = 1e-9
 """Minimum standard deviation of a component [m or rad]."""
 PIECE = 256
-"""Rows that are evaluated at once: their twists stay in the processor's cache and, with hundreds of
-coefficients too, in memory that the process keeps: larger tables are given back and asked for each time."""
+"""Rows that are evaluated at once: their twists stay in the processor's cache and, even with hundreds of
+coefficients, below the size that the allocator returns to the system after each use."""
 
 
 class Noise(NamedTuple):
@@ -43,12 +43,13 @@ class Noise(NamedTuple):
         position: Of a position or a distance [m].
         rotation: Of an orientation about each axis [rad].
         joints: Of the reading of every joint [rad or m]; empty where readings are taken to be exact.
-        own: Of a reading in a unit of the observation's own. Position and rotation are then those of the tool
-            in a row: what the model lacks moves all its readings together.
+        own: Of a reading in the observation's own unit. Position and rotation are then model errors of the
+            tool
+        in a row, which affect all its readings together.
         tilt: Of an inclinometer beside other observations [rad].
 
-    A row's own sigma is the instrument's repeatability. These come on top of it, since what the model lacks
-    scatters as well; they are all there is where a row brings none.
+    A row's own sigma is the instrument's repeatability. These are added to it in quadrature for model errors;
+    rows without their own sigma have these only.
     """
 
     position: float = 1e-4
@@ -70,15 +71,15 @@ class Noise(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Deflected:
-    """What a block of an arm with effects needs beside its chain.
+    """Data of a block for arms with effects, beside its chain.
 
     Args:
         robot: The arm with its effects and the session's frames.
         names: Coefficients of effects that are unknown.
-        places: Their places in x.
-        inertia: Places in x of the links' masses and centres, as in `Robot.inertia`; empty if known.
-        gravity: Places in x of the two angles of gravity; empty if known.
-        sized: The effects with the last coefficients that were set: all blocks ask for the same.
+        places: Their indices in x.
+        inertia: Indices in x of the links' masses and centres, as in `Robot.inertia`; empty if known.
+        gravity: Indices in x of the two angles of gravity; empty if known.
+        sized: Cache of the effects with the last coefficients, shared by all blocks.
     """
 
     robot: Robot
@@ -90,7 +91,7 @@ class Deflected:
     sized: dict[tuple[float, ...], tuple[AbstractEffect, ...]]
 
     def weights(self, x: np.ndarray) -> Masses | None:
-        """What loads come from at x; None where all of it is known."""
+        """Masses, centres and gravity at x; None if all of them are known."""
         if not len(self.inertia) + len(self.gravity):
             return None
         known = masses(self.robot)
@@ -99,7 +100,7 @@ class Deflected:
 
     @property
     def varying(self) -> np.ndarray:
-        """Which of all columns of masses, centres and angles are unknown."""
+        """Which masses, centres and angles are unknown, among all columns."""
         size = 4 * len(masses(self.robot).mass) if len(self.inertia) + len(self.gravity) else 0
         heavy = np.arange(size if len(self.inertia) else 0)
         return np.concatenate([heavy, size + np.arange(len(self.gravity))])
@@ -123,20 +124,20 @@ class RowBlock:
         session: Its name.
         rows: Rows of the data.
         q: Their joint positions [rad or m].
-        observation: How they were seen.
+        observation: How they were observed.
         chain: Base, arm and tool of the session.
         elements: Elements whose constants are unknown.
-        places: Places in x of the unknown constants, then of masses, then of the angles of gravity if the
-            rows depend on them; those of coefficients of effects are `coefficients`.
-        unknowns: Places of the instrument's unknowns in x, -1 for known ones.
+        places: Indices in x of the unknown constants, then of masses, then of the angles of gravity if the
+        rows depend on them; those of coefficients of effects are `coefficients`.
+        unknowns: Indices of the instrument's unknowns in x, -1 for known ones.
         known: Values of the instrument's unknowns that are known.
         inverse_sigma: Reciprocal standard deviation of every residual component, joint readings exact.
-        start: First residual component of the problem that is the block's.
-        noise: What the rows are whitened by.
-        deflected: What an arm with effects needs; None without.
-        watched: What the observation sees of the chain.
-        gravity: Gravity at the session's base [m/s²], from which a level frame is turned by …
-        turned: … the angles at these places in x; empty if they are known or nothing is watched.
+        start: Index of the block's first residual component in the problem.
+        noise: Noise that whitens the rows.
+        deflected: Data for an arm with effects; None without.
+        watched: Part of the chain that the observation sees.
+        gravity: Gravity at the session's base [m/s²], from which a level frame is rotated by …
+        turned: … the angles with these indices in x; empty if they are known or nothing is watched.
     """
 
     session: str
@@ -157,25 +158,25 @@ class RowBlock:
     turned: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def view(self, x: np.ndarray) -> Watched:
-        """What the observation sees of the chain, level at x."""
+        """Part of the chain that the observation sees, level at x."""
         if not len(self.turned) or self.watched.level is None:
             return self.watched
         return replace(self.watched, level=self.watched.level @ tilting(self.gravity, x[self.turned]).T)
 
     @cached_property
     def by_joint(self) -> Float[np.ndarray, "rows m n"]:
-        """Residual components per radian or metre of every joint, at nominal constants: for weights only."""
+        """Derivative of residual components by every joint, at nominal constants; for weights only."""
         poses, twists = self.watched.turned(*chains.joint_twists(self.chain, self.q, part=self.watched.part))
         return self.observation.linearise(poses, self.known).by_twist @ twists
 
     @cached_property
     def shared(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """What moves all components of a row together: directions Q (rows, m, k) and standard deviations s
-        (rows, k) with I + Q diag(s²) Qᵀ the covariance of components over their own sigma; None for nothing.
+        """Common errors of a row's components: directions Q (rows, m, k) and standard deviations s (rows, k)
+        with I + Q diag(s²) Qᵀ the covariance of components in units of their own sigma; None if there are
+        none.
 
-        It is the noise of joint readings, and of readings in a unit of their own what the model lacks of the
-        tool's pose. Components
-        that were not measured stay alone.
+        They come from noise of joint readings and, for readings in their own unit, from model errors of the
+        tool's pose. Components that were not measured are unaffected.
         """
         columns = []
         if any(self.noise.joints):
@@ -194,7 +195,7 @@ class RowBlock:
         return q * (self.inverse_sigma > 0.0)[..., None], s
 
     def mixed(self, table: Float[np.ndarray, "rows m ..."], power: float) -> Float[np.ndarray, "rows m ..."]:
-        """That covariance to a power, times a table of components."""
+        """A power of that covariance, times a table of components."""
         if self.shared is None:
             return table
         q, s = self.shared
@@ -204,7 +205,7 @@ class RowBlock:
         return out.reshape(table.shape)
 
     def whiten(self, table: Float[np.ndarray, "rows m ..."]) -> Float[np.ndarray, "rows m ..."]:
-        """Components divided by their standard deviations, and unmixed where rows share errors."""
+        """Components divided by their standard deviations, and decorrelated where rows share errors."""
         out = table * self.inverse_sigma.reshape(*self.inverse_sigma.shape, *(1,) * (table.ndim - 2))
         return self.mixed(out, -0.5)
 
@@ -225,7 +226,7 @@ class RowBlock:
         return alone * np.sqrt(1.0 + ((q * s[:, None]) ** 2).sum(2))
 
     def with_noise(self, data: Dataset, noise: Noise) -> "RowBlock":
-        """The same rows (which data has) whitened by other standard deviations."""
+        """The same rows (contained in data) whitened by other standard deviations."""
         inverse = inverse_sigma_of(data, self.observation, noise)
         return replace(self, inverse_sigma=inverse, noise=noise)
 
@@ -236,7 +237,7 @@ class RowBlock:
         return values
 
     def wrenches(self, x: np.ndarray) -> np.ndarray:
-        """Through every joint of the deflected arm at x; empty where no effect asks for them."""
+        """Through every joint of the deflected arm at x; empty if no effect depends on them."""
         if (arm := self.deflected) is None:
             return NO_WRENCHES
         values, effects, weights = self.values(x), arm.effects(x), arm.weights(x)
@@ -251,7 +252,7 @@ class RowBlock:
         return self.view(x).turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
     def twists(self, x: np.ndarray) -> tuple[np.ndarray, Twists]:
-        """Poses of what is watched, at x, and its twists per unknown, plain ones in the order of `places`."""
+        """Poses of the observed frame at x, and its twists per unknown; plain ones ordered as `places`."""
         values, part, view = self.values(x), self.watched.part, self.view(x)
         if (arm := self.deflected) is None:
             poses, plain = chains.twists(self.chain, self.q, self.elements, values=values, part=part)
@@ -272,12 +273,12 @@ class RowBlock:
         if len(self.turned):
             if arm is None or not len(arm.gravity):
                 plain = np.concatenate([plain, np.zeros((len(plain), 6, 2))], axis=2)
-            plain[:, [3, 4], [-2, -1]] -= 1.0  # a turn of gravity is one of the arm the other way
+            plain[:, [3, 4], [-2, -1]] -= 1.0  # rotating gravity is rotating the arm the other way
         return turned, replace(found, plain=plain, moved=moved)
 
     @property
     def coefficients(self) -> np.ndarray:
-        """Places in x of unknown coefficients of effects."""
+        """Indices in x of unknown coefficients of effects."""
         return NO_PLACES if self.deflected is None else self.deflected.places
 
     @property
@@ -293,7 +294,7 @@ Kind = tuple[type[AbstractObservation], np.ndarray]
 def tilts_beside(
     data: Dataset, kinds: Sequence[Kind], places: np.ndarray | None = None
 ) -> Iterator[tuple[TiltObservation, np.ndarray]]:
-    """Inclinometers of rows that have another observation, with these rows, or with their places there."""
+    """Inclinometers of rows that also have another observation, with these rows, or their indices there."""
     for kind, rows in kinds:
         if kind is not TiltObservation and data.tilt is not None:
             for observation in TiltObservation.each_beside(data.take(rows)):
@@ -311,8 +312,8 @@ def observed_kinds(data: Dataset) -> list[Kind]:
             kinds.append((kind, np.flatnonzero(mine)))
     if left.any():
         raise DataError(
-            f"{data.source}, data row {data.row[left][0]}: nothing was measured that can be compared with a "
-            "pose (position, orientation, markers, distance, contact or tilt); exclude the row"
+            f"{data.source}, data row {data.row[left][0]}: nothing that can be compared with a pose was "
+            "measured (position, orientation, markers, distance, contact or tilt); exclude the row"
         )
     return kinds
 
@@ -320,7 +321,7 @@ def observed_kinds(data: Dataset) -> list[Kind]:
 def instrument_start(
     robot: Robot, data: Dataset, kinds, freedom: FrameFreedom
 ) -> tuple[dict[str, float], dict[str, Unknown]]:
-    """First guesses of an instrument's unknowns from the nominal poses, and what is known of them."""
+    """Initial guesses of an instrument's unknowns from the nominal poses, and constraints on them."""
     start: dict[str, float] = {}
     known: dict[str, Unknown] = {}
     seen = [(kind.of(data.take(rows)), rows) for kind, rows in kinds]
@@ -345,10 +346,10 @@ def build_blocks(
         effects: Coefficients of its effects that are unknown.
         inertia: Masses and centres of its links that are unknown: all of them or none.
         standing: Whether gravity's direction is unknown.
-        frames: What of base and tool is unknown.
+        frames: Which parts of base and tool are unknown.
         noise: Standard deviations on top of the rows' own.
-        index: Place of every unknown in x.
-        values: First guesses and known values of the instruments' unknowns.
+        index: Index of every unknown in x.
+        values: Initial guesses and known values of the instruments' unknowns.
     """
     blocks, start, placed = [], 0, frames.placed(robot, data.sessions)
     sized = dict[tuple[float, ...], tuple[AbstractEffect, ...]]()
@@ -418,7 +419,7 @@ def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservati
 
 
 def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:
-    """Reciprocal standard deviation of every residual component: a row's own one, and the noise on top."""
+    """Reciprocal standard deviation of every residual component, from the row's own and the added noise."""
     sizes = {
         Channel.POSITION: noise.position,
         Channel.ROTATION: noise.rotation,
@@ -431,9 +432,9 @@ def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noi
 
 
 def own_sigma_of(data: Dataset, observation: AbstractObservation) -> np.ndarray:
-    """The rows' own standard deviations of every component, 0 where they bring none.
+    """The rows' own standard deviations of every component, 0 where they state none.
 
-    Positions go axis by axis, a distance has the mean of all three.
+    Positions have one per axis, a distance the mean of all three.
     """
     rotation = observation.is_rotation
     if data.sigma is None or {Channel.OWN, Channel.TILT} & set(observation.channels):

@@ -36,32 +36,33 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
-"""Corrections of an arm's constants beyond these [m], [rad] are hardly errors of making."""
+"""Corrections of an arm's constants beyond these [m], [rad] are implausible as manufacturing errors."""
 HARDLY_BETTER, FAR_FROM_GOOD, COARSE = 0.7, 0.01, 1.0
-"""What is left of the nominal error, of the reach, and in mm, from which on a fit is suspicious."""
-LOOK_AGAIN = "no arm is manufactured that badly: check robot, units and joint order"
+"""A fit is suspicious if its error exceeds these shares of the nominal error and of the reach, and this in
+mm."""
+LOOK_AGAIN = "too large for manufacturing errors: check robot, units and joint order"
 SAME_COST = 1e-6
-"""Relative difference of two costs that is no difference."""
+"""Relative difference below which two costs count as equal."""
 NOTICED = 0.1
-"""Part of a standard error by which two answers may differ and still be one."""
+"""Share of a standard error below which two solutions count as equal."""
 ROUNDING = 1e-6
-"""Lengths and angles [m, rad] of which nobody sees more."""
+"""Lengths and angles [m, rad] below which differences are negligible."""
 CHANCE = 2.0
-"""Difference of two costs ½χ² that noise alone makes: two standard deviations along one direction."""
+"""Difference of two costs ½χ² that noise alone causes: two standard deviations along one direction."""
 SAME_DEVIATION = 1.01
-"""Ratio of two deviations from nominal that is no difference."""
+"""Ratio of two deviations from nominal below which they count as equal."""
 
 
 @dataclass(frozen=True)
 class Validation:
-    """Errors of one model on the training rows and, where there are any, the held-out ones."""
+    """Errors of one model on the fitted rows and, if there are any, the held-out ones."""
 
     train: Errors
     held_out: Errors | None
 
 
 class BeforeAfter(NamedTuple):
-    """Errors of the nominal and of the calibrated arm, on held-out rows where there are any."""
+    """Errors of the nominal and the calibrated arm, on held-out rows if there are any."""
 
     before: Errors
     after: Errors
@@ -86,12 +87,12 @@ class Run(AbstractShown):
     """One algorithm's fit and its errors.
 
     Args:
-        fit: Parameters, standard errors, what was not seen.
+        fit: Parameters, standard errors, unobservable combinations.
         train: Errors on the rows that were fitted.
         held_out: Errors on the rows that were not.
         train_rows: Errors row by row, in the order of `Identification.train_rows`.
         held_out_rows: Likewise of the held-out rows.
-        judged: The arm whose errors these are, where `fit` was made on all rows after that.
+        judged: The arm with these errors, if `fit` was afterwards made on all rows.
     """
 
     fit: Fit
@@ -106,11 +107,11 @@ class Run(AbstractShown):
 
     @cached_property
     def calibrated(self) -> Robot:
-        """The robot with the identified values, and its error on record."""
+        """The robot with the identified values and its errors on record."""
         return with_error(self.fit, judged(self))
 
     def agrees_with(self, other: "Run") -> bool:
-        """Whether another run ended with the same errors (within 1 %) and constants (within `NOTICED`)."""
+        """Whether another run has the same errors (within 1 %) and constants (within `NOTICED`)."""
         if self.fit.problem.names != other.fit.problem.names:
             return False
         errors = [e.position_mm.rms for run in (self, other) for e in (run.train, run.held_out or run.train)]
@@ -119,7 +120,7 @@ class Run(AbstractShown):
 
     @property
     def as_measured(self) -> Robot:
-        """The arm whose errors these are, with what happened while its rows were measured."""
+        """The arm with these errors, including events during the measurements."""
         return self.judged or self.fit.calibrated
 
     @cached_property
@@ -130,7 +131,7 @@ class Run(AbstractShown):
 
     @cached_property
     def implausible(self) -> tuple[str, ...]:
-        """Well-determined constants that moved farther than arms are wrongly made, the farthest first."""
+        """Well-determined constants with corrections too large for manufacturing errors, largest first."""
         found = []
         for p, value in zip(self.fit.parameters, self.fit.x.tolist(), strict=True):
             maximum = IMPLAUSIBLE_ANGLE if p.unit == "rad" else IMPLAUSIBLE_LENGTH
@@ -142,11 +143,11 @@ class Run(AbstractShown):
 
 
 class Outlier(NamedTuple):
-    """A row that was set apart.
+    """An excluded row.
 
     Args:
         row: Its number in the data.
-        position: Its error under the arm that the other rows give [m]; NaN if not measured.
+        position: Its error for the arm fitted to the other rows [m]; NaN if not measured.
         rotation: Likewise [rad].
     """
 
@@ -156,7 +157,6 @@ class Outlier(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Row and error, for people."""
         off = f"{1e3 * self.position:.3g} mm" if np.isfinite(self.position) else ""
         turned = f"{np.rad2deg(self.rotation):.2g}°" if np.isfinite(self.rotation) else ""
         return f"{self.row} ({', '.join(filter(None, (off, turned)))} off)"
@@ -168,20 +168,21 @@ class Identification(AbstractShown):
     """A complete run: data, decisions, parameters and errors.
 
     Args:
-        nominal_robot: The arm as it was given.
+        nominal_robot: The arm as given.
         aligned: The nominal arm with the best base and tool wherever those are free.
         train_rows: Rows that were fitted, indices into data.
-        held_out_rows: Rows that were not.
+        held_out_rows: Rows that were held out.
         held_out_data: The held-out rows, which may come from another file.
-        excluded: Rows that were kept out altogether, with the reason.
-        frames: What of base and tool was identified.
-        noise: Standard deviations that weighed the rows.
+        excluded: Excluded rows, with the reason.
+        frames: Which parts of base and tool were identified.
+        noise: Assumed standard deviations of the rows.
         nominal: Errors of `aligned`.
         nominal_rows: The same row by row: training, held out.
         runs: One per algorithm, by name.
-        identifiability: What of the arm the rows may identify, and why; None where readings don't decide it.
-        outliers: Rows that no arm explains, set apart, the worst first; they are among `excluded`, too.
-        suspects: Numbers of the held-out rows that no arm explains; they count in the held-out errors.
+        identifiability: What of the arm the rows may identify, and why; None if the kind of reading sets no
+            limit.
+        outliers: Excluded rows that no arm explains, worst first; they are among `excluded`, too.
+        suspects: Numbers of the held-out rows that no arm explains; held-out errors include them.
     """
 
     summary = tables_of("workbench.identification.report.table:identification_summary")
@@ -211,9 +212,9 @@ class Identification(AbstractShown):
 
     @property
     def best(self) -> Run:
-        """The run with the smallest training cost; of equal ones the nearest to nominal, then the plainest.
+        """The run with the smallest training cost; of equal ones the nearest to nominal, then the simplest.
 
-        Held-out rows choose nothing.
+        Held-out rows take no part in this choice.
         """
         runs = [r for r in self.runs.values() if not r.fit.beyond_bounds] or list(self.runs.values())
         plain = min(runs, key=lambda run: run.fit.history[-1])
@@ -232,7 +233,7 @@ class Identification(AbstractShown):
 
     @property
     def distinct(self) -> list[tuple[str, Run]]:
-        """Title and errors of the best run, and of those whose arm differs from it noticeably."""
+        """Title and errors of the best run, and of those with noticeably different arms."""
         best = self.best
         others = (run for run in self.runs.values() if run is not best and not run.agrees_with(best))
         return [(run.fit.title, run) for run in (best, *others)]
@@ -254,12 +255,12 @@ class Identification(AbstractShown):
 
     @cached_property
     def instrument(self) -> Noise | None:
-        """Standard deviations that the rows state, or that repeated rows show; None where neither tells."""
+        """Standard deviations stated per row, or estimated from repeats; None without either."""
         return stated(self.best.fit.problem) or from_repeats(self.data)
 
     @cached_property
     def match(self) -> ArmMatch | None:
-        """How well the rows and the nominal arm go together; None where its errors are too small to ask."""
+        """Match between rows and nominal arm; None if its errors are too small for a check."""
         errors = judged(self.nominal).position_mm
         suspicious = errors.median > 1e3 * SOME * self.nominal_robot.reach
         return arm_match(self.nominal_robot, self.data) if suspicious else None
@@ -280,18 +281,18 @@ class Identification(AbstractShown):
         return residuals_frame(self.best.as_measured, *parts)
 
     def doubts(self, run: Run) -> tuple[str, ...]:
-        """Reasons to doubt a calibrated arm: rows of another arm, or constants that moved too far."""
+        """Reasons to doubt a calibrated arm: rows of another arm, or implausibly large corrections."""
         foreign = (self.match.text,) if self.match is not None and self.match.is_foreign else ()
         return foreign + run.implausible
 
     @property
     def unidentifiable(self) -> tuple[str, ...]:
-        """Combinations of parameters that the rows don't show, in words."""
+        """Unobservable combinations of parameters, as text."""
         return tuple(c.text for c in self.best.fit.unidentifiable)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings for the user: how the searches ended, and what the rows left undetermined."""
+        """Warnings for the user: how the searches ended, and what remained undetermined."""
         searches = (w for run in self.runs.values() for w in run.fit.warnings)
         found = [*searches, *self.best.fit.cautions]
         if self.best.implausible:
@@ -309,7 +310,7 @@ class Identification(AbstractShown):
             found.append(f"nothing of the arm was identified: {self.identifiability.refused}")
         if self.identifiability is None and after > max(min(HARDLY_BETTER * before, too_much), COARSE):
             found.append(
-                f"the geometry explains little: {after:.1f} of {before:.1f} mm are left; check robot, frames "
+                f"the geometry explains little: {after:.1f} of {before:.1f} mm remain; check robot, frames "
                 "and sessions"
             )
         unchanged = self.identifiability is not None and bool(self.identifiability.refused)
@@ -340,7 +341,7 @@ class ArmErrors:
 
 
 def columns_of(result: Identification) -> tuple[ArmErrors, ...]:
-    """The nominal arm (base and tool fitted where they are free) and every algorithm's."""
+    """The nominal arm (base and tool fitted where they are free) and each algorithm's."""
     train, held_out = result.data.take(result.train_rows), result.held_out_data
     robots = [("NOM", result.aligned)]
     robots += [(run.fit.title, run.as_measured) for run in result.runs.values()]
@@ -350,9 +351,9 @@ def columns_of(result: Identification) -> tuple[ArmErrors, ...]:
 
 
 def order_of_measuring(result: Identification) -> np.ndarray:
-    """Place of every training and then every held-out row along l, counted from 1."""
+    """Position of every training and then every held-out row along l, counted from 1."""
     train, held_out = result.data.row[result.train_rows], result.held_out_data.row
-    if len(result.held_out_rows) != len(held_out):  # from another file: behind the others
+    if len(result.held_out_rows) != len(held_out):  # rows of another file come last
         held_out = held_out + train.max(initial=0) + 1
     place = np.empty(len(train) + len(held_out), np.int64)
     place[np.argsort(np.concatenate([train, held_out]), kind="stable")] = np.arange(1, len(place) + 1)
@@ -365,7 +366,7 @@ class Evaluation(AbstractShown):
     """Errors of a given model on data.
 
     Args:
-        robot: The model, with the frames that were fitted if that was asked for.
+        robot: The model, with fitted frames if these were requested.
         rows: Their errors, row by row.
     """
 
@@ -405,12 +406,12 @@ def error_rows(models: Iterable[tuple[str, Validation | Run]]) -> list[tuple[str
 
 
 def judged(errors: Validation | Run) -> Errors:
-    """Errors on the held-out rows; on the fitted ones where none were held out."""
+    """Errors on the held-out rows; on the fitted ones if there are none."""
     return errors.held_out or errors.train
 
 
 def with_error(fit: Fit, errors: Errors) -> Robot:
-    """A fit's robot, as it is after all events, whose record says how large its mean errors are."""
+    """A fit's robot in its state after all events, with its mean errors on record."""
     data = fit.problem.data
     robot = after_events(fit.calibrated, Motion.of(data), {s: data.in_session(s) for s in data.sessions})
     if robot.calibration is None:
@@ -421,8 +422,8 @@ def with_error(fit: Fit, errors: Errors) -> Robot:
 
 
 def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
-    """Which rows were set apart, and what to do."""
+    """Which rows were excluded as outliers, and what to do."""
     shown = first_of([row.text for row in outliers], MAX_NAMED_ROWS)
     rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")
-    typical = f", where the others are off by {others.text('median')}" if others.text("median") else ""
-    return f"{rows} {shown} set apart{typical}: measure {them} again, or correct the file"
+    typical = f"; the others' errors: {others.text('median')}" if others.text("median") else ""
+    return f"{rows} {shown} excluded{typical}; measure {them} again, or correct the file"

@@ -27,7 +27,8 @@ AXES = ("x[m]", "y[m]", "z[m]", "rx[rad]", "ry[rad]", "rz[rad]")
 
 
 class Spread(NamedTuple):
-    """Mean, root mean square, greatest and median of some errors; a few wrong rows don't pull the last.
+    """Mean, root mean square, maximum and median of some errors; the median is insensitive to a few wrong
+    rows.
 
     All are NaN where nothing was measured.
     """
@@ -39,7 +40,7 @@ class Spread(NamedTuple):
 
     @classmethod
     def of(cls, errors: Float[np.ndarray, " rows"]) -> "Spread":
-        """Summary of one error a row; rows without a measured one (NaN) don't count."""
+        """Summary of one error per row; unmeasured ones (NaN) are ignored."""
         errors = errors[np.isfinite(errors)]
         if not len(errors):
             return cls(*[float("nan")] * 4)
@@ -55,9 +56,9 @@ class RowErrors:
         position: Distance between measured and predicted point [m]; of several markers their rms; NaN where
             no position was measured.
         rotation: Angle between measured and predicted orientation of the tool [rad]; NaN without one.
-        tilt: Angle by which a link's inclinometer is off [rad], of several their rms; NaN without.
-        own: Of readings in a unit of their own; position and rotation are then what these lead one to expect
-            at the tool. None without such readings.
+        tilt: Angle error of a link's inclinometer [rad], the rms of several; NaN without.
+        own: Errors of readings in their own unit; position and rotation are then the expected errors at the
+        tool. None without such readings.
     """
 
     position: Float[np.ndarray, " rows"]
@@ -67,7 +68,7 @@ class RowErrors:
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
-        """What was measured, by heading."""
+        """Measured kinds of error, by heading."""
         named = {"position[m]": self.position, "rotation[rad]": self.rotation, "tilt[rad]": self.tilt}
         kept = {name: values for name, values in named.items() if np.isfinite(values).any()}
         return kept if self.own is None else kept | {self.own.name: self.own.size}
@@ -77,7 +78,7 @@ class RowErrors:
         return RowErrors(self.position[rows], self.rotation[rows], self.tilt[rows], own)
 
     def widened(self, position: float, rotation: float) -> "RowErrors":
-        """The same where the model itself is uncertain by so much at the tool [m], [rad]."""
+        """The same with the model's own uncertainty at the tool [m], [rad] added in quadrature."""
         return replace(
             self, position=np.hypot(self.position, position), rotation=np.hypot(self.rotation, rotation)
         )
@@ -88,17 +89,18 @@ class RowErrors:
 
 
 CLEARLY = 3.0
-"""Standard errors by which a channel's mean must rise to be called worse."""
+"""Standard errors by which a channel's mean must rise to count as worse."""
 
 
 def degradation_warning(
     nominal: tuple[RowErrors, RowErrors], calibrated: tuple[RowErrors, RowErrors]
 ) -> str | None:
-    """A sentence where positions or orientations are clearly worse than with the nominal arm.
+    """A warning if positions or orientations are clearly worse than with the nominal arm.
 
     Args:
         nominal: Errors of the nominal arm with the best base and tool: fitted rows, held-out rows.
-        calibrated: Errors of a calibrated arm on the same rows; the fitted ones count if none are held out.
+        calibrated: Errors of a calibrated arm on the same rows; the fitted ones are compared if none are held
+            out.
     """
     held = bool(len(calibrated[1].position))
     rows, old, new = ("held-out" if held else "fitted"), nominal[held], calibrated[held]
@@ -114,8 +116,8 @@ def degradation_warning(
         was, now = (scale * float(np.nanmean(errors)) for errors in (before, after))
         return (
             f"{name} of the {rows} rows are worse than the nominal arm's: {now:.3g} instead of "
-            f"{was:.3g}{unit} on average; check what is free, and the noise and "
-            "sigma columns that weigh them"
+            f"{was:.3g}{unit} on average; check the free constants, the noise and the "
+            "sigma columns"
         )
     return None
 
@@ -128,8 +130,8 @@ class Errors:
         position_mm: Of positions [mm]; NaN for data without.
         orientation_deg: Of the tool's orientations [deg]; None for data without.
         tilt_deg: Of inclinometers on links [deg]; None for data without.
-        own: Of readings in a unit of their own; None for data without.
-        own_name: What that is, and its unit: "pixel[px]".
+        own: Of readings in their own unit; None for data without.
+        own_name: Their quantity and unit: "pixel[px]".
     """
 
     position_mm: Spread
@@ -149,18 +151,18 @@ class Errors:
         return cls(Spread.of(1e3 * rows.position), turned, tilted, own, rows.own.name if rows.own else "")
 
     def text(self, which: str) -> str:
-        """Mean, median … of positions and orientations, for people; empty if neither was measured."""
+        """Mean, median … of positions and orientations, for display; empty if neither was measured."""
         found = [(self.position_mm, " mm"), (self.orientation_deg, "°")]
         values = [(getattr(spread, which), unit) for spread, unit in found if spread is not None]
         return ", ".join(f"{value:.3g}{unit}" for value, unit in values if np.isfinite(value))
 
 
 UNKNOWN = Errors(Spread.of(np.zeros(0)), None)
-"""Where they could not be computed."""
+"""Placeholder for errors that could not be computed."""
 
 
 def _own_spread(own: OwnErrors) -> Spread:
-    """Of rows, but its root mean square is over all readings."""
+    """Summary over rows, with the root mean square over all readings."""
     square = np.nansum(own.number * own.size**2) / max(np.nansum(own.number), 1.0)
     return Spread.of(own.size)._replace(rms=float(np.sqrt(square)))
 
@@ -170,7 +172,7 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
 
     Args:
         robot: The model, with its frames per session where it has them.
-        known: Places of anchors, contacts or markers [m]; the others are fitted to the rows.
+        known: Places of anchors, contacts or markers [m]; unknown ones are fitted to the rows.
     """
     robot.check_joints(data.q, data.source)
     places = instrument_places(robot, data, known=known)
@@ -200,21 +202,21 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
 
 
 def _spread_over(own: OwnErrors, rows: np.ndarray, count: int) -> OwnErrors:
-    """Errors of some rows among all, of which the others have none."""
+    """Errors of some rows as an array over all rows, NaN elsewhere."""
     table = np.full((4, count), np.nan)
     table[:, rows] = own[1:]
     return OwnErrors(own.name, *map(frozen, table))
 
 
 def observations(data: Dataset) -> Iterator[tuple[AbstractObservation, Int[np.ndarray, " _"]]]:
-    """Every observation of the rows, with the numbers of those that it saw."""
+    """Every kind of observation, with the numbers of its rows."""
     for kind, rows in observed_kinds(data):
         for observation in kind.each(_chosen(data, rows)):
             yield observation, rows
 
 
 def count_measured(data: Dataset) -> int:
-    """How many numbers were measured; the markers that were hidden give none."""
+    """Number of measured components; hidden markers have none."""
     return sum(
         int(np.broadcast_to(observation.seen, (len(rows), len(observation.channels))).sum())
         for observation, rows in observations(data)
@@ -222,14 +224,14 @@ def count_measured(data: Dataset) -> int:
 
 
 def _chosen(data: Dataset, rows: np.ndarray) -> Dataset:
-    """Rows by number, without a copy where it is all of them."""
+    """Rows by number, without a copy if it is all of them."""
     return data if len(rows) == len(data) else data.take(rows)
 
 
 def instrument_places(
     robot: Robot, data: Dataset, *, known: Mapping[str, float] | None = None
 ) -> dict[str, float]:
-    """Places of anchors, contacts or markers [m]: the known ones; the others as they suit a model best."""
+    """Places of anchors, contacts or markers [m]: known ones as given, the others fitted for this model."""
     known = dict(known or {})
     if all(name in known for observation, _ in observations(data) for name in observation.unknowns):
         return known

@@ -21,14 +21,14 @@ Excluded = list[tuple[int, str]]
 
 
 def usable(data: Dataset) -> np.ndarray:
-    """Rows that carry an observation which can be compared with a pose."""
+    """Rows with an observation that can be compared with a pose."""
     return np.any([kind.applies(data) for kind in OBSERVATIONS.values()], axis=0)
 
 
 def choose_rows(
     robot: Robot, data: Dataset, exclude: Mapping[int, str], region: Region | None
 ) -> tuple[np.ndarray, Excluded]:
-    """Rows to use, and those kept out with their reasons."""
+    """Rows to use, and excluded ones with the reason."""
     keep = data.included.copy()
     excluded = [
         (int(data.row[i]), str(data.reason[i]) if data.reason is not None and data.reason[i] else "file")
@@ -37,13 +37,13 @@ def choose_rows(
     for row, reason in exclude.items():
         place = np.flatnonzero(data.row == row)
         if not len(place):
-            raise OptionError(f"there is no row {row} to exclude; rows are 0 … {int(data.row.max())}")
+            raise OptionError(f"can't exclude row {row}; rows are 0 … {int(data.row.max())}")
         if keep[place[0]]:
             keep[place[0]] = False
             excluded.append((int(row), reason))
     nothing = keep & ~usable(data)
     if nothing.any() and not nothing[keep].all():
-        excluded += [(int(r), "nothing was measured that shows the tool's pose") for r in data.row[nothing]]
+        excluded += [(int(r), "no measurement that depends on the tool's pose") for r in data.row[nothing]]
         keep &= ~nothing
     if region is not None:
         bare = robot.with_frames(base=Frame()).with_effects()
@@ -56,7 +56,7 @@ def choose_rows(
 
 
 def divide(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int):
-    """Training rows and held-out rows of the used ones."""
+    """Fitted and held-out rows among the used ones."""
     if isinstance(held_out, Dataset):
         return np.arange(len(used)), np.arange(0)
     if isinstance(held_out, tuple):
@@ -67,11 +67,11 @@ def divide(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int
 def split(
     data: Dataset, fraction: float, *, rng: np.random.Generator
 ) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
-    """Hold out a fraction of the rows, whole groups where the data have them, and copies of a row with it.
+    """Hold out a fraction of the rows, whole groups where the data have them, duplicates together.
 
-    The units (rows, or means of groups) are divided by medians of their widest joint into as many cells
-    as are to be held out, session by session; each cell gives one unit at random. The held-out rows are
-    thus spread over the same joint space as the others, whatever the order of measurement was.
+    The units (rows, or means of groups) are divided by medians of their widest joint into as many cells as
+    are to be held out, session by session; one random unit of each cell is held out. The held-out rows thus
+    cover the same joint space as the others, whatever the order of measurement.
 
     Args:
         fraction: Part to hold out, 0 ≤ fraction < 1.
@@ -81,14 +81,14 @@ def split(
         Training rows and held-out rows, both in increasing order.
     """
     if not 0.0 <= fraction < 1.0:
-        raise OptionError(f"the held-out fraction must be at least 0 and less than 1, not {fraction:g}")
+        raise OptionError(f"the held-out fraction must be at least 0 and less than 1, got {fraction:g}")
     everything = np.arange(len(data))
     if fraction == 0.0:
         return everything, everything[:0]
     labels = _units(data)
     count = int(labels.max()) + 1 if len(labels) else 0
     if count < 2:
-        raise DataError(f"{data.source}: {count} rows or groups can't be divided; use a held-out share of 0")
+        raise DataError(f"{data.source}: {count} rows or groups are too few to hold some out; use share 0")
     weight = np.bincount(labels)
     centre = np.stack([np.bincount(labels, column) / weight for column in data.q.T], axis=1)
     centre = centre / np.maximum(np.ptp(data.q, axis=0), 1e-9)
@@ -106,7 +106,7 @@ def split(
 
 
 def _units(data: Dataset) -> Int[np.ndarray, " rows"]:
-    """Number of each row's unit: its group, or the row itself; a row that stands twice is one unit."""
+    """Number of each row's unit: its group, or the row itself; duplicates of a row are one unit."""
     labels = np.arange(len(data)) if data.group is None else np.unique(data.group, return_inverse=True)[1]
     copies = repeated_rows(data)
     for first, again in copies:
@@ -127,7 +127,7 @@ def split_sessions(
 
 
 def _shares(sizes: np.ndarray, fraction: float) -> np.ndarray:
-    """How many units of every session are held out: the share of all, divided as evenly as it goes."""
+    """Number of units held out per session: the total share, divided as evenly as possible."""
     total = max(round(fraction * int(sizes.sum())), 1)
     shares = np.minimum(np.floor(fraction * sizes), sizes - 1).astype(int)
     wanting = fraction * sizes - shares
@@ -138,7 +138,7 @@ def _shares(sizes: np.ndarray, fraction: float) -> np.ndarray:
 
 
 def cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray]:
-    """Divide units into cells of nearly equal size along their widest joint, again and again."""
+    """Divide units recursively into cells of nearly equal size along their widest joint."""
     if count <= 1:
         return [units] if count else []
     widest = int(np.argmax(np.ptp(centre[units], axis=0)))
@@ -149,7 +149,7 @@ def cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray]
 
 
 def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> None:
-    """Refuse a fit of more parameters than measured numbers; a row that stands twice counts once."""
+    """Refuse a fit with more parameters than measured numbers; duplicate rows count once."""
     copies = [again for _, again in repeated_rows(data)]
     data = data.take(np.delete(np.arange(len(data)), copies))
     count = len(robot.default_free if free is None else free)
@@ -163,33 +163,31 @@ def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> Non
 
 
 def unused_observations(data: Dataset) -> list[str]:
-    """Sentences on what rows carry beside the observation that is used."""
+    """Notes on observations that rows carry beside the one that is used."""
     left = np.ones(len(data), bool)
     sentences = []
     for kind in OBSERVATIONS.values():
         applies = kind.applies(data)
         beside = applies & ~left & (kind.unused_text != "")
         if beside.any():
-            sentences.append(
-                f"{int(beside.sum())} rows also carry {kind.unused_text}, which are not used there"
-            )
+            sentences.append(f"{int(beside.sum())} rows also carry {kind.unused_text}, which are ignored")
         left &= ~applies
     if all(not kind.sees_tool for kind in OBSERVATIONS.values() if kind.applies(data).any()):
-        sentences.append("only tilts of links were measured: position errors are unknown and shown as 0")
+        sentences.append("only tilts of links were measured; position errors are unknown and shown as 0")
     return sentences
 
 
 KNOWN_SHARE = 0.2
-"""Known lengths that are this share of all lengths of the arm give it its scale."""
+"""Share of the arm's lengths that must be known to determine its scale."""
 
 
 def scale_fixing_length(
     robot: Robot, data: Dataset, free: Sequence[str], known: Mapping[str, float]
 ) -> str | None:
-    """The length that must be held because the rows show no scale: contacts with unknown places only.
+    """The length to hold because the rows don't determine scale: contacts with unknown places only.
 
-    Shrinking arm and places together changes no contact, so a free fit ends in a point. Lengths of the arm
-    that are known, such as that of a fixed last link, give the scale.
+    Shrinking arm and places together changes no contact, so a free fit would shrink to a point. Known lengths
+    of the arm, such as that of a fixed last link, determine the scale.
     """
     kinds = {kind for kind in OBSERVATIONS.values() if kind.applies(data).any()}
     without_scale = bool(kinds) and kinds <= {ContactObservation, PlaneObservation}
@@ -204,7 +202,7 @@ def scale_fixing_length(
 
 
 def placed(data: Dataset, known: Mapping[str, float]) -> np.ndarray:
-    """Rows whose anchor or contact has a known place; all rows of other observations."""
+    """Rows whose anchor or contact has a known place, and all rows of other observations."""
     keep = np.ones(len(data), bool)
     for kind, labels, word in (
         (DistanceObservation, data.anchor, "anchor"),

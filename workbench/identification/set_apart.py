@@ -1,8 +1,8 @@
-"""Rows that no arm explains, set apart before base, tool, noise and constants are found from the others.
+"""Outliers, excluded before base, tool, noise and constants are estimated from the other rows.
 
-First those that no error of manufacture explains, among all rows: they bend even base and tool. Then, among
-the rows to fit only, those that stand out from a fit that is insensitive to them. Held-out rows that stand
-out are named and stay.
+First gross outliers, too large for manufacturing errors, among all rows: they would distort even base and
+tool. Then, among the rows to fit only, those that stand out from a robust fit. Held-out outliers are reported
+and kept.
 """
 
 from collections.abc import Mapping
@@ -27,15 +27,15 @@ from workbench.identification.row_errors import Errors, Spread, instrument_place
 from workbench.identification.undecided_rows import UNDECIDED, undecided_rows
 
 GROSS = 10.0
-"""Rows off by this many times the median of the aligned nominal arm …"""
+"""A row is a gross outlier if its error exceeds the median of the aligned nominal arm by this factor …"""
 GROSS_PART = 0.02
-"""… and by this part of the reach are set apart before anything is fitted."""
+"""… and this share of the reach."""
 STANDS_OUT = 5.0
-"""Held-out rows off by this many times their median are named, whichever arm explains them."""
+"""Held-out rows with errors above this multiple of their median are reported, whichever arm explains them."""
 MAX_ROUNDS = 3
-"""Most rounds of setting rows apart."""
+"""Maximum number of rounds of outlier exclusion."""
 NAMED = 15
-"""Most rows that are named."""
+"""Maximum number of rows that are named."""
 GROSS_REASON, REASON = "gross outlier", "outlier"
 
 Rows = Int[np.ndarray, " k"]
@@ -44,9 +44,9 @@ Rows = Int[np.ndarray, " k"]
 def prepare_without_gross_outliers(
     robot: Robot, data: Dataset, choices: FitChoices, **options: Any
 ) -> tuple[Prepared, Rows]:
-    """Rows and frames without the rows that no error of an arm explains, and these [indices into data].
+    """Rows and frames without gross outliers, and these [indices into data].
 
-    Readings that decide themselves are left to their own checks.
+    Readings with their own preparation have their own checks.
 
     Args:
         options: Further arguments of `prepare`.
@@ -71,9 +71,8 @@ def prepare_without_gross_outliers(
 def prepare_without_outliers(
     robot: Robot, data: Dataset, choices: FitChoices, **options: Any
 ) -> tuple[Prepared, Rows]:
-    """The same without those rows to fit that stand out from the others, too, and without rows of which they
-    don't tell on which side of a step they lie.
-    """
+    """The same, also without outliers among the rows to fit, and without rows that may lie on either side of
+    a step."""
     ready, outlying = prepare_without_gross_outliers(robot, data, choices, **options)
     if ready.identifiability is not None:
         return ready, outlying
@@ -110,12 +109,12 @@ def _outlying(problem: Problem) -> Bool[np.ndarray, " rows"]:
 
 
 def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np.ndarray, " rows"]:
-    """Held-out rows that stand out under every arm, measured against what a fit leaves on all rows.
+    """Held-out rows that stand out under every arm, compared with a fit's residuals on all rows.
 
     Args:
         ready: The rows.
-        fit: To the other rows.
-        others: Unknowns of other arms by name; the nominal arm is always among them.
+        fit: Fit to the fitted rows.
+        others: Unknowns of other arms by name; the nominal arm is always added.
     """
     held = ready.held
     if not len(held):
@@ -141,7 +140,8 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
 
 
 def suspect_note(rows: list[int], errors: Errors) -> str:
-    """Which held-out rows no arm explains, what to do, and a mean beside one that they don't pull."""
+    """Which held-out rows no arm explains, and what to do, with the median as a robust alternative to the
+    mean."""
     shown = first_of(rows, NAMED)
     subject, it = (f"rows {shown}", "them") if len(rows) > 1 else (f"row {shown}", "it")
     text = f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
@@ -150,7 +150,7 @@ def suspect_note(rows: list[int], errors: Errors) -> str:
 
 
 def stand_out_note(rows: Int[np.ndarray, " held"], errors: Float[np.ndarray, " held"]) -> str:
-    """Held-out rows that are far off, though other arms may explain them; empty where none is.
+    """Held-out rows with large errors, though other arms may explain them; empty if there are none.
 
     Args:
         rows: Their numbers.
@@ -168,20 +168,20 @@ def stand_out_note(rows: Int[np.ndarray, " held"], errors: Float[np.ndarray, " h
     )
     worst, others = float(errors[far].max()), float(np.nanmean(errors[~far]))
     return (
-        f"held-out {subject} out: up to {1e3 * worst:.3g} mm off, where the median is {1e3 * median:.3g} mm; "
-        f"{they} in the held-out errors, whose mean is {1e3 * others:.3g} mm without"
+        f"held-out {subject} out: up to {1e3 * worst:.3g} mm off, median {1e3 * median:.3g} mm; "
+        f"{they} in the held-out errors, whose mean without is {1e3 * others:.3g} mm"
     )
 
 
 def _weighed(fit: Fit) -> Robot:
-    """The robot of a fit with the masses and the gravity that were found where only loads show them."""
+    """The robot of a fit with masses and gravity as identified, if only loads determine them."""
     found = fit.problem.named(fit.x)
     heavy = [p.name for p in fit.problem.parameters if p.is_inertia and "[" not in p.name]
     return fit.problem.robot.with_values({name: found[name] for name in heavy})
 
 
 def _root(problem: Problem, fit: Fit) -> np.ndarray:
-    """What a fit leaves open in another problem's unknowns; nothing in those that the fit has not."""
+    """Root of a fit's covariance in another problem's unknowns; zero for unknowns that the fit lacks."""
     index = {name: i for i, name in enumerate(fit.problem.names)}
     root = np.zeros((len(problem.names), fit.factor.root.shape[1]))
     for i, name in enumerate(problem.names):

@@ -1,7 +1,7 @@
-"""Rows about a step of which the measurements don't tell on which side they lie.
+"""Rows near a step that may lie on either side of it.
 
-The step is put before each row at most `NEAR` places off, all else as it was fitted. Rows between places that
-are about as likely are undecided: fitted on either side, they could pull what is found there.
+The step is shifted to each row at most `NEAR` places away, everything else as fitted. Rows between places of
+similar likelihood are undecided: fitted on the wrong side, they would bias the result.
 """
 
 from dataclasses import replace
@@ -15,18 +15,18 @@ from workbench.data.dataset import Dataset
 from workbench.identification.problem import Problem
 
 NEAR = 2
-"""Rows on either side of a step that may be undecided."""
-UNDECIDED = "measured while something moved, by the other rows"
+"""Maximum number of undecided rows on either side of a step."""
+UNDECIDED = "measured at a step: on which side is undecided"
 LIKELY = 3.0
-"""Log likelihood by which another place may be worse and still be as good: odds of 20."""
+"""Log likelihood within which another place is as good: odds of 20."""
 
 
 def undecided_rows(problem: Problem, x: Float[np.ndarray, " p"], data: Dataset) -> Bool[np.ndarray, " rows"]:
     """Which rows lie between likely places of a step.
 
     Args:
-        problem: Its arm has the steps.
-        x: Its answer.
+        problem: Problem whose arm has the steps.
+        x: Its solution.
         data: The fitted rows, and others.
     """
     out, arm = np.zeros(len(data), bool), problem.robot_at(x)

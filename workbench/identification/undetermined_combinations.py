@@ -1,13 +1,13 @@
-"""The linear algebra shared by all algorithms: one factorisation, its rank, and its null space.
+"""Linear algebra shared by all algorithms: one factorisation, its rank and its null space.
 
 The whitened Jacobian is compressed to its triangular factor, whatever the number of rows. Every parameter is
 measured in a natural unit: what changes the arm by 1 rad or 1 m, which weigh alike for arms of about a metre.
 Constants have rad and m themselves; a coefficient's unit follows from its law (`Problem.units`). A direction
 in parameter space is *unseen* when its singular value is rounding (`RANK_TOLERANCE`), and *hardly seen* when
 the stated noise leaves it uncertain by more than `HARDLY` natural units: beyond that the model is no longer
-linear, and a search along it wanders without fitting anything. No step goes along either, and both are named
-in the result; along the unseen ones the parameters end as close to nominal as they can (minimum norm, as
-`lsqminnorm`).
+linear, and a search along it wanders without fitting anything. No step goes along either, and both are
+reported in the result; along unseen directions the parameters stay as close to nominal as possible (minimum
+norm, as `lsqminnorm`).
 """
 
 from collections.abc import Iterable
@@ -19,18 +19,18 @@ from jaxtyping import Bool, Float
 from scipy.linalg import cho_factor, cho_solve, lapack, solve_triangular
 
 RANK_TOLERANCE = 1e-10
-"""Relative singular value below which a combination of parameters counts as not seen at all."""
+"""Relative singular value below which a combination of parameters is unobservable."""
 PANEL = 32
-"""Columns that the factorisation takes at once; numpy's leaves it less room, and takes four times as long."""
+"""Block size of the factorisation; numpy's default is smaller and takes four times as long."""
 PIVOT = 1e-11
-"""Minimum pivot of inner products, columns scaled to 1, from which on they tell directions well enough."""
+"""Minimum pivot of the normal equations, columns scaled to 1, for sufficient accuracy."""
 HARDLY = 0.2
-"""Standard error [natural units] above which a combination of parameters counts as hardly seen."""
+"""Standard error [natural units] above which a combination of parameters is weakly observable."""
 
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """J D = Q R, with D the natural units, and the compressed residual Qᵀr; R = U S Vᵀ where that is needed.
+    """J D = Q R, with D the natural units, and the compressed residual Qᵀr; R = U S Vᵀ where needed.
 
     Args:
         r: R, upper triangular [natural units].
@@ -46,8 +46,10 @@ class Factor:
 
     @cached_property
     def inverse(self) -> Float[np.ndarray, "p p"] | None:
-        """R⁻¹ if its size alone shows that all directions are identified; None where S must tell."""
-        if not len(self.r) or np.abs(np.diagonal(self.r)).min() <= 1.0 / HARDLY:  # the least s is no greater
+        """R⁻¹ if its size alone shows that all directions are identifiable; None if the SVD must decide."""
+        if (
+            not len(self.r) or np.abs(np.diagonal(self.r)).min() <= 1.0 / HARDLY
+        ):  # the smallest s is no greater
             return None
         found = lapack.dtrtri(self.r)[0]
         square = found.T @ found
@@ -66,17 +68,17 @@ class Factor:
 
     @property
     def vt(self) -> Float[np.ndarray, "p p"]:
-        """Right vectors, one for every parameter [natural units]."""
+        """Right singular vectors, one row per direction [natural units]."""
         return self._directions[2]
 
     @cached_property
     def along(self) -> Float[np.ndarray, " p"]:
-        """Uᵀ Qᵀ r, the residual along each left vector."""
+        """Uᵀ Qᵀ r, the residual along each left singular vector."""
         return self._directions[0].T @ self.compressed
 
     @cached_property
     def visible(self) -> Bool[np.ndarray, " p"]:
-        """Directions that the rows show at all, however faintly."""
+        """Directions that are observable at all, however weakly."""
         if self.inverse is not None:
             return np.ones(len(self.r), bool)
         return self.s > RANK_TOLERANCE * max(float(self.s.max(initial=0.0)), 1e-300)
@@ -103,21 +105,21 @@ class Factor:
 
     @cached_property
     def hardly(self) -> Float[np.ndarray, "p n"]:
-        """Directions [natural units] that the rows show, but too faintly to identify, orthonormal."""
+        """Weakly observable directions [natural units], too uncertain to identify, orthonormal."""
         return self._some(self.visible & ~self.seen)
 
     def _some(self, wanted: Bool[np.ndarray, " p"]) -> Float[np.ndarray, "p n"]:
         return self.vt[wanted].T if wanted.any() else np.zeros((len(wanted), 0))
 
     def step(self, damping: float = 0.0) -> Float[np.ndarray, " p"]:
-        """Step that reduces the residual most: Gauss–Newton, or Levenberg–Marquardt if damped."""
+        """Step that minimises the linearised cost: Gauss–Newton, or Levenberg–Marquardt if damped."""
         if self.inverse is not None:
             return self.units * self._damped(damping)
         s = self.s[self.seen]
         return self.units * (self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping))))
 
     def predicted_decrease(self, damping: float = 0.0) -> float:
-        """Decrease of |r|² that the linear model promises for that step."""
+        """Decrease of |r|² predicted by the linear model for that step."""
         if self.inverse is not None:
             explained = self.compressed if damping == 0.0 else self.r @ self._damped(damping)
             return float(explained @ (2.0 * self.compressed - explained))
@@ -126,7 +128,7 @@ class Factor:
         return float(np.sum(self.along[self.seen] ** 2 * shrink * (2.0 - shrink)))
 
     def _damped(self, damping: float) -> Float[np.ndarray, " p"]:
-        """That step in natural units, where all directions are identified."""
+        """Damped step in natural units, where all directions are identifiable."""
         if damping == 0.0:
             return solve_triangular(self.r, self.compressed)
         normal = self._normal.copy()
@@ -150,7 +152,7 @@ class Factor:
         return self.units[:, None] * (self.vt[self.seen] / self.s[self.seen, None]).T
 
     def information(self) -> Float[np.ndarray, "p p"]:
-        """JᵀJ: what the rows know, with zeros for what they do not."""
+        """JᵀJ: information matrix of the rows, zero along unobservable directions."""
         half = self.r / self.units
         return half.T @ half
 
@@ -161,7 +163,7 @@ class Factor:
 
 
 def independent_columns(columns: Float[np.ndarray, "m p"], minimum: Float[np.ndarray, " p"]) -> list[int]:
-    """Columns of which those kept before leave more than a minimum length, in their order."""
+    """Columns whose part orthogonal to those kept before exceeds a minimum length, in their order."""
     basis, kept = np.zeros((len(columns), 0)), []
     for i, rest in enumerate(columns.T):
         for _ in range(2):  # once more against rounding
@@ -191,7 +193,7 @@ def factorise(
 def factorise_pieces(
     pieces: Iterable[tuple[Float[np.ndarray, " m"], Float[np.ndarray, "m p"]]], units: Float[np.ndarray, " p"]
 ) -> Factor:
-    """The same for rows that come in pieces: each is folded into the triangular factor of those before.
+    """The same for rows in blocks: each is folded into the triangular factor of those before.
 
     Args:
         pieces: Residuals and Jacobians, whitened.
@@ -211,8 +213,7 @@ def factorise_pieces(
 
 
 def factorise_products(products: Float[np.ndarray, "p1 p1"], units: Float[np.ndarray, " p"]) -> Factor | None:
-    """The same from inner products of the columns, the residual last; None where they tell directions too
-    poorly."""
+    """The same from the normal equations, the residual last; None if these are too inaccurate."""
     scale = np.sqrt(np.diagonal(products)[:-1])
     if not scale.all():
         return None

@@ -31,7 +31,7 @@ def test_rows_of_another_arm_are_refused_and_undo_brings_an_arm_back(app, look, 
     screen = look()
     screen.tab("Measure")
     screen.give("Load measurements", write_measurements(rows, tmp_path / "rows.csv"))
-    screen.wait_text("hint", "these rows are not ARIA's; UR5 (CB3) fits to")
+    screen.wait_text("hint", "UR5 (CB3) fits to")
     aria = screen.until(lambda session: session.measurements.loaded is not None)
     screen.tab("Calibrate")
     screen.press("Identify")

@@ -1,12 +1,12 @@
 """Apparent error of a joint, a tilt or a length in every row.
 
-A row's whitened residual r (measured − predicted) is laid along the whitened column J of the increment; the
+A row's whitened residual r (measured − predicted) is projected on the whitened column J of the increment; the
 best size and its standard error are
 
     a = Jᵀ r / Jᵀ J,      s = σ / |J|
 
-with σ² the residual variance per degree of freedom. With all effects in the model, a is what is left; the
-effect's own law added back gives what the rows show of it (partial residuals).
+with σ² the residual variance per degree of freedom. With all effects in the model, a is the remaining error;
+adding back the effect's own law gives its partial residuals.
 
 Source: Larsen, McCleary, The use of partial residual plots in regression analysis, Technometrics 14(3), 1972.
 """
@@ -60,7 +60,7 @@ class Rows:
 
     @cached_property
     def state(self) -> DeflectedRows:
-        """The deflected arm in all rows, as views of effects ask for it."""
+        """The deflected arm in all rows, for laws of effects."""
         return DeflectedRows(self.robot.chain, self.motion, deflect(self.robot, self.motion).wrenches)
 
     @cached_property
@@ -71,7 +71,8 @@ class Rows:
     def along(
         self, elements: tuple[str, ...], direction: Float[np.ndarray, "rows e"]
     ) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]:
-        """Apparent size of an increment in every row, and its standard error; infinite where it shows none.
+        """Apparent size of an increment in every row, and its standard error; infinite where it is
+        unobservable.
 
         Args:
             elements: Elements of the chain that it changes.
@@ -91,7 +92,7 @@ class Rows:
 
 
 def judged_rows(result: Diagnosis) -> Dataset:
-    """Held-out rows whose session was fitted; none of a later time than what happened in it."""
+    """Held-out rows of fitted sessions; none from after the events of their session."""
     held, fitted = result.held_out_data, result.after_fit.problem
     if held.is_of_later and result.events:
         return held.take(np.zeros(len(held), bool))
@@ -101,7 +102,7 @@ def judged_rows(result: Diagnosis) -> Dataset:
 
 
 def _closed(robot: Robot, data: Dataset, fitted: Problem, places: dict[str, float]) -> Problem:
-    """The problem of rows in which nothing is unknown."""
+    """The problem of rows without unknowns."""
     known = instrument_places(robot, data, known=places)
     return Problem.build(robot, data, free=(), noise=fitted.noise, known=known)
 

@@ -1,11 +1,11 @@
-"""Pictures of effects: over what drives them, and errors of joints over the joint's own position.
+"""Figures of effects: against their drivers, and errors of joints against the joint's own position.
 
-The shape of a joint's error has no constant part, which is the joint's zero and belongs to the geometry:
+The constant part of a joint's error is its zero and belongs to the geometry, so it is removed:
 
     y(q) = (b(q) − b̄)ᵀ c,      std² = (b − b̄)ᵀ C (b − b̄)
 
-with b the laws of all effects of one joint's own position, b̄ their mean over the rows and C their part of the
-covariance.
+with b the laws of all effects of one joint's own position, b̄ their mean over the rows and C their part of
+the covariance.
 """
 
 import numpy as np
@@ -23,17 +23,17 @@ from workbench.identification.report.error_plots import POINTS
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 BINS = 14
-"""Most bins of a running mean."""
+"""Maximum number of bins of a running mean."""
 MIN_ROWS_PER_BIN = 3
-"""Fewest rows of a bin."""
+"""Minimum number of rows in a bin."""
 BEYOND = 1.35
-"""How much further than nearly all rows the axis reaches."""
+"""Margin of the axis beyond nearly all rows."""
 DIM = 0.15
-"""Weight, relative to the best rows', below which a row is not drawn: it says next to nothing."""
+"""Weight relative to the best rows' below which a row is not drawn."""
 
 
 def against_drivers(found: Accepted, rows: Rows) -> Figure:
-    """Rows over the effect's driver: on the left with the effect taken out, on the right with it."""
+    """Rows over the effect's driver, on the left with the effect removed, on the right with it."""
     shown = found.effect.sized(rows.robot.coefficients).views(rows.state)
     with look():
         figure = new_figure(10.0, 2.9 * len(shown) + 0.35)
@@ -67,12 +67,12 @@ def _pair(line, view: IncrementCurve, rows: Rows) -> None:
 
 
 def _spread(count: int) -> np.ndarray:
-    """Small shifts that keep rows of one value apart, the same every time."""
+    """Reproducible jitter that separates rows of the same value."""
     return 0.18 * (np.random.default_rng(0).random(count) - 0.5)
 
 
 def _points(axes: Axes, x, values, weight, held) -> None:
-    """Rows, faint where they say little of the increment."""
+    """Rows; those with little information on the increment are faint."""
     weighty = np.flatnonzero(weight > DIM * np.median(weight))
     chosen = weighty[
         np.unique(np.linspace(0, len(weighty) - 1, min(len(weighty), POINTS)).round().astype(int))
@@ -87,7 +87,8 @@ def _points(axes: Axes, x, values, weight, held) -> None:
 
 
 def _means(axes: Axes, view: IncrementCurve, values, law, weight) -> None:
-    """Weighted means of what is left in bins with their standard errors, upon the law at their middle."""
+    """Weighted means of the residuals in bins with their standard errors, added to the law at the bin's
+    centre."""
     if view.steps:
         edges = np.array([-1.5, -0.5, 0.5, 1.5])
     else:
@@ -117,14 +118,14 @@ def _curve(axes: Axes, view: IncrementCurve) -> None:
             here = view.x == side
             if here.any():
                 level = view.scale * float(view.law[here][0])
-                text = "the law found" if side < 0 else None
+                text = "identified law" if side < 0 else None
                 axes.plot([side - 0.35, side + 0.35], [level] * 2, color=COLOURS[1], lw=2.2, label=text)
         return
-    axes.plot(x, view.scale * y, color=COLOURS[1], lw=2.0, label="the law found", zorder=3)
+    axes.plot(x, view.scale * y, color=COLOURS[1], lw=2.0, label="identified law", zorder=3)
 
 
 def _limits(values: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
-    """A range about zero that holds nearly all rows that say something."""
+    """A range about zero that holds nearly all informative rows."""
     weighty = values[weight > DIM * np.median(weight)]
     low, high = np.quantile(weighty, [0.01, 0.99]) if len(weighty) else (0.0, 0.0)
     reach = max(BEYOND * max(abs(float(low)), abs(float(high))), 1e-12)
@@ -134,7 +135,7 @@ def _limits(values: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
 GRID = 800
 COLUMNS = 2
 SURE = 2.0
-"""Standard errors of the band."""
+"""Half-width of the band in standard errors."""
 
 
 def mapped(result: Diagnosis) -> dict[int, list[AbstractEffect]]:
@@ -148,7 +149,7 @@ def mapped(result: Diagnosis) -> dict[int, list[AbstractEffect]]:
 
 
 def shapes(result: Diagnosis) -> Figure | None:
-    """One panel for every joint with an error of its own; None if no joint has one."""
+    """One panel for every joint with a position-dependent error; None if there is none."""
     joints = mapped(result)
     if not joints:
         return None

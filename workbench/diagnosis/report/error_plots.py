@@ -1,4 +1,4 @@
-"""Pictures of errors: nominal arm, geometry alone and with the effects; and residuals in space, as arrows."""
+"""Figures of errors: nominal arm, geometry alone and with the effects; and residuals in space, as arrows."""
 
 from itertools import islice
 
@@ -20,12 +20,12 @@ from workbench.report.numbers import short
 
 MODELS = ("nominal", "geometry alone", "with the effects")
 SUMMARIES = {"position": "position_mm", "rotation": "orientation_deg", "tilt": "tilt_deg"}
-"""Where the summary of each kind of error stands."""
+"""Attribute of each kind of error's summary."""
 INKS = (NOMINAL, GEOMETRY, CALIBRATED)
 
 
 def errors(result: Diagnosis) -> Figure:
-    """Means and greatest errors of the three models, and how the errors of single rows are spread."""
+    """Mean and maximum errors of the three models, and the distribution over rows."""
     kinds = measured(result.after_rows[0])
     with look():
         figure = new_figure(10.0, 2.9 * len(kinds))
@@ -37,7 +37,7 @@ def errors(result: Diagnosis) -> Figure:
 
 
 def _means(axes: Axes, result: Diagnosis, name: str, unit: str, text: str) -> None:
-    """Mean (filled) and greatest error (open) on a logarithmic scale."""
+    """Mean (filled) and maximum error (open) on a logarithmic scale."""
     place, ticks, labels = 0.0, [], []
     shown = (result.nominal, result.before, *((result.after,) if result.effects else ()))
     for model, ink, validation in zip(MODELS, INKS, shown, strict=False):
@@ -87,12 +87,12 @@ def _histogram(axes: Axes, result: Diagnosis, name: str, scale: float, unit: str
 
 
 ARROWS = 250
-"""Most arrows; more are thinned evenly."""
+"""Maximum number of arrows; more are thinned evenly."""
 LONGEST = 0.2
-"""Length of a long arrow before, as a share of the measured space."""
+"""Length of a long arrow of the geometry, as a share of the measured space."""
 STEPS = (1, 2, 5)
 DARKER = ListedColormap(colormaps["viridis_r"](np.linspace(0.12, 1.0, 256)))
-"""Viridis without the yellow that fades on white."""
+"""Viridis without yellow, which is faint on white."""
 
 
 def arrows(result: Diagnosis) -> Figure | None:
@@ -132,7 +132,7 @@ def _positions(data: Dataset) -> np.ndarray:
 
 
 def _round(value: float) -> float:
-    """The greatest of 1, 2, 5, 10 … that is not above."""
+    """The largest of 1, 2, 5, 10 … that does not exceed the value."""
     power = 10.0 ** np.floor(np.log10(max(value, 1.0)))
     return float(max(s * power for s in STEPS if s * power <= max(value, 1.0)))
 

@@ -1,4 +1,4 @@
-"""The report of a diagnosis: a self-contained HTML page, its pictures as files, and the result."""
+"""The report of a diagnosis: a self-contained HTML page, its figures as files, and the result."""
 
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,7 @@ from workbench.report.sections import sections_of
 PAGE = "diagnosis.html"
 RESULT = "diagnosis.json"
 PICTURES = "diagnosis-"
-"""What the name of every picture begins with."""
+"""Prefix of every figure's file name."""
 
 
 def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
@@ -73,7 +73,6 @@ def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
 
 
 def _template_fields(result: Diagnosis) -> dict[str, Any]:
-    """What the template is filled with."""
     return {
         "robot": result.robot.name,
         "verdict": result.verdict_text,
@@ -98,7 +97,7 @@ def _template_fields(result: Diagnosis) -> dict[str, Any]:
         "turned": result.after.train.orientation_deg is not None,
         "alternatives": alternatives(result),
         "outliers": outlier_text(result) if len(result.outliers) else "",
-        "next_headings": [*joint_headings(result), *(["what it tells"] if result.next_reasons else [])],
+        "next_headings": [*joint_headings(result), *(["what it determines"] if result.next_reasons else [])],
         "next_rows": next_rows(result) if result.worth_measuring else [],
         "notes": result.notes,
     }

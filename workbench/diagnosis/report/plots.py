@@ -1,4 +1,4 @@
-"""All pictures of a diagnosis, with captions that explain how to read them."""
+"""All figures of a diagnosis, with captions that explain how to read them."""
 
 from functools import partial
 
@@ -13,16 +13,16 @@ from workbench.diagnosis.result import Diagnosis
 from workbench.report.figures import Picture, draw
 
 DRAWN = 12
-"""Most effects that are drawn over their drivers, those first that add most."""
+"""Maximum number of effects drawn over their drivers, largest contribution first."""
 OF_AN_EFFECT = (
-    "Every measured row as the error that it shows, all other parts of the model taken off (partial "
-    "residuals). Left: with this effect left out; the line is the law that was found. Right: what remains "
-    "with it. Squares: means of neighbouring rows."
+    "Every measured row as the error that it shows, all other parts of the model subtracted (partial "
+    "residuals). Left: without this effect; the line is the identified law. Right: what remains with it. "
+    "Squares: means of neighbouring rows."
 )
 
 
 def pictures(result: Diagnosis) -> tuple[Picture, ...]:
-    """Every picture that the result might fill, in the order of the page."""
+    """Every figure that the result can fill, in the order of the page."""
     return (
         Picture(
             "errors",
@@ -36,8 +36,8 @@ def pictures(result: Diagnosis) -> tuple[Picture, ...]:
             "ranking",
             "What each candidate would add",
             "Log evidence of each effect when it is added to the geometry alone, and the probability p that "
-            "chance alone adds as much. Similar effects rank high together; only those that the rows ask for "
-            "beside the others were added.",
+            "chance alone adds as much. Similar effects rank high together; only those supported beside the "
+            "others were added.",
             partial(ranking, result),
         ),
         *_of_effects(result),
@@ -60,7 +60,7 @@ def pictures(result: Diagnosis) -> tuple[Picture, ...]:
 
 
 def _of_events(result: Diagnosis) -> tuple[Picture, ...]:
-    """What happened while the rows were measured."""
+    """Events during the measurements."""
     if not result.events:
         return ()
     text = "Fitted rows. Dashed lines: what happened, and the first row after it."
@@ -68,7 +68,7 @@ def _of_events(result: Diagnosis) -> tuple[Picture, ...]:
 
 
 def _of_structure(result: Diagnosis) -> tuple[Picture, ...]:
-    """What is left, along the axis where it is no noise, or in the order of the rows."""
+    """Residuals along the axis with structure, or in the order of the rows."""
     found = result.structure
     if found.shown is None:
         return ()
@@ -78,7 +78,7 @@ def _of_structure(result: Diagnosis) -> tuple[Picture, ...]:
             "structure",
             f"Residuals along {found.shown.name}",
             f"Fitted rows at the final model: {text}. Lines: means of neighbouring rows. Noise scatters "
-            "about zero everywhere; dashed lines: events that were found.",
+            "about zero everywhere; dashed lines: events.",
             partial(along_axis, result),
         ),
     )

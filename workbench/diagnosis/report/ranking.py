@@ -1,4 +1,4 @@
-"""Picture of the ranking: what each candidate would add to the geometry alone."""
+"""Figure of the ranking: contribution of each candidate to the geometry alone."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,13 +10,13 @@ from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, grid, look, new_figure
 
 SHOWN = 14
-"""Most candidates that are drawn."""
+"""Maximum number of candidates drawn."""
 ROOM = 0.12
-"""Part of the axis that a figure needs left of its dot; it stands above the line where there is less."""
+"""Share of the axis that a number needs left of its dot; with less space it is placed above the line."""
 
 
 def key(effect: AbstractEffect) -> tuple:
-    """What makes two effects the same, whatever their sizes."""
+    """Identity of an effect, whatever its size."""
     return str(effect.name), effect.names
 
 

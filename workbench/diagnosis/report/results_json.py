@@ -58,7 +58,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
 
 
 def _joint_noise(result: Diagnosis) -> dict[str, object]:
-    """Of every joint's readings, null for those that slide; these in mm."""
+    """Of every joint's readings; null for prismatic joints, whose noise is in mm under its own key."""
     found, chain = result.joint_noise, result.calibrated.chain
     if found is None:
         return {"joint_noise_deg": None}
@@ -126,7 +126,7 @@ def _map(found: ResidualMap) -> Json:
 
 
 def _held_out(which: str, errors: Errors | None) -> Json:
-    """Mean errors; in degrees where orientations were measured, null where nothing was tried."""
+    """Mean errors; in degrees if orientations were measured, null if nothing was evaluated."""
     turned = None if errors is None else errors.orientation_deg
     return {
         f"{which}_held_out_mm": None if errors is None else errors.position_mm.mean,
@@ -135,7 +135,7 @@ def _held_out(which: str, errors: Errors | None) -> Json:
 
 
 def _structure(found: Structure) -> Json:
-    """Axes along which what is left was looked at, and those along which it is no noise."""
+    """Axes along which residuals were tested, and those with structure."""
     return {
         "level": LEVEL,
         "tests": found.tests,
@@ -147,7 +147,7 @@ def _structure(found: Structure) -> Json:
 
 
 def _undetectable(missing: Undetectable, result: Diagnosis) -> Json:
-    """An effect that the rows can't show; `std` is null where nothing loads it."""
+    """An undetectable effect; `std` is null if it is not loaded."""
     return {
         **_effect(missing.effect),
         "reason": str(missing.reason),

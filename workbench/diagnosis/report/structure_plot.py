@@ -1,4 +1,4 @@
-"""Picture of what is left, over the axis along which it has structure, or in the order of the rows."""
+"""Figure of the residuals, over the axis with structure, or in the order of the rows."""
 
 from collections.abc import Sequence
 
@@ -16,13 +16,13 @@ from workbench.report.colours import EVENT
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 NEIGHBOURS = 9
-"""Rows of a running mean."""
+"""Number of rows in a running mean."""
 MAX_SESSIONS = 20
-"""Sessions that are marked at most."""
+"""Maximum number of sessions marked."""
 
 
 def along_axis(result: Diagnosis) -> Figure | None:
-    """One panel for every component; None where too few rows were measured to look for structure."""
+    """One panel per component; None with too few rows for a test."""
     found = result.structure
     if found.shown is None:
         return None
@@ -45,7 +45,7 @@ def along_axis(result: Diagnosis) -> Figure | None:
 
 
 def row_by_row(result: Diagnosis) -> Figure | None:
-    """Error of every row in the order of measuring, with what happened; None where nothing did."""
+    """Error of every row in measuring order, with events; None without events."""
     events = result.events
     kinds = measured(result.after_rows[0])
     if not events or not kinds:
@@ -71,7 +71,7 @@ def row_by_row(result: Diagnosis) -> Figure | None:
 
 
 def _mark(axes: Axes, events: Sequence[AbstractEvent]) -> None:
-    """Dashed lines where something happened, with what it was above them."""
+    """Dashed lines at events, with their names above."""
     for k, event in enumerate(events):
         at = event.moment / (60.0 if event.is_timed else 1.0)
         axes.axvline(at, color=EVENT, ls="--", lw=1.2)
@@ -81,7 +81,7 @@ def _mark(axes: Axes, events: Sequence[AbstractEvent]) -> None:
 
 
 def _divide(axes: Axes, result: Diagnosis, x: np.ndarray) -> None:
-    """Dotted lines between sessions that were measured one after the other, and their names beneath."""
+    """Dotted lines between consecutive sessions, and their names beneath."""
     data = result.data
     if data.session is None:
         return
@@ -101,6 +101,6 @@ def _divide(axes: Axes, result: Diagnosis, x: np.ndarray) -> None:
 
 
 def _running(values: np.ndarray) -> np.ndarray:
-    """Means of neighbouring values."""
+    """Running means."""
     count = min(NEIGHBOURS, len(values))
     return np.convolve(values, np.full(count, 1.0 / count), mode="valid")

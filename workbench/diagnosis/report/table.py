@@ -27,16 +27,16 @@ from workbench.report.tables import folded, line, new_table, unbroken
 
 STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NONE: "bold", Verdict.PARTLY: "bold yellow"}
 NAMED = 15
-"""Most outliers that are named."""
+"""Maximum number of outliers named."""
 LISTED = 6
-"""Most coefficients of one effect that are listed one by one."""
+"""Maximum number of coefficients of one effect listed individually."""
 RANKED = 5
 """Number of candidates in a summary."""
 Units = Sequence[tuple[str, str]]
 """Names of errors and their units: of what was measured."""
 EXPLAINS = (
-    "explains: √(e₁² − e₂²) of the rms error of rows left out of the fit, e₁ without the cause, e₂ with it. "
-    "Odds against the best other claim, at most 20 : 1 where a doubt stays."
+    "explains: √(e₁² − e₂²), e₁ and e₂ the cross-validated rms errors without and with the cause. "
+    "Odds are against the best alternative, at most 20 : 1 while a doubt remains."
 )
 UNLIKELY = float(np.log(1e6))
 """Logarithm of the odds against an alternative beyond which it is none."""
@@ -65,14 +65,14 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
 
 
 def summary(result: Diagnosis) -> RenderableType:
-    """The verdict, errors before and after, and what each candidate would have brought."""
+    """The verdict, errors before and after, and the contribution of each candidate."""
     ranking = [ranking_table(result)] if result.ranking else []
     warnings = [line("warning", text) for text in result.warnings]
     return Group(*_beginning(result), *ranking, *_alternatives(result), *warnings)
 
 
 def joint_noise_text(result: Diagnosis) -> str:
-    """Size of the noise of joint readings and its part of what is left; – for exact ones."""
+    """Size of the noise of joint readings and its share of the remaining error; – for exact readings."""
     found = result.joint_noise
     if found is None:
         return "–"
@@ -80,7 +80,7 @@ def joint_noise_text(result: Diagnosis) -> str:
 
 
 def _beginning(result: Diagnosis) -> list[RenderableType]:
-    """Robot and rows, the verdict, errors before and after."""
+    """Robot and rows, verdict, errors before and after."""
     style = STYLES.get(result.verdict, "bold red")
     if result.verdict is Verdict.EXPLAINED and not result.is_good:
         style = STYLES[Verdict.PARTLY]
@@ -93,7 +93,7 @@ def _alternatives(result: Diagnosis) -> list[Text]:
 
 
 def ranking_table(result: Diagnosis) -> Table:
-    """The candidates that would have added most to the geometry alone."""
+    """The candidates with the largest contributions to the geometry alone."""
     added = {(found.effect.name, found.effect.names) for found in result.effects}
     headings = ("gain\n[nat]", "mean\n[mm]", "")
     table = new_table("What each candidate would add to the geometry alone", "effect", *headings)
@@ -110,7 +110,6 @@ def ranking_table(result: Diagnosis) -> Table:
 
 
 def heading(result: Diagnosis) -> str:
-    """One line: the robot and the rows."""
     fitted = len(result.after_fit.problem.data)
     rows = f"{fitted} rows fitted, {len(result.held_out_data)} held out"
     if len(result.outliers):
@@ -129,9 +128,9 @@ def errors_table(result: Diagnosis) -> Table:
 
 
 def causes_table(result: Diagnosis) -> Table:
-    """What is claimed, how surely, and what it explains."""
+    """Claimed causes with their confidence and what they explain."""
     headings = [f"explains\n[{unit}]" for _, unit in error_units(result)]
-    table = new_table("Causes", folded("cause"), unbroken("is"), "odds", *headings)
+    table = new_table("Causes", folded("cause"), unbroken("confidence"), "odds", *headings)
     for cause in result.causes:
         sizes = contributions(cause, error_units(result))
         table.add_row(cause.label, str(cause.confidence), odds_text(cause.odds), *sizes)
@@ -139,7 +138,7 @@ def causes_table(result: Diagnosis) -> Table:
 
 
 def contributions(cause: Cause, units: Units) -> list[str]:
-    """What a cause explains, unit by unit; – where that is unknown."""
+    """What a cause explains, unit by unit; – where unknown."""
     return [short(v) for v, _ in zip((cause.contribution_mm, cause.contribution_deg), units, strict=False)]
 
 
@@ -149,9 +148,9 @@ def odds_text(odds: float) -> str:
 
 
 def effects_table(result: Diagnosis) -> Table:
-    """What was added, with coefficients ± standard errors, and the mean error without and with each."""
+    """Added effects with coefficients ± standard errors, and the mean error without and with each."""
     rows = "held-out" if result.after.held_out is not None else "fitted"
-    title = f"Effects that were added; mean error of {rows} rows without each, and with all"
+    title = f"Added effects; mean error of {rows} rows without each one and with all"
     units = error_units(result)
     headings = [f"{which}\n[{unit}]" for _, unit in units for which in ("without", "with")]
     table = new_table(title, folded("effect"), folded("coefficients"), *headings)
@@ -163,7 +162,7 @@ def effects_table(result: Diagnosis) -> Table:
 
 
 def error_units(result: Diagnosis) -> Units:
-    """Positions in mm, and orientations in degrees where the rows have them."""
+    """Position error in mm, and orientation error in degrees if measured."""
     turned = judged(result.after).orientation_deg is not None
     return [("position_mm", "mm"), *([("orientation_deg", "°")] if turned else [])]
 
@@ -177,25 +176,25 @@ def errors_without_and_with(found: Accepted, units: Units) -> Iterator[str]:
 
 
 def _is_claimed(result: Diagnosis, effect: AbstractEffect) -> bool:
-    """Whether an effect of the model is of a cause, rather than of the map, which claims none."""
-    causes = [c for c in result.causes if c.kind == effect.name]  # a cause may name only its sure joints
+    """Whether an effect of the model belongs to a cause rather than to the map."""
+    causes = [c for c in result.causes if c.kind == effect.name]  # a cause names only its significant joints
     return any(set(c.joints) & set(effect.joints) or not effect.joints for c in causes)
 
 
 def alternatives(result: Diagnosis) -> list[str]:
-    """Alternatives that fit nearly as well as each effect, and better than none; one line each."""
+    """Alternatives that fit nearly as well as each effect, one line each."""
     sentences = (_instead(found) for found in result.effects)
     return [text for text in sentences if text]
 
 
 def nearly_as_good(found: Accepted) -> list[Ranked]:
-    """What would do in an effect's place: not beyond a million to one, and no worse than nothing there."""
+    """Alternatives to an effect: odds below a million to one, and better than no effect."""
     near = [r for r in found.alternatives if found.gain - r.gain <= UNLIKELY]
     return [r for r in near if r.held_out_mm is None or not r.held_out_mm > found.before.position_mm.mean]
 
 
 def _instead(found: Accepted) -> str:
-    """Empty where nothing does in the effect's place."""
+    """Alternatives to one effect; empty if there are none."""
 
     def sized(label: str, errors: Errors | None) -> str:
         size = "" if errors is None else errors.text("mean")
@@ -218,7 +217,7 @@ def outlier_text(result: Diagnosis) -> str:
 
 def next_table(result: Diagnosis) -> Table:
     """Joint positions of poses to measure next."""
-    reasons = [Column("what it tells")] if result.next_reasons else []
+    reasons = [Column("what it determines")] if result.next_reasons else []
     table = new_table("Measure next", unbroken("pose"), *joint_headings(result), *reasons)
     for k, cells in enumerate(next_rows(result), 1):
         table.add_row(str(k), *map(escape, cells))
@@ -231,7 +230,7 @@ def joint_headings(result: Diagnosis) -> list[str]:
 
 
 def next_rows(result: Diagnosis) -> list[list[str]]:
-    """Joint positions of poses to measure next, and what each tells."""
+    """Joint positions of poses to measure next, and what each determines."""
     reasons = [[reason.sentence] for reason in result.next_reasons] or [[]] * len(result.measure_next)
     return [
         [*(f"{v:.1f}".replace("-", "−") for v in q), *why]
@@ -245,7 +244,7 @@ class Size:
 
     Args:
         name: Such as `joint3.compliance`.
-        value: In the unit.
+        value: In this unit.
         std: Standard error, likewise.
     """
 
@@ -256,7 +255,7 @@ class Size:
 
     @property
     def text(self) -> str:
-        """Such as `0.0412 ± 0.0003 mrad/(N·m)`: two digits of the standard error."""
+        """Such as `0.0412 ± 0.0003 mrad/(N·m)`, to two digits of the standard error."""
         return f"{with_error(self.value, self.std)} {self.unit}"
 
 
@@ -272,7 +271,7 @@ def sizes(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple
 
 
 def lines(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple[tuple[str, str], ...]:
-    """Names and values for a table, by joint where there is one each; of many the one that is clearest."""
+    """Names and values for a table, by joint if there is one each; of many only the most significant."""
     found = sizes(effect, std, chain)
     alone, one_each = len(effect.joints) == 1, len(effect.joints) == len(found) > 1
     if len(found) <= LISTED:
@@ -283,5 +282,5 @@ def lines(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple
         return tuple((name, size.text) for name, size in zip(names, found, strict=True))
     clearest = max(found, key=lambda size: abs(size.value) / size.std if size.std > 0.0 else 0.0)
     if abs(clearest.value) < CLEAR * clearest.std:
-        return ((f"{len(found)} coefficients", "of which none is clear by itself"),)
-    return ((f"{len(found)} coefficients, clearest {clearest.name.partition('.')[2]}", clearest.text),)
+        return ((f"{len(found)} coefficients", "none of them individually significant"),)
+    return ((f"{len(found)} coefficients, largest {clearest.name.partition('.')[2]}", clearest.text),)

@@ -18,14 +18,14 @@ from workbench.identification.problem import LinearisedProblem, Problem
 from workbench.identification.undetermined_combinations import Factor, factorise, factorise_products
 
 STEP_TOLERANCE = 1e-4
-"""A step that promises to move the answer by less than this many standard errors ends the search."""
+"""The search ends when the predicted step is below this many standard errors."""
 NOISE_FLOOR = 0.1
-"""A search without a step downhill whose next step promises fewer standard errors than this is at the noise
-floor: no rows of this noise tell the answer from the optimum."""
+"""Without a step downhill, a predicted step below this many standard errors means that the search is at the
+noise floor: the data can't tell its answer from the optimum."""
 ROUNDING = 1e-8
-"""Relative decrease that can't be told from rounding once no step reduces the error any further."""
+"""Relative decrease that is rounding error once no step reduces the cost any further."""
 RESIDUAL_FLOOR = 1e-10
-"""… or one that changes the residuals by less than this many of the stated standard deviations: rounding."""
+"""… or a change of the residuals by less than this many stated standard deviations: rounding error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,21 +58,21 @@ class AbstractIdentifier(ABC):
 
     @abstractmethod
     def search(self, problem: Problem) -> SearchOutcome:
-        """Minimise the problem's cost from its start; `cancelled()` between steps asks whether to stop."""
+        """Minimise the problem's cost from its start; `cancelled()` is polled between steps."""
 
 
 Step = Callable[
     [np.ndarray, LinearisedProblem, Factor, float],
     tuple[np.ndarray, float, LinearisedProblem] | Outcome | None,
 ]
-"""From unknowns, residuals, their factorisation and the cost: unknowns, cost and residuals downhill;
-None if there is no such step; or the outcome with which the search ends."""
+"""(x, residuals, factor, cost) → (x, cost, residuals) after a step downhill; None if there is none; or the
+outcome with which the search ends."""
 
 
 def descend(
     problem: Problem, step: Step, *, limit: int, begin: Float[np.ndarray, " p"] | None = None
 ) -> SearchOutcome:
-    """Search by at most so many steps, from the problem's start or another beginning."""
+    """Take at most so many steps, from the problem's start or from a given x."""
     x = (problem.start if begin is None else begin).copy()
     at = problem.evaluate(x)
     history = [0.5 * float(at.residual @ at.residual)]
@@ -98,23 +98,23 @@ def descend(
 
 
 def _whole_factor(problem: Problem, at: LinearisedProblem) -> Factor | None:
-    """Factorisation by inner products; None where these do not show that all directions are identified."""
+    """Factorisation of the normal equations; None unless they show that all directions are identifiable."""
     table = np.column_stack([at.jacobian, at.residual])
     found = factorise_products(table.T @ table, problem.units)
     return None if found is None or found.inverse is None else found
 
 
 def has_converged(factor: Factor, decrease: float, size: int) -> bool:
-    """Whether the promised decrease of |r|² is far below what noise can carry.
+    """Whether the predicted decrease of |r|² is negligible against the noise.
 
-    A step of s standard errors promises a decrease of s² times the residual variance.
+    A step of s standard errors predicts a decrease of s² times the residual variance.
     """
     variance = factor.residual_square / max(size - factor.rank, 1)
     return decrease <= max(STEP_TOLERANCE**2 * variance, RESIDUAL_FLOOR**2 * size)
 
 
 def ended(promised: float, history: list[float], size: int) -> Outcome:
-    """Outcome of a search that found no step downhill: at the floor of noise or rounding, or stuck above.
+    """Outcome of a search that found no step downhill: converged to noise or rounding, or stuck above it.
 
     Args:
         promised: Decrease of |r|² that the linear model still promises.
@@ -130,7 +130,7 @@ def ended(promised: float, history: list[float], size: int) -> Outcome:
 def gauge_step(
     factor: Factor, step: Float[np.ndarray, " p"], from_nominal: Float[np.ndarray, " p"]
 ) -> Float[np.ndarray, " p"]:
-    """The step, moved along what can't be seen so that the parameters end as near to nominal as they can."""
+    """The step, shifted within the null space so that the parameters end as near to nominal as possible."""
     n = factor.null_space
     if not n.shape[1]:
         return step

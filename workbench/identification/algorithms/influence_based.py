@@ -5,16 +5,16 @@ At each pose the smallest change of constants that explains its residual is soug
     ΔE = C Jᵀ(J Jᵀ)⁺ ΔP,      E ← E + k ∘ ΔE,      ΔP ← ΔP − J (k ∘ ΔE),      C < 1,
 
 where k are the influences of the constants at that pose as shares of the maximum. The steps end when ΔP is
-below what the instrument resolves. Their limit has a closed form that no longer holds C, and is what is
-computed here, with K = diag(k):
+below the instrument's resolution. Their limit has a closed form without C, which is computed here,
+with K = diag(k):
 
     E = K Jᵀ(J K Jᵀ)⁺ ΔP
 
-(C is the path, not the end: each step multiplies what is left of ΔP by 1 − C J K Jᵀ(J Jᵀ)⁺.) With k = 1 this
-is the thesis's standard identification. One set of constants "that best fits all measured poses" is made
-from those of the poses: their mean, times the factor that lets the error of all poses fall most; from there
-all poses begin again, until that no longer helps. The mean of such projections is Cimmino's method, so what
-the poses hardly show grows last and stays near nominal if the rounds end early.
+(C affects the path only: each step multiplies the remaining ΔP by 1 − C J K Jᵀ(J Jᵀ)⁺.) With k = 1 this
+is the thesis's standard identification. The constants "that best fit all measured poses" are the mean
+over the poses times the best step length; all poses then start again from there, until the error no longer
+decreases. Averaging projections is Cimmino's method: weakly observable constants converge last, and stay
+near nominal if the rounds end early.
 
 Constants are compared in degrees and millimetres, as the thesis lists them. The influence of a constant is
 the column of J times the deviation of §3.5 (0.05°, 0.1 mm), which is the imposed deviation to first order.
@@ -48,7 +48,7 @@ class InfluenceBased(AbstractIdentifier):
     Args:
         weighted: Whether constants are weighted by their influence; if not, the thesis's standard
             identification (k = 1).
-        gain: Minimum relative decrease of the cost by one round that still counts as help.
+        gain: Minimum relative decrease of the cost in one round; the rounds end below it.
         limit: Maximum number of rounds.
     """
 
@@ -75,7 +75,7 @@ class InfluenceBased(AbstractIdentifier):
     def _round(
         self, at: LinearisedProblem, stacks: list[np.ndarray], units: Float[np.ndarray, " p"]
     ) -> tuple[Float[np.ndarray, " p"], float]:
-        """Mean of the poses' corrections at the best length, and the decrease of |r|² that it promises."""
+        """Mean of the poses' corrections times the best step length, and the predicted decrease of |r|²."""
         jacobian = at.jacobian * units
         deviations = np.where(units == MILLIMETRE, LENGTH, ANGLE) / units
         own = [self._poses(jacobian[s], at.residual[s], deviations) for s in stacks]
@@ -91,7 +91,7 @@ class InfluenceBased(AbstractIdentifier):
         residual: Float[np.ndarray, "rows m"],
         deviations: Float[np.ndarray, " p"],
     ) -> Float[np.ndarray, "rows p"]:
-        """The change of constants that explains each pose on its own, in degrees and millimetres."""
+        """The correction that explains each pose on its own, in degrees and millimetres."""
         k = pose_weights(jacobian * deviations) if self.weighted else np.ones((len(jacobian), 1))
         weighted = jacobian * k[:, None]
         gram = weighted @ jacobian.transpose(0, 2, 1)
@@ -100,13 +100,13 @@ class InfluenceBased(AbstractIdentifier):
 
 
 def _stacks(component_rows: Int[np.ndarray, " m"]) -> list[Int[np.ndarray, "poses k"]]:
-    """Residual components pose by pose, poses with equally many of them in one stack."""
+    """Residual components pose by pose; poses with the same number of components share a stack."""
     order = np.argsort(component_rows, kind="stable")
     _, starts, counts = np.unique(component_rows[order], return_index=True, return_counts=True)
     return [order[starts[counts == c][:, None] + np.arange(c)] for c in np.unique(counts)]
 
 
 def pose_weights(moves: Float[np.ndarray, "rows m p"]) -> Float[np.ndarray, "rows p"]:
-    """k of each pose: how far each deviation moves it, as a share of the maximum (Katana §3.6)."""
+    """Influence k at each pose: how far the unit deviation moves it, relative to the maximum (Katana 3.6)."""
     lengths = np.linalg.norm(moves, axis=1)
     return lengths / np.maximum(lengths.max(axis=1, keepdims=True), 1e-300)

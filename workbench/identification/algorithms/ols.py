@@ -1,8 +1,8 @@
 """OLS: Gauss–Newton with the minimum-norm step of ordinary least squares (ARIA 4.1.3, eqs. 19–21).
 
-Each step solves J ΔΦ = Δy in the least-squares sense; where the rows leave a combination of parameters
-open, the solution nearest to nominal is taken. A step that makes the error larger is halved, which the
-paper's version does not need near nominal and which costs nothing there.
+Each step solves J ΔΦ = Δy in the least-squares sense; along unobservable combinations of parameters the
+solution nearest to nominal is taken. A step that increases the error is halved; near nominal, as in the
+paper, this never happens.
 """
 
 from dataclasses import dataclass

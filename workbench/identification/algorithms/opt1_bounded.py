@@ -1,6 +1,6 @@
 """OPT1: the scalar cost of ARIA eq. (19) minimised within bounds, the counterpart of `fmincon`.
 
-The method knows the sum of squares only as one number with a gradient, and every parameter's interval:
+The method sees only the sum of squares, its gradient and every parameter's interval:
 sequential quadratic programming with an active set and a BFGS Hessian (SLSQP), in parameters scaled by
 the lengths of the Jacobian's columns at the start. Bounds come with the parameters.
 
@@ -21,9 +21,9 @@ from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
 
 ROUNDING = 1e-15
-"""Smallest change of the scalar cost, relative to the start's, that means anything."""
+"""Minimum change of the scalar cost, relative to the start's; smaller ones are rounding."""
 SAME_COST = 1e-6
-"""Relative difference of two costs that is no difference."""
+"""Relative difference below which two costs count as equal."""
 
 
 @final
@@ -90,7 +90,7 @@ class Opt1(AbstractIdentifier):
 
 
 def _near_nominal(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
-    """The answer without its part along what the rows don't show: there the scalar cost lets it drift."""
+    """The answer without its null-space part, along which the scalar cost lets it drift."""
     at = problem.evaluate(x)
     factor = factorise(at.jacobian, at.residual, problem.units)
     open_ones = np.column_stack([factor.null_space, factor.hardly])

@@ -1,7 +1,7 @@
 """OPT2: Levenberg–Marquardt, the counterpart of the paper's `lsqnonlin` (ARIA 4.1.3).
 
 Minimises ½|r(x)|² with the step (JᵀJ + λ I)⁻¹ Jᵀr, in natural units; λ follows the ratio of the actual to the
-promised decrease. One factorisation serves all λ of an iteration.
+predicted decrease. One factorisation serves all λ of an iteration.
 
 Source: Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05 (the update of λ).
 """
@@ -29,7 +29,7 @@ class Opt2(AbstractIdentifier):
     Args:
         limit: Maximum number of accepted steps.
         rejections: Maximum number of rejected steps in a row.
-        damping: First λ, as a part of the largest squared singular value of the whitened Jacobian.
+        damping: First λ, relative to the largest squared singular value of the whitened Jacobian.
     """
 
     limit: int = 200
@@ -49,7 +49,7 @@ class Opt2(AbstractIdentifier):
             for rejected in range(self.rejections):
                 step = gauge_step(factor, factor.step(damping), x - problem.start)
                 promised = factor.predicted_decrease(damping)
-                # most first trials are taken: their Jacobian is computed at once
+                # the first trial is usually accepted, so its Jacobian is computed at once
                 trial = None if rejected else problem.evaluate(x + step)
                 residual = problem.residual(x + step) if trial is None else trial.residual
                 less = 0.5 * float(residual @ residual)

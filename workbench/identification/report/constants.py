@@ -14,11 +14,11 @@ from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 from workbench.report.numbers import signed
 
 CERTAIN = 2.0
-"""A correction of this many standard errors is more than chance."""
+"""Standard errors above which a correction is significant."""
 
 
 def corrections(run: Run) -> Figure | None:
-    """Identification minus nominal of every constant of the arm, in standard errors; None if none is free."""
+    """Identified minus nominal value of every constant in standard errors; None if no constant is free."""
     fit = run.fit
     hidden = unseen(fit)
     shown = [

@@ -21,9 +21,9 @@ KINDS = (
 )
 """Errors of rows, the factor from SI to the unit in which they are drawn, and that unit."""
 POINTS = 400
-"""Maximum number of points in one plot of single rows; more are thinned evenly, and it is said."""
+"""Maximum number of points in one plot of single rows; more are thinned evenly, which the caption states."""
 GAP = 0.2
-"""A part of the range this long without rows breaks the running median."""
+"""A gap without rows longer than this share of the range breaks the running median."""
 
 
 def before_after(result: Identification, place: np.ndarray) -> Figure:
@@ -147,7 +147,7 @@ def measured(rows: RowErrors) -> list[tuple[str, float, str]]:
 
 
 def _thinned(rows: int, *, keep: np.ndarray) -> np.ndarray:
-    """At most `POINTS` rows, evenly, and those to keep."""
+    """At most `POINTS` rows, evenly spread, and those that must be kept."""
     chosen = np.zeros(rows, bool)
     chosen[np.unique(np.linspace(0, rows - 1, min(rows, POINTS)).round().astype(int))] = True
     return np.flatnonzero(chosen | keep)
@@ -179,7 +179,7 @@ def _radius(arm: Robot, q: np.ndarray) -> np.ndarray:
 
 
 def _running_median(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Medians of up to 15 parts with equally many rows; a gap without rows breaks the line."""
+    """Medians of up to 15 parts with equally many rows; gaps without rows break the line."""
     parts = np.array_split(np.argsort(x, kind="stable"), int(np.clip(len(x) // 8, 1, 15)))
     centre, middle = np.array([np.median(x[p]) for p in parts]), np.array([np.median(y[p]) for p in parts])
     gaps = np.flatnonzero(np.diff(centre) > GAP * max(float(np.ptp(x)), 1e-12)) + 1
@@ -187,5 +187,4 @@ def _running_median(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def evaluation_figure(result: Evaluation) -> Figure:
-    """Error of every row."""
     return on_white(errors_of_rows(result))

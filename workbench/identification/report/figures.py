@@ -3,11 +3,11 @@
 The paper's array of error plots: rows X, Y, Z and norm, columns NOM, OLS, OPT1, OPT2 (ARIA Figs. 7, 11).
 
 Within a row of the array the identified arms share one scale, so that they can be compared. The nominal
-arm's errors are often a hundred times larger: its column has a scale of its own, says by how much it is
-coarser, and shades the range that the other columns show.
+arm's errors are often a hundred times larger: its column then has a separate scale with the ratio noted, and
+the range of the other columns is shaded.
 
-Up to `STEMS` measurements are drawn one by one over l, in the order of measuring. More would run into each
-other: they are sorted, and drawn over the share of rows.
+Up to `STEMS` measurements are drawn one by one over l, in the order of measuring. More would overlap: they
+are sorted, and drawn over the share of rows.
 """
 
 from functools import cache, partial
@@ -29,7 +29,7 @@ from workbench.report.figures import COLOURS, INK, DrawnFigure, Picture, draw, g
 STEMS = 200
 """Maximum number of measurements that are drawn one by one."""
 OWN_SCALE = 3.0
-"""The nominal column gets a scale of its own where its errors are this many times larger."""
+"""The nominal column gets a separate scale if its errors exceed the others' by this factor."""
 LABELS = ("X", "Y", "Z", "norm")
 
 
@@ -42,7 +42,7 @@ def error_grid(
         columns: The nominal arm first.
         place: Place along l of every training and then every held-out row.
         rotation: Orientation errors e_ρ [°] instead of position errors e_p [mm].
-        limit: What is required of each axis [mm or °], drawn where it fits.
+        limit: Required error per axis [mm or °], drawn where it fits.
 
     Returns:
         The figure with 4 × columns axes; None if no row has such errors.
@@ -151,8 +151,8 @@ def all_figures(
     """Every picture that the result can fill, in the order of a report.
 
     Args:
-        wanted: Whose limits are drawn along the axes, where it is asked for per axis.
-        advice: Keeps a sentence about each picture that failed.
+        wanted: Requirement whose limits are drawn, if it is per axis.
+        advice: Collects a sentence about each picture that failed.
     """
     drawings: list[DrawnFigure] = []
     advice = advice or Advice()
@@ -179,9 +179,9 @@ def pictures(result: Identification, *, wanted: Wanted | None = None) -> tuple[P
         else "in order of measuring"
     )
     array = (
-        f"Each column is one arm; rows are {over}. The identified arms share a scale in every row of the "
-        "array; the nominal arm has its own where noted, and the band in its column is what the other "
-        f"columns show.{' Dotted lines: the required limit.' if requested else ''}"
+        f"Each column is one arm; measurements are {over}. The identified arms share a scale in every row of "
+        "the array; the nominal arm has a separate one where noted, with the others' range as a band."
+        f"{' Dotted lines: the required limit.' if requested else ''}"
     )
     thin = f" {POINTS} of {rows} rows are drawn, evenly chosen." if rows > POINTS else ""
     best_title = best.fit.title
@@ -194,16 +194,16 @@ def pictures(result: Identification, *, wanted: Wanted | None = None) -> tuple[P
          f"Nominal arm (grey; base and tool fitted where free) and {best_title} (blue; held-out rows in the "
          "colour of the text). Circled: rows that stand out." + thin, lambda: before_after(result, place)),
         Picture(NAMES[3], "Residuals against the noise",
-         f"Residual components of {best_title} on the fitted rows, and the normal distribution of the noise "
-         "that weighed them. Wider or lopsided residuals mean that something is missing from the model.",
+         f"Residual components of {best_title} on the fitted rows, and the normal distribution of the "
+         "assumed noise. Wider or skewed residuals mean that the model lacks something.",
          lambda: residual_histogram(result)),
         Picture(NAMES[4], "Where errors remain",
          f"Error of {best_title} against the distance from the first axis and against every joint; the line "
-         "is the running median. A trend means that something is missing from the model there." + thin,
+         "is the running median. A trend means that the model lacks something there." + thin,
          lambda: error_where(result)),
         Picture(NAMES[5], "Corrections of the arm",
          "Identification minus nominal in standard errors, one standard error either way; on the right the "
-         "same in mm and mrad. Within the band (two standard errors) a correction may be chance.",
+         "same in mm and mrad. Within the band (two standard errors) a correction is not significant.",
          lambda: corrections(best)),
         Picture(NAMES[6], "Influence of each constant",
          "How far the tool moves at the fitted poses when an angle deviates by 0.05° or a length by 0.1 mm, "

@@ -1,4 +1,4 @@
-"""How to use a calibration: the part that a controller can apply, and the remaining error."""
+"""How to apply a calibration: the numbers that a controller accepts, and the remaining error."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -23,7 +23,7 @@ from workbench.report.numbers import short, signed
 from workbench.report.tables import folded, line, new_table, unbroken
 
 ROWS = 500
-"""Maximum number of measured joint positions over which the numbers are chosen."""
+"""Maximum number of measured joint positions for which the numbers are optimised."""
 TEXT = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
 VARIANTS = (
     (ControllerPart.OFFSETS,),
@@ -34,11 +34,11 @@ VARIANTS = (
 
 @dataclass(frozen=True, eq=False)
 class Use:
-    """Numbers for controllers that take more and more.
+    """Numbers for controllers that accept increasingly many of them.
 
     Args:
         variants: Joint offsets only; with the tool; with tool and base.
-        linear: Which joints slide instead of turning.
+        linear: Which joints are prismatic.
         session: Session whose base and tool were used; empty if there is one only.
     """
 
@@ -48,12 +48,12 @@ class Use:
 
     @property
     def full(self) -> ControllerNumbers:
-        """The variant with everything."""
+        """The variant with offsets, tool and base."""
         return self.variants[-1]
 
     @property
     def advised(self) -> ControllerNumbers | None:
-        """The variant to enter: the last one that helps and is nowhere worse than none."""
+        """The variant to enter: the last one that reduces the error and increases it nowhere."""
         return next((v for v in reversed(self.variants) if v.is_better), None)
 
     @property
@@ -66,7 +66,7 @@ class Use:
 
     @property
     def table(self) -> list[tuple[str, list[str]]]:
-        """What is entered, and the four errors that remain, for each variant and for nothing at all."""
+        """For each variant and for no numbers: what is entered, and the four remaining errors."""
         first = self.variants[0]
         lines = [("nothing (its best base and tool)", _errors(first.before))]
         for text, variant in zip(TEXT, self.variants, strict=True):
@@ -75,7 +75,7 @@ class Use:
 
     @property
     def reference(self) -> str:
-        """What the errors refer to."""
+        """What the errors are measured against."""
         return (
             "the calibrated model, as far as it was measured" if self.full.notes else "the calibrated model"
         )
@@ -126,7 +126,7 @@ class Use:
         ]
         lines += [line("note", note) for note in (self.advised or self.full).notes]
         if self.full.held:
-            lines.append(line("left as they were, as others do the same", ", ".join(self.full.held)))
+            lines.append(line("redundant, left unchanged", ", ".join(self.full.held)))
         return Group(*head, *lines)
 
     def json(self) -> list[dict[str, Any]]:
@@ -144,13 +144,14 @@ def controller_use(result: Identification) -> Use:
 def use_of(
     calibrated: Robot, nominal: Robot, *, q: Float[np.ndarray, "rows n"] | None = None, session: str = ""
 ) -> Use:
-    """Numbers for controllers that take offsets only, the tool too, and the base too.
+    """Numbers for controllers that accept offsets only, the tool too, and the base too.
 
     Args:
         calibrated: The arm as identified.
         nominal: The arm as the controller computes it.
-        q: Joint positions that matter [rad or m]; sampled evenly within the limits if None.
-        session: Session whose base and tool count, where the calibrated arm has several; the first if empty.
+        q: Joint positions to compare at [rad or m]; uniform samples within the limits if None.
+        session: Session whose base and tool are used, where the calibrated arm has several; the first if
+            empty.
     """
     session = session or next(iter(calibrated.sessions), "")
     variants = tuple(

@@ -1,7 +1,6 @@
 """The report as one self-contained HTML page: no network, no scripts, embedded pictures.
 
-Everything that is written into the page passes through the template's escaping; only our own pictures
-are put in as they are.
+All text passes through the template's escaping; only our own pictures are inserted verbatim.
 """
 
 from pathlib import Path
@@ -26,7 +25,7 @@ from workbench.report.sections import sections_of
 
 PAGE = "report.html"
 LISTED = 50
-"""Maximum number of rows that a list in the page names one by one; the rest is in the JSON file."""
+"""Maximum number of rows in a list on the page; all rows are in the JSON file."""
 
 
 def write_report(result: Identification, folder: Path | str, *, wanted: Wanted | None = None) -> Path:
@@ -36,7 +35,7 @@ def write_report(result: Identification, folder: Path | str, *, wanted: Wanted |
 
     Args:
         folder: Made if it is not there.
-        wanted: What every pose has to keep; nothing is judged if None.
+        wanted: Required error of every pose; no verdict if None.
     """
     check_folder(folder)
     advice = Advice()
@@ -58,7 +57,7 @@ def write_report(result: Identification, folder: Path | str, *, wanted: Wanted |
 
 
 def _text(result: Identification, *, judged: Judged | None, use: Use) -> dict[str, Any]:
-    """What the template is filled with."""
+    """The template's fields."""
     best, (before, after) = result.best, result.error
     return {
         "robot": result.robot.name,
@@ -114,13 +113,13 @@ def _facts(result: Identification) -> list[tuple[str, str]]:
     if len(data.sessions) > 1:
         facts.append(("Sessions", f"{len(data.sessions)}: {', '.join(data.sessions)}"))
     noise = result.noise if data.rotation is not None else result.noise._replace(rotation=np.nan)
-    facts.append(("Noise that weighed the rows", noise.text))
-    facts.append(("Parameters", f"{len(result.best.fit.problem.names)} identified together"))
+    facts.append(("Assumed noise", noise.text))
+    facts.append(("Parameters", f"{len(result.best.fit.problem.names)} free parameters"))
     return facts
 
 
 def error_cards(before: Errors, after: Errors) -> list[dict[str, str]]:
-    """What the page shows first: mean and maximum errors before and after."""
+    """Cards at the top of the page: mean and maximum errors before and after."""
     cards = []
     for what, unit, old, new in (
         ("position error", " mm", before.position_mm, after.position_mm),
@@ -156,7 +155,7 @@ def _axes(check: WantedCheck) -> list[dict[str, Any]]:
 
 
 def _strip(check: WantedCheck) -> list[tuple[float, float]]:
-    """Runs of rows that fail, as start and length in percent of all judged rows, for a bar."""
+    """Runs of failing rows for a bar: start and length in percent of all judged rows."""
     failed = ~check.passed[check.judged]
     edges = np.flatnonzero(np.diff(np.concatenate([[False], failed, [False]]).astype(int)))
     scale = 100.0 / max(len(failed), 1)

@@ -1,7 +1,7 @@
 """Parameters as in the paper's Tables 3 and 4: one row a joint, one column a constant, θ d a α β.
 
-Every cell tells the nominal value, the identified one, and its standard error; constants that were held
-are marked, as the paper's ∗ does, and so are those that can only be seen together with others.
+Every cell has the nominal value, the identified one and its standard error; held constants are marked with
+the paper's ∗, and so are those that can't be separated from others.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ FAMILY = ("theta", "d", "a", "alpha", "beta")
 
 
 class ConstantStatus(StrEnum):
-    """What became of a constant; the value is its mark in tables."""
+    """Status of a constant; the value is its mark in tables."""
 
     IDENTIFIED = ""
     HELD = "∗"
@@ -40,10 +40,10 @@ class Cell:
     Args:
         name: As in the result, such as `joint2.alpha`.
         unit: `rad` or `m`.
-        value: Identification value; the nominal one if it was held.
+        value: Identified value; the nominal one if it was held.
         std: Standard error; None where there is none.
-        state: What became of it.
-        is_expected: Whether the standard error is that of what was expected beforehand: no row tells more.
+        state: Its status.
+        is_expected: Whether the standard error is the prior's, as the rows add no information.
     """
 
     name: str
@@ -56,14 +56,14 @@ class Cell:
 
     @property
     def readable_unit(self) -> str:
-        """Unit that people read."""
+        """Unit for display."""
         return {"rad": "°", "m": "mm"}.get(self.unit, self.unit)
 
     @property
     def shown(self) -> tuple[str, str, str]:
-        """Nominal value, deviation from it and standard error in that unit; blank what is not known.
+        """Nominal value, deviation and standard error in that unit; empty where unknown.
 
-        Decimals of the deviation are those of its standard error.
+        The deviation has as many decimals as its standard error.
         """
         scale = {"rad": float(np.rad2deg(1.0)), "m": 1e3}.get(self.unit, 1.0)
         nominal = signed(scale * self.nominal, 3)
@@ -105,7 +105,7 @@ class ParameterTable:
 
 
 def unseen(fit: Fit) -> frozenset[str]:
-    """Parameters that no row shows, alone: their standard error means nothing."""
+    """Unobservable parameters: their standard error is meaningless."""
     return frozenset(c.names[0] for c in fit.unidentifiable if len(c.names) == 1)
 
 
@@ -150,7 +150,7 @@ def _plus(value: float, decimals: int) -> str:
 
 
 def _columns(of_joints: dict[str, dict[str, Cell]]) -> tuple[str, ...]:
-    """The family's five constants, or whatever else the joints have that was identified or is not 0."""
+    """The convention's five constants, or whichever others were identified or are not 0."""
     present = [constant for row in of_joints.values() for constant in row]
     if any(c in FAMILY for c in present):
         return tuple(c for c in FAMILY if c in present)

@@ -1,7 +1,7 @@
 """Machine-readable results: the schemas `workbench.identification/1` and `workbench.evaluation/1`.
 
-Only finite numbers are written; what is not known (the orientation of point data, the standard error of a
-parameter that no row shows) is null.
+Only finite numbers are written; unknown ones (the orientation of point data, the standard error of an
+unobservable parameter) are null.
 """
 
 import numpy as np
@@ -95,7 +95,7 @@ def _spread(spread: Spread | None) -> Json | None:
 
 
 def errors_json(errors: Errors | None) -> Json | None:
-    """The element `E` of formats.md; None without rows."""
+    """Object `E` of formats.md; None without rows."""
     if errors is None:
         return None
     found = {"position_mm": _spread(errors.position_mm), "orientation_deg": _spread(errors.orientation_deg)}

@@ -36,9 +36,9 @@ COLUMNS = {
 }
 """Unit and numbers of each kind of error."""
 LARGE = 100.0
-"""Errors from here on have one decimal."""
+"""Errors above this have one decimal."""
 NARROW_FROM = 6
-"""Columns of numbers beyond which they stand closer, so that 80 columns hold them."""
+"""Number of columns above which the padding is reduced to fit 80 characters."""
 
 
 def identification_tables(
@@ -48,7 +48,7 @@ def identification_tables(
 
     Args:
         parameters: Whether to show the parameter table as well.
-        every: Whether to show all algorithms side by side, not only those whose arms differ.
+        every: Whether to show all algorithms, not only those with different results.
     """
     parts: list[RenderableType] = [Text(heading(result), style="bold"), errors_table(result, every=every)]
     if parameters:
@@ -58,7 +58,6 @@ def identification_tables(
 
 
 def heading(result: Identification) -> str:
-    """One line: the robot and the rows."""
     rows = f"{plural(len(result.train_rows), 'row')} fitted, {len(result.held_out_data)} held out"
     if result.excluded:
         rows += f", {len(result.excluded)} excluded"
@@ -71,13 +70,13 @@ def errors_table(result: Identification, *, every: bool = False) -> Table:
 
 
 def _calibrated(result: Identification) -> list[tuple[str, Run]]:
-    """The arms that differ; a single one needs no algorithm's name."""
+    """The arms that differ; a single one is not labelled with its algorithm."""
     found = result.distinct
     return found if len(found) > 1 else [("calibrated", found[0][1])]
 
 
 def models_table(models: Sequence[tuple[str, Validation | Run]]) -> Table:
-    """Errors of some models on fitted and held-out rows."""
+    """Errors of several models on fitted and held-out rows."""
     lines = error_rows(models)
     kinds, table = error_columns([errors for *_, errors in lines])
     for title, rows, errors in lines:
@@ -92,7 +91,7 @@ def identification_summary(result: Identification) -> RenderableType:
 
 
 def evaluation_tables(result: Evaluation) -> RenderableType:
-    """Errors of a given model, and the decisions that were taken."""
+    """Errors of a given model, and the decisions taken."""
     kinds, table = error_columns([result.errors])
     table.add_row(escape(result.robot.name), f"{len(result.row_numbers)}", *error_cells(result.errors, kinds))
     return Group(table, *(line("note", note) for note in result.notes))
@@ -125,7 +124,7 @@ def parameters_tables(fit: Fit) -> RenderableType:
 
 
 def messages(result: Identification) -> list[RenderableType]:
-    """Unidentifiable combinations, warnings and decisions, one line each."""
+    """Unobservable combinations, warnings and decisions, one line each."""
     lines: list[RenderableType] = [line("not identifiable", sentence) for sentence in result.unidentifiable]
     lines += [line("warning", sentence) for sentence in result.warnings]
     if result.identifiability is not None:
@@ -139,7 +138,7 @@ def messages(result: Identification) -> list[RenderableType]:
 
 
 def error_columns(found: Sequence[Errors]) -> tuple[list[str], Table]:
-    """Which errors a table of these shows, those of what was measured; and that table, empty."""
+    """The kinds of error that were measured, and an empty table with columns for them."""
     kinds = [kind for kind in COLUMNS if any(_is_measured(getattr(errors, kind)) for errors in found)]
     own = next((errors.own_name.partition("[")[2].rstrip("]") for errors in found if errors.own_name), "")
     headings = [f"{n}\n[{unit or own}]" for kind in kinds for unit, names in [COLUMNS[kind]] for n in names]
