@@ -1,4 +1,4 @@
-"""The arm as it is after everything that happened while it was measured."""
+"""The arm after all events that happened while it was measured."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -21,14 +21,14 @@ def after_events(
     motion: Motion | None = None,
     sessions: Mapping[str, Bool[np.ndarray, " rows"]] | None = None,
 ) -> Robot:
-    """The arm as it is now, without what happened while it was measured.
+    """The arm in its present state, without the events during the measurements.
 
-    A session that was over before base or tool stepped has the base and the tool of its time.
+    A session that ended before base or tool stepped keeps the base and the tool of its time.
 
     Args:
         robot: The arm with its events.
-        motion: The rows from which they are known.
-        sessions: Which of these rows are of each session.
+        motion: The rows that determine them.
+        sessions: Rows of each session.
     """
     gone = {n for e in robot.effects if e.is_event for n in e.names}
     if not gone:
@@ -52,7 +52,7 @@ def after_events(
 
 
 def _after(robot: Robot, own: Mounting, motion: Motion | None = None) -> Mounting:
-    """A mounting as it was in the last of its rows; as it is now if none are given."""
+    """The mounting at the last of its rows; the present one without rows."""
     steps = [e for e in robot.effects if isinstance(e, FrameStep | ToolStep)]
     last = Motion(np.zeros((1, robot.dof)))
     if motion is not None and steps:

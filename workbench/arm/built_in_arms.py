@@ -22,7 +22,8 @@ ORDER = (Axis.TX, Axis.TY, Axis.TZ, Axis.RZ, Axis.RY, Axis.RX)
 
 @cache
 def posed_arm() -> Robot:
-    """The arm whose joints are x y z yaw pitch roll of the tool in the robot's base, none of it free."""
+    """A substitute arm whose joints are x y z yaw pitch roll of the tool in the robot's base, none of it
+    free."""
     kinds = [JointKind.REVOLUTE if axis.turns else JointKind.PRISMATIC for axis in ORDER]
     return Robot(
         name="tool poses",
@@ -65,12 +66,12 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
 
 @cache
 def _built_in(path: Path) -> Robot:
-    """The one object of a built-in arm, so that whatever is kept by arm is kept for all who load it."""
+    """The single object of a built-in arm, so that caches by arm are shared."""
     return read_toml(path)
 
 
 def save_robot(robot: Robot, path: Path | str) -> Path:
-    """Write a robot as the ending of the file says: `.toml`, or `.urdf` for what that can carry."""
+    """Write a robot in the format of the file's extension: `.toml`, or `.urdf` for what it can represent."""
     path = check_robot_file(path)
     if path.suffix.lower() == ".toml":
         return write_toml(robot, path)
@@ -80,7 +81,7 @@ def save_robot(robot: Robot, path: Path | str) -> Path:
 
 
 def check_robot_file(path: Path | str) -> Path:
-    """A file that a robot can be written to."""
+    """The path, checked for a robot file's extension."""
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in (".toml", ".urdf"):
@@ -89,9 +90,9 @@ def check_robot_file(path: Path | str) -> Path:
 
 
 def expand_xacro(path: Path | str, arguments: dict[str, str]) -> Path:
-    """The URDF expanded from a xacro, in a temporary folder that is removed when the program ends.
+    """The URDF expanded from a xacro, in a temporary folder that is removed at exit.
 
-    Packages are looked for beside the file, in the folders above it, and where ROS has them.
+    Packages are searched beside the file, in the folders above it, and in ROS's paths.
     """
     try:
         from xacrodoc import XacroDoc
@@ -105,9 +106,9 @@ def expand_xacro(path: Path | str, arguments: dict[str, str]) -> Path:
     urdf = urdf.with_suffix(".urdf")
     try:
         XacroDoc.from_file(str(path), subargs=arguments).to_urdf_file(str(urdf))
-    except Exception as error:  # xacro raises many kinds for a malformed file or a missing package
+    except Exception as error:  # xacro raises many types for a malformed file or a missing package
         why = f"{type(error).__name__}: {error}"
         raise FileError(
-            f"can't be expanded ({why}); arguments are given as name:=value", path=str(path)
+            f"can't be expanded ({why}); give its arguments as name:=value", path=str(path)
         ) from None
     return urdf

@@ -1,14 +1,12 @@
-"""Calibration record of a calibrated arm: poses used, standard errors of its constants, what was observed.
+"""Calibration record of an arm: poses used, standard errors of its constants, observability.
 
-Every pose is kept as four bytes, the CRC-32 of its joint positions rounded to `ROUNDING`: enough to tell
-whether a later measurement was among them, and no burden in the robot's file. Two poses of a thousand are
-taken for each other with a probability of about 10⁻⁴.
+Every pose is stored as four bytes, the CRC-32 of its joint positions rounded to `ROUNDING`: enough to tell
+whether a later measurement was among them, and small in the robot's file. The probability that any two of a
+thousand poses collide is about 10⁻⁴.
 
-What the rows of a calibration showed of the tool: asked by everything that applies the calibration.
-
-One reflector shows where a point is and nothing of how the tool is turned: constants that only turn the tool
-then fit anything. Where a direction was not measured, or the rows leave it more uncertain than arms are made,
-the nominal arm knows it better (`usable.py`).
+The observability of the tool is used by everything that applies the calibration. One reflector measures a
+point, not the tool's orientation: constants that only rotate the tool are then arbitrary. Where a direction
+was not measured, or is more uncertain than manufacturing errors, the nominal arm is better (`usable.py`).
 """
 
 import base64
@@ -25,17 +23,17 @@ from workbench.base.toml import AbstractTableReader
 from workbench.base.types import frozen
 
 MAX_POSITION, MAX_ROTATION = 2e-3, float(np.deg2rad(0.3))
-"""Standard errors of the tool from which on a nominal arm is as good [m], [rad]."""
+"""Standard errors of the tool above which a nominal arm is as good [m], [rad]."""
 POSES = 120
-"""Measured joint positions that a calibration keeps."""
+"""Maximum number of measured joint positions in the record."""
 
 
 class Expected(NamedTuple):
     """Expected error of a model at some poses.
 
     Args:
-        position: Root mean square of the position's [m].
-        rotation: Of the orientation's [rad].
+        position: Root mean square position error [m].
+        rotation: Root mean square orientation error [rad].
     """
 
     position: float
@@ -44,13 +42,13 @@ class Expected(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Observed:
-    """What the rows showed.
+    """Observability of the tool in a calibration.
 
     Args:
-        position: How many directions of the tool's position they show, 0 to 3.
-        rotation: How many of its orientation.
-        tool: How uncertain the constants leave the tool.
-        flange: How uncertain they leave the flange.
+        position: Number of observable directions of the tool's position, 0 to 3.
+        rotation: Number of those of its orientation.
+        tool: Uncertainty of the tool due to the constants.
+        flange: Uncertainty of the flange due to the constants.
         q: Some of the measured joint positions, the extremes of every joint among them [rad or m].
     """
 
@@ -62,7 +60,7 @@ class Observed:
 
     @property
     def sees_position(self) -> bool:
-        """Whether positions of the tool are better known than the nominal arm has them."""
+        """Whether positions of the tool are known better than by the nominal arm."""
         return self.position == 3 and self.tool.position < MAX_POSITION
 
     @property
@@ -71,7 +69,7 @@ class Observed:
 
     @property
     def missing(self) -> str:
-        """What is not known, and why, in words; empty if nothing is missing."""
+        """What is not known, and why, as text; empty if nothing is missing."""
         pairs = (
             ("positions", self.sees_position, self.position, f"{1e3 * self.tool.position:.2g} mm"),
             ("orientations", self.sees_rotation, self.rotation, f"{np.rad2deg(self.tool.rotation):.2g}°"),
@@ -83,7 +81,7 @@ class Observed:
         )
 
     def table(self) -> dict[str, Any]:
-        """As the robot's file has it; joint positions to 1e-4."""
+        """As in the robot's file; joint positions to 1e-4."""
         return {
             "position": self.position,
             "rotation": self.rotation,
@@ -94,14 +92,14 @@ class Observed:
 
 
 def some_of(q: Float[np.ndarray, "rows n"], maximum: int = POSES) -> np.ndarray:
-    """Rows that stand for all of them: those with the extremes of each joint, the others evenly spread."""
+    """Representative rows: those with the extremes of each joint, the others evenly spread."""
     ends = np.concatenate([q.argmin(0), q.argmax(0)])
     even = np.linspace(0, len(q) - 1, min(len(q), maximum)).round().astype(int)
     return np.unique(np.concatenate([ends, even]))
 
 
 ROUNDING = 1e-6
-"""Joint positions that agree after rounding to this are one pose [rad or m]."""
+"""Joint positions that agree after rounding to this [rad or m] are the same pose."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -110,11 +108,11 @@ class Calibration:
 
     Args:
         source: Name of the file of measurements.
-        poses: Of every row that was fitted, as `pose_keys` has them.
-        std: Standard errors of the identified constants by name, in SI; without those that no row shows.
+        poses: Keys of all fitted rows, from `pose_keys`.
+        std: Standard errors of the identified constants by name, in SI; without unobservable ones.
         nominal: Nominal values of the identified constants of arm and frames, SI; empty in older files.
-        observed: What the rows showed of the tool; None in older files.
-        error: Mean error on held-out rows, fitted ones where none were held out [m], [rad]; None if unknown.
+        observed: Observability of the tool; None in older files.
+        error: Mean error on held-out rows, or fitted ones if none were held out [m], [rad]; None if unknown.
     """
 
     source: str
@@ -142,13 +140,13 @@ class Calibration:
 
 
 def pose_keys(q: Float[np.ndarray, "rows n"]) -> UInt32[np.ndarray, " rows"]:
-    """A number for each row of joint positions; equal rows have equal numbers."""
+    """A key for each row of joint positions; equal rows have equal keys."""
     rounded = np.ascontiguousarray(np.round(q / ROUNDING).astype("<i8"))
     return frozen(np.array([zlib.crc32(row.tobytes()) for row in rounded], np.uint32))
 
 
 def poses_of(text: str) -> UInt32[np.ndarray, " rows"] | None:
-    """Poses as `Calibration.table` wrote them; None for anything else."""
+    """Pose keys as `Calibration.table` wrote them; None for anything else."""
     try:
         return frozen(np.frombuffer(base64.b64decode(text, validate=True), "<u4").astype(np.uint32))
     except (binascii.Error, ValueError):
@@ -156,14 +154,14 @@ def poses_of(text: str) -> UInt32[np.ndarray, " rows"] | None:
 
 
 def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | None:
-    """The record in a robot's file; None where it has none."""
+    """The record in a robot's file; None if there is none."""
     if table is None:
         return None
     what = "[calibration]"
     reader.keys(table, {"source", "poses", "std", "nominal", "error", "observed"}, what)
     poses = poses_of(str(table.get("poses", "")))
     if poses is None:
-        raise reader.fail(f"{what} poses are damaged; take the file that the calibration wrote")
+        raise reader.fail(f"{what} poses are damaged; use the file written by the calibration")
 
     def named(key: str) -> dict[str, float]:
         values = reader.table(table.get(key, {}), f"{what} {key}")
@@ -196,7 +194,7 @@ def _observed(table: Any, reader: AbstractTableReader) -> Observed:
 
 
 def _expected(table: dict, key: str, what: str, reader: AbstractTableReader) -> Expected:
-    """A position's and an orientation's error; NaN stands for none."""
+    """Errors of position and orientation; NaN for none."""
     pair = table.get(key)
     if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(v, int | float) for v in pair):
         raise reader.fail(f"{what} {key} must be two numbers [m, rad], not {pair!r}")

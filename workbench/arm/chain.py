@@ -9,9 +9,9 @@ through p_k and [a; 0] for a translation along a, in base axes. For the Hayati c
 (13a–e), except that the α column takes the x axis before the β rotation, as eq. (8) demands and the
 printed (13d) does not.
 
-The two loops over rows are compiled (numba); everything else here only describes the chain. What the loops
-only read is handed over read-only (`frozen`): numba compiles a function again for each mixture of arrays that
-may and may not be written to, and each takes seconds.
+The two loops over rows are compiled (numba); everything else only describes the chain. Inputs of the loops
+are read-only arrays (`frozen`): numba compiles a function again for each combination of writable and read-
+only arrays, which takes seconds.
 """
 
 from collections.abc import Iterable
@@ -49,12 +49,12 @@ class Element:
     """One elementary transform of a chain.
 
     Args:
-        axis: What it does.
+        axis: Kind of transform.
         name: Name of its constant, such as `joint2.alpha`.
         value: The constant p [rad or m].
         joint: Column of q that drives it, or None.
-        follows: Column of q that it follows beside the element that this drives, or None …
-        ratio: … and by how much per unit of that joint.
+        follows: Column of q that it follows in addition to the element driven by it (mimic), or None …
+        ratio: … and its motion per unit of that joint.
         free: Whether its constant may be identified by default.
         link: Joint entry that it belongs to, counted from 0; -1 for the base, -2 for the tool.
         matrix: The transform of an `Axis.CONSTANT`, which has neither value nor driver.
@@ -101,11 +101,11 @@ class Chain:
 
     @cached_property
     def followers(self) -> Int[np.ndarray, " f"]:
-        """Elements that follow a joint beside the one that it drives."""
+        """Elements that follow a joint in addition to the one driven by it."""
         return frozen(np.array([i for i, e in enumerate(self.elements) if e.follows is not None], np.int64))
 
     def positions(self, q: Float[np.ndarray, "_ n"]) -> Float[np.ndarray, "_ nf"]:
-        """Joint coordinates, and behind them what each follower makes of its joint's; rates likewise."""
+        """Joint coordinates, followed by those of mimic elements; rates likewise."""
         if not len(self.followers) or not len(q):
             return q
         mine = [self.elements[i] for i in self.followers]
@@ -113,12 +113,12 @@ class Chain:
 
     @cached_property
     def driven(self) -> Int[np.ndarray, " n"]:
-        """The (first) element that each joint drives; 0 for a joint without any."""
+        """The (first) element driven by each joint; 0 for a joint without one."""
         return frozen(np.array([int(np.argmax(self.drivers == j)) for j in range(self.dof)], np.int64))
 
     @cached_property
     def values(self) -> Float[np.ndarray, " k"]:
-        """The constants p in force: those of the elements, unless others were set."""
+        """The current constants p: those of the elements, unless others were set."""
         return frozen(np.array([e.value for e in self.elements], float))
 
     @cached_property
@@ -140,7 +140,7 @@ class Chain:
         return np.array([self.index[name] for name in names], np.int64)
 
     def with_values(self, values: Float[np.ndarray, " k"]) -> "Chain":
-        """The same chain with other constants in force; what does not depend on them is shared."""
+        """The same chain with other constants; everything independent of them is shared."""
         other = Chain(self.elements, self.dof)
         shared = {
             name: getattr(self, name)
@@ -169,7 +169,7 @@ def poses(
         chain: K elements.
         q: Joint coordinates [rad or m].
         values: Constants to use instead of the chain's own.
-        shift: What effects add to each element's value; an empty array for nothing.
+        shift: Increments by effects, per element; an empty array for none.
         part: Elements between the two frames, if not all.
     """
     out = np.empty((len(q), 4, 4))
@@ -224,12 +224,12 @@ def twists(
     Args:
         chain: K elements.
         q: Joint coordinates [rad or m].
-        columns: Elements whose twists are wanted.
+        columns: Elements to differentiate by.
         values: Constants to use instead of the chain's own.
-        shift: What effects add to each element's value; an empty array for nothing.
+        shift: Increments by effects, per element; an empty array for none.
         out: Arrays to write into, for loops over blocks of rows.
-        part: Elements between the first frame and the one that is watched in place of the tool, if not all;
-            what lies outside has no twist.
+        part: Elements between the first frame and the one observed instead of the tool, if not all;
+        elements outside have no twist.
 
     Returns:
         Poses, and twists [v; w] at the tool's origin in base axes.
@@ -280,7 +280,7 @@ def _advance(axis, value, constant, t):
     """Multiply the 3×4 transform t by one elementary transform, in place."""
     if axis < 3:
         if abs(value) < 0.04:
-            # most constants and shifts: their series to the last digit, in a third of the time
+            # small angles (most constants and shifts): series to machine precision, in a third of the time
             v = value * value
             s = value * (1.0 - v / 6.0 * (1.0 - v / 20.0 * (1.0 - v / 42.0)))
             c = 1.0 - v / 2.0 * (1.0 - v / 12.0 * (1.0 - v / 30.0 * (1.0 - v / 56.0)))

@@ -1,4 +1,4 @@
-"""Combinations of constants that measurements can't separate, in words."""
+"""Combinations of constants that measurements can't separate, as text."""
 
 from dataclasses import dataclass
 
@@ -8,15 +8,15 @@ from jaxtyping import Float
 from workbench.arm.parameters import Parameter
 
 NOTICEABLE = 0.05
-"""Weights below this part of the largest do not enter the words for an unidentifiable combination."""
+"""Weights below this share of the largest are omitted from the text of an unidentifiable combination."""
 
 
 @dataclass(frozen=True, eq=False)
 class Combination:
-    """Parameters that can't be told apart: moving them together changes no row.
+    """Confounded parameters: a common change of them is unobservable in all rows.
 
     Args:
-        names: The parameters, the heaviest first.
+        names: The parameters, largest weight first.
         weights: Their shares [natural units], the largest 1.
         text: For people, such as `base yaw with joint1.theta`.
     """
@@ -29,10 +29,10 @@ class Combination:
 def combinations(
     null_space: Float[np.ndarray, "p n"], parameters: tuple[Parameter, ...]
 ) -> tuple[Combination, ...]:
-    """Words for a null space: its basis is reduced until every vector involves few parameters.
+    """Text for a null space, with its basis reduced so that every vector involves few parameters.
 
-    Gauss–Jordan elimination with the largest pivots gives one parameter to each combination alone; the
-    others that must move with it are named after it.
+    Gauss–Jordan elimination with the largest pivots leaves one parameter unique to each combination; those
+    that must change with it are named after it.
     """
     rows = null_space.T.copy()
     used: list[int] = []
@@ -57,7 +57,7 @@ def combinations(
 def _combination(parameters: list[Parameter], weights: np.ndarray) -> Combination:
     ordered = sorted(zip(parameters, weights, strict=True), key=lambda pair: pair[0].is_geometry)
     parts = [p.text for p, _ in ordered]
-    text = " with ".join(parts) if len(parts) > 1 else f"{parts[0]} alone (no row shows it)"
+    text = " with ".join(parts) if len(parts) > 1 else f"{parts[0]} (unobservable)"
     if len(parts) > 3:
         text = f"{parts[0]} with a combination of {', '.join(parts[1:-1])} and {parts[-1]}"
     return Combination(tuple(p.name for p, _ in ordered), tuple(float(w) for _, w in ordered), text)

@@ -51,10 +51,10 @@ def joint_names(entries: list[JointEntry]) -> list[str]:
 
 
 def default_free(convention: str, entries: list[JointEntry]) -> list[tuple[str, ...]]:
-    """What is identified of each joint when its entry does not say: θ, a, α and d, or β for d.
+    """Constants identified by default for each joint: θ, a, α and d, or β for d.
 
-    Where two neighbouring moving axes are nominally parallel their common normal jumps with the
-    slightest tilt and one d repeats the other; Hayati's β takes its place (ARIA, remark below eq. 8).
+    Where two neighbouring moving axes are nominally parallel, their common normal jumps with the slightest
+    tilt, and one d is redundant; Hayati's β takes its place (ARIA, remark below eq. 8).
     """
     orders_distal = ORDERS.get(convention) is DISTAL
     result: list[tuple[str, ...]] = []
@@ -82,7 +82,7 @@ def build_elements(convention: str, entries: list[JointEntry]) -> tuple[tuple[El
         free = default if entry.free is None else entry.free
         if unknown := set(free) - set(CONSTANTS):
             raise RobotError(
-                f"{name}: free names '{sorted(unknown)[0]}', which is none of {', '.join(CONSTANTS)}"
+                f"{name}: free names '{sorted(unknown)[0]}'; the constants are {', '.join(CONSTANTS)}"
             )
         driven = {JointKind.REVOLUTE: "theta", JointKind.PRISMATIC: "d"}.get(entry.kind)
         order = THREE_ROTATION[entry.order] if convention == "three-rotation" else ORDERS[convention]

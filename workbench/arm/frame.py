@@ -1,4 +1,4 @@
-"""Base and tool frames: constants of the chain that are singular nowhere.
+"""Base and tool frames: constants of the chain without singularities.
 
 A frame is written as a translation, a constant rotation, and three small rotations about its own axes
 (`roll`, `pitch`, `yaw`, zero until identified).

@@ -1,4 +1,4 @@
-"""The direction of gravity in the frame of an arm's base, and two small angles by which it may turn.
+"""Direction of gravity in the frame of an arm's base, and two small angles that correct it.
 
     g' = R(Lᵀ [a_x, a_y, 0]) g,      L the smallest turn that brings −g onto the z axis
 
@@ -14,13 +14,13 @@ from workbench.base.types import Matrix3, Vector3, frozen
 GRAVITY = ("gravity.x", "gravity.y")
 """The two angles; `gravity[front].x` where every session stands in its own way."""
 TOLERANCE = float(np.deg2rad(1.0))
-"""How well a file knows how its arm stands, one standard deviation [rad], where it does not say."""
+"""Default standard deviation of the direction of gravity in a robot's file [rad]."""
 LEVELLED = 1e-4
-"""How well a measuring frame is levelled, one standard deviation [rad]."""
+"""Standard deviation of a levelled measuring frame [rad]."""
 
 
 def level_axes(gravity: Vector3) -> Matrix3:
-    """The smallest turn that brings z upwards, against gravity; z is up where there is none."""
+    """The smallest rotation that brings z upwards, against gravity; the identity without gravity."""
     size = float(np.linalg.norm(gravity))
     if size == 0.0:
         return np.eye(3)
@@ -43,12 +43,12 @@ def tilted(gravity: Vector3, angles: Float[np.ndarray, "2"]) -> Vector3:
 
 
 def levelled(gravity: Vector3, rotation: Matrix3) -> Vector3:
-    """Gravity of the same size in a base that stands so in a measuring frame whose z axis is up."""
+    """Gravity of equal magnitude in a base with this orientation in a measuring frame whose z axis is up."""
     return frozen(-np.linalg.norm(gravity) * rotation[2])
 
 
 def angles_between(gravity: Vector3, other: Vector3) -> Float[np.ndarray, "2"]:
-    """The two angles [rad] that turn one gravity into the direction of another."""
+    """The two angles [rad] that rotate one gravity into the direction of another."""
     axis = np.cross(gravity, other)
     sine = float(np.linalg.norm(axis))
     angle = np.arctan2(sine, float(np.dot(gravity, other)))

@@ -1,4 +1,4 @@
-"""A joint of an arm and the link after it: what is known of them apart from the geometry."""
+"""A joint of an arm and the link after it: their data apart from the geometry."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -9,10 +9,10 @@ import numpy as np
 from workbench.base.types import Vector3, frozen
 
 MASS_TOLERANCE, COM_TOLERANCE = 0.1, 0.015
-"""How well a file's masses (relative) and centres of mass [m] are known, where it does not say."""
+"""Default standard deviations of a file's masses (relative) and centres of mass [m]."""
 
 INERTIA = ("mass", "com_x", "com_y", "com_z")
-"""What is known of the weight of a link."""
+"""Fields about the weight of a link."""
 EXACT = 1e-6
 """Minimum standard deviation of a mass [kg] or centre [m]."""
 
@@ -38,7 +38,7 @@ class Joint:
         mass_tolerance: Relative standard deviation of the mass.
         com_tolerance: Standard deviation of the centre of mass, each axis [m].
         max_moment: Maximum moment about the axis [N m].
-        label: What the robot's own file calls it, such as `shoulder_pan_joint`; empty: nothing.
+        label: Its name in the robot's own file, such as `shoulder_pan_joint`; empty if none.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Joint:
         return self._by_name(*(max(float(size), EXACT) for size in sizes))
 
     def reweighed(self, values: Mapping[str, float]) -> "Joint":
-        """With other mass and centre where `values` name them; itself where not."""
+        """With other mass and centre if `values` contains them; else unchanged."""
         known = self.inertia
         if known.keys().isdisjoint(values):
             return self

@@ -1,4 +1,4 @@
-"""Joint coordinates as people read them: degrees, and millimetres of joints that slide."""
+"""Joint coordinates for people: degrees, and millimetres for prismatic joints."""
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -6,16 +6,16 @@ from jaxtyping import Bool, Float
 from workbench.arm.robot import JointKind, Robot
 
 LIMIT_FACTOR = 3.0
-"""Joint positions beyond this many times the limit are a mistake of units, not of a switch."""
+"""Joint positions beyond this multiple of the limit indicate wrong units."""
 UNLIMITED = 4.0 * np.pi
-"""Bound of arms of which no limit is known: two turns each way."""
+"""Bound for joints without limits: two turns each way."""
 MIN_COEFFICIENT = 1e-6
 
 
 def implausible_joint(
     q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]
 ) -> tuple[int, str, float] | None:
-    """The joint that is far beyond its limits, its likely unit if any, and its limit; None if none."""
+    """The joint far beyond its limits, its likely unit if any, and its limit; None if there is none."""
     largest = np.nanmax(np.abs(q), axis=0, initial=0.0)
     bound = np.where(np.isfinite(limits).all(1), np.abs(limits).max(1), np.inf)
     if np.isinf(bound).all():
@@ -38,7 +38,6 @@ def sliding(robot: Robot) -> Bool[np.ndarray, " n"]:
 
 
 def sliding_numbers(robot: Robot) -> list[int]:
-    """Their numbers, counted from 0."""
     return np.flatnonzero(sliding(robot)).tolist()
 
 
@@ -48,12 +47,12 @@ def shown_joints(robot: Robot, q: Float[np.ndarray, "*rows n"]) -> Float[np.ndar
 
 
 def shown_units(robot: Robot) -> tuple[str, ...]:
-    """The unit of each, as it stands behind a number."""
+    """Unit of each, as printed after a number."""
     return tuple(" mm" if slides else "°" for slides in sliding(robot))
 
 
 def joint_titles(robot: Robot) -> list[str]:
-    """What the moving joints are called for people: by number, and as the robot's file has them."""
+    """Names of the moving joints for people: number, and name in the robot's file."""
     return [f"{k} {joint.label}" if joint.label else f"Joint {k}" for k, joint in enumerate(robot.moving, 1)]
 
 

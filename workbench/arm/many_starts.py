@@ -8,9 +8,9 @@ from jaxtyping import Float
 LONGEST = 0.5
 """Longest step of any unknown [rad or m]."""
 GAIN = 1e-9
-"""Part of its cost that a start must gain to go on."""
+"""Minimum relative decrease of a start's cost to continue."""
 MIN_DAMPING = 1e-12
-"""As a share of the mean square column."""
+"""Damping, relative to the mean square column."""
 State = tuple[np.ndarray, ...]
 
 
@@ -31,7 +31,7 @@ def descend(
         steps: Maximum number.
 
     Returns:
-        Where the starts ended, and the errors that are left.
+        Final states and their remaining errors.
     """
     state = tuple(part.copy() for part in state)
     error, jacobian = linearise(*state)

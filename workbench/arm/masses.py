@@ -1,10 +1,10 @@
-"""Masses carried by the moving joints: a link behind a fixed joint belongs to the body it is bolted to.
+"""Masses carried by the moving joints: a link after a fixed joint belongs to the body it is bolted to.
 
-Files that have one body per moving joint (URDF frames, `elementary` tables) need this form; links before
-the first moving joint are carried by the base and drop out.
+Formats with one body per moving joint (URDF frames, `elementary` tables) need this form; links before the
+first moving joint belong to the base and are omitted.
 
-Where a file lacks a few masses, the link is assumed to weigh what its neighbours let expect, give or take as
-much: unknowns of a fit with a wide prior, rather than a reason to take all masses for unknown.
+If a file lacks a few masses, they are interpolated from neighbouring links with a standard deviation of 100
+%: unknowns of a fit with a wide prior, rather than a reason to treat all masses as unknown.
 """
 
 from dataclasses import replace
@@ -42,7 +42,7 @@ def carried(robot: Robot) -> tuple[tuple[float | None, Vector3], ...]:
 
 
 def moved(robot: Robot) -> list[int]:
-    """Elements of the arm that joints drive, or that follow them: each has a body of its own."""
+    """Elements of the arm driven by joints or following them: each has its own body."""
     return [i for i, e in enumerate(robot.elements) if e.joint is not None or e.follows is not None]
 
 
@@ -56,16 +56,16 @@ def together(links: list[tuple[float, Vector3]]) -> tuple[float, Vector3]:
 
 
 ASSUMED = 1.0
-"""Relative standard deviation of a mass that was assumed."""
+"""Relative standard deviation of an assumed mass."""
 MIN_LENGTH = 0.05
-"""An assumed centre of mass is known to half its link's length, and to half of this at least [m]."""
+"""Standard deviation of an assumed centre of mass: half its link's length, at least half of this [m]."""
 
 
 def with_assumed_masses(robot: Robot, *, otherwise: float | None = None) -> Robot:
-    """The robot with masses for the links that lack one.
+    """The robot with assumed masses for links that lack one.
 
     Args:
-        otherwise: Mass of every link if less than half of the moving ones have theirs [kg]; None: none.
+        otherwise: Mass of every link if less than half of the moving ones have one [kg]; None: no assumption.
     """
     known = [k for k, j in enumerate(robot.moving) if j.mass]
     if robot.has_masses:
@@ -85,7 +85,7 @@ def with_assumed_masses(robot: Robot, *, otherwise: float | None = None) -> Robo
 
 
 def _assumed(robot: Robot, moving: int, entry: int, mass: float) -> Joint:
-    """A link with some mass in the middle between its two joints (or its joint and the tool)."""
+    """A link with an assumed mass half-way between its two joints (or its joint and the tool)."""
     elements = robot.elements
     driven = [i for i, e in enumerate(elements) if e.joint is not None]
     last = driven[moving + 1] - 1 if moving + 1 < len(driven) else len(elements) - 1
@@ -108,7 +108,7 @@ Body = tuple[float, Vector3]
 
 
 def hanging(model, chain: list, notes: list[str]) -> dict[str, list[Body]]:
-    """Bodies beside the chain by the link of the chain that carries them, with all their joints at 0."""
+    """Bodies in side branches, by the link of the chain that carries them, with all their joints at 0."""
     children: dict[str, list] = {}
     for joint in model.robot.joints:
         children.setdefault(joint.parent, []).append(joint)
@@ -130,13 +130,13 @@ def hanging(model, chain: list, notes: list[str]) -> dict[str, list[Body]]:
     for link, bodies in found.items():
         weight = sum(mass for mass, _ in bodies)
         notes.append(
-            f"link '{link}' carries {weight:.3g} kg beside the chain, taken with all joints there at 0"
+            f"link '{link}' carries {weight:.3g} kg in side branches, assumed with all their joints at 0"
         )
     return found
 
 
 def with_bodies(joint: Joint, bodies: list[Body]) -> Joint:
-    """A joint's link together with what hangs on it."""
+    """A joint's link combined with its side branches."""
     if not bodies:
         return joint
     mass, com = together([*([] if joint.mass is None else [(joint.mass, joint.com)]), *bodies])

@@ -1,8 +1,8 @@
-"""The bodies that a URDF shows for its links, as triangles in the frames of the links.
+"""Visual meshes of a URDF's links, as triangles in the frames of the links.
 
-Meshes are looked for as the file says, in its folder and the one around it, and for `package://name/…` in
-every folder above the file. A file without its meshes gives none, as does one that names files elsewhere or
-meshes too large to be drawn: the arm is then drawn from its geometry.
+Meshes are searched at the path in the file, in its folder and the parent folder, and for `package://name/…`
+in every folder above the file. If they are missing, elsewhere or too large, the arm is drawn from its
+geometry.
 """
 
 import logging
@@ -20,9 +20,9 @@ from workbench.base.errors import FileError
 
 GREY = (200, 204, 210)
 MAX_FACES = 400_000
-"""Heavier arms are drawn from their geometry instead."""
+"""Maximum number of triangles; larger arms are drawn from their geometry."""
 MAX_MESH_BYTES = 100 * 2**20
-"""A mesh file beyond this size is not read [bytes]."""
+"""Maximum size of a mesh file [bytes]."""
 SCHEME = "package://"
 
 
@@ -44,7 +44,7 @@ class LinkMesh:
 
 
 def link_meshes(robot: Robot) -> tuple[LinkMesh, ...]:
-    """All pieces of the robot's file; none if it is no URDF, or its meshes are missing."""
+    """All meshes of the robot's file; none if it is no URDF, or if they are missing."""
     if robot.urdf is None or not robot.urdf.path.is_file():
         return ()
     import yourdfpy
@@ -59,7 +59,7 @@ def link_meshes(robot: Robot) -> tuple[LinkMesh, ...]:
             filename_handler=lambda fname: _found(fname, path),
         )
         pieces = tuple(_pieces(model, robot.urdf))
-    except Exception:  # whatever a mesh file has wrong: the arm can be drawn without it
+    except Exception:  # a broken mesh file: the arm can be drawn without it
         return ()
     return pieces if 0 < sum(len(p.faces) for p in pieces) <= MAX_FACES else ()
 
@@ -88,7 +88,7 @@ def find_mesh(name: str, urdf: Path) -> str:
 
 
 def _faces(path: Path, size: int) -> int:
-    """About how many triangles a mesh file has, without making them: they take many times its size."""
+    """Approximate number of triangles in a mesh file, without loading it, which needs far more memory."""
     if path.suffix.lower() == ".obj":
         return path.read_bytes().count(b"\nf")
     return size // 50 if path.suffix.lower() == ".stl" and not _is_text(path) else 0
@@ -100,7 +100,7 @@ def _is_text(path: Path) -> bool:
 
 
 def _found(name: str, urdf: Path) -> str:
-    """Path of a mesh; empty where there is none that may be read, so that the others are drawn."""
+    """Path of a mesh; empty if it can't be used, so that the others are drawn."""
     try:
         return find_mesh(name, urdf)
     except FileError:
@@ -108,7 +108,7 @@ def _found(name: str, urdf: Path) -> str:
 
 
 def _pieces(model: Any, source: UrdfSource) -> Iterator[LinkMesh]:
-    """What a `yourdfpy.URDF` shows."""
+    """Visual geometry of a `yourdfpy.URDF`."""
     import trimesh
 
     links = [source.root, *(model.joint_map[name].child for name in source.joints)]

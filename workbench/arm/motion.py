@@ -1,4 +1,4 @@
-"""The state in which a robot is observed: what the laws of effects may depend on, one row per pose."""
+"""State of a robot in each row: everything that laws of effects may depend on."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -14,20 +14,20 @@ from workbench.base.types import frozen
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Joint positions and whatever else is known of each row; None if unknown.
+    """Joint positions and other known quantities of each row; None if unknown.
 
     Args:
         q: Joint positions [rad or m].
         direction: Sign of each joint's last motion (-1, 0, +1).
         payload: Mass at the tool [kg]; none if None.
         torque: Measured joint torques [N m].
-        wrench: [f; τ] that pulls at the tool's origin from outside, in the axes of the robot's gravity
-            [N, N m]; none if None.
+        wrench: External [f; τ] at the tool's origin, in the axes of the robot's gravity [N, N m]; none if
+        None.
         velocity: Joint velocities [rad/s or m/s]; at rest if None.
         acceleration: Joint accelerations [rad/s² or m/s²]; none if None.
-        row: Number of each row in its file; None for poses that no file holds, or one of a later time.
-        flank: Sign of the load by which each joint rests in its play, where a fit holds it; NaN where the
-            load itself decides.
+        row: Number of each row in its file; None for poses outside any file, or after its measurements.
+        flank: Sign of the flank on which each joint rests in its backlash, if fixed by a fit; NaN if the load
+        decides.
         more: Drivers of other packages, by the name of their column.
     """
 
@@ -67,7 +67,7 @@ class Motion:
 
     @classmethod
     def of(cls, data: Any) -> "Motion":
-        """The drivers of a table of measurements: its attributes of these names, as far as it has them."""
+        """The drivers of a table of measurements: its attributes of these names, if present."""
         own: dict[str, Any] = {name: getattr(data, name, None) for name in _OWN}
         if getattr(data, "is_of_later", False):
             own["row"] = None
@@ -76,7 +76,7 @@ class Motion:
 
     @classmethod
     def joined(cls, parts: Sequence["Motion"]) -> "Motion":
-        """Rows of several tables, one after the other; a driver that one of them lacks is left out."""
+        """Rows of several tables, one after the other; a driver missing in one of them is dropped."""
         shared = set.intersection(*(set(part.drivers) for part in parts))
         drivers = {n: np.concatenate([part.drivers[n] for part in parts]) for n in shared}
         return cls.with_drivers(np.concatenate([part.q for part in parts]), drivers)
@@ -93,20 +93,19 @@ class Motion:
         )
 
     def at(self, q: Float[np.ndarray, "rows n"]) -> "Motion":
-        """The same state at other joint positions."""
         return replace(self, q=q)
 
     @property
     def drivers(self) -> dict[str, np.ndarray]:
-        """Whatever is known beside q, by name."""
+        """Known quantities other than q, by name."""
         own = ((name, getattr(self, name)) for name in _OWN)
         return {name: values for name, values in own if values is not None} | dict(self.more)
 
     def need(self, driver: str, effect: str) -> np.ndarray:
-        """A driver that an effect can't do without, complete in every row.
+        """A driver that an effect requires, complete in every row.
 
         Raises:
-            DataError: it is missing; names the effect and the column to add.
+            DataError: it is missing; the message names the effect and the column to add.
         """
         values = self.drivers.get(driver)
         requested = COLUMNS[driver].requested if driver in COLUMNS else driver

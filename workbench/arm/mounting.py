@@ -1,4 +1,4 @@
-"""How an arm is mounted: where its base stands, which tool it carries, where gravity pulls."""
+"""Mounting of an arm: pose of its base, its tool, and the direction of gravity."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -10,18 +10,18 @@ from workbench.arm.gravity import TOLERANCE, tilted
 from workbench.base.types import Matrix4, Vector3, frozen
 
 DOWN = frozen(np.array([0.0, 0.0, -9.81]))
-"""Gravity in the base of an arm that stands upright [m/s²]; of a session that has this one, the arm's own."""
+"""Gravity in the base of an upright arm [m/s²]; a session with this value uses the arm's own."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Mounting:
-    """The mounting of an arm, for good or in one session of measurements.
+    """The mounting of an arm, in general or in one session of measurements.
 
     Args:
         base: Pose of the arm's first frame in the measuring frame.
         tool: Pose of the tool in the arm's last frame.
         gravity: Acceleration in the robot's base frame [m/s²].
-        gravity_tolerance: Standard deviation of its direction, about each axis across it [rad].
+        gravity_tolerance: Standard deviation of its direction, about each axis perpendicular to it [rad].
     """
 
     base: Frame = field(default_factory=Frame)

@@ -8,11 +8,11 @@ import numpy as np
 from workbench.base.errors import OptionError
 
 MAX_ANGLE, MAX_LENGTH = 1.0, 0.1
-"""Default bounds of a geometric constant about its nominal value [rad], [m]: wide enough for an arm whose
-joint was mounted 45° off, narrow enough to keep a bounded search on this side of its mirror images."""
+"""Default bounds of a geometric constant about its nominal value [rad], [m]: wide enough for a joint mounted
+45° off, narrow enough to exclude mirror solutions."""
 
 FRAMES = ("base", "tool", "gravity")
-"""How the names of frames, and of gravity in the base's, begin."""
+"""Prefixes of the names of frames, and of gravity in the base's."""
 
 
 @dataclass(frozen=True)
@@ -22,13 +22,13 @@ class Parameter:
     Args:
         name: `joint2.alpha`, `base.x`, `base[front].yaw`, `anchor[A].z` …
         unit: `rad` or `m`; `kg` for a mass.
-        nominal: Where the search begins, in that unit.
+        nominal: Nominal value, where the search starts, in that unit.
         lower: Minimum value for bounded algorithms.
         upper: Maximum value for bounded algorithms.
-        is_coefficient: Whether it is the size of an effect, in whatever unit that has.
-        is_inertia: Whether it is a link's mass, a coordinate of its centre, or an angle of gravity that acts
-            through loads alone.
-        is_instrument: Whether it is an observation's own: the place of an anchor, a contact, a marker …
+        is_coefficient: Whether it is a coefficient of an effect, in its own unit.
+        is_inertia: Whether it is a link's mass, a coordinate of its centre, or an angle of gravity, which act
+        through loads only.
+        is_instrument: Whether it belongs to an observation: the place of an anchor, a contact, a marker …
     """
 
     name: str
@@ -49,7 +49,7 @@ class Parameter:
         bounds: Mapping[str, tuple[float, float]] | None,
         **kind: bool,
     ) -> "Parameter":
-        """One with the bounds that were given for it; else `MAX_…` about nominal for the arm's constants."""
+        """The parameter with given bounds; else `MAX_…` about nominal for the arm's constants."""
         free = cls(name, unit, nominal, **kind)
         width = (MAX_ANGLE if unit == "rad" else MAX_LENGTH) if free.is_geometry else np.inf
         lower, upper = (bounds or {}).get(name) or (nominal - width, nominal + width)
@@ -62,7 +62,7 @@ class Parameter:
 
     @property
     def text(self) -> str:
-        """The name as people say it: frames without the dot."""
+        """Name for people: frames without the dot."""
         owner, _, part = self.name.rpartition(".")
         return f"{owner} {part}" if owner.split("[")[0] in FRAMES else self.name
 
@@ -75,5 +75,5 @@ class Parameter:
 
     @property
     def is_plain(self) -> bool:
-        """True for what is there without effects: constants of the arm, of frames and of the instrument."""
+        """True for parameters without effects: constants of the arm, of frames and of the instrument."""
         return not (self.is_coefficient or self.is_inertia)

@@ -1,9 +1,9 @@
 """Units of a robot's numbers: millimetres, inches and degrees are refused where metres and radians are meant.
 
-No tool is 60 m from its arm's base, and no link is turned by two turns. A whole number beyond that, such as
-90, is one of degrees, also of a joint whose encoder counts turns. Single lengths may be long: the common
-normal of two nearly parallel axes is far away, and the next row takes it back. So it is asked where the tool
-is, not what stands in the table.
+No tool is 60 m from its arm's base, and no link is rotated by two turns. A larger whole number, such as 90,
+is in degrees, also for a joint whose encoder counts turns. Single lengths may be large: the common normal of
+two nearly parallel axes is far away, and the next row compensates it. So the position of the tool is checked,
+not the table.
 """
 
 from dataclasses import replace
@@ -16,9 +16,9 @@ from workbench.arm.robot import Joint, JointKind, Robot
 from workbench.base.errors import RobotError
 
 FARTHEST, FAR = 60.0, 15.0
-"""Distances of the tool from the base that no arm has, and that few have [m]."""
+"""Distances of the tool from the base that are impossible, and unusual [m]."""
 USUAL = 1.0
-"""Reach of a usual arm [m], which decides between units."""
+"""Reach of a typical arm [m], which decides between units."""
 UNITS = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
 POSES = 16
 TURN = 2.0 * np.pi
@@ -26,7 +26,7 @@ ROUNDING = 1e-9
 
 
 def with_plausible_units(robot: Robot) -> Robot:
-    """The robot, with a note if it is uncommonly large."""
+    """The robot, with a note if it is unusually large."""
     for e in robot.elements:
         still = e.joint is None and abs(e.value) > 2.0 * TURN
         if e.matrix is None and e.axis.turns and (still or is_whole_degrees(e.value)):
@@ -59,7 +59,7 @@ def _distance(robot: Robot) -> float:
 
 
 def _span(joint: Joint) -> tuple[float, float]:
-    """Positions that are looked at: of a joint that slides its limits."""
+    """Positions to check: the limits of prismatic joints."""
     if joint.kind is JointKind.REVOLUTE:
         return -np.pi, np.pi
     return joint.limits if np.isfinite(joint.limits).all() else (0.0, 0.0)

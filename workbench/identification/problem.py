@@ -180,7 +180,6 @@ class Problem:
 
     @cached_property
     def start(self) -> Float[np.ndarray, " p"]:
-        """Nominal values, where every search starts."""
         return frozen(np.array([p.nominal for p in self.parameters]))
 
     @cached_property
@@ -353,7 +352,6 @@ class Problem:
         return cost, -work
 
     def residual(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " m"]:
-        """Whitened residual alone."""
         parts = []
         for block in self.blocks:
             part = block.observation.linearise(block.poses(x), self.unknown(block, x))
@@ -363,7 +361,6 @@ class Problem:
         return np.concatenate(parts)
 
     def jacobian(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, "m p"]:
-        """Whitened identification Jacobian alone."""
         return self.evaluate(x).jacobian
 
     def physical(self, whitened: Float[np.ndarray, " _"]) -> Float[np.ndarray, " m"]:
