@@ -1,12 +1,12 @@
-"""A serial arm as frames at its joints: what URDF, MJCF and the drivers' kinematics files are made of.
+"""A serial arm as frames at its joints: the structure of URDF, MJCF and drivers' kinematics files.
 
     T(q) = B_1 O_1 M_1(q_1) B_2 O_2 M_2(q_2) … F
 
 O_k is the frame of joint k in the link before it, M_k the motion about (along) a fixed axis of that frame,
-B_k what fixed joints of a URDF put between, F the flange behind the last joint. A joint's frame may be turned
-about its axis and moved along it at will, as long as the next is moved back: meshes hang on these frames.
-Tables keep what stands right behind a drive on its own axis (θ and d of a DH row) in O_k, as the drivers'
-files do; other arms keep the frames of their file, or take those of a file that is to be brought up to date.
+B_k the transform of fixed joints of a URDF in between, F the flange after the last joint. A joint's frame may
+be rotated about its axis and shifted along it if the next frame compensates: meshes refer to these frames.
+For tables, constants on the driven axis (θ and d of a DH row) are part of O_k, as in the drivers' files;
+other arms keep the frames of their file, or those of a file to be updated.
 """
 
 from collections.abc import Sequence
@@ -38,10 +38,10 @@ class JointFrame:
     """One joint.
 
     Args:
-        joint: What is known of it.
+        joint: Its data.
         origin: O, its frame in the link before it.
         axis: Unit vector about (along) which it moves, in its own frame.
-        before: B, what fixed joints put before it.
+        before: B, the transform of fixed joints before it.
     """
 
     joint: Joint
@@ -67,12 +67,12 @@ class JointFrames:
         return [*poses, here @ self.flange]
 
     def with_origins(self, origins: Sequence[Matrix4], flange: Matrix4) -> "JointFrames":
-        """The same joints at other places."""
+        """The same joints with other origins."""
         pairs = zip(self.joints, origins, strict=True)
         return JointFrames(tuple(replace(j, origin=frozen(o)) for j, o in pairs), frozen(flange))
 
     def matched(self, origins: Sequence[Matrix4]) -> "JointFrames":
-        """The same arm with its joints' frames as near to others as turning about their axes allows."""
+        """The same arm with its joints' frames rotated about their axes to match others if possible."""
         moves, wanted = [], np.eye(4)
         for joint, origin, own in zip(self.joints, origins, self.at_zero, strict=False):
             wanted = wanted @ joint.before @ origin
@@ -116,12 +116,12 @@ class JointFrames:
 
 
 def joint_frames(robot: Robot) -> JointFrames:
-    """The frames at an arm's joints, by its geometry alone, without base and tool."""
+    """Frames at an arm's joints, from its geometry alone, without base and tool."""
     if len(robot.chain.followers):
         name = robot.chain.elements[robot.chain.followers[0]].name.split(".")[0]
         raise RobotError(
-            f"{name} of robot '{robot.name}' follows another joint, which this form can't hold; use TOML or "
-            "URDF"
+            f"{name} of robot '{robot.name}' follows another joint, which this form can't represent; use "
+            "TOML or URDF"
         )
     return _of_urdf(robot) if robot.urdf is not None else _of_elements(robot)
 
@@ -139,7 +139,7 @@ def _product(elements: Sequence[Element]) -> Matrix4:
 
 
 def _of_urdf(robot: Robot) -> JointFrames:
-    """The frames that the file has, with their own axes."""
+    """The frames in the file, with their own axes."""
     found: list[JointFrame] = []
     before = np.eye(4)
     for link, joint in enumerate(robot.joints):
@@ -156,7 +156,7 @@ def _of_urdf(robot: Robot) -> JointFrames:
 
 
 def _of_elements(robot: Robot) -> JointFrames:
-    """Frames whose z axes are the joints'; what follows a drive on its own axis comes before it."""
+    """Frames whose z axes are the joints'; constants on the driven axis are placed before it."""
     found: list[JointFrame] = []
     here, last = np.eye(4), None
     for element in robot.elements:
@@ -186,12 +186,12 @@ class StandardDh:
 
         T(q) = (row before) Π Rz(q + θ) Tz(d) Tx(a) Rx(α) (row behind: Rz(θ) Tz(d))
 
-    Nearly parallel axes give a large d, as their common normal is far away; it is taken back by the next.
+    Nearly parallel axes give a large d, as their common normal is far away; the next row compensates it.
 
     Args:
         rows: θ, d, a, α of each joint [rad, m].
         before: The same before the first joint; zeros where the base's z axis is the first joint's.
-        behind: The same behind the last one, whose a and α are 0.
+        behind: The same after the last one, with a = α = 0.
     """
 
     rows: np.ndarray
@@ -203,8 +203,8 @@ def standard_dh(frames: JointFrames, thetas: Sequence[float] | None = None) -> S
     """The table of any serial arm.
 
     Args:
-        frames: Of the arm; its joints' z axes need not be theirs.
-        thetas: θ near which each row's is chosen, of the two that there are; 0 if None.
+        frames: Frames of the arm; the joints' axes need not be their z axes.
+        thetas: Each row's θ is the one of its two solutions nearest to this; 0 if None.
     """
     turned = [_onto_axis(p, j.axis) for p, j in zip(frames.at_zero, frames.joints, strict=False)]
     places = [*turned, frames.at_zero[-1]]
@@ -237,7 +237,7 @@ def _onto_axis(pose: Matrix4, axis: Vector3) -> Matrix4:
 
 
 def _row(line: Matrix4, near: float) -> np.ndarray:
-    """θ, d, a, α from a frame to the z axis of another that is given in it."""
+    """θ, d, a, α from a frame to the z axis of another one given in it."""
     point, z = line[:3, 3], line[:3, 2]
     sine = float(np.hypot(z[0], z[1]))
     if sine < PARALLEL:
@@ -248,7 +248,7 @@ def _row(line: Matrix4, near: float) -> np.ndarray:
     else:
         theta = float(np.arctan2(z[0], -z[1]))
         x = np.array([-z[1], z[0], 0.0]) / sine
-        # where the common normal meets this z axis: the line's point is carried along it to the normal's foot
+        # foot of the common normal on this z axis
         d = float(point[2] - (point[0] * z[0] + point[1] * z[1]) / sine**2 * z[2])
     a, alpha = float(point @ x), float(np.arctan2(np.cross(Z, z) @ x, z[2]))
     if np.cos(theta - near) < 0.0:

@@ -3,9 +3,9 @@
     r(p + δ) ≈ r(p) − J δ,        J = diag(1/σ) ∂predicted/∂p,        C = (JᵀJ)⁺
 
 Every row is divided by its instrument's standard deviation, so C is the covariance of the parameters. For
-singular values, ranks and indices the columns must compare as well. The choice here: an angle counts as
-the arc at one characteristic length L, the maximum distance to which the arm reaches. The unit of every
-scaled parameter is then the metre, and a scaled parameter of δ moves the tool by no more than about δ.
+singular values, ranks and indices the columns must be comparable too: an angle is scaled to the arc at one
+characteristic length L, the arm's maximum reach. The unit of every scaled parameter is then the metre, and a
+scaled parameter of δ moves the tool by at most about δ.
 
 Sources: Golub & Van Loan, Matrix Computations (4th ed.), §5.5 (pseudo-inverse, rank); Schröer, Albright &
 Grethlein, Robotics and Computer-Integrated Manufacturing 13(3), 1997 (scaling of rows by the deviation
@@ -71,7 +71,7 @@ class Linearisation:
 
     @cached_property
     def weights(self) -> Float[np.ndarray, " p"]:
-        """What one metre of each scaled parameter is in the parameter's own unit: 1/L for an angle."""
+        """One metre of each scaled parameter in the parameter's own unit: 1/L for an angle."""
         return frozen(np.array([1.0 / self.length if unit == "rad" else 1.0 for unit in self.units]))
 
     @cached_property
@@ -81,7 +81,7 @@ class Linearisation:
 
     @cached_property
     def unwhitened(self) -> Float[np.ndarray, "m p"]:
-        """∂predicted/∂parameter in its own units, metres and radians mixed, as the paper has it."""
+        """∂predicted/∂parameter in its own units, metres and radians mixed, as in the paper."""
         return frozen(self.jacobian * self.sigma[:, None])
 
     @cached_property
@@ -103,7 +103,7 @@ class Linearisation:
         return frozen(u), frozen(values), frozen(vt)
 
     def rank(self, tolerance: float = RANK_TOLERANCE) -> int:
-        """How many combinations of parameters the measurements determine."""
+        """Number of combinations of parameters that the measurements determine."""
         values = self.singular_values
         return int(np.count_nonzero(values > tolerance * values[0])) if len(values) and values[0] > 0 else 0
 
@@ -118,8 +118,8 @@ class Linearisation:
     def covariance(self) -> Float[np.ndarray, "p p"]:
         """C = (JᵀJ)⁺ in the parameters' own units, on the identifiable subspace.
 
-        Below full rank the unidentifiable combinations of scaled parameters are taken as held, so their
-        variance here is zero: look at `rank` before trusting it.
+        Below full rank, unidentifiable combinations of scaled parameters count as fixed, so their variance is
+        zero here: check `rank` first.
         """
         _, values, vt = self.factors
         rank = self.rank()
@@ -128,7 +128,7 @@ class Linearisation:
 
     @cached_property
     def unidentifiable(self) -> Float[np.ndarray, "p missing"]:
-        """Orthonormal combinations of scaled parameters that no measurement sees, as columns."""
+        """Orthonormal combinations of scaled parameters that are unobservable, as columns."""
         rows, columns = self.scaled.shape
         vt = self.factors[2] if rows >= columns else np.linalg.svd(self.scaled, full_matrices=True)[2]
         return frozen(vt[self.rank() :].T)
@@ -157,19 +157,19 @@ def linearise(
     sigma_rotation: float | None = 3.490658503988659e-4,
     length: float | None = None,
 ) -> Linearisation:
-    """Linearisation of full poses, or of points, at the robot's present constants.
+    """Linearisation of full poses, or of points, at the robot's current constants.
 
     Args:
         q: Joint positions [rad or m].
         names: Constants to identify, P of them; the robot's default free ones if None. With an unknown
             base or tool its `base.…` and `tool.…` constants belong here.
         sigma_position: Standard deviation of a measured coordinate [m].
-        sigma_rotation: Standard deviation of a measured rotation about an axis [rad]; None where the
-            instrument sees points only. Default 0.02°.
+        sigma_rotation: Standard deviation of a measured rotation about an axis [rad]; None if the
+        instrument measures points only. Default 0.02°.
         length: Characteristic length L [m]; the robot's reach if None.
 
     Returns:
-        Six rows a pose (or three a point): position first, then rotation, base axes.
+        Six rows per pose (or three per point): position first, then rotation, base axes.
     """
     for what, value in (
         ("sigma_position", sigma_position),

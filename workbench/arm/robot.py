@@ -34,10 +34,10 @@ if TYPE_CHECKING:
     from workbench.arm.motion import Motion
 
 MAX_JOINTS = 50
-"""Joints that move beyond this number are refused: what is computed from them would never end."""
+"""Maximum number of moving joints, to bound computing times."""
 FROM_ROWS, FROM_URDF = "workbench.arm.robot_toml:robot_from_rows", "workbench.arm.urdf:read_urdf"
 SAVE, PREDICT = "workbench.arm.built_in_arms:save_robot", "workbench.arm.kinematics.forward:tool_poses"
-"""Functions that make, write and move robots and so import this file; named as entry points name theirs."""
+"""Functions that create, write and deflect robots and therefore import this module, as entry-point names."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -46,16 +46,16 @@ class Robot:
 
     Args:
         name: For people.
-        convention: The form in which it was read (`hayati`, `craig`, `urdf`, …).
+        convention: The convention of its file (`hayati`, `craig`, `urdf`, …).
         elements: The arm's elements, without base and tool.
         joints: One per joint entry, moving or fixed.
         link_ends: Element of the arm after which each joint entry's link frame lies.
         mounting: Base, tool and gravity.
-        sessions: Those of single sessions, where they differ, by name.
+        sessions: Mountings of single sessions, if different, by name.
         urdf: The URDF file that it came from, if any.
-        effects: What bends the arm beside its geometry; acts wherever poses are computed from a `Motion`.
-        notes: Decisions that its reader took, one sentence each.
-        calibration: What a calibrated arm says of where its values come from.
+        effects: Its effects; included wherever poses are computed from a `Motion`.
+        notes: Decisions by its reader, one sentence each.
+        calibration: Record of the calibration that its values come from.
     """
 
     name: str
@@ -77,8 +77,8 @@ class Robot:
                 for n, m in self.sessions.items()
             }
             object.__setattr__(self, "sessions", own)
-        if not self.name.isprintable():  # it is written into programs and files of others
-            raise RobotError(f"the robot's name {self.name!a} has control characters; remove them")
+        if not self.name.isprintable():  # it is written into programs and third-party files
+            raise RobotError(f"the robot's name {self.name!a} contains control characters; remove them")
         if not any(e.joint is not None for e in self.elements):
             raise RobotError(f"robot '{self.name}' has no joint that moves; give at least one")
         if self.dof > MAX_JOINTS:
@@ -94,7 +94,7 @@ class Robot:
     def from_dh(
         cls, table: Any, convention: str = "dh", *, name: str = "robot", limits: Any | None = None
     ) -> "Robot":
-        """The arm of a Denavit–Hartenberg table, its base and tool to be decided from the data.
+        """The arm of a Denavit–Hartenberg table, with base and tool to be decided from the data.
 
         Args:
             table: A row for each joint: `theta, d, a, alpha` (and `beta`) [rad, m] in this order, whatever
@@ -115,7 +115,8 @@ class Robot:
         return resolve_name(FROM_URDF)(path, tip=tip)
 
     def save(self, path: Path | str) -> Path:
-        """Write the robot as the ending says: `.toml`, or `.urdf` for its geometry, best without effects."""
+        """Write the robot in the format of the extension: `.toml`, or `.urdf` for its best geometry without
+        effects."""
         return resolve_name(SAVE)(self, path)
 
     def __repr__(self) -> str:
@@ -139,7 +140,7 @@ class Robot:
 
     @cached_property
     def chain(self) -> Chain:
-        """Base, arm and tool as one chain, with the rotations of value 0 that effects turn."""
+        """Base, arm and tool as one chain, with the inserted rotations of value 0 for effects."""
         base, tool = self.base.elements("base", BASE), self.tool.elements("tool", TOOL)
         arm = with_insertions(self.elements, self.dof, self.effects) if self.effects else self.elements
         return Chain((*turned(base, self.effects), *arm, *turned(tool, self.effects)), self.dof)
@@ -176,7 +177,7 @@ class Robot:
 
     @cached_property
     def inertia(self) -> dict[str, float]:
-        """Mass [kg] and centre of mass [m] of every link that weighs: `joint3.mass`, `joint3.com_x` …"""
+        """Mass [kg] and centre of mass [m] of every link with a mass: `joint3.mass`, `joint3.com_x` …"""
         return {name: value for j in self.joints for name, value in j.inertia.items()}
 
     @cached_property
@@ -196,7 +197,7 @@ class Robot:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the moving joints as the robot's file has them, else joint1, joint2, …"""
+        """Names of the moving joints in the robot's file, else joint1, joint2, …"""
         return tuple(joint.label or joint.name for joint in self.moving)
 
     @cached_property
@@ -206,7 +207,7 @@ class Robot:
 
     @cached_property
     def search_limits(self) -> Float[np.ndarray, "n 2"]:
-        """The limits, with one turn either way (or 1 m) where a joint has none: for searches."""
+        """The limits, with one turn either way (or 1 m) for joints without any, for searches."""
         spans = np.array([1.0 if j.kind is JointKind.PRISMATIC else np.pi for j in self.moving])[:, None]
         return frozen(np.where(np.isfinite(self.limits), self.limits, np.array([-1.0, 1.0]) * spans))
 
@@ -217,7 +218,7 @@ class Robot:
 
     @cached_property
     def reach(self) -> float:
-        """Sum of the arm's lengths [m]: its scale, and a bound that offsets keep it from reaching."""
+        """Sum of the arm's lengths [m]: an upper bound of its reach, used as its scale."""
         reach = float(np.linalg.norm(self.tool.xyz))
         for e in self.elements:
             if e.matrix is not None:
@@ -231,16 +232,16 @@ class Robot:
 
     @cached_property
     def default_free(self) -> tuple[str, ...]:
-        """Names of the arm's constants that are identified unless the user says otherwise."""
+        """Names of the arm's constants that are identified by default."""
         return tuple(e.name for e in self.elements if e.free)
 
     @cached_property
     def joint_offsets(self) -> tuple[str, ...]:
-        """Names of the constants that a level-1 calibration identifies: where each joint has its zero."""
+        """Names of the constants that a level-1 calibration identifies: zero offsets of the joints."""
         return tuple(e.name for e in self.elements if e.joint is not None)
 
     def values(self, names: tuple[str, ...]) -> Float[np.ndarray, " p"]:
-        """Present values of the named constants."""
+        """Current values of the named constants."""
         return self.chain.values[self.chain.indices(names)]
 
     def with_values(self, values: Mapping[str, float]) -> "Robot":
@@ -268,14 +269,14 @@ class Robot:
         return replace(self, effects=flattened(effects))
 
     def with_frames(self, *, base: Frame | None = None, tool: Frame | None = None) -> "Robot":
-        """The same arm on another base or with another tool; itself if they are its own already."""
+        """The same arm on another base or with another tool; itself if they are unchanged."""
         base, tool = base or self.base, tool or self.tool
         if base is self.base and tool is self.tool:
             return self
         return replace(self, mounting=replace(self.mounting, base=base, tool=tool))
 
     def under(self, gravity: Vector3) -> "Robot":
-        """The same arm under another gravity, and so its sessions that have none of their own."""
+        """The same arm under another gravity, which also applies to sessions without their own."""
         if gravity is self.gravity:
             return self
         sessions = {
@@ -285,13 +286,13 @@ class Robot:
         return replace(self, mounting=replace(self.mounting, gravity=gravity), sessions=sessions)
 
     def in_session(self, session: str) -> "Robot":
-        """The arm with the mounting of a session, the common one where it has none of its own."""
+        """The arm with the mounting of a session, or the common one if it has none."""
         mounting = self.sessions.get(session, self.mounting)
         return replace(self, mounting=mounting, sessions={}) if self.sessions else self
 
     @property
     def in_first_session(self) -> "Robot":
-        """The arm in the first of its sessions: all that a file of one arm can hold."""
+        """The arm in the first of its sessions, for files of a single arm."""
         return self.in_session(next(iter(self.sessions), ""))
 
     @property
@@ -304,12 +305,12 @@ class Robot:
         """Pose of the tool in the measuring frame: (4, 4) at one pose, (rows, 4, 4) at several.
 
         Args:
-            at: Joint positions of one pose or of several [rad or m], or a `Motion` that also says what drives
-                the effects.
+            at: Joint positions of one pose or of several [rad or m], or a `Motion` with drivers of the
+                effects.
 
         Raises:
             ShapeError: another number of joint positions than the robot has joints.
-            DataError: an effect lacks what drives it, such as a temperature.
+            DataError: an effect lacks its driver, such as temperature.
         """
         return resolve_name(PREDICT)(self, at)
 

@@ -1,4 +1,4 @@
-"""Robots as TOML files: the tables of `formats.md`, read with one clear sentence for each error."""
+"""Robots as TOML files: the tables of `formats.md`, with one clear sentence for each error."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -65,7 +65,7 @@ class _RobotReader(AbstractTableReader):
         return Frame(frozen(xyz), frozen(se3.rpy_to_matrix(rpy)), freedom)
 
     def mounting(self, table: dict, where: str, common: Mounting, default: Freedom) -> Mounting:
-        """What a table says of base, tool and gravity, else the common ones."""
+        """Base, tool and gravity in a table, or the common ones."""
         own: dict[str, Any] = {
             kind: self.frame(table[kind], f"{where}{kind}", default)
             for kind in ("base", "tool")
@@ -84,10 +84,10 @@ class _RobotReader(AbstractTableReader):
             limits = (float(low), float(high))
         mass = self.number(table["mass"], f"{name} mass") if "mass" in table else None
         if mass is not None and mass < 0:
-            raise self.fail(f"{name} mass is {mass:g} kg; a mass can't be negative")
+            raise self.fail(f"{name} mass is {mass:g} kg; it can't be negative")
         moment = self.number(table["max_moment"], f"{name} max_moment") if "max_moment" in table else None
         if moment is not None and moment < 0:
-            raise self.fail(f"{name} max_moment is {moment:g} N m; give its size, which can't be negative")
+            raise self.fail(f"{name} max_moment is {moment:g} N m; it can't be negative")
         com = frozen(self.numbers(table.get("com", [0, 0, 0]), 3, f"{name} com"))
         label = table.get("name", "")
         if not isinstance(label, str):
@@ -108,7 +108,7 @@ class _RobotReader(AbstractTableReader):
         what = f"{name} {key}".strip()
         value = self.number(table.get(key, default), what)
         if value < 0:
-            raise self.fail(f"{what} is {value:g}; give a standard deviation, which can't be negative")
+            raise self.fail(f"{what} is {value:g}; a standard deviation can't be negative")
         return value
 
     def kind(self, table: dict, name: str) -> JointKind:
@@ -139,7 +139,7 @@ def read_toml(path: Path | str) -> Robot:
 
 
 def robot_from_rows(table: Any, convention: str, *, name: str = "robot", limits: Any | None = None) -> Robot:
-    """A robot from a joint table as it stands in a data sheet; see `Robot.from_dh`."""
+    """A robot from a joint table as in a data sheet; see `Robot.from_dh`."""
     reader = _RobotReader(f"the table of robot '{name}'")
     rows = table.to_dict("records") if hasattr(table, "to_dict") else list(table)
     if not rows:
@@ -208,7 +208,7 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
 
 
 def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader: _RobotReader):
-    """Elements of an `elementary` robot; the link frame of a joint lies right after what it drives."""
+    """Elements of an `elementary` robot; the link frame of a joint is right after its driven element."""
     tables = reader.tables(data, "element")
     drivers = [t["joint"] for t in tables if "joint" in t]
     whole = all(isinstance(d, int) and not isinstance(d, bool) for d in drivers)
@@ -257,7 +257,7 @@ def _element(table: dict, number: int, link: int, reader: _RobotReader) -> Eleme
         raise reader.fail(f"{what} free must be true or false, not {free!r}")
     name = str(table.get("name", f"element{number + 1}.{axis.name.lower()}"))
     if name.split(".")[0] in ("base", "tool"):
-        raise reader.fail(f"{what} is called '{name}', a name that [base] and [tool] use; rename it")
+        raise reader.fail(f"{what} is named '{name}', which is reserved for [base] and [tool]; rename it")
     value = reader.number(table.get("value", 0.0), f"{what} value")
     joint = table["joint"] - 1 if "joint" in table else None
     follows = table.get("follows")
@@ -285,13 +285,13 @@ def _sessions(tables: list[dict], common: Mounting, reader: _RobotReader) -> dic
         if not isinstance(table.get("name"), str):
             raise reader.fail(f"{what} needs a name, as in the measurements' session column")
         if table["name"] in sessions:
-            raise reader.fail(f"{what} is called '{table['name']}' like one before it; rename one")
+            raise reader.fail(f"{what} has the same name '{table['name']}' as an earlier one; rename one")
         sessions[table["name"]] = reader.mounting(table, f"{what} ", common, Freedom.FIXED)
     return sessions
 
 
 def _effect(table: dict, number: int, reader: _RobotReader) -> AbstractEffect:
-    """An effect; what its record holds beside joints and coefficients are keys of the same name."""
+    """An effect; settings other than joints and coefficients are keys of the same name."""
     what = f"[[effect]] {number + 1}"
     name = table.get("name")
     if not isinstance(name, str) or name not in EFFECTS:
@@ -315,7 +315,7 @@ def _effect(table: dict, number: int, reader: _RobotReader) -> AbstractEffect:
 
 
 def _setting(default: Any, value: Any, what: str, reader: _RobotReader) -> Any:
-    """A setting of an effect, which must be of its default's kind."""
+    """A setting of an effect, of the same type as its default."""
     if isinstance(default, tuple):
         if not isinstance(value, list):
             raise reader.fail(f"{what} must be a list of numbers, not {value!r}")

@@ -16,7 +16,7 @@ from workbench.base import se3
 def with_signs_and_offsets(
     robot: Robot, signs: Float[np.ndarray, " n"], offsets: Float[np.ndarray, " n"]
 ) -> Robot:
-    """The arm whose joints at q are where those of another are at s q + o.
+    """The arm whose joint positions q correspond to s q + o of another.
 
     Args:
         signs: s, 1 or −1.
@@ -38,7 +38,8 @@ def with_signs_and_offsets(
 
 
 def _of_table(robot: Robot, signs: np.ndarray, offsets: np.ndarray) -> Robot:
-    """The same in the table: Rz(−q) Tz(−d) = Rx(π) Rz(q) Tz(d) Rx(−π), half-turns taken by the α beside."""
+    """The same for a table: Rz(−q) Tz(−d) = Rx(π) Rz(q) Tz(d) Rx(−π), with half-turns moved into the
+    neighbouring α."""
     rows = [dict(row) for row in robot_to_table(robot)["joint"]]
     moving = [k for k, row in enumerate(rows) if row.get("type") != "fixed"]
     reverse = np.zeros(len(rows), bool)
@@ -53,7 +54,7 @@ def _of_table(robot: Robot, signs: np.ndarray, offsets: np.ndarray) -> Robot:
     spare = {"type": "fixed", **dict.fromkeys(CONSTANTS, 0.0)}
     rows = [spare, *rows] if distal else [*rows, spare]
     before, after = np.append(reverse, False), np.append(False, reverse)
-    over = before  # rows at whose end half a turn is left, which the next joint takes back
+    over = before  # rows that end with a remaining half-turn, compensated by the next joint
     for row, half, turned in zip(rows, before ^ after, over, strict=True):
         row["alpha"] = float(np.pi - (np.pi - row["alpha"] - np.pi * half) % (2.0 * np.pi))
         row["beta"] *= -1.0 if turned else 1.0
@@ -66,6 +67,6 @@ def _of_table(robot: Robot, signs: np.ndarray, offsets: np.ndarray) -> Robot:
 
 
 def _limits(limits: Sequence[float], sign: float, offset: float) -> tuple[float, float]:
-    """Minimum and maximum position as the pendant counts."""
+    """Minimum and maximum position in the pendant's coordinates."""
     low, high = sorted(float(sign * (v - offset)) for v in limits)
     return low, high

@@ -1,9 +1,9 @@
 """Robots as URDF files, with six small corrections per joint, and calibrated URDF files out.
 
-Each joint on the way from root to tip becomes: its origin (a constant), six corrections named
+Each joint on the path from root to tip becomes: its origin (a constant), six corrections named
 `jointN.x … jointN.yaw` that are zero until identified, and the driven rotation or translation about the
-joint's axis. A calibrated URDF has the corrections multiplied into the origins; everything else of the
-file (meshes, inertias, other branches) stays as it was. Arms from tables become URDFs of plain frames.
+joint's axis. A calibrated URDF has the corrections multiplied into the origins; everything else in the
+file (meshes, inertias, other branches) is unchanged. Arms from tables become URDFs of plain frames.
 """
 
 import contextlib
@@ -37,9 +37,9 @@ if TYPE_CHECKING:
 
 KINDS = {kind.value: kind for kind in JointKind} | {"continuous": JointKind.REVOLUTE}
 LARGEST_FILE, MAX_PARTS = 16 * 2**20, 1000
-"""Bytes, links and joints of a file that are read at most."""
+"""Maximum number of bytes, links and joints of a file."""
 BASE_LINK, TOOL_LINK = "measuring_frame", "calibrated_tool"
-"""Links that a written file has before and behind the arm; the tool's is then the chain's end."""
+"""Links before and after the arm in a written file; the tool's is then the chain's end."""
 CORRECTION_AXES = (Axis.TX, Axis.TY, Axis.TZ, Axis.RX, Axis.RY, Axis.RZ)
 
 
@@ -47,7 +47,7 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
     """Read the longest chain of a URDF, or the one that ends in the link `tip`.
 
     Raises:
-        FileError: no URDF, no such link, several equally long chains, or a joint that can't be used.
+        FileError: no URDF, no such link, several equally long chains, or an unsupported joint.
     """
     path = Path(path)
     model = _parse(path)
@@ -61,8 +61,8 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
     for link, joint in enumerate(joints):
         if joint.type not in KINDS:
             raise FileError(
-                f"joint '{joint.name}' is of type '{joint.type}', which a serial chain can't have; choose "
-                "another tip",
+                f"joint '{joint.name}' is of type '{joint.type}', which a serial chain can't contain; "
+                "choose another tip",
                 path=str(path),
             )
         if joint.child not in model.link_map:
@@ -136,19 +136,19 @@ def _parse(path: Path) -> "yourdfpy.URDF":
                     "its type 'continuous' if it can turn without end",
                     path=str(path),
                 )
-    import yourdfpy  # with trimesh, which most sessions don't need
+    import yourdfpy  # imports trimesh, which most sessions don't need
 
     try:
         return yourdfpy.URDF.load(
             str(path), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False
         )
-    except Exception as error:  # yourdfpy raises many kinds for a malformed file
+    except Exception as error:  # yourdfpy raises many types for a malformed file
         why = f"{type(error).__name__}: {error}"
-        raise FileError(f"can't be read as a URDF ({why}); correct it there", path=str(path)) from None
+        raise FileError(f"can't be read as a URDF ({why}); correct the file", path=str(path)) from None
 
 
 def _check_angles(joint: ET.Element, path: Path) -> None:
-    """Refuse an origin turned by degrees; what is no number is left to the parser."""
+    """Refuse an origin rotated by degrees; invalid numbers are left to the parser."""
     origin = joint.find("origin")
     rpy = "" if origin is None else origin.get("rpy", "")
     with contextlib.suppress(ValueError):
@@ -167,7 +167,7 @@ def _root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
         return ET.fromstring(content, parser=parser)
     except ET.ParseError as error:
         raise FileError(f"is not a URDF: {error}", path=str(path)) from None
-    except (LookupError, ValueError) as error:  # an encoding that there is not, or that it is not in
+    except (LookupError, ValueError) as error:  # an unknown encoding, or a wrong one
         raise FileError(f"is not a URDF: {error}; save it as UTF-8", path=str(path)) from None
 
 
@@ -234,7 +234,7 @@ def _unit_axis(joint, path: Path) -> Vector3:
 
 
 def driven_elements(name: str, kind: JointKind, axis: Vector3, joint: int, link: int) -> list[Element]:
-    """The driven element, between constants that turn its axis onto x, y or z where it is none of them."""
+    """The driven element, between constants that rotate its axis onto x, y or z if needed."""
     first = Axis.RX if kind is JointKind.REVOLUTE else Axis.TX
     main = int(np.argmax(axis))
     if axis[main] > 1.0 - 1e-12:
@@ -253,13 +253,13 @@ def driven_elements(name: str, kind: JointKind, axis: Vector3, joint: int, link:
 
 
 def _following(element: Element, joint, names: list[str], path: Path, notes: list[str]) -> Element:
-    """The driven element of a mimic joint, which follows a joint nearer to the root; others as they are."""
+    """The driven element of a mimic joint, which follows a joint nearer to the root; others unchanged."""
     if element.joint is None:
         return element
     if joint.mimic.joint not in names:
         raise FileError(
-            f"joint '{joint.name}' follows '{joint.mimic.joint}', which doesn't move before it in the chain; "
-            "choose another tip",
+            f"joint '{joint.name}' follows '{joint.mimic.joint}', which isn't a moving joint before it "
+            "in the chain; choose another tip",
             path=str(path),
         )
     ratio = 1.0 if joint.mimic.multiplier is None else float(joint.mimic.multiplier)
@@ -281,7 +281,7 @@ def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: lis
                 path=str(path),
             )
     elif kind is not JointKind.FIXED:
-        notes.append(f"joint '{joint.name}' is continuous: searches assume one half-turn either way")
+        notes.append(f"joint '{joint.name}' is continuous: searches use half a turn either way")
     inertial = model.link_map[joint.child].inertial
     mass, com = None, np.zeros(3)
     if inertial is not None and inertial.mass is not None:
@@ -308,16 +308,16 @@ def write_urdf(robot: Robot, path: Path | str) -> Path:
     """Write a robot as URDF: a calibrated copy of the file it came from, or frames alone.
 
     The base frame becomes a fixed joint from the link `measuring_frame`, the tool one to `calibrated_tool`,
-    unless they are identities; of several sessions' it holds the first. A URDF has no place for effects: it
-    gets the geometry that is best without them (`usable_arm`, which also says what that misses).
+    unless they are identities; of several sessions' it has the first. A URDF can't represent effects: it gets
+    the best geometry without them (`usable_arm`, which also reports the remaining error).
 
     Raises:
         FileError: the file that the robot came from is gone.
-        RobotError: the robot has something that a URDF can't say.
+        RobotError: the robot has something that a URDF can't represent.
     """
     robot = usable_arm(robot, effects=False).robot.in_first_session
     if robot.urdf is not None:
-        root = _root(robot.urdf.path, wanted="the URDF again that the robot came from")
+        root = _root(robot.urdf.path, wanted="the URDF that the robot was read from")
         _correct_origins(root, robot, robot.urdf.joints)
         _keep_references(root, robot.urdf.path, Path(path))
     else:
@@ -328,7 +328,7 @@ def write_urdf(robot: Robot, path: Path | str) -> Path:
 
 
 def _keep_references(root: ET.Element, source: Path, copy: Path) -> None:
-    """Let relative mesh and texture files be found from the folder of the copy."""
+    """Make relative mesh and texture paths valid from the folder of the copy."""
     for node in root.iter():
         file = node.get("filename") if node.tag in ("mesh", "texture") else None
         if file is None or "://" in file or Path(file).is_absolute():
@@ -393,7 +393,7 @@ def _skeleton(robot: Robot) -> ET.Element:
 
 
 def _inertial(link: ET.Element, mass: float | None, com: Vector3) -> None:
-    """Mass and centre of a body in the frame right after its joint; nothing where the mass is unknown."""
+    """Mass and centre of a body in the frame right after its joint; nothing if the mass is unknown."""
     if mass is None:
         return
     node = ET.SubElement(link, "inertial")
@@ -446,5 +446,5 @@ def _joint_node(root: ET.Element, name: str, kind: str, parent: str, child: str,
 
 
 def numbers_text(numbers: np.ndarray) -> str:
-    """Numbers to the last digit with spaces between, as XML attributes hold them."""
+    """Numbers with all digits, separated by spaces, for XML attributes."""
     return " ".join(repr(float(v)) for v in numbers)

@@ -1,4 +1,4 @@
-"""Where in a URDF a robot was found."""
+"""Source of a robot within a URDF."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,14 +1,14 @@
-"""The part of a calibrated arm that may be used: what was observed, and what can be carried.
+"""The usable part of a calibrated arm: what was observed, and what a format can represent.
 
-Directions of the tool that no row shows (`observed.py`) stay as near to nominal as the others allow; a file
-without a place for effects gets the geometry that is best without them. Both are one fit to the calibrated
-arm's own predictions T(q) over measured joint positions:
+Unobservable directions of the tool (`observed.py`) stay as near to nominal as the others allow; a format that
+can't represent effects gets the best geometry without them. Both are one fit to the calibrated arm's own
+predictions T(q) over measured joint positions:
 
     Σ_q |Δp|²/s_p² + |Δφ|²/s_φ² + Σ_k (x_k − nominal_k)²/s_x²
 
-Where a channel was not observed, Δ is taken from the nominal arm instead, and s is so large that it decides
-only what the others leave open. Constants of the arm have a prior, base and tool none, so that what base and
-arm can do alike is done by the base.
+Where a channel was not observed, Δ is relative to the nominal arm instead, and s is so large that it
+determines only directions that the others don't. Constants of the arm have a prior, base and tool none, so
+that redundant changes go to the base.
 """
 
 from collections.abc import Mapping
@@ -29,17 +29,17 @@ from workbench.base import se3
 from workbench.base.wording import in_mm
 
 CLOSE = 1e-4
-"""s_p of positions that were observed [m]: below what calibrations reach."""
+"""s_p of observed positions [m]: below the accuracy of calibrations."""
 LEVER = 0.3
-"""Length at which an angle counts [m], s_φ = s_p / lever: about the reach of a tool with its workpiece."""
+"""Lever that weighs angles [m], s_φ = s_p / lever: about the size of a tool with its workpiece."""
 OPEN = 0.02
-"""s of a channel that was not observed [m or rad]: what nominal arms keep."""
+"""s of a channel that was not observed [m or rad]: accuracy of nominal arms."""
 MADE = 0.01
 """s_x of the arm's constants [rad or m]."""
 SAMPLES = 500
-"""Joint positions sampled within the limits where none are known."""
+"""Number of joint positions sampled within the limits if none are known."""
 EXACT = 1e-9
-"""Difference [m] that is none."""
+"""Difference [m] that counts as zero."""
 ITERATIONS = 30
 """Maximum number of Gauss–Newton steps."""
 
@@ -68,18 +68,18 @@ class PoseErrors(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Usable:
-    """What may be used of a calibrated arm.
+    """The usable part of a calibrated arm.
 
     Args:
-        robot: The arm to use; it carries no record of a calibration.
-        left: How far its tool is from the calibrated arm's over the measured poses.
+        robot: The arm to use, without a calibration record.
+        left: Difference of its tool from the calibrated arm's over the measured poses.
         sees_position: Whether positions are the calibrated arm's.
         sees_rotation: Whether orientations are.
-        has_nominal: Whether the nominal arm was there for what they are not.
+        has_nominal: Whether the nominal arm was available for unobserved directions.
         free_frames: Parts of base and tool that were identified.
-        q: Joint positions that were compared [rad or m].
-        notes: What was not observed, and what was assumed, one sentence each.
-        calibrated: The calibrated arm in its first session, with the effects that joint positions drive.
+        q: Joint positions compared [rad or m].
+        notes: What was not observed, and assumptions, one sentence each.
+        calibrated: The calibrated arm in its first session, with the effects that depend on joint positions.
     """
 
     robot: Robot
@@ -93,8 +93,8 @@ class Usable:
     notes: tuple[str, ...] = ()
 
     def wanted(self, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 4 4"]:
-        """Poses of the tool in the first session that a file should have: the calibrated arm's own where it
-        was observed, elsewhere those of the arm to use."""
+        """Tool poses in the first session that a file should have: those of the calibrated arm where it was
+        observed, elsewhere those of the arm to use."""
         known, _ = divided(self.robot)
         poses = tool_poses(self.robot.in_first_session.with_effects(*known), Motion(q))
         own = tool_poses(self.calibrated, Motion(q))
@@ -106,12 +106,12 @@ class Usable:
 
 
 def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = True) -> Usable:
-    """What may be used of an arm.
+    """The usable part of an arm.
 
     Args:
         robot: As calibrated.
-        nominal: The nominal arm, for files that don't say what it was; another convention's is not used.
-        effects: Whether they can be carried; without, the geometry does what it can of them.
+        nominal: The nominal arm, for files without it; one of another convention is not used.
+        effects: Whether the format represents effects; if not, the geometry approximates them.
     """
     found = robot.calibration
     free = _free(robot)
@@ -122,10 +122,10 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
     known, unknown = divided(robot)
     if unknown:
         names = ", ".join(dict.fromkeys(str(e.name) for e in unknown))
-        notes += () if effects else (f"can't hold {names}, which depends on more than joint positions",)
+        notes += () if effects else (f"can't represent {names}, which depends on more than joint positions",)
     if robot.sessions and not effects:
         notes += (
-            f"base and tool are those of session '{next(iter(robot.sessions))}': there is room for one",
+            f"base and tool are those of session '{next(iter(robot.sessions))}', as the format has only one",
         )
     plain = robot.with_effects(*known) if robot.effects else robot
     actual = plain.in_first_session
@@ -156,7 +156,7 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
 def off_nominal(arm: Robot, nominal: Robot, q: Float[np.ndarray, "rows n"]) -> Expected:
     """Mean distance and angle between the flanges of two arms on the best common base [m], [rad].
 
-    Effects that more than joint positions drive are left out, and the nominal arm has none.
+    Effects that depend on more than joint positions are ignored, and the nominal arm has none.
     """
     known, _ = divided(arm)
     own, old = (tool_poses(each, Motion(q)) for each in (arm.bare.with_effects(*known), nominal.bare))
@@ -170,18 +170,19 @@ def off_nominal(arm: Robot, nominal: Robot, q: Float[np.ndarray, "rows n"]) -> E
 def unobserved_text(
     robot: Robot, arms: Mapping[str, Robot] | None = None, *, nominal: Robot | None = None
 ) -> tuple[str, ...]:
-    """What a calibration did not observe, and how far arms are from nominal there; none if it did all.
+    """What a calibration did not observe, and the distance of arms from nominal there; empty if it observed
+    everything.
 
     Args:
         robot: As calibrated.
-        arms: What is saved or used of it, by name; the calibrated arm itself if None.
-        nominal: The nominal arm, for files that don't say what it was.
+        arms: Saved or used arms by name; the calibrated arm itself if None.
+        nominal: The nominal arm, for files without it.
     """
     (sees_position, sees_rotation), why = _observed(robot)
     if sees_position and sees_rotation:
         return ()
     if (start := nominal_arm(robot, nominal)) is None:
-        return (why, "its file does not hold the nominal arm, so nothing was kept near it")
+        return (why, "its file lacks the nominal arm, so nothing was kept near it")
     seen = None if robot.calibration is None else robot.calibration.observed
     q, poses = (sampled(robot), "poses") if seen is None else (seen.q, "measured poses")
     sizes = []
@@ -194,19 +195,20 @@ def unobserved_text(
 
 
 def carried_text(robot: Robot) -> tuple[str, ...]:
-    """What a file without effects misses of a calibrated arm, one sentence each; none if nothing."""
+    """Error of a file without effects relative to a calibrated arm, one sentence each; empty if there is
+    none."""
     found = usable_arm(robot, effects=False)
     return (*away_text("URDF", robot, found.left, len(found.q)), *found.notes)
 
 
 def away_text(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[str, ...]:
-    """How far what is used of a calibrated arm is from it, and the error of both; none where they agree.
+    """Difference of a used arm from the calibrated one, and the error of both; empty if they agree.
 
     Args:
-        name: Of what is used.
+        name: Name of the used arm.
         robot: As calibrated.
         left: Difference of the tools.
-        poses: Number of poses over which they were compared.
+        poses: Number of poses compared.
     """
     if max(left.position_max, left.rotation_max) < EXACT:
         return ()
@@ -219,7 +221,7 @@ def away_text(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[st
 
 
 def off_text(robot: Robot, left: PoseErrors) -> tuple[str, str]:
-    """Mean and maximum difference from a calibrated arm; in orientation, where that was observed."""
+    """Mean and maximum difference from a calibrated arm, in orientation only if observed."""
     (_, sees_rotation), _ = _observed(robot)
     if not sees_rotation:
         return in_mm(left.position_mean), in_mm(left.position_max)
@@ -230,7 +232,7 @@ def off_text(robot: Robot, left: PoseErrors) -> tuple[str, str]:
 
 
 def expected_error(robot: Robot, left: PoseErrors) -> Expected | None:
-    """Error of an arm that is so far from a calibrated one, or None where nobody knows its own."""
+    """Error of an arm with this difference from a calibrated one; None if the latter's is unknown."""
     if robot.calibration is None or (own := robot.calibration.error) is None:
         return None
     return Expected(
@@ -243,21 +245,21 @@ def _in_degrees(angle: float) -> str:
 
 
 def sampled(robot: Robot, rng: np.random.Generator | None = None) -> Float[np.ndarray, "rows n"]:
-    """Joint positions evenly within the limits; seeded with 0 if rng is None."""
+    """Joint positions uniform within the limits; seeded with 0 if rng is None."""
     rng = np.random.default_rng(0) if rng is None else rng
     lower, upper = robot.search_limits.T
     return rng.uniform(lower, upper, (SAMPLES, robot.dof))
 
 
 def divided(robot: Robot) -> tuple[list[AbstractEffect], list[AbstractEffect]]:
-    """Effects that joint positions alone drive, and those that need more; the instrument's are left out."""
+    """Effects that depend on joint positions only, and those that need more; the instrument's are omitted."""
     mine = [e for e in robot.effects if e.moves_arm]
     known = [e for e in mine if not e.needs and (robot.has_masses or e.loads is Loads.NONE)]
     return known, [e for e in mine if e not in known]
 
 
 def _observed(robot: Robot) -> tuple[tuple[bool, bool], str]:
-    """Whether positions and orientations were observed, and what to say of that."""
+    """Whether positions and orientations were observed, and notes on it."""
     if (found := robot.calibration) is None:
         return (True, True), ""
     if (seen := found.observed) is not None:
@@ -271,12 +273,12 @@ def _observed(robot: Robot) -> tuple[tuple[bool, bool], str]:
 
 
 def _turned(found: Calibration) -> bool:
-    """Whether the tool's orientation was identified, which takes orientations that were measured."""
+    """Whether the tool's orientation was identified, which requires measured orientations."""
     return any(name.startswith("tool") and name.endswith(FRAME_PARTS[3:]) for name in found.std)
 
 
 def nominal_arm(robot: Robot, other: Robot | None) -> Robot | None:
-    """The arm with its constants as they were before the calibration; None if nobody says."""
+    """The arm with its constants before the calibration; None if unknown."""
     if (found := robot.calibration) is None:
         return robot
     arm = {e.name for e in robot.elements}
@@ -288,7 +290,7 @@ def nominal_arm(robot: Robot, other: Robot | None) -> Robot | None:
 
 
 def _free(robot: Robot) -> tuple[str, ...]:
-    """Constants that were identified, base and tool as of one session."""
+    """Constants that were identified, base and tool for one session."""
     found = robot.calibration
     if found is None:
         return robot.default_free
@@ -308,7 +310,7 @@ def _fitted(
     names: tuple[str, ...],
     seen: tuple[bool, bool],
 ) -> Robot:
-    """The arm with the named constants fitted; rotations that were not observed are those in its own base."""
+    """The arm with the named constants fitted; unobserved rotations are relative to its own base."""
     sigma = np.repeat([CLOSE if seen[0] else OPEN, CLOSE / LEVER if seen[1] else OPEN], 3)
     here, nominal = Motion(q), tool_poses(start, Motion(q))
     wanted = wanted.copy()
@@ -334,9 +336,9 @@ def closest(start: Robot, names: tuple[str, ...], at, *, prior: Float[np.ndarray
     """The arm with the constants that minimise |r|² + |prior · (x − start)|², by Gauss–Newton steps.
 
     Args:
-        start: Where the search begins.
-        names: Constants that may change.
-        at: Residuals of an arm, and their derivative of the prediction in these constants.
+        start: Start of the search.
+        names: Free constants.
+        at: Residuals of an arm, and the derivative of its prediction in these constants.
         prior: Reciprocal standard deviation of each constant; 0 for none.
     """
     begin = start.values(names)
@@ -358,7 +360,7 @@ def closest(start: Robot, names: tuple[str, ...], at, *, prior: Float[np.ndarray
 
 
 def _with_sessions(arm: Robot, robot: Robot, actual: Robot) -> Robot:
-    """Bases and tools of all sessions moved as those of the one that was fitted were."""
+    """Bases and tools of all sessions moved like those of the fitted one."""
     if not robot.sessions:
         return arm
     base = se3.inverse(actual.base.pose) @ arm.base.pose

@@ -1,4 +1,4 @@
-"""A joint's axis among the elements of a chain: moments about and across it, rotations inserted beside it."""
+"""A joint's axis in a chain: moments about and across it, and rotations inserted next to it."""
 
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
@@ -14,10 +14,10 @@ BASE = -1
 
 
 class Insertion(IntEnum):
-    """Where an effect needs rotations that the geometry does not have.
+    """Rotations that an effect needs and the geometry lacks.
 
-    Two across a joint's axis, right before (tilt) or after (bend) what it drives; or three behind the base's
-    (drift) or the tool's own (slip).
+    Two across a joint's axis, right before (tilt) or after (bend) its driven element; or three after the
+    base's own (drift) or the tool's own (slip).
     """
 
     NONE = 0
@@ -27,22 +27,21 @@ class Insertion(IntEnum):
     SLIP = 4
 
     def element(self, joint: int, axis: int) -> str:
-        """Name of the rotation of a joint's tilt or bend about one axis."""
+        """Name of a joint's inserted tilt or bend rotation about one axis."""
         return f"joint{joint + 1}.{self.name.lower()}_{'xyz'[axis]}"
 
 
 def driven(chain: Chain, joint: int) -> Element:
-    """The (first) element that a joint drives."""
+    """The (first) element driven by a joint."""
     return chain.elements[chain.driven[joint]]
 
 
 def driven_names(chain: Chain, joints: Iterable[int]) -> tuple[str, ...]:
-    """Names of the elements that some joints drive."""
     return tuple(driven(chain, j).name for j in joints)
 
 
 def turns(chain: Chain, joint: int) -> bool:
-    """Whether a joint is a rotation; True for a joint that the arm lacks, which `check` refuses."""
+    """Whether a joint is revolute; True for a joint that the arm lacks, which `check` refuses."""
     return not 0 <= joint < chain.dof or Axis(driven(chain, joint).axis).turns
 
 
@@ -79,12 +78,12 @@ def inserted_names(chain: Chain, joints: Iterable[int], kind: Insertion) -> tupl
 
 
 def diagonal(columns: Float[np.ndarray, "rows j"]) -> Float[np.ndarray, "rows j j"]:
-    """A law whose every coefficient changes one element of its own."""
+    """A law in which every coefficient changes one element."""
     return columns[:, :, None] * np.eye(columns.shape[1])
 
 
 def paired(columns: Float[np.ndarray, "rows j 2"]) -> Float[np.ndarray, "rows e j"]:
-    """A law whose every coefficient changes two elements of its own."""
+    """A law in which every coefficient changes two elements."""
     rows, joints, _ = columns.shape
     out = np.zeros((rows, joints, 2, joints))
     for j in range(joints):

@@ -3,10 +3,10 @@
     Δv = −c tanh(τ/w),      by = "moment": the load decides; τ the holding moment about the axis
     Δv = −c direction,      by = "motion": the link lags behind the drive
 
-c is half the play [rad or m]; w is the moment over which the joint passes from one flank to the other, and
-tanh(τ/0) the sign. A diagnosis takes a small part of the moment's spread, and holds the flanks while it fits
-(`diagnosis/flanks.py`): a step has no derivative. With w = 0 a row in which the flanks hand over within the
-play itself has no steady answer; it keeps the side of the last round.
+c is half the play [rad or m]; w is the moment over which the joint moves from one flank to the other; for w =
+0 the step is sign(τ). A diagnosis uses a small share of the moment's spread, and fixes the flanks during a
+fit (`diagnosis/flanks.py`), since a step has no derivative. With w = 0 there may be no equilibrium if the
+load changes sign within the play; such a row keeps the flank of the last iteration.
 """
 
 from dataclasses import dataclass, replace
@@ -20,17 +20,17 @@ from workbench.arm.effects.law import Loads
 
 CAUSES = ("moment", "motion")
 SOFT = 0.002
-"""Width that a diagnosis takes, as part of the moment's standard deviation over the rows."""
+"""Width used by a diagnosis, relative to the moment's standard deviation over the rows."""
 
 
 @final
 @dataclass(frozen=True)
 class Backlash(AbstractEffect):
-    """One coefficient a joint.
+    """One coefficient per joint.
 
     Args:
-        by: `moment` or `motion`: what decides on which flank a joint lies.
-        width: Moment over which it passes from one to the other [N m or N]; by the sign alone if 0.
+        by: `moment` or `motion`: what determines the flank.
+        width: Moment over which the joint moves from one flank to the other [N m or N]; 0: a step.
     """
 
     by: str = "moment"
@@ -78,7 +78,7 @@ class Backlash(AbstractEffect):
         return diagonal(-steep * np.array(self.coefficients) / self.width)
 
     def _held(self, motion):
-        """Flanks that a fit holds, of its joints."""
+        """Flanks of its joints fixed by a fit."""
         return None if motion.flank is None else motion.flank[:, list(self.joints)]
 
     @property
@@ -93,12 +93,12 @@ class Backlash(AbstractEffect):
         if self.by not in CAUSES:
             return f"has by = '{self.by}'; known: {' and '.join(CAUSES)}"
         if not self.width >= 0.0 or (self.width and self.by == "motion"):
-            return f"has width = {self.width:g}; give a moment from 0, and none with by = 'motion'"
+            return f"has width = {self.width:g}; give a moment of at least 0, and 0 with by = 'motion'"
         return None
 
     def sentence(self, chain, motion):
         cause = "last motion" if self.by == "motion" else "load"
-        return f"{self.where} has play of {self.size(chain)} to either side; its {cause} decides which"
+        return f"{self.where} has backlash of ±{self.size(chain)}; the flank depends on its {cause}"
 
     @classmethod
     def own_offers(cls, arm, motion):

@@ -3,9 +3,8 @@
     Δv = c (t − t_ref)
 
 for the base's position, along the axes of the measuring frame, and for three rotations behind its own, about
-the axes of the base; c [m/s] and [rad/s]. Gravity stays fixed to the arm: it is the instrument that drifts.
-Where no times are known t is the row in its file, c [m] and [rad] a row, and poses that no file holds don't
-drift.
+the axes of the base; c [m/s] and [rad/s]. Gravity stays fixed to the arm: the instrument drifts. Without
+times, t is the row in the file, c is in [m] and [rad] per row, and poses outside any file don't drift.
 """
 
 from dataclasses import dataclass
@@ -25,15 +24,15 @@ PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 SECONDS = 3600.0
 """Of an hour."""
 SAME, LATER, RETURNS = 0.01, 0.2, 3
-"""Part of each joint's range within which a posture is the same again, part of the whole time after which it
-comes again later, and how many rows must, for time alone to differ."""
+"""Share of each joint's range within which two postures are the same, share of the total time by which they
+must be apart, and minimum number of such repeated rows to separate time from posture."""
 MIXED = 0.5
-"""Share of rows whose nearest posture must come much earlier or later for their order to stand for time:
-where postures follow a path, what drifts with the rows is also an error of the geometry along that path."""
+"""Share of rows whose nearest posture must be much earlier or later for row order to represent time: if
+postures follow a path, a drift with the rows is confounded with errors of the geometry along it."""
 
 
 def _returns(q: Float[np.ndarray, "rows n"], time: Float[np.ndarray, " rows"]) -> int:
-    """How many rows show the posture of an earlier one again, later."""
+    """Number of rows that repeat an earlier posture later."""
     place = q / np.maximum(SAME * np.ptp(q, axis=0), 1e-9)
     pairs = cKDTree(place).query_pairs(1.0, p=np.inf, output_type="ndarray")
     later = np.abs(time[pairs[:, 0]] - time[pairs[:, 1]]) > LATER * np.ptp(time)
@@ -42,7 +41,7 @@ def _returns(q: Float[np.ndarray, "rows n"], time: Float[np.ndarray, " rows"]) -
 
 
 def _mixed(q: Float[np.ndarray, "rows n"], time: Float[np.ndarray, " rows"]) -> float:
-    """Share of the rows whose nearest posture comes much earlier or later: 0.64 in an order of chance."""
+    """Share of rows whose nearest posture is much earlier or later: 0.64 in random order."""
     place = q / np.maximum(np.ptp(q, axis=0), 1e-9)
     nearest = cKDTree(place).query(place, k=2)[1][:, 1] if len(q) > 1 else np.zeros(len(q), int)
     return float((np.abs(time[nearest] - time) > LATER * np.ptp(time)).mean())
@@ -54,8 +53,8 @@ class BaseDrift(AbstractEffect):
     """Six coefficients.
 
     Args:
-        reference: Time t_ref at which the base is where it is said to be [s, or rows].
-        by_row: Whether rows in their file count in place of time.
+        reference: Time t_ref at which the base has its stated pose [s, or rows].
+        by_row: Whether row numbers are used instead of times.
     """
 
     reference: float = 0.0
@@ -84,7 +83,7 @@ class BaseDrift(AbstractEffect):
         return (self._clock(motion) - self.reference)[:, None, None] * np.eye(len(PARTS))
 
     def _clock(self, motion: Motion) -> Float[np.ndarray, " rows"]:
-        """What drives it [s, or rows]."""
+        """Its driver [s, or rows]."""
         if not self.by_row:
             return motion.need("time", self.name)
         return np.full(len(motion), self.reference) if motion.row is None else motion.row.astype(float)
@@ -104,16 +103,16 @@ class BaseDrift(AbstractEffect):
         return f"The measuring frame drifts with time: {1e3 * SECONDS * speed:.3g} mm/h and {turned:.2g} °/h"
 
     def doubt(self, motion):
-        """Only postures that come again later show time alone; elsewhere postures differ as well."""
+        """Only repeated postures separate time from posture."""
         if self.by_row:
-            return "the rows have no times, so their order in the file was used instead"
+            return "the rows have no times, so their order in the file was used"
         if _returns(motion.q, self._clock(motion)) >= RETURNS:
             return None
-        return "no pose was repeated later, which would confirm it"
+        return "no pose was repeated later, which would be needed to confirm it"
 
     @classmethod
     def own_offers(cls, arm, motion):
-        """From the first row on; by the rows where they have no times, if postures come in no order."""
+        """From the first row on; by row number without times, if postures are in random order."""
         begin = 0.0 if motion.time is None else float(np.min(motion.time))
         found = list(offered([cls(reference=begin)], arm, motion))
         yield from found
@@ -124,7 +123,7 @@ class BaseDrift(AbstractEffect):
 
     @classmethod
     def own_example(cls, arm, joint, rng):
-        """Along and about directions that chance chooses."""
+        """Along and about random directions."""
         directions = (rng.normal(size=3) for _ in range(2))
         return cls((), tuple(v for d in directions for v in (d / np.linalg.norm(d)).tolist()))
 

@@ -18,7 +18,7 @@ from workbench.arm.effects.law import Loads
 @final
 @dataclass(frozen=True)
 class BearingCompliance(AbstractEffect):
-    """One coefficient a joint."""
+    """One coefficient per joint."""
 
     name = "bearing-compliance"
     does = "the bearing of {} gives under load", "the bearings of {} give under load"

@@ -3,10 +3,10 @@
     (Δv_x, Δv_y) = −c (τ_x, τ_y) / |(τ_x, τ_y)|
 
 about the two axes across the joint's own, right before it. c [rad] is half the clearance's angle. The
-direction turns quickly where the moment across the axis vanishes.
+direction changes quickly where the moment across the axis vanishes.
 
-Source: Katana eqs. (4.11), (4.12), (5.15)–(5.18), with the moment that holds instead of the one that loads,
-and with its direction itself: (5.16) strays from it by up to 4.1°, and (5.15) is printed upside down.
+Source: Katana eqs. (4.11), (4.12), (5.15)–(5.18), with the holding moment instead of the load, and
+with its exact direction: (5.16) deviates from it by up to 4.1°, and (5.15) is printed inverted.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from workbench.arm.effects.law import Loads
 @final
 @dataclass(frozen=True)
 class ClearanceTilt(AbstractEffect):
-    """One coefficient a joint."""
+    """One coefficient per joint."""
 
     name = "clearance-tilt"
     does = "the bearing of {} is loose", "the bearings of {} are loose"
@@ -44,12 +44,12 @@ class ClearanceTilt(AbstractEffect):
 
     def sentence(self, chain, motion):
         if len(self.joints) > 1:
-            return f"{self.where} have loose bearings: they tilt by up to {self.size(chain)} under load"
-        return f"{self.where} has a loose bearing: it tilts by {self.size(chain)} in the load's direction"
+            return f"{self.where} have bearing clearance: they tilt with the load by up to {self.size(chain)}"
+        return f"{self.where} has bearing clearance: it tilts with the load by {self.size(chain)}"
 
 
 def direction_of(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors (0 for none), and lengths (infinite for none)."""
+    """Unit vectors (0 for zero vectors), and lengths (infinite for zero vectors)."""
     size = np.linalg.norm(moment, axis=-1, keepdims=True)
     size = np.where(size > 0.0, size, np.inf)
     return moment / size, size

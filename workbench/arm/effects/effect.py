@@ -1,8 +1,8 @@
-"""Effects: a law, and everything else that the package knows of it.
+"""Effects: a law, and everything else about it.
 
-An effect's file holds its law (`law.py`), what a diagnosis should try (`offers`), a sentence for people, its
-pictures as numbers (`pictures.py`), an example to hide in a virtual arm, and flags. Other code uses this
-interface and never distinguishes effects by name.
+An effect's file contains its law (`law.py`), candidates for a diagnosis (`offers`), a sentence for people,
+its plot data (`plots.py`), an example to hide in a virtual arm, and flags. Other code uses this interface and
+never distinguishes effects by name.
 """
 
 from abc import abstractmethod
@@ -24,19 +24,19 @@ from workbench.base.wording import capital, joint_list
 from workbench.report.numbers import readable
 
 STILL = float(np.deg2rad(1.0))
-"""A joint [rad, or m] that moves less than this shows no error of its own."""
+"""Range of a joint [rad, or m] below which its own errors are unobservable."""
 
 UNCLEAR = "an error, clear at no single position,"
-"""Of a joint, though the rows show it as a whole."""
+"""Phrase for a joint's error that is significant as a whole only."""
 CLEAR = 3.0
-"""Standard errors below which a size is not stated as found."""
+"""Standard errors below which a size is not stated."""
 UNDRIVEN = 1e-9
-"""Laws that move an element less than this per unit [rad or m] don't move it."""
+"""Law sizes per unit coefficient [rad or m] below this count as zero."""
 
 
 @runtime_checkable
 class EffectArm(Protocol):
-    """What an effect may ask of the arm that carries it: a `Robot`, which stands above effects."""
+    """What an effect may require of its arm: a `Robot`, which is on a higher rung."""
 
     @property
     def chain(self) -> Chain:
@@ -61,41 +61,40 @@ class EffectArm(Protocol):
 
 @dataclass(frozen=True)
 class AbstractEffect(AbstractLaw):
-    """One effect with its coefficients: `name`, `law`, `sentence`, and what else it says of itself."""
+    """One effect with its coefficients: `name`, `law`, `sentence`, and optional properties."""
 
     moves_arm: ClassVar[bool] = True
     """Whether it moves the arm rather than the instrument."""
     is_event: ClassVar[bool] = False
-    """Whether it happened while rows were measured, and is over: the arm as it is now doesn't have it."""
+    """Whether it happened during the measurements and is over: the present arm doesn't have it."""
     is_nameless: ClassVar[bool] = False
-    """Whether it is a shape without a name: it predicts, and a diagnosis never claims it as a cause."""
+    """Whether it is an unnamed shape: it predicts, but a diagnosis never claims it as a cause."""
     has_play: ClassVar[bool] = False
-    """Whether it leaps by its coefficients [rad or m] where its cause changes sign."""
+    """Whether it jumps by its coefficients [rad or m] where its driver changes sign."""
     does: ClassVar[tuple[str, str]] = ("", "")
     """What it does at a joint `{}`, and at several, in a technician's words; if empty, its label."""
     handicap: ClassVar[float] = 0.0
-    """Log evidence that it must add in a diagnosis beyond any other effect [nat]."""
+    """Additional log evidence that a diagnosis requires of it [nat]."""
     of_many_joints: ClassVar[bool] = False
-    """Whether joints have it together as a rule, so that a diagnosis tries it on all of them at once."""
+    """Whether joints usually have it together, so that a diagnosis tries it on all of them at once."""
     typical_size: ClassVar[float | None] = None
-    """Usual maximum coefficient [SI]; None if a virtual arm should choose one that shows well."""
+    """Typical maximum coefficient [SI]; None if a virtual arm should choose a clearly observable one."""
     usual_joint: ClassVar[int] = 1
-    """Joint of an example where none was chosen; from the last one if negative."""
+    """Default joint of an example; from the last one if negative."""
     largest: ClassVar[float | None] = None
     """Largest credible coefficient [SI]; None where `credible` decides."""
     surprise_size: ClassVar[float | None] = None
-    """Usual maximum coefficient [SI] where it may be the surprise of a virtual arm; None if it never is."""
+    """Typical maximum coefficient [SI] as the surprise of a virtual arm; None if it never is one."""
     credible: ClassVar[tuple[float, float]] = (0.05, 0.01)
-    """Farthest that it can move a turning or sliding element over the rows [rad, m] and be believed. By
-    default 3° and 10 mm: hobby servos and belts come near, and an arm that is farther off is broken."""
+    """Largest plausible change of a rotation or translation over the rows [rad, m]. By default 3° and 10 mm:
+    hobby servos and belts come near; an arm with larger errors is broken."""
 
     @abstractmethod
     def sentence(self, chain: Chain, motion: Motion) -> str:
-        """What it does with its coefficients, in plain English with readable units, without a full stop."""
+        """Description with its coefficients, in plain English with readable units, without a full stop."""
 
     def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
-        """The sentence where the covariance of its coefficients [SI²] is known: usually clear sizes alone,
-        unless none is."""
+        """The sentence given the covariance of its coefficients [SI²]; usually significant sizes only."""
         if own := self.own_stated(chain, motion, covariance):
             return own
         clear = np.abs(self.coefficients) >= CLEAR * np.sqrt(np.diagonal(covariance))
@@ -107,15 +106,15 @@ class AbstractEffect(AbstractLaw):
 
     @property
     def variant(self) -> str:
-        """What tells it from others of its name at its joints, such as `order 2`; nothing by default."""
+        """Distinguishes it from others of its name at its joints, such as `order 2`; empty by default."""
         return ""
 
     @classmethod
     def offers(cls, arm: EffectArm, motion: Motion) -> "Iterator[Candidate | str]":
-        """What a diagnosis should try on an arm and its rows; sentences on what can't be tried, and why.
+        """Candidates for an arm and its rows, and sentences on what can't be tried, and why.
 
-        Usually the effect alone at every joint, or once for the whole arm, where its loads and drivers
-        are known; at joints that moved, if it follows their position.
+        Usually the effect alone at every joint, or once for the whole arm, if its loads and drivers are
+        known; at joints that moved, if it depends on their position.
         """
         if (own := cls.own_offers(arm, motion)) is not None:
             return own
@@ -131,10 +130,10 @@ class AbstractEffect(AbstractLaw):
 
     @classmethod
     def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
-        """One to hide in a virtual arm, whose maximum coefficient is about 1; usually all are 1.
+        """One to hide in a virtual arm, scaled to a maximum coefficient of about 1; usually all are 1.
 
         Args:
-            joint: Counted from 0; of no meaning where it concerns the whole arm.
+            joint: Counted from 0; ignored if it concerns the whole arm.
         """
         if (own := cls.own_example(arm, joint, rng)) is not None:
             return own
@@ -146,14 +145,14 @@ class AbstractEffect(AbstractLaw):
         return None
 
     def as_surprise(self, rng: np.random.Generator) -> "AbstractEffect":
-        """The example as a virtual arm hides it, if there is a `surprise_size`."""
+        """The example for a virtual arm, if it has a `surprise_size`."""
         return self
 
     def bounds(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[float, ...]:
-        """Largest credible size of each coefficient [SI]; usually what moves an element by `credible`.
+        """Largest plausible size of each coefficient [SI]; usually what changes an element by `credible`.
 
-        A load counts as 1 N m or N at least: less tells nothing of how soft a joint can be. A diagnosis
-        expects coefficients to scatter by half of the bound, and refuses larger ones.
+        Loads below 1 N m or N count as this: they carry no information on a joint's stiffness. A diagnosis
+        uses half the bound as prior standard deviation, and rejects larger coefficients.
         """
         if self.largest is not None:
             return (self.largest,) * len(self.names)
@@ -169,7 +168,7 @@ class AbstractEffect(AbstractLaw):
         return None
 
     def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        """Every increment over what drives it: usually what `loads`, `needs` or its joints name."""
+        """Every increment over its driver: usually given by `loads`, `needs` or its joints."""
         own = self.own_views(state)
         return tuple(usual_views(self, state)) if own is None else own
 
@@ -177,16 +176,16 @@ class AbstractEffect(AbstractLaw):
         return None
 
     def caveat(self, motion: Motion) -> str | None:
-        """A caveat about the rows that it was learned from, one sentence; empty by default."""
+        """A limitation due to the rows used for identification, one sentence; empty by default."""
         return None
 
     def doubt(self, motion: Motion) -> str | None:
-        """Why no cause of these rows can be certain, as a clause; None, by default, if one can."""
+        """Why no cause in these rows can be certain, as a clause; None, by default, if one can."""
         return None
 
     @property
     def flanked(self) -> tuple[int, ...]:
-        """Joints in which it leaps by the sign of their own load, or by `Motion.flank`."""
+        """Joints at which it jumps with the sign of their own load, or by `Motion.flank`."""
         return ()
 
     @property
@@ -227,8 +226,8 @@ class AbstractEffect(AbstractLaw):
     def error_phrase(
         self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"] | None = None
     ) -> str:
-        """Maximum deviation of its joint's error from the mean over some rows, for laws without loads; over
-        those where it is clear, and `UNCLEAR` where it is so nowhere."""
+        """Maximum deviation of its joint's error from the mean over the rows, for laws without loads; over
+        those where it is significant, and `UNCLEAR` if there are none."""
         law = self.law(chain, motion, NO_WRENCHES)[:, 0]
         law = law - law.mean(0)
         error = np.abs(law @ self.coefficients)
@@ -242,15 +241,15 @@ class AbstractEffect(AbstractLaw):
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An effect that a diagnosis tries, with what is known of its size beforehand.
+    """An effect for a diagnosis to try, with prior knowledge of its size.
 
     Args:
         effect: With zero coefficients.
-        covariance: Of its coefficients up to a common factor, where they are many and shrunk together; None
-            for a few free ones.
-        alike: Whether that covariance follows from its laws' sizes over the rows: all joints are expected to
-            give way about as far.
-        tries: How many places in time or order were searched for it.
+        covariance: Of its coefficients up to a common factor, if they are many and shrunk together; None
+        for a few free ones.
+        alike: Whether that covariance follows from the sizes of its laws over the rows: all joints are
+        expected to deflect about equally.
+        tries: Number of times that were searched for it.
     """
 
     effect: AbstractEffect
@@ -268,7 +267,7 @@ class Candidate:
 
     @property
     def shrunk(self) -> bool:
-        """Whether its coefficients share a variance that the data decide."""
+        """Whether its coefficients share a variance estimated from the data."""
         return self.covariance is not None
 
     @cached_property
@@ -278,14 +277,14 @@ class Candidate:
         return np.linalg.cholesky(self.covariance)
 
     def only(self, places: Sequence[int]) -> "Candidate":
-        """One of many joints, alike, with some of its joints: those at the given places."""
+        """A candidate of several joints, reduced to those at the given places."""
         assert self.covariance is not None, "only shrunk candidates are of many joints"
         joints = tuple(self.effect.joints[i] for i in places)
         fewer = replace(self.effect, joints=joints, coefficients=())
         return Candidate(fewer, self.covariance[np.ix_(places, places)], alike=True)
 
     def excludes(self, other: "Candidate") -> bool:
-        """Whether the two can't stand in one model: one holds the other, or a part of it."""
+        """Whether the two can't be in one model: one contains the other, or a part of it."""
         if not self._own.isdisjoint(other.names):
             return True
         both_map = self.effect.maps_joint and other.effect.maps_joint
@@ -293,7 +292,7 @@ class Candidate:
 
 
 def separate_and_joint(effects: Iterable[AbstractEffect]) -> list[AbstractEffect | Candidate]:
-    """Effects of one joint each, and all of them as one effect if joints have such effects together."""
+    """Effects of one joint each, and all of them as one effect if joints usually have it together."""
     alone = list(effects)
     if len(alone) < 2 or not alone[0].of_many_joints:
         return [*alone]
@@ -304,9 +303,9 @@ def separate_and_joint(effects: Iterable[AbstractEffect]) -> list[AbstractEffect
 def offered(
     effects: Iterable[AbstractEffect | Candidate], arm: EffectArm, motion: Motion
 ) -> "Iterator[Candidate | str]":
-    """Those of some effects whose loads and drivers the rows know, and why the others can't be tried.
+    """Those effects whose loads and drivers are known in the rows, and why others can't be tried.
 
-    Nothing is said of effects whose columns the rows do not have.
+    Effects whose columns are absent are not mentioned.
     """
     for effect in effects:
         candidate = effect if isinstance(effect, Candidate) else Candidate(effect)
@@ -315,7 +314,7 @@ def offered(
 
 
 def _trouble(effect: AbstractEffect, arm: EffectArm, motion: Motion) -> str | None:
-    """Why an effect whose columns are there can't be tried, one sentence; None if it can."""
+    """Why an effect whose columns are present can't be tried, one sentence; None if it can."""
     for driver in effect.needs:
         values = motion.drivers[driver]
         if not np.isfinite(values).all():
@@ -347,13 +346,13 @@ def has_complete_torques(motion: Motion) -> bool:
 
 
 def moved_joints(motion: Motion) -> list[int]:
-    """Joints whose position differs enough from row to row to show an error over it."""
+    """Joints whose position varies enough over the rows to show an error over it."""
     return [j for j in range(motion.q.shape[1]) if np.ptp(motion.q[:, j]) > STILL]
 
 
 def flattened(effects: Sequence[AbstractEffect | Sequence[AbstractEffect]]) -> tuple[AbstractEffect, ...]:
-    """Effects that were given one by one or in lists."""
+    """Effects given one by one or in lists."""
     flat = [e for part in effects for e in (part if isinstance(part, tuple | list) else (part,))]
     if (wrong := next((e for e in flat if not isinstance(e, AbstractEffect)), None)) is not None:
-        raise OptionError(f"an effect must be such as JointCompliance((1,), (1e-5,)), got {wrong!r}")
+        raise OptionError(f"give effects such as JointCompliance((1,), (1e-5,)), got {wrong!r}")
     return tuple(flat)

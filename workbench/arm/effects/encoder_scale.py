@@ -13,7 +13,7 @@ from workbench.arm.effects.effect import AbstractEffect
 @final
 @dataclass(frozen=True)
 class EncoderScale(AbstractEffect):
-    """One coefficient a joint."""
+    """One coefficient per joint."""
 
     name = "encoder-scale"
     does = "{} moves too far or too little", "{} move too far or too little"

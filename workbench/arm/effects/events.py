@@ -1,11 +1,11 @@
-"""Events: what happened while the rows were measured, such as a knock at the tripod or a joint that warms up.
+"""Events during the measurements, such as a knock at the tripod or a joint that warms up.
 
     Δv = −c w(t),      w = 1 before a step and 0 from it on; e^(−(t − t₀)/τ) of a warm-up
 
-for elements of the base (the measuring frame), of the tool, or of a joint's drive; t is the time, or the
-row in its file where no times are known, and c [rad, m] by how much the value changed in the end. Constants
-are those of the arm afterwards: an arm that is saved needs no events, and poses that no file holds have none.
-A base or a tool that is declared known was so beforehand: w = 0 before its step, and −1 from it on.
+for elements of the base (the measuring frame), of the tool, or of a joint's drive; t is the time, or the row
+in the file without times, and c [rad, m] the final change of the value. Constants are those after the event:
+a saved arm needs no events, and poses outside any file have none. A base or tool declared as known was known
+before the event: w = 0 before its step, and −1 from it on.
 """
 
 from abc import abstractmethod
@@ -27,14 +27,15 @@ from workbench.report.numbers import readable, with_error
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 OVER = 3.0
-"""Time constants after which an arm counts as warm."""
+"""Number of time constants after which an arm counts as warm."""
 NEVER = 2**62
-"""Row of an event that never happened: all rows lie before it."""
+"""Row number of an event that never happened: all rows lie before it."""
 MIXED = 0.5
-"""Share of the rows on the shorter side of a step whose nearest posture is one of the other side, per share
-in an order of chance, below which postures differ too: unless one across is as near as others are."""
+"""Share of the rows on the shorter side of a step whose nearest posture is on the other side, relative to
+random order, below which step and posture are confounded, unless one on the other side is as near as
+others."""
 EXAMPLE = 30
-"""Rows before an event that a virtual arm is given."""
+"""Rows before an event of a virtual arm."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +43,9 @@ class AbstractEvent(AbstractEffect):
     """An event.
 
     Args:
-        row: Data row of the file that is the first one after it.
+        row: First row of the file after it.
         time_s: Time of that row [s].
-        is_timed: Whether times decide which rows lie before it, rather than their order in the file.
+        is_timed: Whether times, rather than the order in the file, decide which rows lie before it.
     """
 
     row: int = 0
@@ -58,18 +59,18 @@ class AbstractEvent(AbstractEffect):
 
     @classmethod
     def own_offers(cls, arm, motion):
-        """None: where to try events, a search over the rows finds out."""
+        """None: a search over the rows finds the times to try."""
         return iter(())
 
     @classmethod
     def own_example(cls, arm, joint, rng):
-        """Behind the first `EXAMPLE` rows, along and about directions that chance chooses."""
+        """After the first `EXAMPLE` rows, along and about random directions."""
         one = cls(() if cls.whole_arm else (joint,), row=EXAMPLE)
         size = rng.normal(size=len(one.names))
         return replace(one, coefficients=tuple((size / np.abs(size).max()).tolist()))
 
     def clock(self, motion: Motion) -> Float[np.ndarray, " rows"] | None:
-        """What it counts rows by [s, or rows]; None where that is unknown."""
+        """Its clock [s, or rows]; None if unknown."""
         known = motion.time if self.is_timed and motion.row is not None else motion.row
         return None if known is None else np.asarray(known, float)
 
@@ -79,17 +80,17 @@ class AbstractEvent(AbstractEffect):
         return self.time_s if self.is_timed else float(self.row)
 
     def is_over(self, motion: Motion) -> Bool[np.ndarray, " rows"]:
-        """Rows from it on; all of them where nothing says when they were measured."""
+        """Rows from it on; all of them if their times are unknown."""
         return self._clock_or_later(motion) >= self.moment
 
     def _clock_or_later(self, motion: Motion) -> Float[np.ndarray, " rows"]:
-        """What it counts rows by, later than everything where that is unknown."""
+        """Its clock, later than everything if unknown."""
         clock = self.clock(motion)
         return np.full(len(motion), np.inf) if clock is None else clock
 
     @abstractmethod
     def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
-        """How much of the change was still to come at some readings of that clock."""
+        """Share of the change that was still to come at these clock readings."""
 
     @abstractmethod
     def when(self, motion: Motion) -> str:
@@ -101,7 +102,7 @@ class AbstractEvent(AbstractEffect):
 
     @property
     def mark(self) -> str:
-        """What it is and where, in a picture: `tool-step at row 60`."""
+        """Label with its place for figures: `tool-step at row 60`."""
         return f"{self.label} {'at' if self.is_step else 'until'} row {self.row}"
 
     @property
@@ -153,7 +154,7 @@ class AbstractEvent(AbstractEffect):
 
 
 def _rows(rows: np.ndarray) -> str:
-    """`rows 62–119`, or how many and from which one on where they don't follow each other in the file."""
+    """`rows 62–119`, or their number and the first one if they aren't consecutive in the file."""
     low, high = (int(rows.min()), int(rows.max())) if len(rows) else (0, 0)
     if low == high:
         return f"row {low}"
@@ -168,7 +169,7 @@ class AbstractStep(AbstractEvent):
     """An event between two rows.
 
     Args:
-        known_before: Whether constants are those before it: what moved was known until then.
+        known_before: Whether constants are those before it, as the moved part was known until then.
     """
 
     known_before: bool = False
@@ -185,7 +186,7 @@ class AbstractStep(AbstractEvent):
         return f"between rows {before[-1]} and {after[0]}{at}"
 
     def _sides(self, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers of the rows before and after it, in the order in which they were measured."""
+        """Numbers of the rows before and after it, in measuring order."""
         clock = self.clock(motion)
         if clock is None or motion.row is None:
             return np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -194,7 +195,7 @@ class AbstractStep(AbstractEvent):
         return motion.row[order][~is_after], motion.row[order][is_after]
 
     def doubt(self, motion):
-        """Where postures change for good as well, these may be what differs."""
+        """Whether the postures changed for good as well, which may be what differs."""
         after = self.is_over(motion)
         fewer = after if 2 * after.sum() <= len(after) else ~after
         if not fewer.any() or self.clock(motion) is None:
@@ -205,19 +206,19 @@ class AbstractStep(AbstractEvent):
         across = cKDTree(place[fewer]).query(place[~fewer])[0].min()
         if mixed >= MIXED or across <= np.median(distance):
             return None
-        return "no pose before it resembles one after it, so the poses themselves may make the difference"
+        return "no pose before it resembles one after it, so it may be an effect of posture"
 
     def remedy(self, motion):
         before, after = self._sides(motion)
         if self.joints:  # no session has a joint of its own
-            return f"re-measure {_rows(before)}, or leave them out"
+            return f"re-measure {_rows(before)}, or exclude them"
         return f"re-measure {_rows(after)}, or fit them as a second session"
 
 
 @final
 @dataclass(frozen=True)
 class FrameStep(AbstractStep):
-    """The measuring frame, seen from the arm's base, moved once: six coefficients."""
+    """The measuring frame moved once relative to the arm's base: six coefficients."""
 
     name = "frame-step"
     insertion = Insertion.DRIFT
@@ -241,7 +242,7 @@ class ToolStep(AbstractStep):
     """The tool, or the reflector on it, slipped once.
 
     Args:
-        turns: Whether its orientation was seen too: six coefficients in place of three.
+        turns: Whether its orientation is observable too: six coefficients instead of three.
     """
 
     turns: bool = False
@@ -282,11 +283,11 @@ class ZeroStep(AbstractStep):
 @final
 @dataclass(frozen=True)
 class WarmUp(AbstractEvent):
-    """A joint's zero, or the measuring frame where no joint is named, moves until it is warm.
+    """A joint's zero, or the measuring frame if no joint is named, drifts until warm.
 
     Args:
-        row: The first row when it was warm, after three time constants.
-        begin: When it was cold, by its clock [s, or rows].
+        row: The first warm row, after three time constants.
+        begin: When warm-up started, by its clock [s, or rows].
         pace: Time constant τ [s, or rows].
     """
 
@@ -321,7 +322,7 @@ class WarmUp(AbstractEvent):
         return f"with a time constant of {self.pace:.2g} rows"
 
     def remedy(self, motion):
-        return f"measure when it is warm, or leave out the rows before row {self.row}"
+        return f"measure after warm-up, or exclude the rows before row {self.row}"
 
     @property
     def what(self):

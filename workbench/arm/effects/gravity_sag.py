@@ -1,19 +1,19 @@
 """Gravity sag: a joint deflects under the weight that it carries, with unknown masses.
 
-The moment about joint j's axis u is linear in masses and first moments of the links behind it. Its compliance
+The moment about joint j's axis u is linear in masses and first moments of the links after it. Its compliance
 c times these are the unknowns; d is the direction of gravity, seen from the robot's base:
 
     Δv = Σ_t c_t (d × u) · w_t,      c_t = c g × (first moment or mass of term t)
 
-    3x, 3y, 3z    w = R e_x …       R the frame behind the drive of joint 3; c_t [rad]
-    4m            w = a q_4         all that the slide of joint 4 moves along its axis a; c_t [rad/m]
+    3x, 3y, 3z    w = R e_x …       R the frame after the drive of joint 3; c_t [rad]
+    4m            w = a q_4         everything that prismatic joint 4 moves along its axis a; c_t [rad/m]
     payload       w = m (p_e − p_j) from the joint to the tool, m the payload of the row; c_t [rad/(kg m)]
 
-Masses at fixed places of a link, those of the later links among them, only add to its first moments; the part
-along a joint's own axis belongs to the link before it as well. The two first moments across each axis, and a
-mass for each slide, are therefore all that any masses can do (`terms_of`).
+Masses at fixed places of a link, including those of later links, only add to its first moments; the part
+along a joint's own axis is equivalent to one of the link before it. The two first moments across each axis,
+and a mass for each prismatic joint, are therefore sufficient for any masses (`terms_of`).
 
-R, a, p_e and p_j are those of the arm that nothing bends: sag by sag is of second order.
+R, a, p_e and p_j are those of the undeflected arm: the change of sag by sag is of second order.
 
 Source: Gautier, Khalil, Direct calculation of minimum set of inertial parameters of serial robots, IEEE
 Trans. Robot. Autom. 6(3), 1990; here gravity alone.
@@ -42,7 +42,7 @@ from workbench.base.types import JointRows
 from workbench.report.numbers import readable
 
 FEW = 2
-"""Terms up to which their sizes stay free; more are alike in kind and shrunk together."""
+"""Number of terms up to which they are free; more are shrunk together."""
 PAYLOAD = "payload"
 TERM = re.compile(r"([1-9][0-9]*)([xyzm])")
 NO_CONSTANTS = np.zeros(0, np.int64)
@@ -50,11 +50,11 @@ NO_CONSTANTS.setflags(write=False)
 
 
 def terms_of(chain: Chain, joint: int, *, payload: bool = False) -> str:
-    """The fewest terms that hold whatever the masses behind a joint can do to it.
+    """The smallest set of terms that covers the effect of any masses on a joint.
 
     Args:
         joint: Column of q, counted from 0.
-        payload: Whether loads at the tool differ from row to row.
+        payload: Whether the payload varies between rows.
     """
     terms = []
     for k in range(joint, chain.dof):
@@ -66,10 +66,10 @@ def terms_of(chain: Chain, joint: int, *, payload: bool = False) -> str:
 @final
 @dataclass(frozen=True)
 class GravitySag(AbstractEffect):
-    """One joint; one coefficient a term.
+    """One joint; one coefficient per term.
 
     Args:
-        terms: What it carries, as in the module, with spaces between; links count from 1.
+        terms: Its terms, as in the module, separated by spaces; links count from 1.
         gravity: Direction of gravity in the robot's base frame.
     """
 
@@ -78,7 +78,7 @@ class GravitySag(AbstractEffect):
     name = "gravity-sag"
     does = "{} gives under the weight it carries", "{} give under the weight they carry"
     credible = (0.05, 0.0)
-    """Of each weight behind the joint, as of `joint-compliance`."""
+    """For each weight after the joint, as for `joint-compliance`."""
 
     @property
     def own_names(self):
@@ -89,17 +89,18 @@ class GravitySag(AbstractEffect):
         return tuple(units.get(term[-1], "rad") for term in self.terms.split())
 
     def doubt(self, motion):
-        """It is tried where no masses are known, and then no bearing or link can be tried in its place."""
-        return "without masses, bearings and links that give way instead of a joint can't be tried"
+        """It is tried if masses are unknown, and then compliance of bearings and links can't be tried
+        instead."""
+        return "without masses, compliance of bearings and links can't be tried as an alternative"
 
     def law(self, chain, motion, wrenches):
         seen = _see(self, chain, motion)
         return np.einsum("ri,rti->rt", seen.pull, seen.levers)[:, None]
 
     def growth(self, chain, motion, wrenches, constants):
-        """What stands behind the joint moves levers; what turns before it turns all of them, and the axis.
+        """Elements after the joint move lever arms; those before it rotate all of them, and the axis.
 
-        The latter is a turn of gravity by the opposite angle (known masses:
+        The latter is a rotation of gravity by the opposite angle (known masses:
         `arm/statics/load_derivatives.py`).
         """
         sizes = np.array(self.coefficients)
@@ -131,19 +132,19 @@ class GravitySag(AbstractEffect):
     def sentence(self, chain, motion):
         pairs = zip(self._terms, np.abs(self.coefficients).tolist(), strict=True)
         largest = readable(max((v for term, v in pairs if term[-1] in "xyz"), default=0.0), "rad")
-        return f"{self.where} deflects under the weight it carries, each part of it by up to {largest}"
+        return f"{self.where} deflects under the weight it carries, by up to {largest} per term"
 
     @classmethod
     def own_offers(cls, arm, motion):
-        """At every joint that turns, where neither masses nor torques are known."""
+        """At every revolute joint, if neither masses nor torques are known."""
         is_known = arm.has_masses or has_complete_torques(motion)
         if is_known or not has_complete_payload(motion) or not np.any(arm.gravity):
             return
-        yield "gravity-sag was tried in their place: compliance times weight, joint by joint"
+        yield "gravity-sag was tried instead: compliance times weight, joint by joint"
         for effect in sags(arm, motion):
             many = len(effect.names) > FEW
             yield Candidate(effect, np.eye(len(effect.names)) if many else None)
-            if many:  # by the next link alone, which an eccentric can't be told from if the axis is level
+            if many:  # due to the next link only, indistinguishable from an eccentric if the axis is level
                 yield Candidate(replace(effect, terms=" ".join(effect.terms.split()[:FEW]), coefficients=()))
 
     @classmethod
@@ -152,10 +153,10 @@ class GravitySag(AbstractEffect):
         return cls((joint,), tuple(rng.uniform(-1.0, 1.0, len(terms.split()))), terms=terms)
 
     def own_views(self, state):
-        """The joint's error over what the weights behind it make of it, which takes many angles to say."""
+        """The joint's error over its own prediction, as the driver is several angles."""
         joint = self.joints[0]
         made = 1e3 * self.increments(state.chain, state.motion)[:, 0]
-        driver = f"sag of joint {joint + 1} by the weights behind it [mrad]"
+        driver = f"sag of joint {joint + 1} under the weights after it [mrad]"
         return (view_of_element(self, state, 0, what=error_of(state, joint), driver=driver, x=made),)
 
     @property
@@ -167,7 +168,7 @@ class GravitySag(AbstractEffect):
         return np.array(self.gravity) / np.linalg.norm(self.gravity)
 
     def _fits(self, chain: Chain, term: str) -> bool:
-        """Whether the arm carries such a thing behind the joint."""
+        """Whether the arm has such a term after the joint."""
         found = TERM.fullmatch(term)
         if found is None:
             return term == PAYLOAD
@@ -176,7 +177,7 @@ class GravitySag(AbstractEffect):
 
 
 def sags(arm: EffectArm, motion: Motion) -> list[GravitySag]:
-    """A sag of every turning joint, by its links and by a payload that varies; none where nothing weighs."""
+    """A sag of every revolute joint, due to its links and a varying payload; none without weight."""
     if not np.any(arm.gravity):
         return []
     down = tuple((arm.gravity / np.linalg.norm(arm.gravity)).tolist())

@@ -16,7 +16,7 @@ from workbench.arm.effects.law import Loads
 @final
 @dataclass(frozen=True)
 class JointCompliance(AbstractEffect):
-    """One coefficient a joint."""
+    """One coefficient per joint."""
 
     name = "joint-compliance"
     does = "{} gives under load", "{} give under load"
@@ -26,8 +26,8 @@ class JointCompliance(AbstractEffect):
     unit = ("rad/(N*m)", "m/N")
     surprise_size = 5e-4
     credible = (0.05, 0.01)
-    """At the largest moment of the rows, which the drive was chosen for. Catalogues of strain wave gears give
-    a wind-up of about 1 mrad at the rated torque, whatever their size; hobby servos give way by 3°."""
+    """At the largest moment of the rows, taken as the rated one. Catalogues of strain wave gears give a wind-
+    up of about 1 mrad at the rated torque, whatever their size; hobby servos deflect by 3°."""
 
     def law(self, chain, motion, wrenches):
         return diagonal(-own(chain, self.joints, wrenches))

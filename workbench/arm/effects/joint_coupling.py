@@ -17,13 +17,13 @@ WRIST = 3
 @final
 @dataclass(frozen=True)
 class JointCoupling(AbstractEffect):
-    """One coefficient: of the first joint, by the second."""
+    """One coefficient: motion of the first joint per motion of the second."""
 
     name = "joint-coupling"
     usual_joint = -1
     largest = 0.05
-    """Of the other joint's travel. Controllers take gears that are coupled into account; what is left is the
-    ratio's error, or a cable that pulls. Between a turning and a sliding joint, in rad/m or m/rad."""
+    """Relative to the other joint's travel. Controllers compensate coupled gears; what remains is an error of
+    the ratio, or the pull of a cable. Between a revolute and a prismatic joint, in rad/m or m/rad."""
 
     @property
     def own_names(self):

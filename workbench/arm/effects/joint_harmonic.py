@@ -2,8 +2,8 @@
 
     Δv = Σ_k c_k cos(k q) + s_k sin(k q),      c, s [rad], q as the controller counts it
 
-over one order k, or over a band of orders: the teeth of a gear show with their neighbours. A band that was
-learned on part of a turn fades out beyond its `range`: many orders predict nothing where no row was.
+for one order k, or for a band of orders: gear teeth appear with neighbouring orders. A band identified on
+part of a turn fades out beyond its `range`: many orders can't extrapolate.
 """
 
 from collections.abc import Sequence
@@ -19,25 +19,25 @@ from workbench.arm.effects.valid_range import Learned, range_problem
 from workbench.arm.motion import Motion
 
 HIGHEST_ORDER = 64
-"""Orders beyond this are not looked for."""
+"""Maximum order."""
 ROWS_PER_ORDER = 6
-"""Rows that a single order asks for; one of a band asks for twice as many."""
+"""Minimum number of rows for a single order; one of a band needs twice as many."""
 MIN_BAND = 16
-"""Lowest order up to which a band must reach."""
+"""Minimum highest order of a band."""
 HALF_TURN = np.pi
-"""A band asks for a joint that went through this [rad]: on less, a spline is the same."""
+"""Minimum range of a joint for a band [rad]; on less, a spline is equivalent."""
 DECAYS = (0.0, 2.0, 4.0)
-"""Powers with which the variance of a band's orders may fall …"""
+"""Powers with which the variance of a band's orders may decrease …"""
 LOW = 16.0
 """… beyond this order."""
 FULL_TURN = np.deg2rad(340.0)
-"""A joint that turned this far was seen all round [rad]."""
+"""Range of a joint that counts as a full turn [rad]."""
 WHOLE_PERIOD = 0.9
-"""Part of a period that the rows must hold for its order to be named."""
+"""Share of a period that the rows must cover for its order to be named."""
 NAMED = 4.0
-"""Standard errors from which on an order of a band, one of many, is named."""
+"""Minimum standard errors for an order of a band to be named."""
 MAX_NAMED_ORDERS = 3
-"""Orders of a band that its sentence names."""
+"""Maximum number of orders of a band in its sentence."""
 
 
 @final
@@ -46,9 +46,9 @@ class JointHarmonic(AbstractEffect):
     """Two coefficients for every joint and order.
 
     Args:
-        order: k, how often it repeats a turn; or several, increasing.
-        range: Minimum and maximum position of its one joint where it was learned [rad]; it holds anywhere if
-            empty.
+        order: k, periods per turn; or several, increasing.
+        range: Minimum and maximum position of its one joint where it was identified [rad]; valid anywhere if
+        empty.
     """
 
     order: int | tuple[int, ...] = 1
@@ -58,10 +58,10 @@ class JointHarmonic(AbstractEffect):
     maps_joint = True
     surprise_size = 3e-3
     credible = (0.05, 0.0)
-    """Once a turn. Of order k it is 1/k of that: no gear or disc runs 5 % faster in one part of a turn than
-    in another. Magnetic encoders mounted off centre err by up to 3°, strain wave gears by 0.3 mrad."""
+    """Once per turn. For order k it is 1/k of that: no gear or disc runs 5 % faster in one part of a turn
+    than in another. Magnetic encoders mounted off centre err by up to 3°, strain wave gears by 0.3 mrad."""
     tooth: ClassVar[float] = 5e-3
-    """The least bound of any order [rad]: teeth of cheap gears are off by up to 0.3°, however many."""
+    """Minimum bound of any order [rad]: teeth of cheap gears have errors up to 0.3°, whatever their number."""
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -103,7 +103,7 @@ class JointHarmonic(AbstractEffect):
         if wrong := range_problem(self.range):
             return wrong
         if self.range and len(self.joints) != 1:
-            return f"has a range for {len(self.joints)} joints; give each joint an effect of its own"
+            return f"has a range for {len(self.joints)} joints; give each joint a separate effect"
         slides = [j + 1 for j in self.joints if not turns(chain, j)]
         return f"needs revolute joints, but joint {slides[0]} is prismatic" if slides else None
 
@@ -114,12 +114,12 @@ class JointHarmonic(AbstractEffect):
         return self._of(self.error_phrase(chain, motion, covariance), motion, covariance)
 
     def _of(self, error: str, motion: Motion, covariance: np.ndarray) -> str:
-        """The sentence: how often it repeats a turn only where the rows hold a whole period, and over which
-        part of a turn they saw it."""
+        """The sentence: periods per turn only if the rows cover a whole period, and the covered part of a
+        turn."""
         span = float(np.ptp(motion.q[:, list(self.joints)], axis=0).max())
         periods = span * self.orders[-1] / (2.0 * np.pi)
         begin = f"{self.where} has {error} that"
-        seen = f"the {np.rad2deg(span):.0f}° that it turned"
+        seen = f"its range of {np.rad2deg(span):.0f}°"
         if periods < WHOLE_PERIOD:
             return f"{begin} varies slowly over {seen}, less than a period"
         text = f"{begin} repeats {self._times(span, covariance)}"
@@ -153,13 +153,13 @@ class JointHarmonic(AbstractEffect):
             return None
         low, high = np.rad2deg(self.range)
         return (
-            f"the harmonics of joint {self.joints[0] + 1} were learned from {low:.0f}° to {high:.0f}°; "
-            "beyond, they fade out and predict nothing"
+            f"the harmonics of joint {self.joints[0] + 1} were identified from {low:.0f}° to {high:.0f}°; "
+            "beyond, they fade out"
         )
 
     @classmethod
     def own_offers(cls, arm, motion):
-        """Order by order, and a band of all orders that the rows can carry."""
+        """Each order, and a band of all orders that the rows can support."""
         for joint in moved_joints(motion):
             if not turns(arm.chain, joint):
                 continue
@@ -185,12 +185,12 @@ class JointHarmonic(AbstractEffect):
 
 
 def highest_order(q: np.ndarray) -> int:
-    """Highest harmonic that positions of a joint can carry: some rows, and some places, for each."""
+    """Highest harmonic that positions of a joint can support: some rows, and some positions, for each."""
     return int(np.clip(places(q) // 2, 2, min(HIGHEST_ORDER, max(len(q) // ROWS_PER_ORDER, 2))))
 
 
 def places(q: np.ndarray) -> int:
-    """How many different positions [to a milliradian or millimetre] of a joint occur."""
+    """Number of different positions [to a milliradian or millimetre] of a joint."""
     return len(np.unique(np.round(q, 3)))
 
 

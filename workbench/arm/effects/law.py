@@ -1,15 +1,15 @@
-"""Laws of effects: increments of elementary values that grow linearly with a few coefficients.
+"""Laws of effects: increments of elementary values, linear in a few coefficients.
 
     v_k = driver_k(q) + p_k + Σ_e c_e · φ_e,k(state)
 
 An effect names the elements k that it changes and gives its law φ of the state: joint positions, direction of
-motion, time, temperature (`Motion`), and the wrenches through the joints. What is not linear (the order of a
-harmonic, the knots of a spline) stands frozen in its record.
+motion, time, temperature (`Motion`), and the wrenches through the joints. Nonlinear parameters (the order of
+a harmonic, the knots of a spline) are fixed fields of its record.
 
-Wrenches are those of `arm/statics/wrenches.py`: what holds the later link against its load. A joint gives
-way to the load, so that load effects carry a minus sign: a positive compliance sags.
+Wrenches are those of `arm/statics/wrenches.py`: they hold the later link against its load. A joint deflects
+with the load, so that load effects have a minus sign: a positive compliance sags.
 
-Where the geometry has no element for an effect to turn, rotations of value 0 are inserted.
+Where the geometry lacks an element for an effect, rotations of value 0 are inserted.
 """
 
 from abc import ABC, abstractmethod
@@ -48,7 +48,7 @@ NO_COMPONENTS.setflags(write=False)
 
 
 class Loads(IntEnum):
-    """What an effect must know of the wrenches through the joints."""
+    """Which wrenches through the joints an effect depends on."""
 
     NONE = 0
     OWN = 1
@@ -57,12 +57,12 @@ class Loads(IntEnum):
 
 @dataclass(frozen=True)
 class AbstractLaw(ABC):
-    """The physics of one effect: `name`, `law`, and what it says of itself where the usual doesn't hold.
+    """The physics of one effect: `name`, `law`, and deviations from the defaults.
 
-    What is usual for all effects is final; a method `own_…` says otherwise of one, and None if it doesn't.
+    Defaults for all effects are final; a method `own_…` overrides one, and returns None if it doesn't.
 
     Args:
-        joints: Columns of q that it belongs to, counted from 0; empty where it concerns the whole arm.
+        joints: Columns of q that it belongs to, counted from 0; empty if it concerns the whole arm.
         coefficients: Sizes in the order of `names`, SI; zeros if left empty.
     """
 
@@ -70,15 +70,15 @@ class AbstractLaw(ABC):
     coefficients: tuple[float, ...] = ()
 
     coefficient: ClassVar[str] = ""
-    """What follows the joint in the name of a coefficient; the effect's own name if empty."""
+    """Suffix after the joint in the name of a coefficient; the effect's name if empty."""
     unit: ClassVar[tuple[str, str]] = ("rad", "m")
-    """Units of a coefficient where its element turns, and where it slides; by default the increment's own."""
+    """Units of a coefficient for rotations and for translations; by default the increment's."""
     whole_arm: ClassVar[bool] = False
     """Whether it concerns the whole arm, and has no joints."""
     is_signed: ClassVar[bool] = False
     """Whether its coefficients may be negative although loads drive it."""
     maps_joint: ClassVar[bool] = False
-    """Whether it is an error of each joint over that joint's own position, of which one is enough."""
+    """Whether it is an error of each joint over that joint's own position; one per joint is enough."""
 
     def __post_init__(self):
         object.__setattr__(self, "joints", tuple(int(j) for j in self.joints))
@@ -96,27 +96,27 @@ class AbstractLaw(ABC):
 
         Args:
             chain: Base, arm and tool, with the constants in force.
-            wrenches: Through every joint in its own axes [N, N m]; empty where `loads` asks for none.
+            wrenches: Through every joint in its own axes [N, N m]; empty if `loads` requires none.
         """
 
     @property
     def loads(self) -> Loads:
-        """What its law must know of the wrenches through the joints; nothing by default."""
+        """Wrenches on which its law depends; none by default."""
         return Loads.NONE
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """What of `Motion` its law can't do without, such as `temperature`; nothing but q by default."""
+        """Fields of `Motion` that its law requires, such as `temperature`; only q by default."""
         return ()
 
     @property
     def insertion(self) -> Insertion:
-        """Rotations that its joints need beside those of the geometry; none by default."""
+        """Rotations that its joints need in addition to the geometry's; none by default."""
         return Insertion.NONE
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Names of its C coefficients, such as `joint3.compliance`; usually one a joint, or of the arm."""
+        """Names of its C coefficients, such as `joint3.compliance`; usually one per joint, or per arm."""
         if (own := self.own_names) is not None:
             return own
         part = self.coefficient or self.name.replace("-", "_")
@@ -127,7 +127,6 @@ class AbstractLaw(ABC):
         return None
 
     def units(self, chain: Chain) -> tuple[str, ...]:
-        """Their units."""
         if (own := self.own_units(chain)) is not None:
             return own
         each = len(self.names) // max(len(self.joints), 1)
@@ -138,7 +137,7 @@ class AbstractLaw(ABC):
         return None
 
     def elements(self, chain: Chain) -> tuple[str, ...]:
-        """Names of the E elements that it changes; usually its joints' own, or those that it inserts."""
+        """Names of the E elements that it changes; usually its joints' own, or inserted ones."""
         if (own := self.own_elements(chain)) is not None:
             return own
         if self.insertion:
@@ -149,7 +148,7 @@ class AbstractLaw(ABC):
         return None
 
     def components(self, chain: Chain) -> Int[np.ndarray, "m 2"]:
-        """Joint and place in [f; τ] of the M moments that `loads` asks for."""
+        """Joint and index in [f; τ] of the M components required by `loads`."""
         if self.loads is Loads.NONE:
             return NO_COMPONENTS
         chosen = own_components if self.loads is Loads.OWN else across_components
@@ -164,56 +163,57 @@ class AbstractLaw(ABC):
     def own_slope(
         self, chain: Chain, motion: Motion, wrenches: Wrenches
     ) -> Float[np.ndarray, "rows e m"] | None:
-        """The same; None where a law doesn't vary smoothly with moments."""
+        """The same; None if a law isn't smooth in the moments."""
         return None
 
     def growth(
         self, chain: Chain, motion: Motion, wrenches: Wrenches, constants: Int[np.ndarray, " p"]
     ) -> Float[np.ndarray, "rows e p"] | None:
-        """Derivative of Σ c φ in the constants of P elements at given wrenches; None where it is 0."""
+        """Derivative of Σ c φ in the constants of P elements at fixed wrenches; None if it is 0."""
         return None
 
     @property
     def learned(self) -> Learned | None:
-        """Where the map of its one joint was learned; beyond, it fades out. None if it holds anywhere."""
+        """Range where the map of its one joint was identified; it fades out beyond. None if it is valid
+        anywhere."""
         return None
 
     def softened(self: Same, chain: Chain, wrenches: Wrenches) -> Same:
-        """The same effect for a fit to rows with these wrenches; one that leaps may take a width."""
+        """The same effect for a fit to rows with these wrenches; a step may get a width."""
         return self
 
     def mistake(self, chain: Chain) -> str | None:
-        """What is wrong with its own settings, as a clause after its name; None if nothing is."""
+        """What is wrong with its settings, as a clause after its name; None if nothing is."""
         return None
 
     @property
     def gives_way(self) -> bool:
-        """Whether its coefficients can't be negative, as nothing pushes back harder than it is loaded."""
+        """Whether its coefficients can't be negative, as a joint can't deflect against its load."""
         return self.loads is not Loads.NONE and not self.is_signed
 
     def increments(
         self, chain: Chain, motion: Motion, wrenches: Wrenches = NO_WRENCHES
     ) -> Float[np.ndarray, "rows e"]:
-        """What it adds to each of its elements in every row [rad or m]; arguments as in `law`."""
+        """Increment of each of its elements in every row [rad or m]; arguments as in `law`."""
         return self.law(chain, motion, wrenches) @ np.array(self.coefficients)
 
     def sized(self: Same, values: Mapping[str, float]) -> Same:
-        """The same effect with those of its coefficients that are named."""
+        """The same effect with the named coefficients replaced."""
         if values.keys().isdisjoint(self.names):
             return self
         pairs = zip(self.names, self.coefficients, strict=True)
         return replace(self, coefficients=tuple(float(values.get(name, c)) for name, c in pairs))
 
     def check(self, chain: Chain) -> None:
-        """Refuse an effect that the arm can't carry.
+        """Refuse an effect that doesn't fit the arm.
 
         Raises:
-            RobotError: no such joint, a wrong number of coefficients, or settings without sense.
+            RobotError: no such joint, a wrong number of coefficients, or invalid settings.
         """
         dof = chain.dof
         wrong = self.mistake(chain)
         if self.whole_arm and self.joints:
-            wrong = "concerns the whole arm; leave joints out"
+            wrong = "concerns the whole arm; omit joints"
         elif self.joints and not (min(self.joints) >= 0 and max(self.joints) < dof):
             shown = next(j + 1 for j in self.joints if not 0 <= j < dof)
             wrong = f"names joint {shown}, but the arm's joints are 1 … {dof}"
@@ -231,21 +231,21 @@ class AbstractLaw(ABC):
 
     @classmethod
     def settings(cls) -> tuple[str, ...]:
-        """Names of what its record holds beside joints and coefficients."""
+        """Names of its fields other than joints and coefficients."""
         return tuple(f.name for f in fields(cls) if f.name not in ("joints", "coefficients"))
 
 
 def check_together(effects: Iterable[AbstractLaw], chain: Chain, own: Collection[str]) -> None:
-    """Refuse effects that an arm can't carry, and names that they share, or its `own` elements have."""
+    """Refuse effects that don't fit an arm, and duplicate names among them and its `own` elements."""
     for effect in effects:
         effect.check(chain)
     coefficients = [name for e in effects for name in e.names]
     counts = Counter([*coefficients, *(e.name for e in chain.elements)])
     double = next((name for name, count in counts.items() if count > 1), None)
     if double in own:
-        raise RobotError(f"an element has the name '{double}', which is an effect's; rename it")
+        raise RobotError(f"the name '{double}' of an element is used by an effect; rename it")
     if double is not None:
-        raise RobotError(f"'{double}' stands twice among the effects; merge them")
+        raise RobotError(f"'{double}' occurs twice among the effects; merge them")
 
 
 def extrapolation_notes(
@@ -254,10 +254,10 @@ def extrapolation_notes(
     q: Float[np.ndarray, "rows n"],
     rows: Int[np.ndarray, " rows"] | None = None,
 ) -> list[str]:
-    """A sentence for every effect that fades out in some rows: which joint, which range, how many, how far.
+    """A sentence for every effect that fades out in some rows: joint, range, number of rows, farthest one.
 
     Args:
-        effects: What may have been learned on part of a joint's range.
+        effects: Effects that may be limited to part of a joint's range.
         q: Joint positions [rad or m].
         rows: Their numbers for people; counted from 0 if None.
     """
@@ -271,7 +271,7 @@ def extrapolation_notes(
             unit, size = ("°", 180.0 / np.pi) if turns(chain, joint) else (" m", 1.0)
             low, high, farthest = (f"{v * size:.4g}{unit}" for v in (*effect.learned[:2], q[row, joint]))
             notes.append(
-                f"{effect.name} of joint {joint + 1} was learned from {low} to {high}; "
+                f"{effect.name} of joint {joint + 1} was identified from {low} to {high}; "
                 f"{int(beyond.sum())} of {len(q)} rows lie beyond (farthest: row "
                 f"{row if rows is None else rows[row]} at {farthest}), where it fades to zero"
             )
@@ -279,9 +279,9 @@ def extrapolation_notes(
 
 
 def turned(frame: tuple[Element, ...], effects: Iterable[AbstractLaw]) -> tuple[Element, ...]:
-    """The elements of base or tool with three rotations of value 0 behind them where an effect turns it so.
+    """The elements of base or tool, followed by three rotations of value 0 if an effect needs them.
 
-    They are not the frame's own, whose values a calibration folds into the constant rotation before them.
+    They are not the frame's own rotations, which a calibration folds into the constant rotation before them.
     """
     owner = frame[0].name.partition(".")[0]
     kind = Insertion.DRIFT if owner == "base" else Insertion.SLIP
@@ -294,7 +294,7 @@ def turned(frame: tuple[Element, ...], effects: Iterable[AbstractLaw]) -> tuple[
 def with_insertions(
     elements: tuple[Element, ...], dof: int, effects: Iterable[AbstractLaw]
 ) -> tuple[Element, ...]:
-    """The elements with the rotations of value 0 that effects turn, beside the elements that joints drive."""
+    """The elements with the inserted rotations of value 0 next to those driven by joints."""
     wanted = {(e.insertion, j) for e in effects if e.insertion for j in e.joints}
     if not wanted:
         return elements

@@ -2,9 +2,9 @@
 
     Δv_x = −c_x τ'_x,      Δv_y = −c_y τ'_y,      τ' = R(v)ᵀ τ
 
-The two rotations stand right after the driven element and turn with the link, so that a link may be softer
-about one of its axes than about the other; with c_x = c_y it would be the compliance of a bearing. Where the
-chain's x axis runs along the link (Hayati, DH), c_x is torsion and c_y bending [rad/(N m)].
+The two rotations follow the driven element and rotate with the link, so that a link may be more compliant
+about one axis than about the other; with c_x = c_y it would be the compliance of a bearing. Where the chain's
+x axis runs along the link (Hayati, DH), c_x is torsion and c_y bending [rad/(N m)].
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from workbench.arm.effects.plots import view_of_element
 @final
 @dataclass(frozen=True)
 class LinkFlexure(AbstractEffect):
-    """Two coefficients a joint, of the link after it."""
+    """Two coefficients per joint, of the link after it."""
 
     name = "link-flexure"
     does = "the link after {} bends under load", "the links after {} bend under load"
@@ -58,7 +58,7 @@ class LinkFlexure(AbstractEffect):
         return cls((joint,), (0.5, 1.0))
 
     def own_views(self, state):
-        """Bending of a link about each of its two axes over the moment that it carries about them."""
+        """Bending of a link about each of its two axes over the moment about them."""
         laws = self.law(state.chain, state.motion, state.wrenches)
         places = [(k, self.joints[k // 2] + 1, k % 2 + 1) for k in range(laws.shape[1])]
         return tuple(

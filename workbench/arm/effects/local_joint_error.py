@@ -1,9 +1,9 @@
-"""Local joint error: a smooth error of one joint that fits no other name, as a cubic spline through knots.
+"""Local joint error: a smooth error of one joint without a physical name, as a cubic spline through knots.
 
     Δv = Σ_k c_k B_k(q),      B_k the spline that is 1 at knot k and 0 at the others
 
-Periodic splines repeat every turn (the first knot stands for the last one too); clamped ones have no slope
-at their ends, and keep their height beyond. Outside `range`, where it was learned, the error fades out.
+Periodic splines repeat every turn (the first knot is also the last one); clamped ones have zero slope at
+their ends, and are constant beyond. Outside `range`, where it was identified, the error fades out.
 """
 
 from dataclasses import dataclass
@@ -19,25 +19,25 @@ from workbench.arm.effects.valid_range import Learned, range_problem
 
 TURN = 2.0 * np.pi
 MAX_KNOTS = 40
-"""Most knots that a diagnosis tries."""
+"""Maximum number of knots in a diagnosis."""
 MIN_KNOTS = 5
-"""Fewest knots that it tries."""
+"""Minimum number of knots."""
 ROWS_PER_KNOT = 4
-"""Rows that it asks for each knot, whose height is shrunk."""
+"""Minimum number of rows per knot, whose height is shrunk."""
 WIDTHS = (1.0, 2.0, 4.0)
-"""Correlation lengths that it tries, in knot distances."""
+"""Correlation lengths to try, in knot distances."""
 EXAMPLE_KNOTS = 9
-"""Knots of an example, over the joint's limits."""
+"""Number of knots of an example, over the joint's limits."""
 
 
 @final
 @dataclass(frozen=True)
 class LocalJointError(AbstractEffect):
-    """One coefficient a knot, of one joint.
+    """One coefficient per knot, of one joint.
 
     Args:
         knots: Increasing joint positions [rad or m], at least three; within one turn if periodic.
-        range: Minimum and maximum joint position where it was learned; from the first knot to the last if
+        range: Minimum and maximum joint position where it was identified; from the first knot to the last if
             empty, or anywhere if periodic.
         periodic: Whether it repeats every turn.
     """
@@ -125,7 +125,7 @@ def _basis(knots: tuple[float, ...], periodic: bool) -> Any:
     """Splines that are 1 at one knot and 0 at the others."""
     from scipy.interpolate import (
         CubicSpline,
-    )  # a third of the time to load an arm, which most have no use for
+    )  # importing it takes a third of an arm's loading time, and few arms need it
 
     if periodic:
         values = np.eye(len(knots))

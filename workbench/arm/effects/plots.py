@@ -1,8 +1,7 @@
 """Plot data of effects: an increment over its driver, and the law that relates the two.
 
-A report draws them with what the measured rows show of the same increment. Errors of joints are looked at one
-element at a time; a tilt whose direction the load decides, along that direction; changes of many elements at
-once, as one.
+A report draws them with the same increment as observed in the measured rows. Errors of joints are shown one
+element at a time; a tilt in the load's direction, along that direction; changes of many elements as one.
 """
 
 from collections.abc import Iterator
@@ -18,7 +17,7 @@ from workbench.arm.motion import Motion
 from workbench.base.columns import COLUMNS, row_drivers
 
 GRID = 1500
-"""Points of a curve over a joint's range."""
+"""Number of points of a curve over a joint's range."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +26,7 @@ class DeflectedRows:
 
     Args:
         chain: With the rotations that its effects need.
-        wrenches: Through every joint [N, N m]; empty if no effect asks for them.
+        wrenches: Through every joint [N, N m]; empty if no effect needs them.
     """
 
     chain: Chain
@@ -40,15 +39,15 @@ class IncrementCurve:
     """One increment of an effect over its driver.
 
     Args:
-        what: What is seen, with its unit, such as `error of joint 3 [mrad]`.
-        driver: What drives it, with its unit.
+        what: Quantity with its unit, such as `error of joint 3 [mrad]`.
+        driver: Its driver, with its unit.
         x: The driver in every row, in that unit.
-        scale: What turns the increment's size [SI] into the unit.
+        scale: Factor from the increment's size [SI] to the unit.
         elements: Elements of the chain that it changes.
         direction: How much of each per unit of size [rad or m].
-        law: Size of the increment in every row as the effect has it [SI].
+        law: Size of the increment in every row according to the effect [SI].
         curve: Driver and size [SI] of a line through the law; NaN breaks it.
-        steps: Whether the driver has but a few values, such as a direction.
+        steps: Whether the driver has few distinct values, such as a direction.
     """
 
     what: str
@@ -76,10 +75,10 @@ def view_of_element(
 
     Args:
         place: Which of its elements.
-        what: What is seen, with its unit.
-        driver: What drives it, with its unit.
+        what: Quantity with its unit.
+        driver: Its driver, with its unit.
         x: The driver in every row.
-        scale: What turns the increment [SI] into the unit; milliradians or millimetres by default.
+        scale: Factor from the increment [SI] to the unit; milliradians or millimetres by default.
     """
     law = effect.increments(state.chain, state.motion, state.wrenches)
     direction = np.zeros_like(law)
@@ -97,7 +96,7 @@ def view_of_element(
 
 
 def line_through(x: np.ndarray, law: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The law as a line through the rows, broken where the driver changes its sign."""
+    """The law as a line through the rows, broken where the driver changes sign."""
     order = np.argsort(x, kind="stable")
     x, law = x[order], law[order]
     leap = np.flatnonzero(np.diff(np.sign(x)) != 0) + 1
@@ -105,7 +104,7 @@ def line_through(x: np.ndarray, law: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def usual_views(effect: AbstractLaw, state: DeflectedRows) -> Iterator[IncrementCurve]:
-    """Every increment of an effect over the driver that its law asks for."""
+    """Every increment of an effect over the driver required by its law."""
     if effect.loads and effect.insertion is Insertion.TILT:
         yield from _over_moment_across(effect, state)
     elif len(effect.elements(state.chain)) == len(effect.joints) > 0:
@@ -148,7 +147,7 @@ def error_of(state: DeflectedRows, joint: int) -> str:
 
 
 def _driver(effect: AbstractLaw, state: DeflectedRows, joint: int) -> tuple[str, np.ndarray]:
-    """What drives the error of a joint, with its unit, and its value in every row."""
+    """Driver of a joint's error, with its unit, and its value in every row."""
     for name in effect.needs:
         if name == "direction":
             text = f"direction of the last motion of joint {joint + 1}"
@@ -161,7 +160,7 @@ def _driver(effect: AbstractLaw, state: DeflectedRows, joint: int) -> tuple[str,
 
 
 def _over_moment_across(effect: AbstractLaw, state: DeflectedRows) -> Iterator[IncrementCurve]:
-    """Tilts over the moment across the axis, along the direction in which it pushes."""
+    """Tilts over the moment across the axis, along its direction."""
     law = effect.increments(state.chain, state.motion, state.wrenches)
     for place, joint in enumerate(effect.joints):
         moment = across(state.chain, [joint], state.wrenches)[:, 0]
@@ -170,7 +169,7 @@ def _over_moment_across(effect: AbstractLaw, state: DeflectedRows) -> Iterator[I
         direction[:, 2 * place : 2 * place + 2] = -moment / np.where(size > 0.0, size, 1.0)[:, None]
         along = (law * direction).sum(1)
         yield IncrementCurve(
-            what=f"tilt of joint {joint + 1}, the way the load pushes [mrad]",
+            what=f"tilt of joint {joint + 1} in the load's direction [mrad]",
             driver=f"moment across the axis of joint {joint + 1} [N·m]",
             x=size,
             scale=1e3,
@@ -185,7 +184,7 @@ def _together(effect: AbstractLaw, state: DeflectedRows) -> IncrementCurve:
     """All increments of a row as one, along the direction in which the effect moves them."""
     law = effect.increments(state.chain, state.motion, state.wrenches)
     size = np.linalg.norm(law, axis=1)
-    driver, x = f"what {effect.name} adds [mrad or mm]", 1e3 * size
+    driver, x = f"contribution of {effect.name} [mrad or mm]", 1e3 * size
     if row_drivers().keys() & set(effect.needs):
         driver, x = _driver(effect, state, 0)
     return IncrementCurve(

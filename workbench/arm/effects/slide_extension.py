@@ -1,11 +1,12 @@
-"""A slide that is softer, and looser, the farther it is extended: a lift, a telescope, a linear axis.
+"""A prismatic joint whose compliance and clearance grow with its extension: a lift, a telescope, a linear
+axis.
 
     (Δv_1, Δv_2) = −c s (τ_1, τ_2)                       compliance, c [rad/(N m m)]
     (Δv_1, Δv_2) = −c s (τ_1, τ_2) / |(τ_1, τ_2)|        play, c half of its angle per length [rad/m]
 
-about the two axes across the slide, right behind what it drives; s = q − q_0 is its extension, q_0 where it
-is retracted, and τ the moment that holds what it carries. A column of length s bends by s M/(E I) under a
-moment M, and guides with less overlap let go by more. What does not grow is `link-flexure`,
+about the two axes across the joint, right after its driven element; s = q − q_0 is its extension, q_0 its
+retracted position, and τ the holding moment. A column of length s bends by s M/(E I) under a moment M, and
+guides with less overlap have more clearance. Parts independent of extension are `link-flexure`,
 `bearing-compliance` and `clearance-tilt`.
 """
 
@@ -22,12 +23,12 @@ from workbench.arm.motion import Motion
 
 
 def extension(joints: tuple[int, ...], retracted: float, motion: Motion) -> np.ndarray:
-    """How far joints are extended, (rows, joints) [m]."""
+    """Extension of joints, (rows, joints) [m]."""
     return motion.q[:, list(joints)] - retracted
 
 
 def sliding_joints(arm, motion: Motion) -> list[tuple[int, float]]:
-    """Joints that slide and moved, with where they are retracted [m]."""
+    """Prismatic joints that moved, with their retracted positions [m]."""
     low = arm.search_limits[:, 0]
     return [(j, float(low[j])) for j in moved_joints(motion) if not turns(arm.chain, j)]
 
@@ -35,10 +36,10 @@ def sliding_joints(arm, motion: Motion) -> list[tuple[int, float]]:
 @final
 @dataclass(frozen=True)
 class ExtensionCompliance(AbstractEffect):
-    """One coefficient a joint.
+    """One coefficient per joint.
 
     Args:
-        retracted: Position q_0 at which it does not give way [m].
+        retracted: Position q_0 without deflection [m].
     """
 
     retracted: float = 0.0
@@ -48,7 +49,7 @@ class ExtensionCompliance(AbstractEffect):
     insertion = Insertion.BEND
     unit = ("rad/(N*m*m)", "")
     credible = (0.02, 0.0)
-    """At the largest moment and extension of the rows, as of a bearing."""
+    """At the largest moment and extension of the rows, as for a bearing."""
 
     def law(self, chain, motion, wrenches):
         reach = extension(self.joints, self.retracted, motion)[..., None]
@@ -60,7 +61,7 @@ class ExtensionCompliance(AbstractEffect):
 
     def sentence(self, chain, motion):
         size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad/(N·m)"
-        return f"{self.where} tips by {size} under what it carries for every metre that it extends"
+        return f"{self.where} tilts by {size} per metre of extension under its load"
 
     @classmethod
     def own_offers(cls, arm, motion):
@@ -70,10 +71,10 @@ class ExtensionCompliance(AbstractEffect):
 @final
 @dataclass(frozen=True)
 class ExtensionClearance(AbstractEffect):
-    """One coefficient a joint.
+    """One coefficient per joint.
 
     Args:
-        retracted: Position q_0 at which it has no play [m].
+        retracted: Position q_0 without clearance [m].
     """
 
     retracted: float = 0.0
@@ -84,7 +85,7 @@ class ExtensionClearance(AbstractEffect):
     unit = ("rad/m", "")
     has_play = True
     credible = (0.02, 0.0)
-    """At the largest extension of the rows, as of a bearing."""
+    """At the largest extension of the rows, as for a bearing."""
 
     def law(self, chain, motion, wrenches):
         reach = extension(self.joints, self.retracted, motion)[..., None]
@@ -98,7 +99,7 @@ class ExtensionClearance(AbstractEffect):
 
     def sentence(self, chain, motion):
         size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad"
-        return f"{self.where} has play of {size} to either side for every metre that it extends"
+        return f"{self.where} has clearance of ±{size} per metre of extension"
 
     @classmethod
     def own_offers(cls, arm, motion):

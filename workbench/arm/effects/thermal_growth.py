@@ -1,9 +1,9 @@
-"""Thermal growth: all lengths of the arm and the tool grow with the temperature.
+"""Thermal growth: all lengths of the arm and the tool grow with temperature.
 
     Δv = c (T − T_ref) ℓ,      ℓ the length of the element (with its drive), c [1/K]
 
-A constant origin, as a URDF joint has one, grows through the three corrections that follow it. The base is
-excluded: it is fixed to the floor.
+A constant origin, as in a URDF joint, grows through the three corrections that follow it. The base is
+excluded, as it is fixed to the floor.
 """
 
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ class ThermalGrowth(AbstractEffect):
     """One coefficient for the whole arm.
 
     Args:
-        reference: Temperature T_ref at which the lengths are as given [degC].
+        reference: Temperature T_ref at which lengths have their stated values [degC].
     """
 
     reference: float = 20.0
@@ -89,7 +89,7 @@ def _lengths(chain: Chain) -> list[int]:
 
 
 def _of_constants(chain: Chain) -> np.ndarray:
-    """Lengths of constant origins, given to the three translations right after each, in their axes."""
+    """Lengths of constant origins, as increments of the three translations after each, in their axes."""
     out = np.zeros(len(chain.elements))
     for k, e in enumerate(chain.elements[:-3]):
         if e.matrix is not None and e.link != BASE:

@@ -1,12 +1,12 @@
-"""Uneven compliance: a joint gives way otherwise than in proportion to its load, by no law with a name.
+"""Uneven compliance: a joint deflects nonlinearly with its load, by a law without a physical name.
 
     Δv = −(c_1 u t + c_2 u² t + c_3 t |t|),      t = τ / τ_0,   u = (q − m) / h
 
-τ is the holding moment about (force along) the axis, τ_0 the greatest over the rows it was learned from; m
-and h are middle and half of the joint's range there. A belt is softest where both its free lengths are long,
-a drive stiffens as it winds up. What is in proportion to the load is `joint-compliance`, what leaps with its
-sign is `backlash`; both may stand beside it. It predicts and names no cause. Beyond the range and τ_0 it
-stays as it is there.
+τ is the holding moment about (force along) the axis, τ_0 its maximum over the identification rows; m and h
+are middle and half of the joint's range there. A belt is most compliant where both free lengths are long, a
+drive stiffens as it winds up. The part proportional to the load is `joint-compliance`, that with its sign is
+`backlash`; both may be present as well. It predicts and names no cause. Beyond the range and τ_0 it is
+constant.
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ from workbench.arm.effects.valid_range import range_problem
 from workbench.arm.motion import Motion
 
 SHAPES = ("along", "along2", "load2")
-"""What the coefficients of a joint are called."""
+"""Names of the coefficients of a joint."""
 
 
 @final
@@ -30,7 +30,7 @@ class UnevenCompliance(AbstractEffect):
     """Three coefficients, of one joint.
 
     Args:
-        load: Maximum load τ_0 where it was learned [N m or N]; it does nothing at 0.
+        load: Maximum load τ_0 of the identification rows [N m or N]; at 0 it has no effect.
         range: Minimum and maximum joint position there [rad or m].
     """
 
@@ -70,11 +70,11 @@ class UnevenCompliance(AbstractEffect):
         if len(self.joints) != 1:
             return f"has {len(self.joints)} joints but needs one"
         if not self.load >= 0.0:
-            return f"has load = {self.load:g}; give the maximum load that it was learned at"
+            return f"has load = {self.load:g}; give the maximum load of the identification rows"
         return range_problem(self.range) or (None if self.range else "needs the range of its joint")
 
     def sentence(self, chain, motion):
-        return f"{self.where} gives way unevenly, by up to {self.size(chain)} that no other effect explains"
+        return f"{self.where} deflects nonlinearly, by up to {self.size(chain)} beyond other effects"
 
     @classmethod
     def own_offers(cls, arm, motion):

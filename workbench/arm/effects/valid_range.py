@@ -1,9 +1,9 @@
-"""Where the map of a joint was learned, and how it fades out beyond.
+"""Range where a joint's map was identified, and how it fades out beyond.
 
     w(d) = ½ (1 + cos π d / L),      d < L the distance beyond the range
 
 is 1 within the range and 0 from L on; value and slope are continuous, so that a map times w is as smooth as
-the map. L is a few of the map's own distances between neighbouring knots: beyond, rows within say nothing.
+the map. L is a few knot distances of the map: farther away, rows within the range carry no information.
 """
 
 from typing import NamedTuple
@@ -12,13 +12,13 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 DISTANCES = 3.0
-"""Distances between knots over which a map fades out."""
+"""Number of knot distances over which a map fades out."""
 ROUNDING = 1e-9
-"""How far outside the range a joint may be by rounding [rad or m]."""
+"""Tolerance of the range for rounding [rad or m]."""
 
 
 class Learned(NamedTuple):
-    """A range of joint positions.
+    """Range of joint positions where a map was identified.
 
     Args:
         low: Minimum position [rad or m].
@@ -31,12 +31,12 @@ class Learned(NamedTuple):
     spacing: float
 
     def weight(self, q: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
-        """How much of the map counts at each position, 1 … 0."""
+        """Weight of the map at each position, 1 … 0."""
         part = np.minimum(self._distance(q) / (DISTANCES * self.spacing), 1.0)
         return 0.5 * (1.0 + np.cos(np.pi * part))
 
     def farthest(self, q: Float[np.ndarray, " rows"]) -> tuple[Bool[np.ndarray, " rows"], int]:
-        """Which positions lie beyond, and the one that does most."""
+        """Which positions lie beyond the range, and the farthest one."""
         distance = self._distance(q)
         return distance > ROUNDING, int(np.argmax(distance))
 
@@ -45,7 +45,7 @@ class Learned(NamedTuple):
 
 
 def range_problem(given: tuple[float, ...]) -> str | None:
-    """What is wrong with a range as a file gives it; None if nothing is."""
+    """What is wrong with a range in a file; None if nothing is."""
     if not given or (len(given) == 2 and given[0] < given[1]):
         return None
     return f"has range = {list(given)}; give the minimum and the maximum joint position"

@@ -1,1 +1,1 @@
-"""Inverse kinematics: all branches that reach a pose, deflected arms included, and quick following."""
+"""Inverse kinematics: all branches that reach a pose, deflected arms included, and fast following."""

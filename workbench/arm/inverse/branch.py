@@ -13,13 +13,13 @@ from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 
 MAX_TURNS = 4096
-"""Alternatives that `Branch.turns` lists at most."""
+"""Maximum number of alternatives in `Branch.turns`."""
 TURN = 2.0 * np.pi
 LIMIT_MARGIN = float(np.deg2rad(10.0))
-"""What a planned target keeps from every limit, so that an arm with errors reaches it, too [rad or m]; a
-quarter of its travel at a joint that moves little."""
+"""Margin of a planned target from every limit, so that an arm with errors also reaches it [rad or m]; a
+quarter of the travel for a joint with a small range."""
 LIMIT_SLACK = 1e-9
-"""A joint counts as within its limits up to this [rad or m]."""
+"""Tolerance on the limits [rad or m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -32,9 +32,9 @@ class Branch:
         within_limits: Whether some turn of every joint is within its limits.
         margin: Distance to the nearest limit, negative outside [rad or m].
         manipulability: Smallest singular value of the task's Jacobian, lengths in units of the arm's.
-        continuum: Whether the pose is singular so that q is one of endlessly many (a wrist that may spin).
-        limits: The limits that were asked for.
-        slides: Which joints translate, and so have no other turns.
+        continuum: Whether the pose is singular, so that q is one of infinitely many (a wrist that may spin).
+        limits: The limits used.
+        slides: Which joints are prismatic, and so have no other turns.
     """
 
     q: Float[np.ndarray, " n"]
@@ -48,7 +48,7 @@ class Branch:
 
     @cached_property
     def room(self) -> float:
-        """By how much its joints keep more from their limits than planned targets do, the least of them."""
+        """Smallest excess of a joint's margin over that of planned targets."""
         return float((margins(self.q[None], self.limits) - planned_margins(self.limits)).min())
 
     @property
@@ -59,7 +59,7 @@ class Branch:
     def turns(self) -> Float[np.ndarray, "m n"]:
         """All q of this branch within the limits that differ by full turns, nearest to `q` first.
 
-        A joint without limits keeps its turn. Empty where the branch is outside the limits.
+        A joint without limits keeps its turn. Empty if the branch is outside the limits.
         """
         choices = []
         for value, (low, high), slide in zip(self.q, self.limits, self.slides, strict=True):
@@ -77,7 +77,7 @@ class Branch:
         return frozen(rows[np.argsort(np.abs(rows - self.q).sum(1), kind="stable")])
 
     def nearest_turn(self, q: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """The q of this branch, within the limits if it is within them, that is nearest to another q."""
+        """The q of this branch nearest to another q, within the limits if the branch is."""
         turns = np.where(self.slides, 0.0, np.round((q - self.q) / TURN))
         if self.within_limits:
             with np.errstate(invalid="ignore"):
@@ -105,7 +105,7 @@ def margins(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]) ->
 
 
 def planned_margins(limits: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, " n"]:
-    """What every joint keeps from its limits at a planned target (`LIMIT_MARGIN`)."""
+    """Required margin of every joint at a planned target (`LIMIT_MARGIN`)."""
     return np.minimum(LIMIT_MARGIN, 0.25 * (limits[:, 1] - limits[:, 0]))
 
 
@@ -116,7 +116,7 @@ class Nearest:
     Args:
         q: Joint coordinates [rad or m].
         position_error: Distance of the tool from the target [m].
-        rotation_error: Angle between the two, as far as the task asks [rad].
+        rotation_error: Angle between the two, as far as the task requires [rad].
     """
 
     q: Float[np.ndarray, " n"]
@@ -130,12 +130,13 @@ class InverseResult:
 
     Args:
         branches: Those within the limits first, best manipulability first among them.
-        finite: False where the solutions are endlessly many (a redundant arm or task, a singular pose) and
-            `branches` are representatives.
-        note: What else the user should know, such as that the arm is redundant.
-        task: What of the pose was asked for.
-        explain: Finds `reason` and `nearest` when one of them is first asked for: where nothing is within the
-            limits, that takes longer than the branches.
+        finite: False if there are infinitely many solutions (a redundant arm or task, a singular pose) and
+        `branches` are representatives.
+        note: A note for the user, such as that the arm is redundant.
+        task: Which part of the pose was required.
+        explain: Computes `reason` and `nearest` on first use: without a solution within the limits, this
+            takes
+        longer than the branches.
     """
 
     branches: tuple[Branch, ...]
@@ -178,7 +179,7 @@ def nearest_branch(result: InverseResult, q: Float[np.ndarray, " n"]) -> Branch 
 
 
 def nearest_of(branches: tuple[Branch, ...], q: Float[np.ndarray, " n"]) -> Branch | None:
-    """The one nearest to q up to full turns; None without branches."""
+    """The branch nearest to q up to full turns; None without branches."""
     return min(branches, key=lambda b: float(np.linalg.norm(_gap(b, q))), default=None)
 
 
@@ -192,12 +193,12 @@ def choose(
 
     Args:
         result: Of `solve`.
-        near: Joint coordinates to stay near to; the turn of the choice is then the nearest to them.
-        branch: A name; joint coordinates (the nearest branch is meant); or `auto`: the nearest to `near`, or
-            without it the one farthest from singularity and limits.
+        near: Preferred joint coordinates; the turn nearest to them is taken.
+        branch: A name; joint coordinates (their nearest branch); or `auto`: the nearest to `near`, or without
+        it the one farthest from singularity and limits.
 
     Returns:
-        The branch, its q at the right turn; None where `auto` or coordinates find none within the limits. A
+        The branch, its q at the right turn; None if `auto` or coordinates find none within the limits. A
         named branch is returned even if it lies outside the limits: see its `within_limits`.
     """
     if isinstance(branch, np.ndarray):
@@ -223,12 +224,12 @@ def _gap(branch: Branch, q: np.ndarray) -> np.ndarray:
 
 
 def quality(branch: Branch) -> float:
-    """Grows with the distance from limits, up to half a radian, and from singularities."""
+    """Measure that grows with the distance from limits, up to half a radian, and from singularities."""
     return min(max(branch.margin, 0.0), 0.5) * branch.manipulability
 
 
 def roomy(branches: tuple[Branch, ...]) -> tuple[Branch, ...]:
-    """Those that keep `LIMIT_MARGIN` from the limits, or, where none does, those that keep most."""
+    """Branches that keep `LIMIT_MARGIN` from the limits, or, if none does, those with the largest margin."""
     minimum = min(0.0, max((b.room for b in branches), default=0.0)) - LIMIT_SLACK
     return tuple(b for b in branches if b.room >= minimum)
 

@@ -53,7 +53,7 @@ def branch_names(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> list[str]:
 
 
 def plain_names(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> list[str]:
-    """A name for every configuration by its signs alone, whatever the others are called.
+    """A name for every configuration by its signs alone, without numbering.
 
     Args:
         x: Configurations in the chain's order [rad or m].
@@ -119,7 +119,7 @@ def foot(
     r: Float[np.ndarray, "rows 3"],
     v: Float[np.ndarray, "rows 3"],
 ) -> Float[np.ndarray, "rows 3"]:
-    """The point of the line p + s u that is nearest to the line r + t v (not parallel)."""
+    """The point of the line p + s u nearest to the line r + t v (not parallel)."""
     cosine = np.einsum("ri,ri->r", u, v)
     between = r - p
     s = np.einsum("ri,ri->r", between, u - cosine[:, None] * v) / np.maximum(1.0 - cosine**2, 1e-12)

@@ -1,7 +1,7 @@
 """Damped Newton for one arm and one target at a time, compiled, with or without joint limits.
 
-Minimises |p* − p|² + w² |ρ|², where ρ is the rotation vector that is still missing: of R* Rᵀ for a pose, the
-one that turns the tool's z axis onto the target's for an axis, none for a position. Steps solve
+Minimises |p* − p|² + w² |ρ|², where ρ is the remaining rotation vector: of R* Rᵀ for a pose, the one that
+rotates the tool's z axis onto the target's for an axis, none for a position. Steps solve
 (JᵀJ + λ I) δ = Jᵀ r on the joints that no limit holds, and are clipped to the limits; λ follows the
 success of the steps and never exceeds the squared residual, which keeps the convergence quadratic even
 where J is singular at the solution (Fan and Yuan, Computing 74, 2005).
@@ -20,7 +20,7 @@ from workbench.base.types import frozen
 
 
 class Task(IntEnum):
-    """What of the target the tool has to meet."""
+    """Which part of the target the tool must meet."""
 
     POSE = 6
     POSITION_AXIS = 5
@@ -28,25 +28,26 @@ class Task(IntEnum):
 
     @classmethod
     def default(cls, dof: int) -> "Task":
-        """The most that an arm of so many joints can meet in general."""
+        """The most constraining task that an arm with this number of joints can meet in general."""
         return cls.POSE if dof >= 6 else cls.POSITION_AXIS if dof == 5 else cls.POSITION
 
 
 ITERATIONS = 60
-"""Steps after which a start is given up."""
+"""Maximum number of steps per start."""
 POSITION_TOLERANCE = 1e-9
-"""A solution is nearer to its target than this [m]."""
+"""Maximum position error of a solution [m]."""
 ROTATION_TOLERANCE = 1e-9
-"""A solution is turned away from its target by less than this [rad]."""
+"""Maximum orientation error of a solution [rad]."""
 WEIGHT = 0.25
 """Default w, as a share of the arm's length [1/rad]."""
 MIN_DAMPING = 1e-11
-"""Share of the mean square column: less lets rounding choose the place on a redundant arm's self-motion."""
+"""Minimum damping, relative to the mean square column: with less, rounding moves a redundant arm along its
+self-motion."""
 
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """Where the starts ended.
+    """Final states of the starts.
 
     Args:
         x: Joint coordinates in the chain's order [rad or m].
@@ -71,7 +72,7 @@ class Refined:
 
 
 def unlimited(n: int) -> Float[np.ndarray, "n 2"]:
-    """Limits that hold nothing."""
+    """Infinite limits."""
     return frozen(np.tile([-np.inf, np.inf], (n, 1)))
 
 
@@ -86,19 +87,19 @@ def refine(
     weight: float | None = None,
     iterations: int = ITERATIONS,
 ) -> Refined:
-    """Run every start to a solution, or to the nearest that it comes to.
+    """Run every start to a solution, or as near to the target as it gets.
 
     Args:
         targets: Poses of the tool in the measuring frame.
         starts: Joint coordinates in the chain's order [rad or m].
         task: What of the target must be met.
         target_of: Target of each start; row by row if None.
-        limits: Limits that hold the joints, in the chain's order; none if None.
+        limits: Joint limits, in the chain's order; none if None.
         weight: w [m/rad]; `WEIGHT` of the arm's length if None.
         iterations: Steps before giving up.
     """
     rows = len(starts)
-    # fresh arrays, as a read-only one would have the loop compiled once more
+    # fresh arrays, as a read-only one would make numba compile the loop again
     x, errors, steps = np.array(starts, float, order="C"), np.empty((rows, 2)), np.empty(rows, np.int64)
     _refine_many(
         arm.constants,
@@ -119,9 +120,9 @@ def refine(
 @njit(cache=True, error_model="numpy")
 @no_type_check
 def _missing(tool, target, task, r, m):
-    """Position and rotation that are missing, [p* − p; ρ], into r; returns their lengths.
+    """Remaining position and rotation error [p* − p; ρ], into r; returns their norms.
 
-    `m` is room to work in.
+    `m` is workspace.
     """
     for i in range(3):
         r[i] = target[i, 3] - tool[i, 3]
@@ -166,9 +167,9 @@ def _missing(tool, target, task, r, m):
 @njit(cache=True, error_model="numpy")
 @no_type_check
 def _normal_equations(tool, axes, points, slides, r, task, w2, j, h, g):
-    """JᵀJ (its lower half) and Jᵀr, with rotations weighted by w² (w2) and projected as the task asks.
+    """JᵀJ (its lower half) and Jᵀr, with rotations weighted by w² (w2) and projected for the task.
 
-    `j` holds Jᵀ; its entries that the task leaves out are zero before.
+    `j` holds Jᵀ; entries outside the task must be zero before.
     """
     n = slides.shape[0]
     for k in range(n):
@@ -195,7 +196,7 @@ def _normal_equations(tool, axes, points, slides, r, task, w2, j, h, g):
 @njit(cache=True, error_model="numpy")
 @no_type_check
 def _solve_damped(h, g, damping, held, low, step):
-    """Cholesky solution of (H + λ I) δ = g with δ = 0 for held joints; False where it breaks down."""
+    """Cholesky solution of (H + λ I) δ = g with δ = 0 for held joints; False if it breaks down."""
     n = g.shape[0]
     for a in range(n):  # row a of L, and the inverse of its diagonal on the diagonal
         total = 0.0 if held[a] else g[a]
@@ -225,7 +226,7 @@ def _solve_damped(h, g, damping, held, low, step):
 def _refine_many(constants, slides, targets, target_of, task, weight, limits, iterations, xs, errors, steps):
     n = slides.shape[0]
     tool, axes, points = np.empty((3, 4)), np.empty((n, 3)), np.empty((n, 3))
-    r, m, j = np.empty(6), np.empty((3, 3)), np.zeros((n, 6))  # what a task leaves out stays zero
+    r, m, j = np.empty(6), np.empty((3, 3)), np.zeros((n, 6))  # entries outside the task stay zero
     h, g, low = np.empty((n, n)), np.empty(n), np.empty((n, n))
     step, new, held = np.empty(n), np.empty(n), np.zeros(n, np.bool_)
     w2 = weight * weight

@@ -7,10 +7,10 @@ the rigid arm
     q ← q + s (T⁻¹(D(q) T*) − q)
 
 is repeated, T⁻¹ the warm-started Newton run within the limits, s = 1 and halved while the error does not
-fall. An arm bends by milliradians, so that each round brings some three digits, also near singularities.
+decrease. An arm deflects by milliradians, so each round gains about three digits, also near singularities.
 
-Where a load changes its sign within a joint's play (backlash by moment), no joint position may hold the
-target: the run then ends as near as it came, with what is left as its error.
+If a load changes sign within a joint's play (backlash by moment), no joint position may hold the target: the
+run then ends at the nearest pose, with the remaining error.
 
 The branches of a deflecting arm: those of its geometry, corrected so that it meets the target.
 """
@@ -34,7 +34,7 @@ from workbench.base import se3
 from workbench.base.types import frozen
 
 PROBE = 1e-6
-"""How far the joints are moved to see which one jumps [rad or m]."""
+"""Step of the joints to find which one jumps [rad or m]."""
 
 
 def deflected_result(
@@ -48,7 +48,7 @@ def deflected_result(
 
     Args:
         target: Tool pose in the measuring frame [m].
-        rigid: What the geometry alone can do.
+        rigid: Solutions of the geometry alone.
         limits: Limits of the joints [rad or m].
         motion: What drives the effects beside q, one row.
     """
@@ -94,7 +94,7 @@ def _at(branch: Branch, q: np.ndarray, limits: np.ndarray) -> Branch:
 
 
 def _nearest(best: Branch, branches: tuple[Branch, ...], found: Refined) -> Nearest:
-    """The best branch, with what the deflected arm leaves there."""
+    """The best branch, with the deflected arm's remaining error."""
     row = [b.name for b in branches].index(best.name)
     return Nearest(best.q, float(found.position_error[row]), float(found.rotation_error[row]))
 
@@ -107,17 +107,17 @@ def _jumping(robot: Robot, name: str, q: np.ndarray, left: float, motion: Motion
     jump = np.ptp(shift_of(robot, state), axis=0)
     owner = robot.chain.elements[int(np.argmax(jump))].name.partition(".")[0]
     return (
-        f"'{name}' is held only to {1e3 * left:.3g} mm: the deflection of {owner} jumps there (its load "
-        "changes direction within its play) that no joint position reaches the target"
+        f"'{name}' can only be held to {1e3 * left:.3g} mm: the deflection of {owner} jumps there, as its "
+        "load changes sign within its backlash"
     )
 
 
 MAX_ROUNDS = 40
-"""Rounds at most."""
+"""Maximum number of rounds."""
 MIN_STEP_SHARE = 2.0**-8
-"""Share of a step below which a row is given up."""
+"""Minimum step length; below it a row is given up."""
 EXACT = 1e-12
-"""Error [m] that counts as none."""
+"""Error [m] that counts as zero."""
 
 
 def refine_deflected(
@@ -132,14 +132,14 @@ def refine_deflected(
     """Joint coordinates of the deflected arm next to those of the rigid one.
 
     Args:
-        poses: Tool poses in the measuring frame, one a row.
+        poses: Tool poses in the measuring frame, one per row.
         q: Where to start: solutions of the geometry alone [rad or m].
-        task: What of the pose must be met.
-        limits: Limits that hold the joints.
-        motion: What drives the effects beside q; its own q is not looked at.
+        task: Which part of the pose must be met.
+        limits: Joint limits.
+        motion: Drivers of the effects; its q is ignored.
 
     Returns:
-        Where each row ended, in the chain's order, with the deflected arm's errors.
+        Final state of each row, in the chain's order, with the deflected arm's errors.
     """
     arm = compile_arm(robot)
     bounds = limits[arm.columns]
@@ -170,6 +170,6 @@ def refine_deflected(
 def rigid_targets(
     robot: Robot, poses: Float[np.ndarray, "rows 4 4"], state: Motion
 ) -> Float[np.ndarray, "rows 4 4"]:
-    """Where the rigid arm must be for the deflected one to be at the poses, if it bends as in this state."""
+    """Targets for the rigid arm that bring the deflected one to the poses, with this state's deflection."""
     rigid, deflected = chains.poses(robot.chain, state.q), tool_poses(robot, state)
     return rigid @ se3.inverse(deflected) @ poses

@@ -11,10 +11,10 @@ times cos(q₄/2) and sin(q₄/2) they are twelve in as many products, so that q
 matrix polynomial of degree two in tan(q₃/2), and its eigenvector carries q₄ and q₅.
 
 The coefficients are found by sampling each angle three times, so that no convention enters. The constants
-are first shifted by `SHIFT`: arms of special structure (parallel or meeting axes) have a singular pencil,
-or several solutions with one q₃, and a slight random change parts them (Hochstenbach, Mehl, Plestenjak, SIAM
-J. Matrix Anal. 40(3), 2019). So the results are starts for `damped_newton.refine`, not solutions; the real
-parts of complex roots are among them, because a root may become complex by the shift.
+are first shifted by `SHIFT`: arms of special structure (parallel or intersecting axes) have a singular
+pencil, or several solutions with one q₃, and a slight random change separates them (Hochstenbach, Mehl,
+Plestenjak, SIAM J. Matrix Anal. 40(3), 2019). So the results are starts for `damped_newton.refine`, not
+solutions; the real parts of complex roots are among them, because a root may become complex by the shift.
 
 Sources: Raghavan and Roth, J. Mech. Design 115(3), 1993; Manocha and Canny, IEEE Trans. Robotics and
 Automation 10(5), 1994, with half angles in place of their tan(q₄/2), tan(q₅/2).
@@ -32,7 +32,7 @@ SHIFT = 1e-4
 SEED = 5
 """Seed of that change, so that the same target always gives the same starts."""
 ORIGIN = 0.3
-"""Where tan((q₃ − origin)/2) is counted from [rad]: away from the right angles of usual arms."""
+"""Origin of tan((q₃ − origin)/2) [rad]: away from the right angles of usual arms."""
 ANGLES = np.arange(3) * (2.0 * np.pi / 3.0)
 TO_HARMONICS = np.linalg.inv(np.stack([np.ones(3), np.cos(ANGLES), np.sin(ANGLES)], 1))
 PATH = ["einsum_path", (2, 3), (1, 2), (0, 1)]
@@ -51,14 +51,15 @@ def closure_starts(
     entries: Sequence[int] = (0,),
     shift: float = SHIFT,
 ) -> Float[np.ndarray, "rows starts 6"]:
-    """Joint angles near every solution, among others that are none.
+    """Joint angles near every solution, with spurious ones among them.
 
     Args:
         constants: C₀ … C₆ of `reduced_arm.Arm`, six revolute joints.
         targets: Poses of the tool.
         length: Unit of length that brings positions near 1 [m].
-        entries: Joints that play the part of joint 1 (from 0) in turn: the closed loop may be entered
-            anywhere, and what is special for one entry is not for another. 16 starts each.
+        entries: Joints that take the role of joint 1 (from 0) in turn: the closed loop may be entered
+            anywhere,
+        and a target that is degenerate for one entry is not for another. 16 starts each.
         shift: Random change of the constants [rad, and share of `length`].
     """
     fixed, h = constants.copy(), targets.copy()
@@ -188,7 +189,7 @@ def _roots(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "row
 def _last(
     links: Float[np.ndarray, "rows 5 4 4"], q: Float[np.ndarray, "rows k 5"], h: Float[np.ndarray, "rows 4 4"]
 ) -> Float[np.ndarray, "rows k"]:
-    """q₆ that best turns the arm's x and y axes onto the target's."""
+    """q₆ that best rotates the arm's x and y axes onto the target's."""
     arm = np.eye(4)
     for i in range(5):
         arm = arm @ _turn(q[..., i]) @ links[:, i, None]

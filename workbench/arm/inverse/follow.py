@@ -1,6 +1,6 @@
 """Following a target: one warm-started damped Newton run within the limits, for drags (`damped_newton`).
 
-An arm that bends is then refined (`refine_deflected`).
+A deflected arm is then refined (`refine_deflected`).
 """
 
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ from workbench.base.errors import ShapeError
 from workbench.base.types import frozen
 
 FOLLOW_STEPS = 40
-"""Steps that a drag can always afford."""
+"""Number of steps per drag event."""
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Where a warm-started run ended, within the limits.
+    """Result of a warm-started run within the limits.
 
     Args:
         q: Joint coordinates [rad or m].
@@ -56,13 +56,13 @@ def follow(
     task: Task | None = None,
     motion: Motion | None = None,
 ) -> Followed:
-    """The solution next to a start, or the nearest that the arm comes to within its limits.
+    """The solution next to a start, or the nearest configuration within the limits.
 
     Args:
-        pose: Tool pose in the measuring frame, a 4×4 matrix [m]; its rotation is trusted to be one.
-        q_start: Where to start, as a rule the last solution [rad or m].
-        task: What of the pose must be met; by default what so many joints can meet.
-        motion: What drives a robot's effects beside q, one row; its own q is not looked at.
+        pose: Tool pose in the measuring frame, a 4×4 matrix [m]; its rotation is not checked.
+        q_start: Where to start, usually the last solution [rad or m].
+        task: Which part of the pose must be met; by default as much as the number of joints allows.
+        motion: Drivers of the robot's effects, one row; its q is ignored.
 
     Raises:
         ShapeError: the pose is not a 4×4 matrix, or the start has another number of joints than the robot.
@@ -84,7 +84,7 @@ def follow(
 
 
 def as_pose(pose: ArrayLike) -> Float[np.ndarray, "4 4"]:
-    """One pose from whatever numbers are given."""
+    """One pose as a 4×4 array, checked."""
     matrix = np.asarray(pose, float)
     if matrix.shape != (4, 4):
         size = "×".join(map(str, matrix.shape)) or "a single number"

@@ -1,10 +1,10 @@
-"""An arm boiled down for inverse kinematics: one constant transform between neighbouring joints.
+"""An arm reduced for inverse kinematics: one constant transform between neighbouring joints.
 
     T(q) = C_0 Z(q_1) C_1 Z(q_2) … Z(q_n) C_n,      Z = rotation about, or translation along, z
 
-Any chain has this form once each joint's axis is turned onto z; nothing of a convention or of a nominal
-structure is left. The axes and points that the columns of the Jacobian and the names of branches need are
-those of the frames right before each Z.
+Any chain has this form once each joint's axis is rotated onto z, independent of convention and nominal
+structure. The axes and points for the Jacobian's columns and for the names of branches are those of the
+frames right before each Z.
 """
 
 from dataclasses import dataclass
@@ -52,7 +52,7 @@ class ReducedArm:
 
     @cached_property
     def places(self) -> Int[np.ndarray, " n"]:
-        """Where each column of q stands in the chain: q = x[places] for x in the chain's order."""
+        """Index in the chain of each column of q: q = x[places] for x in the chain's order."""
         return frozen(np.argsort(self.columns))
 
     def geometry(
@@ -81,7 +81,7 @@ _ARMS: WeakKeyDictionary[Robot, ReducedArm] = WeakKeyDictionary()
 
 
 def compile_arm(robot: Robot) -> ReducedArm:
-    """The robot's arm, worked out once."""
+    """The robot's reduced arm, cached."""
     if robot not in _ARMS:
         _ARMS[robot] = _compile(robot)
     return _ARMS[robot]
@@ -104,8 +104,8 @@ def _compile(robot: Robot) -> ReducedArm:
     if sorted(columns) != list(range(robot.dof)):
         double = next(c for c in columns if columns.count(c) > 1)
         raise RobotError(
-            f"joint {double + 1} of robot '{robot.name}' drives several elements; inverse kinematics needs "
-            "every joint to drive exactly one"
+            f"joint {double + 1} of robot '{robot.name}' drives several elements; inverse kinematics "
+            "requires exactly one per joint"
         )
     constants.append(current)
     order = np.array(columns, np.int64)

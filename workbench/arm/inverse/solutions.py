@@ -1,12 +1,13 @@
-"""All joint coordinates that reach a target, limits left aside: completeness is decided here.
+"""All joint coordinates that reach a target, limits ignored: completeness is decided here.
 
 Six revolute joints and a pose, and five of them and a position with an axis (whose free turn about the tool's
 z axis is a sixth), have at most sixteen solutions, and all of them follow from `elimination`. The closed loop
-is entered at several joints, because a target that is special for one entry is not for another. Other arms
-with as many joints as conditions are searched from random starts until two rounds bring nothing new.
-Either way the neighbours of nearly singular solutions are searched too, along the direction that hardly
-moves the tool, because there two solutions lie close together; next to a singular one algebra is vague, and
-more random starts make up for it.
+is entered at several joints, because a target that is degenerate for one entry is not for another. Other arms
+with as many joints as conditions are searched from random starts until two rounds find nothing new.
+
+In both cases the neighbours of nearly singular solutions are searched too, along the direction that hardly
+moves the tool, because two solutions lie close together there; near a singular one elimination is inaccurate,
+and more random starts compensate for it.
 """
 
 from collections.abc import Sequence
@@ -27,23 +28,23 @@ ENTRIES = (0, 1, 2)
 RANDOM_STARTS = 48
 """Random starts per target besides the algebraic ones."""
 MORE_STARTS = 96
-"""Further ones for a target with a solution of a smaller singular value than `VAGUE`."""
+"""Additional ones for a target with a solution of a smaller singular value than `VAGUE`."""
 ROUND, ROUNDS = 192, 24
-"""Random starts per round, and the most rounds, where there is no algebraic way."""
+"""Random starts per round, and maximum number of rounds, for arms without elimination."""
 DISTINCT = 1e-4
-"""Solutions nearer than this are one [rad, or share of the arm's length]."""
+"""Solutions closer than this are the same [rad, or share of the arm's length]."""
 NEAR_SINGULAR = 0.05
 """Dimensionless singular value below which a solution's neighbours are searched."""
 VAGUE = 3e-3
-"""Dimensionless singular value below which algebraic starts may miss what lies beside a solution."""
+"""Dimensionless singular value below which algebraic starts may miss neighbours of a solution."""
 SINGULAR = 1e-6
-"""Dimensionless singular value below which a solution may be one of endlessly many."""
+"""Dimensionless singular value below which a solution may be one of infinitely many."""
 SAME_CONTINUUM = 0.03
-"""Nearer than this, ends of slides are one: where two solutions merge, their place is soft [rad]."""
+"""Ends of self-motions closer than this are the same, as merging solutions are ill-conditioned [rad]."""
 SLIDES = 200
-"""Steps along a continuum at most, of up to 0.1 rad each."""
+"""Maximum number of steps along a continuum, of up to 0.1 rad each."""
 REACHES = (0.03, 0.15, 0.6)
-"""How far from a nearly singular solution its neighbours are sought [rad]."""
+"""Search distance from a nearly singular solution [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ class Solutions:
     Args:
         x: Joint coordinates [rad or m].
         smallest: Smallest singular value of the task's Jacobian, dimensionless.
-        continuum: Which of them stand for endlessly many.
+        continuum: Which of them represent infinitely many.
     """
 
     x: Float[np.ndarray, "rows n"]
@@ -75,7 +76,7 @@ def all_solutions(
     if is_algebraic(arm, task):
         starts = [algebraic_starts(arm, targets, ENTRIES), random_starts(arm, (rows, RANDOM_STARTS), rng)]
         found = _extend(arm, targets, found, np.concatenate(starts, 1), task)
-        rng = deepcopy(rng)  # whatever is drawn later does not depend on how many more were needed here
+        rng = deepcopy(rng)  # later draws don't depend on how many were needed here
         for i in range(rows):
             if (smallest_singular_value(arm, found[i], task) < VAGUE).any():
                 more = random_starts(arm, (1, MORE_STARTS), rng)
@@ -96,7 +97,7 @@ def algebraic_starts(
         constants = np.concatenate([constants, np.eye(4)[None]])
     try:
         found = closure_starts(constants, targets, length=arm.length, entries=entries)
-    except np.linalg.LinAlgError:  # an exactly singular pencil: the other entries do the work
+    except np.linalg.LinAlgError:  # an exactly singular pencil: the other entries suffice
         if len(entries) > 1:
             return np.concatenate([algebraic_starts(arm, targets, (entry,)) for entry in entries], axis=1)
         found = np.empty((len(targets), 0, 6))
@@ -110,7 +111,7 @@ def random_starts(
     *,
     limits: Float[np.ndarray, "n 2"] | None = None,
 ) -> np.ndarray:
-    """Uniform joint coordinates within limits; one turn, or the arm's length, where there are none."""
+    """Uniform joint coordinates within limits; one turn, or the arm's length, for joints without limits."""
     limits = np.tile([-np.inf, np.inf], (arm.dof, 1)) if limits is None else limits
     span = np.where(arm.slides, arm.length, np.pi)
     low = np.where(np.isfinite(limits[:, 0]), limits[:, 0], np.minimum(-span, limits[:, 1] - 2 * span))
@@ -121,12 +122,12 @@ def random_starts(
 def task_jacobian(
     arm: ReducedArm, x: Float[np.ndarray, "rows n"], task: Task
 ) -> Float[np.ndarray, "rows m n"]:
-    """The rows of the Jacobian that the task asks for; rotations about the tool's z axis projected off."""
+    """The rows of the Jacobian required by the task; rotations about the tool's z axis projected out."""
     jacobian = arm.jacobian(x)
     if task is Task.POSITION:
         return jacobian[:, :3]
     if task is Task.POSITION_AXIS:
-        tool = arm.geometry(x)[0][:, :, :2]  # x and y axes of the tool: turns about them count
+        tool = arm.geometry(x)[0][:, :, :2]  # x and y axes of the tool: rotations about them matter
         return np.concatenate([jacobian[:, :3], np.swapaxes(tool, 1, 2) @ jacobian[:, 3:]], 1)
     return jacobian
 
@@ -134,7 +135,7 @@ def task_jacobian(
 def _extend(
     arm: ReducedArm, targets: np.ndarray, found: list[np.ndarray], starts: np.ndarray, task: Task
 ) -> list[np.ndarray]:
-    """Solutions so far, and the distinct new ones that starts (rows, k, n) lead to."""
+    """Solutions so far, and the distinct new ones found from starts (rows, k, n)."""
     rows, k, n = starts.shape
     result = refine(arm, targets, starts.reshape(-1, n), task=task, target_of=np.repeat(np.arange(rows), k))
     good, x = result.converged.reshape(rows, k), result.x.reshape(rows, k, n)
@@ -157,7 +158,7 @@ def _with_neighbours(arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: T
 
 
 def _searched(arm: ReducedArm, target: np.ndarray, task: Task, rng: np.random.Generator) -> np.ndarray:
-    """Solutions from random starts, in rounds until two bring nothing new."""
+    """Solutions from random starts, in rounds until two find nothing new."""
     x, idle = np.empty((0, arm.dof)), 0
     for _ in range(ROUNDS):
         before = len(x)
@@ -197,7 +198,7 @@ def _slid(
     """Slide singular solutions along their continuum until the last joint that can turn is at zero.
 
     Returns:
-        Where each ended, and whether it slid at all: the others are isolated.
+        Final solutions, and whether each slid at all: the others are isolated.
     """
     x, flows, going = x.copy(), np.zeros(len(x), bool), np.arange(len(x))
     joint = np.full(len(x), -1)

@@ -1,14 +1,13 @@
-"""Inverse kinematics: every branch that reaches a pose, the reason where there is none, and quick following.
+"""Inverse kinematics: every branch that reaches a pose, the reason if there is none, and fast following.
 
 `solve` finds all solution branches where there are finitely many, for any geometry (`solutions`), names them
 (`branches`) and explains failure (`unreachable`). `follow` is one warm-started damped Newton run within the
 limits, for drags (`damped_newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved
 exactly.
 
-An arm that bends (`Robot.effects`) has the branches of its geometry, each moved to where the deflected arm
-reaches the target (`refine_deflected`); reasons, and what is nearest to a place out of reach, are the
-geometry's. A branch keeps its turn: with an effect that does not repeat every turn, `follow` from
-another one.
+A deflected arm (`Robot.effects`) has the branches of its geometry, each refined so that the deflected arm
+reaches the target (`refine_deflected`); reasons, and nearest configurations, are the geometry's. A branch
+keeps its turn: with an effect that does not repeat every turn, use `follow` from another one.
 """
 
 from copy import deepcopy
@@ -63,9 +62,9 @@ __all__ = [
 ]
 
 REPRESENTATIVES = 8
-"""Solutions shown of a redundant arm."""
+"""Maximum number of solutions shown for a redundant arm."""
 SPREAD_STARTS = 96
-"""Starts from which they are chosen, per round."""
+"""Random starts for these, per round."""
 
 
 def solve(
@@ -77,17 +76,17 @@ def solve(
     limits: ArrayLike | None = None,
     motion: Motion | None = None,
 ) -> InverseResult:
-    """Every way to reach a pose of the tool.
+    """Every branch that reaches a pose of the tool.
 
     Args:
         pose: Tool pose in the measuring frame, a 4×4 matrix [m].
-        task: What of it must be met; by default what so many joints can meet.
-        rng: For the random starts that stand beside the algebraic ones; seeded with 0 if None.
-        limits: Limits to use instead of the robot's [rad or m]; infinite ones to leave them aside.
-        motion: What drives a robot's effects beside q, one row; its own q is not looked at.
+        task: Which part must be met; by default as much as the number of joints allows.
+        rng: For the random starts in addition to the algebraic ones; seeded with 0 if None.
+        limits: Limits to use instead of the robot's [rad or m]; infinite to ignore limits.
+        motion: Drivers of the robot's effects, one row; its q is ignored.
 
     Raises:
-        DataError: the pose is not finite or not a rigid motion, or an effect misses what drives it.
+        DataError: the pose is not finite or not a rigid motion, or an effect lacks its driver.
         ShapeError: the pose is not a 4×4 matrix, or limits have another number of joints than the robot.
     """
     return solve_many(robot, as_pose(pose)[None], task=task, rng=rng, limits=limits, motion=motion)[0]
@@ -102,7 +101,7 @@ def solve_many(
     limits: ArrayLike | None = None,
     motion: Motion | None = None,
 ) -> list[InverseResult]:
-    """`solve` for several poses at once, at less than half the time each; a row of `motion` a pose."""
+    """`solve` for several poses at once, at less than half the time each; `motion` has one row per pose."""
     arm, task = compile_arm(robot), task or Task.default(robot.dof)
     rng = np.random.default_rng(0) if rng is None else rng
     targets, limits = check_poses(poses), _limits(robot, limits)
@@ -111,7 +110,7 @@ def solve_many(
         solutions = [_spread(arm, t[None], task, inner, rng) for t in targets]
     else:
         solutions = all_solutions(arm, targets, task=task, rng=rng)
-    later = deepcopy(rng)  # for what is asked for afterwards, in whatever order
+    later = deepcopy(rng)  # for `explain`, whatever the order of use
     results = [_result(arm, t, s, task, limits, later) for t, s in zip(targets, solutions, strict=True)]
     if not robot.effects:
         return results
@@ -126,7 +125,7 @@ def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows
     if poses.ndim != 3 or poses.shape[1:] != (4, 4):
         raise ShapeError(f"a pose is a 4×4 matrix, not {poses.shape[1:]}", expected=4, found=poses.shape[-1])
     if not np.isfinite(poses).all():
-        raise DataError("a pose to be reached has entries that are not finite numbers; correct it")
+        raise DataError("a target pose has entries that are not finite numbers; correct it")
     r = poses[:, :3, :3]
     off = float(np.abs(np.swapaxes(r, 1, 2) @ r - np.eye(3)).max(initial=0.0))
     if off > 1e-3 or (np.linalg.det(r) < 0).any():
@@ -156,7 +155,7 @@ def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
 def _spread(
     arm: ReducedArm, target: np.ndarray, task: Task, limits: np.ndarray, rng: np.random.Generator
 ) -> Solutions:
-    """Representatives of endlessly many solutions within the limits, far apart from each other."""
+    """Representatives of infinitely many solutions within the limits, far apart from each other."""
     x = np.empty((0, arm.dof))
     for bounds in (limits, limits, limits, None):
         starts = random_starts(arm, (SPREAD_STARTS,), rng, limits=limits)
@@ -195,7 +194,7 @@ def _result(
     if redundant and len(x):
         note = f"{arm.dof} joints for {int(task)} conditions: infinitely many solutions; some are shown"
     elif singular:
-        note = "the pose is singular: some joints can move without moving the tool, one solution is shown"
+        note = "the pose is singular: some joints can move without moving the tool; one solution is shown"
     explain = partial(_explain, arm, target, x, branches, task, inner, rng)
     return InverseResult(branches, not (redundant or singular), note, task, explain)
 
@@ -231,7 +230,7 @@ def _explain(
 def _into_limits(
     arm: ReducedArm, target: np.ndarray, x: np.ndarray, solutions: Solutions, task: Task, limits: np.ndarray
 ) -> np.ndarray:
-    """Slide the representatives of a continuum into the limits where that is possible."""
+    """Slide the representatives of a continuum into the limits where possible."""
     outside = solutions.continuum & (margins(x, limits).min(1, initial=np.inf) < 0.0)
     if not outside.any():
         return x

@@ -1,7 +1,7 @@
-"""Why a target can't be reached, in one sentence, and the nearest that can.
+"""Why a target can't be reached, in one sentence, and the nearest configuration.
 
 The nearest configuration minimises |p* − p|² + w² |ρ|² within the limits from many starts (`damped_newton`).
-The reason is sought in this order: limits alone; the position (too far, or too near); the orientation there.
+Reasons are tested in this order: limits; position (too far, or too near); orientation at the position.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from workbench.base.wording import in_mm
 STARTS = 96
 """Random starts of each search for a nearest configuration."""
 LIGHT = (0.02, 2e-4, 2e-6)
-"""Falling weights w that bring the position home before the orientation, as shares of the arm's length."""
+"""Decreasing weights w that give priority to the position, as shares of the arm's length."""
 
 
 def nearest(
@@ -33,7 +33,7 @@ def nearest(
     """The nearest configuration within the limits, as one row.
 
     Args:
-        task: What of it counts.
+        task: Which part of it must be met.
         limits: In the chain's order.
         rng: For the random starts.
         starts: Further starts in the chain's order, such as solutions outside the limits.
@@ -63,7 +63,7 @@ def nearest_orientation(
     limits: Float[np.ndarray, "n 2"],
     rng: np.random.Generator,
 ) -> Refined:
-    """The configuration at the target's position whose orientation is nearest."""
+    """The configuration at the target's position with the nearest orientation."""
     result = nearest(arm, target, task=task, limits=limits, rng=rng, weight=LIGHT[0] * arm.length)
     for share in LIGHT[1:]:
         one = np.zeros(1, np.int64)
@@ -81,7 +81,7 @@ def nearest_orientation(
 
 
 def limits_reason(arm: ReducedArm, x: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]) -> str:
-    """Which limits keep the arm from the solutions that there are: those of the smallest violation.
+    """The limits that exclude the existing solutions: those with the smallest violation.
 
     Args:
         x: Solutions outside the limits, in the chain's order, at their best turn.
@@ -112,7 +112,7 @@ def geometry_reason(
     limits: Float[np.ndarray, "n 2"],
     rng: np.random.Generator,
 ) -> str:
-    """Why no joint coordinates at all, or in a redundant arm none within the limits, reach the target."""
+    """Why no joint coordinates at all, or for a redundant arm none within the limits, reach the target."""
     free = np.where(arm.slides[:, None], limits, unlimited(arm.dof))
     closest = nearest(arm, target, task=Task.POSITION, limits=free, rng=rng)
     gap = float(closest.position_error[0])
@@ -128,7 +128,7 @@ def geometry_reason(
         f"the position is reachable, but not in this orientation: the nearest there is {_degrees(turned)} off"
     )
     if inside.position_error[0] > POSITION_TOLERANCE:
-        return f"{sentence}, and the joint limits keep the tool {in_mm(float(inside.position_error[0]))} away"
+        return f"{sentence}; the joint limits keep the tool {in_mm(float(inside.position_error[0]))} away"
     within = float(nearest_orientation(arm, target, task=task, limits=limits, rng=rng).rotation_error[0])
     if within > turned + 1e-3:
         sentence += f", {_degrees(within)} within the joint limits"

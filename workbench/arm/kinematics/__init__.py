@@ -1,1 +1,1 @@
-"""Where the tool and the links are, and how the constants move them."""
+"""Poses of the tool and the links, and their derivatives in the constants."""

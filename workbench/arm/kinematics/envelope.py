@@ -1,4 +1,4 @@
-"""How far an arm reaches at a height, in any orientation: the outermost of many random postures."""
+"""Reach of an arm at a given height, in any orientation: the outermost of many random postures."""
 
 from functools import lru_cache
 
@@ -11,17 +11,17 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 
 POSTURES = 30_000
-"""Random postures within the limits."""
+"""Number of random postures within the limits."""
 DIRECTIONS = 48
-"""Directions about the base's vertical axis."""
+"""Number of directions about the base's vertical axis."""
 LAYERS = 40
-"""Layers of height."""
+"""Number of layers of height."""
 
 
 def ring_at(robot: Robot, height: float) -> Float[np.ndarray, "places 3"]:
-    """Outermost places of the tool at a height above the base's frame [m], once round, or from gap to gap.
+    """Outermost tool positions at a height above the base's frame [m], once round, or from gap to gap.
 
-    It is what random postures show: a few per cent inside the true boundary.
+    Estimated from random postures: a few per cent inside the true boundary.
     """
     low, step, table = _outermost(robot)
     layer = int(np.floor((height - low) / step))
@@ -48,7 +48,7 @@ def maximum_reach(robot: Robot) -> float:
 
 @lru_cache(maxsize=4)
 def _places(robot: Robot) -> Float[np.ndarray, "postures 3"]:
-    """The tool in the base's frame."""
+    """Tool positions in the base's frame."""
     low, high = robot.search_limits.T
     q = np.random.default_rng(0).uniform(low, high, (POSTURES, robot.dof))
     return se3.apply(se3.inverse(robot.base.pose), tool_poses(robot.with_effects(), Motion(q))[:, :3, 3])
@@ -69,7 +69,7 @@ def _outermost(robot: Robot) -> tuple[float, float, Float[np.ndarray, "layers di
 
 
 def _smooth(table: Float[np.ndarray, "layers directions"]) -> Float[np.ndarray, "layers directions"]:
-    """Maximum distance about every direction, then the mean of the nearest: random ones are ragged."""
+    """Maximum distance per direction, averaged with its neighbours to smooth the random samples."""
     near = np.stack([np.roll(table, turn, axis=1) for turn in (-2, -1, 0, 1, 2)])
     maximum = np.fmax.reduce(near)
     near = np.stack([np.roll(maximum, turn, axis=1) for turn in (-2, -1, 0, 1, 2)])

@@ -1,12 +1,11 @@
-"""Forward kinematics: where the tool and the links are, deflected by the robot's effects if it has any.
+"""Forward kinematics: poses of the tool and the links, deflected by the robot's effects if it has any.
 
-`at` is a `Motion`, or in a notebook n joint positions [rad or m] or rows of them, of which nothing is known
-that may drive effects. One pose in gives one answer out, without the axis of rows.
+`at` is a `Motion`, or in a notebook n joint positions [rad or m] or rows of them, without drivers of effects.
+For one pose the result has no axis of rows.
 
-What an instrument on a link watches: that link's frame, from one that stands level under the arm.
-
-Between the two lie the elements of the arm up to the link, without base and tool: gravity is given in the
-frame after the base, so that the base turns both alike.
+An instrument on a link observes that link's frame relative to a level one under the arm. Between the two are
+the elements of the arm up to the link, without base and tool: gravity is given in the frame after the base,
+so that the base rotates both.
 """
 
 from collections.abc import Iterator
@@ -29,12 +28,11 @@ from workbench.base.errors import DataError, OptionError, ShapeError
 
 @dataclass(frozen=True, eq=False)
 class Watched:
-    """Elements between two frames, and how the first of them stands.
+    """Elements between two frames, and the orientation of the first of them.
 
     Args:
         part: Elements of the full chain.
-        level: Turns coordinates of the arm's first frame to those whose z axis points upwards; None if they
-            are to be left as they are.
+        level: Rotation from the arm's first frame to one whose z axis points upwards; None for no rotation.
     """
 
     part: slice = field(default_factory=lambda: WHOLE)
@@ -54,7 +52,7 @@ TOOL = Watched()
 
 
 def watched(robot: Robot, link: int | None) -> Watched:
-    """What is watched on a moving link, counted from 1; on the base for 0, the tool for None."""
+    """The observed part for a moving link, counted from 1; for the base with 0, for the tool with None."""
     if link is None:
         return TOOL
     moving = [i for i, joint in enumerate(robot.joints) if joint.kind != "fixed"]
@@ -68,7 +66,8 @@ def watched(robot: Robot, link: int | None) -> Watched:
 
 
 def watched_poses(robot: Robot, motion: Motion, link: int | None) -> Float[np.ndarray, "rows 4 4"]:
-    """Poses of what is watched on a link of the deflected arm; the tool's in the measuring frame for None."""
+    """Poses of the observed frame of a link of the deflected arm; of the tool in the measuring frame for
+    None."""
     robot.check_joints(motion.q)
     view = watched(robot, link)
     poses = chains.poses(robot.chain, motion.q, shift=shift_of(robot, motion), part=view.part)
@@ -85,8 +84,8 @@ def tool_poses(robot: Robot, at: ArrayLike | Motion) -> Float[np.ndarray, "*rows
     Raises:
         ShapeError: another number of joint positions than the robot has joints.
         OptionError: joint positions that are not numbers.
-        DataError: an effect of the robot lacks what drives it, such as a temperature; or positions far beyond
-            a joint's limits, which are of another unit.
+        DataError: an effect of the robot lacks its driver, such as temperature; or positions far beyond a
+        joint's limits, which indicate another unit.
     """
     motion, one = _rows(robot, at)
     poses = chains.poses(robot.chain, motion.q, shift=shift_of(robot, motion))
@@ -104,7 +103,7 @@ def link_frames(robot: Robot, at: ArrayLike | Motion) -> Float[np.ndarray, "*row
 def sensitivity_blocks(
     robot: Robot, at: ArrayLike | Motion, names: tuple[str, ...], *, block: int = BLOCK
 ) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
-    """Poses and identification Jacobians block by block, in memory that does not grow with the rows.
+    """Poses and identification Jacobians block by block, with memory independent of the number of rows.
 
     Args:
         names: Constants to differentiate by, P of them.
@@ -112,7 +111,7 @@ def sensitivity_blocks(
 
     Yields:
         The rows, their poses (b, 4, 4) and their twists [v; w] per constant (b, 6, P). The arrays are
-        written anew by the next block: copy what you keep.
+        overwritten by the next block: copy what you keep.
     """
     motion, _ = _rows(robot, at)
     size = len(motion)
@@ -152,7 +151,7 @@ def sensitivity(
 
 
 def geometric_jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 6 n"]:
-    """Twist of the tool per joint coordinate, base axes at the tool's origin, of the geometry alone."""
+    """Twist of the tool per joint coordinate, base axes at the tool's origin, from the geometry alone."""
     robot.check_joints(q)
     return chains.joint_twists(robot.chain, q)[1]
 
@@ -178,7 +177,7 @@ def joint_elements(robot: Robot) -> np.ndarray:
 
 
 def _rows(robot: Robot, at: ArrayLike | Motion) -> tuple[Motion, bool]:
-    """Rows of motion, and whether they stand for one pose that came without an axis of rows."""
+    """Rows of motion, and whether they were a single pose without an axis of rows."""
     if isinstance(at, Motion):
         robot.check_joints(at.q)
         return at, False

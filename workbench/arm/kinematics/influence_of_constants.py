@@ -1,8 +1,9 @@
-"""Influence of each constant on the tool's place, pose by pose (Katana §3.5).
+"""Influence of each constant on the tool's position, pose by pose (Katana §3.5).
 
-A deviation is imposed on one constant at a time, +0.05° on an angle and +0.1 mm on a length, and the tool
-moves by so much. A length moves it by its own deviation everywhere; an angle by its lever, so that its
-influence depends on the configuration. The weights k of a pose are its influences as shares of the maximum:
+A deviation is imposed on one constant at a time, +0.05° on an angle and +0.1 mm on a length, and the motion
+of the tool is its influence. A length moves it by its own deviation everywhere; an angle by its lever arm, so
+that its influence depends on the configuration. The weights k of a pose are its influences as shares of the
+maximum:
 
     e_i(q) = |p(q; φ + δ_i) − p(q; φ)|,      k_i(q) = e_i(q) / max_j e_j(q)
 """
@@ -25,7 +26,7 @@ LENGTH = 1e-4
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Influence:
-    """How far the tool moves for a standard deviation of each constant.
+    """Motion of the tool for a standard deviation of each constant.
 
     Args:
         distances: At each pose for each constant [m].
@@ -57,7 +58,7 @@ class Influence:
 
     @property
     def mean_weights(self) -> Float[np.ndarray, " p"]:
-        """k of a pose whose influences are the means, as the thesis reads its figure 3.8."""
+        """k of a pose whose influences are the means, as figure 3.8 of the thesis is read."""
         return self.mean / self.mean.max()
 
 
@@ -69,7 +70,7 @@ def influence(
     angle: float = ANGLE,
     length: float = LENGTH,
 ) -> Influence:
-    """Impose a deviation on each constant and see how far the tool moves.
+    """Impose a deviation on each constant and compute the tool's motion.
 
     Args:
         names: Constants; the robot's default free ones if None.

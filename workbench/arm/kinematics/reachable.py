@@ -1,8 +1,8 @@
 """Which of many poses an arm reaches within its limits, fast enough to be shown live.
 
-A table of random configurations within the limits, with their poses, serves as the memory: each target
-starts damped Newton runs from the nearest entries of the table. Those that fail are settled by the complete
-search for arms that have one (`solutions`), so that "not reachable" is as sure as in `inverse.solve`.
+Each target starts damped Newton runs from the nearest entries of a table of random configurations within the
+limits. Targets for which they fail are decided by the complete search for arms that have one (`solutions`),
+so that "not reachable" is as reliable as in `inverse.solve`.
 """
 
 from weakref import WeakKeyDictionary
@@ -19,11 +19,11 @@ from workbench.arm.inverse.solve import LIMIT_SLACK, check_poses
 from workbench.arm.robot import Robot
 
 TABLE = 20_000
-"""Configurations remembered per robot and task."""
+"""Number of configurations in the table, per robot and task."""
 WAVES = ((0, 1), (1, 4), (4, 12))
-"""Neighbours from which the targets that are still open are tried, wave by wave."""
+"""Number of neighbours from which unsolved targets are tried, in successive passes."""
 NEWTON_STEPS = 25
-"""Newton steps per try; what is not near by then is left to the next neighbour."""
+"""Newton steps per try; after these the next neighbour is tried."""
 
 _TABLES: WeakKeyDictionary[Robot, dict[Task, tuple[np.ndarray, cKDTree]]] = WeakKeyDictionary()
 
@@ -35,9 +35,10 @@ def reachable(
 
     Args:
         poses: Tool poses in the measuring frame [m].
-        task: What of them must be met; by default what so many joints can meet.
-        certain: Settle the failures by the complete search, at about 0.5 ms each; without it a few poses in
-            a thousand that can be reached are given up.
+        task: Which part of them must be met; by default as much as the number of joints allows.
+        certain: Decide failures by the complete search, at about 0.5 ms each; without it a few reachable
+            poses
+        in a thousand are missed.
 
     Returns:
         A mask, and joint coordinates [rad or m], NaN where not reached.
@@ -65,7 +66,7 @@ def _table(robot: Robot, arm: ReducedArm, task: Task) -> tuple[np.ndarray, cKDTr
 
 
 def _features(poses: np.ndarray, arm: ReducedArm, task: Task) -> np.ndarray:
-    """Numbers whose distance measures how far apart two poses are."""
+    """Features whose distance measures how far apart two poses are."""
     scale = WEIGHT * arm.length
     parts = [poses[:, :3, 3]]
     if task is not Task.POSITION:
@@ -76,7 +77,7 @@ def _features(poses: np.ndarray, arm: ReducedArm, task: Task) -> np.ndarray:
 
 
 def _try(arm: ReducedArm, targets: np.ndarray, x: np.ndarray, starts: np.ndarray, task: Task) -> None:
-    """Run the starts (rows, k, n) of the open targets within the limits, and keep what converges."""
+    """Run the starts (rows, k, n) of the unsolved targets within the limits, and keep those that converge."""
     rows = np.flatnonzero(np.isnan(x[:, 0]))
     k = starts.shape[1]
     r = refine(
@@ -94,7 +95,7 @@ def _try(arm: ReducedArm, targets: np.ndarray, x: np.ndarray, starts: np.ndarray
 
 
 def _solve_rest(arm: ReducedArm, targets: np.ndarray, x: np.ndarray, task: Task) -> None:
-    """All solutions of the open targets; the one deepest within the limits is kept."""
+    """All solutions of the unsolved targets; the one farthest within the limits is kept."""
     rows = np.flatnonzero(np.isnan(x[:, 0]))
     for part in np.array_split(rows, max(1, len(rows) // 256)):
         starts = algebraic_starts(arm, targets[part], (0,))

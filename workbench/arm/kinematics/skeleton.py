@@ -1,7 +1,7 @@
-"""Skeleton of an arm: the lines along which its links run, and the frames that they move with.
+"""Skeleton of an arm: polylines of its links, and the frames that they move with.
 
-The link after joint k runs along the way that the chain takes from that joint's axis to the next one, so that
-it fits any convention. Every link moves with the frame right after what its joint drives.
+The link after joint k follows the chain from that joint's axis to the next one, in any convention. Every link
+moves with the frame right after its joint's driven element.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from workbench.base import se3
 from workbench.base.types import Freedom
 
 MIN_LINK_PART = 1e-3
-"""Parts of a link below this length are left out [m]."""
+"""Minimum length of a link's segments [m]."""
 
 
 def body_frames(
@@ -24,7 +24,7 @@ def body_frames(
 
     Args:
         q: Joint positions [rad or m].
-        shift: What is added to each element of its chain, row by row [rad or m]; nothing if empty.
+        shift: Increment of each element of its chain, row by row [rad or m]; none if empty.
     """
     drivers = joint_elements(robot)
     order = np.argsort(drivers)
@@ -36,7 +36,7 @@ def body_frames(
 def link_paths(robot: Robot) -> tuple[Float[np.ndarray, "points 3"], ...]:
     """Corner points of the base's post and of the link after each joint, each in its own frame [m].
 
-    The last link of the chain ends at the tool's origin. A way of one point has no length.
+    The last link of the chain ends at the tool's origin. A path of one point has no length.
     """
     drivers = joint_elements(robot)
     order = np.argsort(drivers)
@@ -49,9 +49,9 @@ def link_paths(robot: Robot) -> tuple[Float[np.ndarray, "points 3"], ...]:
 
 
 def height_above_floor(robot: Robot) -> float:
-    """How high the arm's first frame stands above the floor of the measuring frame [m].
+    """Height of the arm's first frame above the floor of the measuring frame [m].
 
-    Zero where the base is to be identified, is turned, or is none on which such an arm could stand.
+    Zero if the base is to be identified, is rotated, or can't be that of such an arm.
     """
     height = float(robot.base.xyz[2])
     is_upright = np.array_equal(robot.base.rotation, np.eye(3))

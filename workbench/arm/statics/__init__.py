@@ -1,1 +1,1 @@
-"""Forces and moments through the joints, and the deflection of the arm under them."""
+"""Forces and moments through the joints, and the resulting deflection of the arm."""

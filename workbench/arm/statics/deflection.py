@@ -8,8 +8,8 @@ round brings some three digits. With φ's slope in W, the total derivative of s 
     (1 − ∂s/∂v) ds = ∂s/∂p dp + φ dc
 
 row by row, and the tool's twist is that of the shifted chain along dv = dp + ds. Nothing is differentiated
-by hand but each effect's own law. In rows that move, ∂W/∂v is that of the weights alone: how inertia changes
-with a bend of a thousandth is left out of the derivative, not of s.
+by hand but each effect's own law. In moving rows, ∂W/∂v is that of the weights alone: the change of inertial
+loads with the deflection is neglected in the derivative, not in s.
 
 Pinocchio, which computes loads of rigid links, has no such derivative through the equilibrium; the tests
 compare it with central differences.
@@ -34,7 +34,7 @@ from workbench.arm.statics.wrenches import Masses, load_regressor, motion_wrench
 from workbench.base.errors import DataError
 
 ROUNDS = 20
-"""Most rounds of the fixed point; a usual arm needs five."""
+"""Maximum number of fixed-point iterations; a typical arm needs five."""
 TOLERANCE = 1e-13
 """Change of a value [rad or m] below which the fixed point is reached."""
 
@@ -44,8 +44,8 @@ class Deflection:
     """A deflected arm.
 
     Args:
-        shift: What the effects add to each element of the chain [rad or m].
-        wrenches: Through every joint of the deflected arm; empty where no effect asks for them.
+        shift: Increment of each element of the chain by effects [rad or m].
+        wrenches: Through every joint of the deflected arm; empty if no effect needs them.
     """
 
     shift: Float[np.ndarray, "rows k"]
@@ -56,11 +56,11 @@ class Deflection:
 class Twists:
     """Twists [v; w] of the tool per unknown, at its origin in base axes.
 
-    Those per coefficient are products Z φ: laws are many, the elements that they move few.
+    Those per coefficient are products Z φ: there are many laws, but few elements that they change.
 
     Args:
         plain: Per constant, then per mass and angle of gravity.
-        moved: Z, per element that effects move, with what follows from its move.
+        moved: Z, per element changed by effects, including the resulting change of loads.
         laws: By effect with unknown coefficients: its elements' columns of Z, the coefficients' places among
             the unknown ones, and its law φ.
     """
@@ -76,8 +76,8 @@ class Twists:
         places: Int[np.ndarray, " pw"],
         coefficients: Int[np.ndarray, " c"],
     ) -> None:
-        """Add derivatives of what is seen to the columns at these places, and at these of coefficients, but
-        where a place is negative."""
+        """Add derivatives of the observation to the columns with these indices, and with these of
+        coefficients, except negative ones."""
         _add_products(by_twist, self.plain, places, out)
         if (coefficients >= 0).any():
             by_element = by_twist @ self.moved
@@ -91,7 +91,7 @@ class Twists:
         places: Int[np.ndarray, " pw"],
         coefficients: Int[np.ndarray, " c"],
     ) -> None:
-        """Add the work of each row's wrench per unknown, of all rows together."""
+        """Accumulate the work of each row's wrench per unknown, over all rows."""
         out[places] += wrench.ravel() @ self.plain.reshape(wrench.size, len(places))
         if self.laws:
             by_element = (wrench[:, None] @ self.moved)[:, 0]
@@ -129,7 +129,7 @@ def shift_of(
     effects: Sequence[AbstractEffect] | None = None,
     weights: Masses | None = None,
 ) -> Float[np.ndarray, "_ _"]:
-    """What the effects add to each element of the chain; empty for a robot without any."""
+    """Increments of the chain's elements by effects; empty for a robot without any."""
     if not robot.effects:
         return NO_SHIFT
     return deflect(robot, motion, values=values, effects=effects, weights=weights).shift
@@ -155,9 +155,9 @@ def effect_columns(
         values: Constants of the chain to use instead of the robot's own.
         effects: The robot's effects with other coefficients, to use instead.
         weights: Masses and gravity to use instead of the robot's own.
-        varying: Which of them vary: places in `Robot.inertia`, and behind it the two angles of gravity; all
-            of the former if None.
-        part: Elements between the first frame and the one that is watched in place of the tool, if not all.
+        varying: Which of them vary: indices in `Robot.inertia`, followed by the two angles of gravity; all
+        of the former if None.
+        part: Elements between the first frame and the one observed instead of the tool, if not all.
     """
     chain = robot.chain if values is None else robot.chain.with_values(values)
     effects = robot.effects if effects is None else effects
@@ -191,7 +191,7 @@ def effect_columns(
 
 
 def law_sizes(robot: Robot, motion: Motion, coefficients: Sequence[str]) -> dict[str, float]:
-    """Largest change of any element over the rows per unit of some coefficients [rad or m per unit]."""
+    """Maximum change of any element over the rows per unit of some coefficients [rad or m per unit]."""
     laws = _laws(robot.chain, motion, robot.effects, loaded=False)
     if any(e.loads for e in robot.effects):
         deflected = deflect(robot, motion)
@@ -211,7 +211,7 @@ def _laws(
     loaded: bool,
     wrenches: np.ndarray = NO_WRENCHES,
 ) -> dict[int, np.ndarray]:
-    """Laws of the effects that need wrenches, or of those that do not, by their place."""
+    """Laws of the effects that need wrenches, or of those that do not, by their index."""
     mine = ((i, e) for i, e in enumerate(effects) if bool(e.loads) is loaded)
     return {i: e.law(chain, motion, wrenches) for i, e in mine}
 
@@ -224,7 +224,7 @@ def _fixed_point(
     laws: dict[int, np.ndarray],
     weights: Masses | None,
 ) -> Deflection:
-    """The deflected arm, from the laws of the effects that need no wrenches."""
+    """The deflected arm, starting from the effects that need no wrenches."""
     robot.check_joints(motion.q)
     fixed = np.zeros((len(motion), len(chain.elements)))
     for i, law in laws.items():
@@ -251,7 +251,7 @@ def _deflected(
     fixed: np.ndarray,
     weights: Masses | None,
 ) -> Deflection:
-    """Rounds of the fixed point, each over the rows that the last one still moved."""
+    """Fixed-point iterations, each over the rows that have not converged."""
     elements = [chain.indices(e.elements(chain)) for e in deflected]
     moved = np.unique(np.concatenate(elements))
     places = [np.searchsorted(moved, mine) for mine in elements]
@@ -276,7 +276,7 @@ def _deflected(
 
 
 def _check_loads(robot: Robot, motion: Motion, deflected: Sequence[AbstractEffect]) -> None:
-    """Refuse an arm whose moments can't be known."""
+    """Refuse an arm whose moments are unknown."""
     if robot.has_masses:
         if motion.payload is not None:
             motion.need("payload", deflected[0].name)
@@ -299,7 +299,7 @@ def _add(out: np.ndarray, places: np.ndarray, effect: AbstractEffect, law: np.nd
 
 
 def _chosen(effects, laws, rows, coefficients) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Laws in the chosen coefficients, as `Twists` has them."""
+    """Laws in the chosen coefficients, as in `Twists`."""
     column = {name: i for i, name in enumerate(coefficients)}
     for i, effect in enumerate(effects):
         mine = [k for k, name in enumerate(effect.names) if name in column]
@@ -309,7 +309,7 @@ def _chosen(effects, laws, rows, coefficients) -> Iterator[tuple[np.ndarray, np.
 
 
 def _growth(chain, motion, deflected, effects, columns, rows) -> np.ndarray:
-    """Derivative of the moved elements' increments in P constants at given wrenches; no rows if all are 0."""
+    """Derivative of changed elements' increments in P constants at fixed wrenches; no rows if all are 0."""
     size = 1 + max(int(r.max()) for r in rows)
     parts = [e.growth(chain, motion, deflected.wrenches, columns) for e in effects]
     out = np.zeros((0 if all(p is None for p in parts) else len(motion), size, len(columns)))
@@ -320,7 +320,7 @@ def _growth(chain, motion, deflected, effects, columns, rows) -> np.ndarray:
 
 
 def _loads(robot, chain, motion, deflected, effects, union, rows, weights) -> tuple[np.ndarray, np.ndarray]:
-    """Derivative of the moved elements' increments in M wrench components, and of those in the union."""
+    """Derivative of the changed elements' increments in M wrench components, and of those in the union."""
     size = 1 + max(int(r.max()) for r in rows)
     requested = [e.components(chain) for e in effects]
     components = np.concatenate(requested)
@@ -347,7 +347,7 @@ def _loads(robot, chain, motion, deflected, effects, union, rows, weights) -> tu
 
 
 def _by_inertia(robot, chain, motion, deflected, effects, gain, weights, varying) -> np.ndarray:
-    """Derivative of the moved elements' increments in masses, centres, angles of gravity, (rows, E, W)."""
+    """Derivative of the changed elements' increments in masses, centres, angles of gravity, (rows, E, W)."""
     components = np.concatenate([e.components(chain) for e in effects])
     if not gain.shape[2]:
         return np.zeros((len(motion), gain.shape[1], len(varying)))
@@ -358,9 +358,9 @@ def _by_inertia(robot, chain, motion, deflected, effects, gain, weights, varying
 @njit(cache=True, nogil=True)
 @no_type_check
 def _divide(lines, matrix):
-    """lines · matrix⁻¹ in place, by Gaussian elimination of columns; `matrix` is lost.
+    """lines · matrix⁻¹ in place, by Gaussian elimination of columns; overwrites `matrix`.
 
-    Without pivots: an arm that is worth the name has 1 − ∂s/∂v near the identity.
+    Without pivoting: for any realistic arm 1 − ∂s/∂v is near the identity.
     """
     n, m = matrix.shape[0], lines.shape[0]
     for k in range(n):

@@ -1,4 +1,4 @@
-"""How the wrenches through the joints change with the values of the chain, rows at rest.
+"""Derivative of the wrenches through the joints in the values of the chain, for rows at rest.
 
 With S, C the mass and first moment of all that element k (axis a through p_k) carries, C grows by
 a × (C − S p_k) per unit of v_k if it turns, and by S a if it slides. A component of a joint's wrench along
@@ -6,19 +6,18 @@ the unit vector u, which stands on the link before the joint, is
 
     u·τ_j = u·(g × L_j),      L_j = C_j − S_j p_j,            u·f_j = −S_j u·g
 
-p_j and the axes u are those of the joint's mount (see `wrenches`). Elements behind it change L_j; those
-before it turn joint and masses alike, which is a turn of gravity by −a.
+p_j and the axes u are those of the joint's mount (see `wrenches`). Elements after it change L_j; those
+before it rotate joint and masses together, which is a rotation of gravity by −a.
 
-    k behind j:   Δ(u·τ_j) = (u × g)·ΔC,             Δ(u·f_j) = 0
+    k after j:    Δ(u·τ_j) = (u × g)·ΔC,             Δ(u·f_j) = 0
     k before j:   Δ(u·τ_j) = ((L_j × u) × g)·a,      Δ(u·f_j) = −S_j (u × g)·a      (0 if k slides)
 
-Elements of the base change nothing, as gravity is given after them (see `wrenches`). A wrench [F; M] that
-pulls at the tool's origin p_e is one more weight, S = 1, C = p_e, in a gravity of F; its moment M only turns,
-(M × u)·a for k before j.
+Elements of the base have no influence, as gravity is given after them (see `wrenches`). An external wrench
+[F; M] at the tool's origin p_e is one more weight, S = 1, C = p_e, in a gravity of F; its moment M only
+rotates, (M × u)·a for k before j.
 
-Written by hand beside pinocchio's derivatives of `rnea`, because those are by the joints' positions: here the
-wrenches change with every constant of the chain that a fit frees, base and tool among them, and with every
-element that an effect bends.
+Pinocchio's derivatives of `rnea` are in joint positions only: here the wrenches are differentiated in every
+free constant of the chain, base and tool included, and in every element deflected by effects.
 """
 
 from typing import no_type_check
@@ -53,9 +52,9 @@ def wrench_derivative(
         columns: Elements of the full chain, each once.
         components: Joint (column of q), and component of [f; τ] in the joint's own axes.
         payload: Mass at the tool, one number a row [kg].
-        wrench: What pulls at the tool, as `Motion` has it.
+        wrench: External wrench at the tool, as in `Motion`.
         values: Constants of the chain to use instead of the robot's own.
-        shift: What effects add to each element's value.
+        shift: Increments by effects, per element.
         weights: Masses to use instead of the robot's own.
     """
     chain, weights = robot.chain, masses(robot) if weights is None else weights
@@ -102,7 +101,7 @@ def _carry(t, mass, com, total):
 @njit(cache=True, nogil=True)
 @no_type_check
 def _sweep(first, axes, drivers, values, constants, after, mass, com, q, payload, shift, t, frames, carried):
-    """Frames right before every element, and mass and first moment behind each."""
+    """Frames right before every element, and mass and first moment after each."""
     size = axes.shape[0]
     for i in range(3):
         for j in range(4):
@@ -138,7 +137,7 @@ def _sweep(first, axes, drivers, values, constants, after, mass, com, q, payload
 @njit(cache=True, nogil=True)
 @no_type_check
 def _grow(columns, axes, frames, carried, turn, grown):
-    """Each column's axis (0 if it slides), and what it adds to the first moment behind it."""
+    """Each column's axis (0 for a translation), and its derivative of the first moment after it."""
     for p in range(columns.shape[0]):
         k = columns[p]
         size, axis = carried[k, 0], axes[k] % 3
@@ -157,7 +156,7 @@ def _grow(columns, axes, frames, carried, turn, grown):
 @njit(cache=True, nogil=True)
 @no_type_check
 def _fall(axes, frames, carried, element, gravity, moment, columns, components, out):
-    """Add the change of some components under what is carried in some gravity, beside a free moment."""
+    """Add the change of some components due to the carried mass in a given gravity and to a free moment."""
     turn, grown = np.empty((3, columns.shape[0])), np.empty((3, columns.shape[0]))
     u, lever, around, side, turned = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     _grow(columns, axes, frames, carried, turn, grown)

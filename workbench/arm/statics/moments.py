@@ -3,7 +3,7 @@
     η_i = (moment about the axis, moments about the two axes across it)
 
 of the wrenches through the deflected arm's joints (`wrenches`, recursive Newton–Euler), in the axes of the
-frame right before each drive, which stand on the earlier link. They are what holds the later link: minus the
+frame right before each drive, which stand on the earlier link. They hold the later link: minus the
 loads of Katana eqs. (4.21) and (5.14). Links are point masses, so that N_i of (5.14) is nil.
 """
 
@@ -22,11 +22,11 @@ from workbench.base.types import JointRows
 
 @dataclass(frozen=True, eq=False)
 class JointMoments:
-    """Moments that hold an arm.
+    """Holding moments of an arm.
 
     Args:
-        about: Torque of every drive [N m]; its force [N] where the joint slides.
-        across: Moments that its bearing carries, about the two axes across the joint's own in cyclic order
+        about: Torque of every drive [N m]; force [N] of a prismatic joint.
+        across: Moments carried by its bearing, about the two axes across the joint's own in cyclic order
             (x and y of a joint about z) [N m].
     """
 
@@ -43,7 +43,7 @@ def joint_moments(robot: Robot, motion: Motion) -> JointMoments:
     """Moments at every joint of an arm, deflected by its effects.
 
     Args:
-        motion: Joint positions; velocities, accelerations, payload and wrench at the tool where known.
+        motion: Joint positions; velocities, accelerations, payload and wrench at the tool if known.
     """
     wrenches = motion_wrenches(robot, motion, shift=shift_of(robot, motion))
     joints = range(robot.dof)

@@ -5,18 +5,18 @@ With the centres of mass c_k and their accelerations a_k in the arm's base axes,
     f_j = Σ_k m_k (a_k − g),      τ_j = Σ_k (c_k − p_j) × m_k (a_k − g),      k over all masses after joint j
 
 on the later one at p_j, the origin of the joint's mount: the frame right before the driven element, and
-before the rotations by which a loose bearing lets it tip. Both are handed out in the mount's axes, which
-stand on the earlier link: the driven axis is the joint's, the other two carry the moments that tilt it. The
-component about (along) the joint's axis is the holding torque (force) of the drive. It is the reaction to the
-load: minus the moment of Katana eq. (4.21), which the weight exerts.
+before the rotations of bearing clearance. Both are given in the mount's axes, which are fixed to the earlier
+link: the driven axis is the joint's, the other two carry the tilting moments. The component about (along) the
+joint's axis is the holding torque (force) of the drive. It is the reaction to the load: minus the moment of
+Katana eq. (4.21), which the weight exerts.
 
-Written by hand beside pinocchio's `rnea`, which the tests compare it with, because a model there is a fixed
-tree of joints with rigid links between them. Here every element of the chain, joint or constant, may be
-deflected by effects, differently in every row and anew in every step of a fit; and the wrenches are wanted at
-the mount before a loose bearing's tilts, for which pinocchio would need joints that the arm has not.
+Pinocchio's `rnea`, with which the tests compare it, has a fixed tree of joints with rigid links. Here every
+element of the chain, joint or constant, may be deflected by effects, differently in every row and in every
+step of a fit; and the wrenches are needed at the mount before the tilts of bearing clearance, for which
+pinocchio would need additional joints.
 
-Links are point masses at their centres of mass; a payload is one in the tool frame. A wrench that pulls at
-the tool from outside adds its negative to every joint's.
+Links are point masses at their centres of mass; a payload is one in the tool frame. An external wrench at the
+tool adds its negative to every joint's.
 """
 
 from dataclasses import dataclass, replace
@@ -43,10 +43,10 @@ class Masses:
     """Point masses of a robot, in the order in which the chain reaches them.
 
     Args:
-        after: Element of the full chain after which each link frame lies, never decreasing.
+        after: Element of the full chain after which each link frame lies, non-decreasing.
         mass: Mass of each link [kg].
         com: Centre of mass in its link frame [m].
-        gravity: What makes them weigh [m/s²], in the frame after the base.
+        gravity: Gravity [m/s²], in the frame after the base.
     """
 
     after: Int[np.ndarray, " links"]
@@ -55,7 +55,7 @@ class Masses:
     gravity: Vector3
 
     def __post_init__(self) -> None:
-        # one kind of array: the compiled loops are compiled once more for each
+        # one array type, since numba compiles again for each
         for name in ("after", "mass", "com", "gravity"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
@@ -71,7 +71,7 @@ def masses(robot: Robot) -> Masses:
     for joint in robot.moving:
         if joint.mass is None:
             raise RobotError(
-                f"{joint.name} of robot '{robot.name}' has no mass, which its joint moments need; add "
+                f"{joint.name} of robot '{robot.name}' has no mass, required for joint moments; add "
                 "'mass' [kg] and 'com' [m, link frame] to its [[joint]], or <inertial> to its URDF link"
             )
     ends = [a for a, joint in zip(robot.chain_ends, robot.joints, strict=True) if joint.mass]
@@ -103,7 +103,7 @@ def motion_wrenches(
 
     Args:
         robot: Geometry with masses; K elements in the full chain, n joints.
-        motion: Rows with all that they know of: payload, wrench at the tool, how they move.
+        motion: Rows with payload, wrench at the tool and motion if known.
         payload_com: Centre of the payload in the tool frame [m]; the tool's origin if None.
         values: Constants of the chain to use instead of the robot's own.
         shift: What effects add to each element's value; an empty array for nothing.
@@ -111,7 +111,7 @@ def motion_wrenches(
 
     Returns:
         By column of q: force [N] and moment [N m] at the origin of the joint's mount, in the mount's axes.
-        `own_axis` tells which component lies along the joint's axis.
+        `own_axis` gives the component along the joint's axis.
     """
     weights = masses(robot) if weights is None else weights
     return _summed(robot, motion, weights, payload_com=payload_com, values=values, shift=shift)[:, 0]
@@ -127,11 +127,11 @@ def inertia_regressor(
 ) -> Float[np.ndarray, "rows n 6 links4"]:
     """Derivative of `motion_wrenches` in every link's mass and centre, in the order of `Robot.inertia`.
 
-    Wrenches are proportional to a point mass, and at most quadratic in its place, so that the differences
-    below are exact. Payload and outer wrench do not depend on them.
+    Wrenches are proportional to a point mass, and at most quadratic in its position, so that the differences
+    below are exact. Payload and external wrench do not depend on them.
 
-    Pinocchio's regressors are those of the drives' own torques, of links that nothing bends; here the
-    moments across the joints' axes are wanted too. The tests compare the two where both apply.
+    Pinocchio's regressors are those of the drives' own torques, without deflection; here the moments across
+    the joints' axes are needed too. The tests compare the two where both apply.
     """
     steps = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
     points = weights.com[:, None] + steps
@@ -159,7 +159,7 @@ def load_regressor(
     """Derivative of `motion_wrenches` in masses and centres, and in the angles of gravity.
 
     Args:
-        varying: Which columns are wanted, in increasing order: places in `Robot.inertia`, and the two behind.
+        varying: Which columns to compute, ascending: indices in `Robot.inertia`, followed by the two angles.
     """
     size = 4 * len(weights.mass)
     parts = [np.zeros((len(motion), robot.dof, 6, 0))]
@@ -202,14 +202,14 @@ def _summed(
     values: Float[np.ndarray, " k"] | None,
     shift: Float[np.ndarray, "_ _"],
 ) -> Float[np.ndarray, "rows sums n 6"]:
-    """Wrenches of all point masses together, payload and outer wrench with them, or of each `apart`."""
+    """Wrenches of all point masses together, with payload and external wrench, or of each `apart`."""
     q, velocity, acceleration = motion.q, motion.velocity, motion.acceleration
     robot.check_joints(q)
     for rows, source in ((velocity, "joint velocities"), (acceleration, "joint accelerations")):
         if rows is not None:
             robot.check_joints(rows, source)
     if np.count_nonzero(robot.chain.drivers >= 0) - len(robot.chain.followers) != robot.dof:
-        raise RobotError(f"a joint of robot '{robot.name}' drives several elements; let each drive one")
+        raise RobotError(f"a joint of robot '{robot.name}' drives several elements; each may drive only one")
     moving = velocity is not None or acceleration is not None
     zeros = np.zeros(q.shape) if moving else NO_SHIFT
     out = np.empty((len(q), len(weights.mass) if separate else 1, robot.dof, 6))
@@ -243,7 +243,7 @@ def _summed(
 
 
 def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
-    """Component of a joint's wrench that its drive holds: 3–5 for a rotation, 0–2 for a translation."""
+    """Component of a joint's wrench held by its drive: 3–5 for a rotation, 0–2 for a translation."""
     out = np.empty(robot.dof, np.int64)
     for element in robot.elements:
         if element.joint is not None:
@@ -269,7 +269,7 @@ def _accelerate(point, origin, spin, change, start, out):
 def _load(t, mass, com, gravity, moving, origin, spin, change, start, c, force, total):
     """Add the force that carries a point mass, and its moment about the arm's first frame, to a body's.
 
-    `c` and `force` are room to work in.
+    `c` and `force` are workspace.
     """
     for i in range(3):
         force[i] = 0.0
@@ -289,7 +289,7 @@ def _load(t, mass, com, gravity, moving, origin, spin, change, start, c, force, 
 @njit(cache=True, nogil=True)
 @no_type_check
 def _resist(t, pull, total):
-    """Add what holds the body against a wrench at the origin of t, taken about the arm's first frame."""
+    """Add the reaction to a wrench at the origin of t, taken about the arm's first frame, to the body's."""
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         total[i] -= pull[i]
@@ -299,9 +299,9 @@ def _resist(t, pull, total):
 @njit(cache=True, nogil=True)
 @no_type_check
 def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
-    """Carry the motion (spin and change of the body, start at origin) over one driven element.
+    """Propagate the motion (spin and change of the body, start at origin) over one driven element.
 
-    `t` is the frame right before the element. The new origin lies right after it.
+    `t` is the frame right before the element. The new origin is right after it.
     """
     z, at, here = np.empty(3), np.empty(3), np.empty(3)
     for i in range(3):
@@ -393,7 +393,7 @@ def _wrenches(
 @njit(cache=True, nogil=True)
 @no_type_check
 def _project(before, totals, order, out):
-    """Sum the bodies from the tool inwards, and turn each sum into its joint's own axes at its origin."""
+    """Sum the bodies from the tool inwards, and rotate each sum into its joint's own axes at its origin."""
     for k in range(order.shape[0] - 1, -1, -1):
         for i in range(6):
             totals[k, i] += totals[k + 1, i]
