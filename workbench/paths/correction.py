@@ -1,10 +1,11 @@
 """Joint trajectories corrected with a calibrated model, effects included.
 
-    one step     Δq = −Jᵀ (J Jᵀ + λ)⁻¹ Δx,      Δx what the calibrated arm would miss at the commanded joints
+    one step     Δq = −Jᵀ (J Jᵀ + λ)⁻¹ Δx,      Δx the calibrated arm's error at the commanded joints
     iterated     until the deflected arm is at the commanded pose (`arm.inverse.deflected_arm`)
 
-The one step is Katana eq. (5.22) with damping. No row becomes worse: one that would keeps its commanded
-joints, and is named. Loads are those of the arm at rest, unless the motion has velocities and accelerations.
+The one step is Katana eq. (5.22) with damping. A row that a correction would make worse keeps its commanded
+joints, and is reported. Loads are those of the arm at rest, unless the motion has velocities and
+accelerations.
 """
 
 from collections.abc import Iterable
@@ -28,15 +29,15 @@ from workbench.paths.path import Commanded, Times, named, refuse_beyond, refuse_
 from workbench.report.result_display import AbstractShown, tables_of
 
 MAX_CORRECTION = 0.35
-"""Correction of a joint beyond which no calibration is at work but a singularity [rad or m]."""
+"""Correction of a joint above which the cause is a singularity, not the calibration [rad or m]."""
 ACCEPTED_ERROR = 1e-6
-"""Error that an iterated correction may leave without being said [m]."""
+"""Remaining error of an iterated correction above which it is reported [m]."""
 AT_LIMIT = 1e-9
-"""A joint this near to its limit is held by it [rad or m]."""
+"""A joint this near to its limit counts as held by it [rad or m]."""
 
 
 BOUNDARY = 0.02
-"""Singular value of the Jacobian below which a run that ends short has met the boundary of its branch."""
+"""Singular value of the Jacobian below which an unconverged run has met the boundary of its branch."""
 
 
 class CorrectionMethod(StrEnum):
@@ -48,11 +49,11 @@ class CorrectionMethod(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class PathErrors:
-    """What an arm misses along a path, row by row.
+    """Errors of an arm along a path, row by row.
 
     Args:
         position: Distance from the commanded position [m].
-        rotation: Angle to the commanded orientation, as far as the task asks [rad].
+        rotation: Angle to the commanded orientation, as far as the task requires [rad].
     """
 
     position: Float[np.ndarray, " rows"]
@@ -66,10 +67,10 @@ class Compensation(AbstractShown):
 
     Args:
         commanded: The path as commanded.
-        motion: The corrected joint positions, with what drives the effects.
-        before: What the calibrated arm would miss without correction.
-        after: What it is predicted to miss with it.
-        kept: Rows that a correction would have made worse.
+        motion: The corrected joint positions, with drivers of effects.
+        before: Predicted errors of the calibrated arm without correction.
+        after: Its predicted errors with it.
+        kept: Uncorrected rows, which a correction would have made worse.
         speed: Maximum speed of every joint with the correction [rad/s or m/s]; None without time.
     """
 
@@ -97,16 +98,17 @@ def compensate(
     method: CorrectionMethod | str = CorrectionMethod.ITERATED,
     max_speed: float | None = None,
 ) -> Compensation:
-    """Joint positions with which the calibrated arm takes the commanded poses.
+    """Joint positions with which the calibrated arm reaches the commanded poses.
 
     Args:
-        motion: What drives the arm's effects beside q, a row each, and the time; nothing if None.
+        motion: Drivers of the arm's effects, one row each, and the time; none if None.
         method: `one-step` or `iterated`.
         max_speed: Maximum speed of any joint [rad/s or m/s]; not checked if None.
 
     Raises:
-        DataError: a row that a limit, a singularity or the speed forbids; names row
-            and joint; or a row to which the iteration finds no correction.
+        DataError: a row that violates a limit or a speed or is singular, with row and joint; or a row for
+            which
+        the iteration finds no correction.
     """
     try:
         method = CorrectionMethod(method)
@@ -148,14 +150,14 @@ def compensate(
 
 
 def _missed(commanded: Commanded, state: Motion) -> Refined:
-    """What the deflected arm misses in a state."""
+    """Errors of the deflected arm in a state."""
     arm = compile_arm(commanded.calibrated)
     wanted = rigid_targets(commanded.calibrated, commanded.poses, state)
     return refine(arm, wanted, state.q[:, arm.columns], task=commanded.task, iterations=0)
 
 
 def _corrected(commanded: Commanded, state: Motion, method: CorrectionMethod) -> Refined:
-    """Corrected joints with what they still miss."""
+    """Corrected joints with their remaining errors."""
     robot, task = commanded.calibrated, commanded.task
     limits = robot.limits
     if method is CorrectionMethod.ITERATED:
@@ -174,29 +176,29 @@ def _refuse_stopped(robot: Robot, new: np.ndarray, after: Refined, time: Times) 
         joint = int(np.argmax(at[row]))
         raise DataError(
             f"{named(row, time)}: the correction needs joint {joint + 1} beyond its limit "
-            f"{new[row, joint]:.4f} (rad or m), {1e3 * after.position_error[row]:.3g} mm are left; "
-            "lead the path away from it",
+            f"{new[row, joint]:.4f} (rad or m), {1e3 * after.position_error[row]:.3g} mm remain; "
+            "keep the path farther from it",
             row=row,
         )
 
 
 def _refuse_large(change: np.ndarray, time: Times) -> None:
-    """Refuse corrections that no calibration can mean."""
+    """Refuse corrections too large for a calibration."""
     size = np.abs(change)
     if (size > MAX_CORRECTION).any():
         row, joint = divmod(int(np.argmax(size)), size.shape[1])
         raise DataError(
-            f"{named(row, time)}: the correction turns joint {joint + 1} by {size[row, joint]:.2f} "
+            f"{named(row, time)}: the correction moves joint {joint + 1} by {size[row, joint]:.2f} "
             "(rad or m), as it is near a singularity; lead the path around it",
             row=row,
         )
 
 
 def _refuse_unconverged(commanded: Commanded, after: Refined) -> None:
-    """Refuse rows that miss more than the play of the joints explains: nothing brings them to the path.
+    """Refuse rows with errors larger than the joints' backlash explains.
 
-    Where a run of the rigid arm ends short of its target within the limits, Jᵀ r = 0: it stands at a
-    singularity, on the boundary of what this branch reaches.
+    If a run of the rigid arm ends short of its target within the limits, Jᵀ r = 0: it is at a singularity, on
+    the boundary of this branch.
     """
     robot = commanded.calibrated
     left = after.position_error > ACCEPTED_ERROR + _play(robot)
@@ -204,21 +206,21 @@ def _refuse_unconverged(commanded: Commanded, after: Refined) -> None:
         row = int(np.argmax(left))
         jacobian = task_jacobian(compile_arm(robot), after.x[row : row + 1], commanded.task)
         minimum = float(np.linalg.svd(jacobian, compute_uv=False)[0, -1])
-        why = "check the effects of the calibrated robot, or lead the path away from where it ends"
+        why = "check the effects of the calibrated robot, or change the path there"
         if minimum < BOUNDARY:
             why = (
-                "the calibrated arm does not reach this pose in the branch of the path (singularity, "
-                f"smallest singular value {minimum:.1e}); lead the path away from it, or take another branch"
+                "the calibrated arm does not reach this pose in the branch of the path (singularity, smallest "
+                f"singular value {minimum:.1e}); keep the path farther from it, or use another branch"
             )
         raise DataError(
             f"{named(row, commanded.time)}: the correction does not converge, "
-            f"{1e3 * after.position_error[row]:.3g} mm are left; {why}",
+            f"{1e3 * after.position_error[row]:.3g} mm remain; {why}",
             row=row,
         )
 
 
 def _play(robot: Robot) -> float:
-    """How far the tool may hang between the flanks of all plays, at most [m]."""
+    """Maximum displacement of the tool between the flanks of all joints' backlash [m]."""
     return 2.0 * robot.reach * sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
 
 
@@ -226,9 +228,7 @@ def _speeds(robot: Robot, state: Motion, maximum: float | None) -> np.ndarray | 
     """Maximum speed of every joint between two rows; refuse one above `maximum`."""
     if state.time is None or len(state) < 2:
         if maximum is not None:
-            raise OptionError(
-                "a maximum speed is given, but the trajectory has no time; add the column time[s]"
-            )
+            raise OptionError("a maximum speed needs the trajectory's times; add the column time[s]")
         return None
     speed = np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]
     refuse_fast(robot, np.vstack([0.0 * speed[:1], speed]), maximum, state.time)
@@ -236,15 +236,15 @@ def _speeds(robot: Robot, state: Motion, maximum: float | None) -> np.ndarray | 
 
 
 def _notes(method, errors: PathErrors, worse, speed, max_speed) -> Iterable[str]:
-    """What a user should know of the answer."""
+    """Notes for the user."""
     if worse.any():
         rows = ", ".join(str(r) for r in np.flatnonzero(worse)[:10]) + (" …" if worse.sum() > 10 else "")
-        yield f"{int(worse.sum())} rows keep their commanded joints, as a correction would miss more: {rows}"
+        yield f"{int(worse.sum())} rows keep their commanded joints, corrected they would be worse: {rows}"
     if method is CorrectionMethod.ITERATED and (left := errors.position > ACCEPTED_ERROR).any():
         row = int(np.argmax(errors.position))
         yield (
-            f"{int(left.sum())} rows can't be met, row {row} misses {1e3 * errors.position[row]:.3g} mm: a "
-            "load changes its sign within a joint's play there"
+            f"{int(left.sum())} rows can't be reached exactly (row {row}: {1e3 * errors.position[row]:.3g} "
+            "mm off): a load changes sign within a joint's backlash there"
         )
     if speed is not None and max_speed is None:
         joint = int(np.argmax(speed))

@@ -1,15 +1,14 @@
-"""Curves that a tool is to follow, and how fast: circles, straight lines, a smooth start and stop.
+"""Curves for a tool, and their timing: circles, straight lines, a smooth start and stop.
 
     circle      c + r (cos φ a + sin φ b),      φ = 0 … 2π
     line        p + s (p′ − p),                 s = 0 … 1
     share done  10 τ³ − 15 τ⁴ + 6 τ⁵,           τ = t / T
 
 The share has zero speed and acceleration at both ends (minimum jerk: Flash and Hogan, J. Neurosci. 5(7),
-1985); at half time it runs at 15/8 of the mean speed.
+1985); at half time it is 15/8 of the mean speed.
 
-This closed form is all the timing: from rest to rest along one curve in a given time. Libraries of trajectory
-timing (ruckig, toppra) find the fastest motion within limits of each joint, which nobody asks for here; their
-motions would not be the ones that the thesis and its comparison measure.
+The timing is this closed form: from rest to rest along one curve in a given time, as in the thesis. Libraries
+for trajectory timing (ruckig, toppra) find the fastest motion within joint limits, which is a different task.
 """
 
 from dataclasses import dataclass
@@ -23,9 +22,9 @@ from workbench.base.errors import OptionError
 from workbench.base.types import Positions, Vector3, frozen
 
 FLAT = 1e-3
-"""Points whose second spread is a smaller share of the first lie in a line."""
+"""Ratio of the second to the first principal spread below which points are collinear."""
 MIN_LENGTH = 1e-6
-"""Length below which a curve is a point [m]."""
+"""Minimum length of a curve [m]."""
 
 Shares = Float[np.ndarray, " rows"]
 
@@ -36,10 +35,10 @@ class Circle:
     """A full turn about a centre.
 
     Args:
-        centre: Its middle [m].
-        along: Unit vector from the centre to where it begins.
-        across: Unit vector from the centre to where it is after a quarter.
-        radius: Its radius [m].
+        centre: Centre [m].
+        along: Unit vector from the centre to the start.
+        across: Unit vector from the centre to the point after a quarter turn.
+        radius: Radius [m].
     """
 
     centre: Vector3
@@ -54,11 +53,10 @@ class Circle:
 
     @property
     def normal(self) -> Vector3:
-        """About which it turns in the positive sense."""
+        """Axis of its positive rotation."""
         return np.cross(self.along, self.across)
 
     def points(self, shares: Shares) -> Positions:
-        """See the module."""
         angle = 2.0 * np.pi * shares[:, None]
         return self.centre + self.radius * (np.cos(angle) * self.along + np.sin(angle) * self.across)
 
@@ -69,8 +67,8 @@ class StraightLine:
     """A straight line.
 
     Args:
-        start: Where it begins [m].
-        end: Where it ends [m].
+        start: Start point [m].
+        end: End point [m].
     """
 
     start: Vector3
@@ -78,7 +76,6 @@ class StraightLine:
 
     @property
     def length(self) -> float:
-        """Distance of the ends [m]."""
         return float(np.linalg.norm(self.end - self.start))
 
     @property
@@ -86,21 +83,20 @@ class StraightLine:
         return (self.end - self.start) / self.length
 
     def points(self, shares: Shares) -> Positions:
-        """See the module."""
         return self.start + shares[:, None] * (self.end - self.start)
 
 
 Curve = Circle | StraightLine
-"""What a tool can be led along: length, unit vector along it, points."""
+"""A curve for a tool: length, unit tangent, points."""
 
 
 def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
-    """The circle nearest to three points or more: it begins at the first and turns towards the second."""
+    """The circle that best fits three points or more: it starts at the first, towards the second."""
     if len(points) < 3:
         raise OptionError(f"a circle needs at least 3 points, got {len(points)}")
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if spread[0] < MIN_LENGTH or spread[1] < FLAT * spread[0]:
-        raise OptionError("the points of the circle lie in a line or in one place; give three that do not")
+        raise OptionError("the points of the circle are collinear or coincide; give three that are not")
     fitted = fit_circle(points)
     normal = fitted.axes[2]
     first, second = points[0] - fitted.centre, points[1] - fitted.centre
@@ -118,11 +114,11 @@ def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
 def line(start: Vector3, end: Vector3) -> StraightLine:
     """The straight line between two points [m]."""
     if np.linalg.norm(end - start) < MIN_LENGTH:
-        raise OptionError("the ends of a line must differ; these are the same point")
+        raise OptionError("the two ends of the line are the same point; give different ones")
     return StraightLine(start=frozen(np.array(start, float)), end=frozen(np.array(end, float)))
 
 
 def smooth_shares(time: Shares) -> Shares:
-    """Share of the length done at every time, from rest to rest; see the module."""
+    """Share of the length done at every time, from rest to rest (module docstring)."""
     t = (time - time[0]) / (time[-1] - time[0])
     return t**3 * (10.0 - 15.0 * t + 6.0 * t**2)

@@ -1,9 +1,9 @@
-"""Requirements of a trajectory: poses that the tool is to take, and joints that a controller would send.
+"""Commanded trajectories: poses for the tool, and the joints that a controller would send.
 
-The controller computes with the nominal geometry. Joints that it was taught stand for the poses that they
-have there; poses are reached through its inverse kinematics, in one branch from beginning to end. Both arms
-are compared in the robot's base frame and with the calibrated tool: where the measuring instrument stood does
-not matter to a path. Every refusal names time, row and joint.
+The controller computes with the nominal geometry. Taught joints mean the poses that they have there; poses
+are reached through its inverse kinematics, in one branch from beginning to end. Both arms are compared in the
+robot's base frame and with the calibrated tool: a path is independent of the measuring instrument. Every
+refusal gives time, row and joint.
 """
 
 from dataclasses import dataclass
@@ -31,25 +31,25 @@ from workbench.identification.arm_match import require_same_arm
 SINGULAR = 1e-3
 """Dimensionless singular value below which an arm is at a singularity."""
 TOGETHER = 0.3
-"""Joints that move by this share of the one that moves most take part in a singularity."""
+"""Minimum motion of a joint, relative to the largest one, to be part of a singularity."""
 JUMP = 0.5
-"""Change of a joint between two rows that is a jump to another branch [rad or m]."""
+"""Change of a joint between two rows above which it is a jump to another branch [rad or m]."""
 
 Times = Float[np.ndarray, " rows"] | None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Commanded:
-    """A path as it is commanded.
+    """A commanded path.
 
     Args:
-        calibrated: What may be used of the arm that moves, in its own base frame.
+        calibrated: Usable part of the calibrated arm, in its own base frame.
         nominal: The arm as the controller computes it, likewise.
-        poses: Poses that the tool is to take, robot's base frame.
+        poses: Commanded poses of the tool, robot's base frame.
         q: Joint positions that the controller sends without correction [rad or m].
-        task: What of the poses so many joints can meet.
-        expected: Error of the arm to use where it was measured; None where nobody says.
-        time: Time of every row [s], for messages; None where there is none.
+        task: Part of the poses that the number of joints can meet.
+        expected: Error of the arm used, where it was measured; None if unknown.
+        time: Time of every row [s], for messages; None if there is none.
     """
 
     calibrated: Robot
@@ -70,14 +70,14 @@ def command_joints(
     positions_only: bool | None = None,
     time: Times = None,
 ) -> Commanded:
-    """The path of joint positions that were planned with the nominal arm.
+    """A path from joint positions that were planned with the nominal arm.
 
     Args:
         calibrated: The arm that moves.
         nominal: The arm as the controller computes it.
         q: Joint positions [rad or m].
-        positions_only: Whether orientations do not matter. By default they do, as far as the calibration
-            observed them: others are met by the arm to use (`usable_arm`), near nominal.
+        positions_only: Whether to ignore orientations. By default they are met as far as the calibration
+        observed them, otherwise by the arm used (`usable_arm`), near nominal.
         time: Time of every row [s], for messages.
     """
     arms = comparable(calibrated, nominal, positions_only=positions_only)
@@ -104,15 +104,15 @@ def command_poses(
     near: Float[np.ndarray, " n"] | None = None,
     time: Times = None,
 ) -> Commanded:
-    """The path of poses in the robot's base frame.
+    """A path from poses in the robot's base frame.
 
     Args:
         calibrated: The arm that moves.
         nominal: The arm as the controller computes it.
         poses: Poses of the tool [m].
-        positions_only: Whether orientations do not matter. By default they do, as far as the calibration
-            observed them: others are met by the arm to use (`usable_arm`), near nominal.
-        near: Joint positions near which the path begins [rad or m]; the best branch if None.
+        positions_only: Whether to ignore orientations. By default they are met as far as the calibration
+        observed them, otherwise by the arm used (`usable_arm`), near nominal.
+        near: Joint positions near the start of the path [rad or m]; the best branch if None.
         time: Time of every row [s], for messages.
     """
     arms = comparable(calibrated, nominal, positions_only=positions_only)
@@ -148,8 +148,8 @@ def command_poses(
     why = inverse.solve(planned, poses[furthest], task=task).reason
     tight = "" if longest is None else f" ({_tightest(planned, longest)})"
     raise DataError(
-        f"{named(furthest, time)} can't be reached on the way{tight}: "
-        f"{why or 'the branch ends there, at a limit or a singularity'}; change the path or its beginning"
+        f"{named(furthest, time)} can't be reached along the path{tight}: "
+        f"{why or 'the branch ends there, at a limit or a singularity'}; change the path or its start"
     )
 
 
@@ -157,11 +157,11 @@ class ComparedArms(NamedTuple):
     """Two arms in the robot's base frame and with one tool.
 
     Args:
-        calibrated: What may be used of the calibrated arm.
+        calibrated: Usable part of the calibrated arm.
         nominal: The arm as the controller computes it.
-        task: What of a pose so many joints can meet, and the calibration observed.
-        expected: Error of that arm where it was measured; None where nobody says.
-        away: How far it is from the calibrated one, if at all.
+        task: Part of a pose that the number of joints can meet and the calibration observed.
+        expected: Error of that arm where it was measured; None if unknown.
+        away: Its difference from the calibrated arm, if any.
     """
 
     calibrated: Robot
@@ -173,7 +173,7 @@ class ComparedArms(NamedTuple):
 
 
 def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None = None) -> ComparedArms:
-    """Both arms in the robot's base frame and with the calibrated tool; the instrument's drift left out."""
+    """Both arms in the robot's base frame and with the calibrated tool, without the instrument's drift."""
     usable = usable_arm(calibrated, nominal=nominal)
     require_same_arm(usable.robot, nominal)
     if positions_only is False and not usable.sees_rotation:
@@ -184,10 +184,10 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
     place = positions_only or not (usable.sees_rotation or usable.has_nominal)
     effects = tuple(e for e in calibrated.effects if e.moves_arm)
     skipped = [e.name for e in calibrated.effects if not e.moves_arm]
-    notes = [f"{name} is left out: it moves the measuring frame, not the arm" for name in skipped]
+    notes = [f"{name} is ignored: it moves the measuring frame, not the arm" for name in skipped]
     if not place and not usable.sees_rotation:
         notes.append(
-            "orientations of the path are met by the arm used, which no measured orientation confirms"
+            "orientations of the path are met by the model only: no measured orientation confirms it"
         )
     here, arm = Frame(), usable.robot
     return ComparedArms(
@@ -203,15 +203,15 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
 def _text(task: Task) -> tuple[str, ...]:
     if task is Task.POSITION_AXIS:
         return (
-            "five joints: position and the direction of the tool's z axis are met, the turn about it is not",
+            "five joints: position and direction of the tool's z axis are met, rotation about it is free",
         )
     if task is Task.POSITION:
-        return ("positions alone are met, orientations are left as they come",)
+        return ("only positions are met, orientations are free",)
     return ()
 
 
 def _followed(robot: Robot, poses: np.ndarray, start: np.ndarray, task: Task) -> tuple[np.ndarray, int]:
-    """Joint positions row after row, and how many rows were reached."""
+    """Joint positions row by row, and how many rows were reached."""
     arm = compile_arm(robot)
     limits = robot.limits[arm.columns]
     q, x = np.empty((len(poses), robot.dof)), start[None, arm.columns]
@@ -231,7 +231,7 @@ def _tightest(robot: Robot, q: np.ndarray) -> str:
 
 
 def named(row: int, time: Times) -> str:
-    """A row for people: `row 7 of the trajectory (at 0.350 s)`; without the time where there is none."""
+    """A row for people: `row 7 of the trajectory (at 0.350 s)`; without the time if there is none."""
     return f"row {row} of the trajectory" + ("" if time is None else f" (at {time[row]:.3f} s)")
 
 
@@ -242,14 +242,14 @@ def refuse_beyond(robot: Robot, q: Float[np.ndarray, "rows n"], time: Times = No
         row, joint = (int(i) for i in np.argwhere(beyond)[0])
         low, high = robot.limits[joint]
         raise DataError(
-            f"{named(row, time)} asks for {q[row, joint]:.4f} of joint {joint + 1}, whose limits are "
+            f"{named(row, time)} needs joint {joint + 1} at {q[row, joint]:.4f}, but its limits are "
             f"{low:.4f} and {high:.4f} (rad or m); change the path",
             row=row,
         )
 
 
 def refuse_singular(robot: Robot, q: Float[np.ndarray, "rows n"], task: Task, time: Times = None) -> None:
-    """Refuse rows at which some joints move without moving the tool."""
+    """Refuse singular rows, where some joints move without moving the tool."""
     arm = compile_arm(robot)
     _, s, vt = np.linalg.svd(task_jacobian(arm, q[:, arm.columns], task), full_matrices=False)
     if (singular := s[:, -1] < SINGULAR).any():
@@ -257,8 +257,8 @@ def refuse_singular(robot: Robot, q: Float[np.ndarray, "rows n"], task: Task, ti
         free = np.abs(vt[row, -1][arm.places])
         joints = [str(j + 1) for j in np.flatnonzero(free > TOGETHER * free.max())]
         raise DataError(
-            f"{named(row, time)} is at a singularity, where joints {' and '.join(joints)} move without "
-            f"moving the tool (smallest singular value {s[row, -1]:.1e}); lead the path around it",
+            f"{named(row, time)} is singular (smallest singular value {s[row, -1]:.1e}): joints "
+            f"{' and '.join(joints)} move without moving the tool; lead the path around it",
             row=row,
         )
 
@@ -272,6 +272,6 @@ def refuse_fast(
         unit = "m/s" if sliding(robot)[joint] else "rad/s"
         raise DataError(
             f"{named(row, time)}: joint {joint + 1} would move at {abs(speed[row, joint]):.3g} {unit}, more "
-            f"than {maximum:g}; go slower there",
+            f"than {maximum:g}; slow down there",
             row=row,
         )

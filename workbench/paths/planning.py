@@ -1,12 +1,12 @@
 """A tool led along a curve: poses, joints in one branch, velocities and accelerations.
 
-The tool's orientation is held from beginning to end. Arms of six joints and more hold all of it. Arms of five
-hold the direction of the tool's z axis and leave the turn about it as it comes: position and axis are five
-conditions. Where the arm can't hold that all the way, `LIMIT_MARGIN` from its limits and from singularities,
-positions alone are met and the axis stays as near as it can (`holding`), which is said.
+The tool's orientation is constant. Arms of six joints and more hold all of it. Arms of five hold the
+direction of the tool's z axis, while the rotation about it is free: position and axis are five conditions. If
+the arm can't hold it all the way, `LIMIT_MARGIN` from its limits and from singularities, only positions are
+met and the axis stays as near as possible (`tool_direction`), with a note.
 
-Joints between the rows are those of a spline of fifth degree that begins and ends at rest; its derivatives
-are the velocities and accelerations.
+Joints between the rows follow a quintic spline that starts and ends at rest; its derivatives are the
+velocities and accelerations.
 """
 
 from dataclasses import dataclass
@@ -30,19 +30,19 @@ from workbench.paths.path import Commanded, command_joints, command_poses, refus
 from workbench.paths.tool_direction import follow_near_direction
 
 DOWN = np.array([0.0, 0.0, -1.0])
-"""Where a tool points on a line, and along which sense of a plane's normal."""
+"""Default tool direction for a line, and sense of a plane's normal."""
 UPRIGHT = 1e-6
-"""Share of a normal that may point down before it says on which side of its plane the tool is."""
+"""Vertical component of a normal above which it decides on which side of its plane the tool is."""
 LIMIT_MARGIN = float(np.deg2rad(1.0))
-"""Distance from limits that a path keeps for its correction [rad or m]."""
+"""Margin from limits reserved for corrections [rad or m]."""
 MIN_SINGULAR = 0.02
-"""Dimensionless singular value that a path keeps."""
+"""Minimum dimensionless singular value of a path."""
 SPINS = np.deg2rad([0.0, 90.0, 180.0, 270.0])
-"""Turns about the tool's z axis that are tried where the arm holds it too [rad]."""
+"""Rotations about the tool's z axis to try if the arm holds it too [rad]."""
 STILL = 1e-3
-"""Angle from the direction wanted that counts as none [deg]."""
+"""Angle from the requested direction that counts as zero [deg]."""
 MIN_ROWS = 8
-"""Rows below which a curve is no trajectory."""
+"""Minimum number of rows of a trajectory."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -54,8 +54,8 @@ class Planned:
         time: Of every row, from 0 [s].
         poses: Of the tool in the robot's base frame, as the arm takes them.
         motion: Joint positions with their time, velocities and accelerations.
-        task: What of the poses a correction is to meet.
-        axis: Direction along which the tool's z axis is wanted, robot's base.
+        task: Part of the poses that a correction must meet.
+        axis: Requested direction of the tool's z axis, robot's base.
     """
 
     robot: Robot
@@ -81,10 +81,10 @@ def plan(
     axis: Vector3 | None = None,
     max_speed: float | None = None,
 ) -> Planned:
-    """Lead a tool along a curve, from rest to rest.
+    """Move a tool along a curve, from rest to rest.
 
     Args:
-        robot: The arm as its controller computes it; effects and base do not count.
+        robot: The arm as its controller computes it; effects and base are ignored.
         curve: In the robot's base frame.
         duration: Time from beginning to end [s].
         rows: Number of samples, evenly in time.
@@ -115,14 +115,14 @@ def plan(
 def derivatives(
     time: Float[np.ndarray, " rows"], q: JointRows, *, at_rest: bool = True
 ) -> tuple[JointRows, JointRows]:
-    """Velocities and accelerations of a trajectory, of a spline of fifth degree through it.
+    """Velocities and accelerations of a trajectory, from a quintic spline through it.
 
     Args:
         time: Of every row, increasing [s].
         q: Joint positions [rad or m].
-        at_rest: Whether it begins and ends at rest.
+        at_rest: Whether it starts and ends at rest.
     """
-    from scipy.interpolate import make_interp_spline  # no page needs it to begin with
+    from scipy.interpolate import make_interp_spline  # not needed when the app starts
 
     still = [(1, np.zeros(q.shape[1])), (2, np.zeros(q.shape[1]))]
     spline = make_interp_spline(time, q, k=5, bc_type=(still, still) if at_rest else None)
@@ -130,7 +130,7 @@ def derivatives(
 
 
 def _commanded(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) -> Commanded:
-    """The path with the tool's axis held, or as near as the arm holds it."""
+    """The path with the tool's axis held, or as near as possible."""
     shares = smooth_shares(time)
     points = curve.points(shares)
     refused: DataError
@@ -139,7 +139,9 @@ def _commanded(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) ->
         if _clear(exact):
             return exact
         refuse_singular(exact.nominal, exact.q, exact.task, time)
-        refused = DataError(f"robot '{robot.name}' comes too near to a limit or a singularity on this path")
+        refused = DataError(
+            f"robot '{robot.name}' comes too near to a limit or a singularity on this path; move the path"
+        )
     except DataError as error:
         refused = error
     free = robot.with_effects().with_frames(base=Frame())
@@ -152,7 +154,9 @@ def _commanded(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) ->
 
 
 def _exactly(robot: Robot, curve: Curve, axis: Vector3, points: np.ndarray, time: np.ndarray) -> Commanded:
-    """The path with an axis held; at whatever turn about it the arm follows, where the turn counts."""
+    """The path with an axis held, with the rotation about it chosen so that the arm follows, if it is
+    constrained.
+    """
     refused: DataError | None = None
     for spin in SPINS if robot.dof >= Task.POSE else SPINS[:1]:
         poses = se3.pose(_orientations(curve, axis, spin, len(points)), points)
@@ -160,12 +164,12 @@ def _exactly(robot: Robot, curve: Curve, axis: Vector3, points: np.ndarray, time
             return command_poses(robot.with_effects(), robot.with_effects(), poses, time=time)
         except DataError as error:
             refused = refused or error
-    assert refused is not None  # there is a spin, and it was refused
+    assert refused is not None  # the last spin was refused
     raise refused
 
 
 def _orientations(curve: Curve, axis: Vector3, spin: float, rows: int) -> Rotations:
-    """Rotations with this z axis, x near the curve's direction and turned about z by the spin [rad]."""
+    """Rotations with this z axis, x near the curve's direction and rotated about z by the spin [rad]."""
     y = np.cross(axis, curve.along)
     if np.linalg.norm(y) < 0.1:
         y = np.linalg.svd(axis[None])[2][1]
@@ -175,7 +179,7 @@ def _orientations(curve: Curve, axis: Vector3, spin: float, rows: int) -> Rotati
 
 
 def _clear(command: Commanded) -> bool:
-    """Whether a path leaves room for its correction."""
+    """Whether a path leaves margin for its correction."""
     arm = compile_arm(command.nominal)
     jacobian = task_jacobian(arm, command.q[:, arm.columns], command.task)
     singular = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
@@ -185,7 +189,7 @@ def _clear(command: Commanded) -> bool:
 
 
 def _above(curve: Curve) -> Vector3:
-    """Straight down, or the plane's normal: the way down, or away from the base if the plane is upright."""
+    """Straight down, or the plane's normal: downwards, or away from the base if the plane is vertical."""
     if not isinstance(curve, Circle):
         return DOWN
     normal = curve.normal
@@ -199,14 +203,14 @@ def _text(wanted: Vector3, poses: Poses) -> str:
     if angle < STILL:
         return f"the tool's z axis is held along {_numbers(wanted)}"
     return (
-        f"the tool's z axis stays within {angle:.1f}° of {_numbers(wanted)}: the arm can't hold it there all "
-        "the way, and it is the positions that count"
+        f"the tool's z axis stays within {angle:.1f}° of {_numbers(wanted)}: the arm can't hold it exactly "
+        "along the path, and positions have priority"
     )
 
 
 def _unit(axis: Vector3) -> Vector3:
     if not np.linalg.norm(axis) > 0.0:
-        raise OptionError(f"the tool's axis {_numbers(axis)} has no length; give a direction")
+        raise OptionError(f"the tool's axis {_numbers(axis)} has zero length; give a direction")
     return axis / np.linalg.norm(axis)
 
 

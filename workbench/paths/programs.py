@@ -1,4 +1,4 @@
-"""Robot programs: joint targets read from their text and written back into it, everything else as it was."""
+"""Robot programs: joint targets read from their text and written back, everything else unchanged."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ from workbench.base.registry import Registry
 from workbench.data.readers.trajectory import Trajectory
 
 TEXT = "latin-1"
-"""Every byte is a character, so that what is not changed stays as it is."""
+"""Encoding that maps every byte to a character, so that unchanged text is preserved."""
 LARGEST = 16 * 2**20
 
 
@@ -27,11 +27,11 @@ class AbstractProgramFormat(ABC):
     unit: ClassVar[float]
     """Radians in one of its units."""
     decimals: ClassVar[int]
-    """Decimals that are written at least."""
+    """Minimum number of decimals written."""
 
     @abstractmethod
     def targets(self, text: str, path: str) -> Iterable[list[tuple[int, int]]]:
-        """Where the numbers of each joint target stand: begin and end of each."""
+        """Start and end of each number of each joint target in the text."""
 
 
 PROGRAMS: Registry[AbstractProgramFormat] = Registry(
@@ -44,7 +44,7 @@ class Program:
     """A program with its joint targets.
 
     Args:
-        spans: Begin and end of each number in the text, a row a target.
+        spans: Start and end of each number in the text, one row per target.
         q: The targets [rad].
     """
 
@@ -65,7 +65,7 @@ class Program:
         return [self.text.count("\n", 0, row[0][0]) + 1 for row in self.spans]
 
     def save(self, q: Float[np.ndarray, "targets n"], path: Path) -> Path:
-        """Write the program with other joint targets, and everything else as it was."""
+        """Write the program with other joint targets, and everything else unchanged."""
         places = [span for row in self.spans for span in row]
         text, at = [], 0
         for (begin, end), value in sorted(zip(places, (q / self.form.unit).ravel().tolist(), strict=True)):
@@ -76,14 +76,14 @@ class Program:
 
 
 def read_program(path: Path, joints: int) -> Program | None:
-    """A program by its ending; None for files of other kinds."""
+    """A program, by its file extension; None for other files."""
     form = next((f for f in PROGRAMS.values() if path.suffix.lower() in f.endings), None)
     if form is None:
         return None
     text = read_bytes(path, wanted=f"a {form.name} program", maximum=LARGEST).decode(TEXT)
     spans = sorted(tuple(row) for row in form.targets(text, str(path)))
     if not spans:
-        raise FileError(f"no joint target was found in this {form.name} program", path=str(path))
+        raise FileError(f"contains no joint target in {form.name}; check the language", path=str(path))
     for row in spans:
         if len(row) != joints:
             line = text.count("\n", 0, row[0][0]) + 1

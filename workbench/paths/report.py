@@ -27,7 +27,7 @@ COMPENSATION = "workbench.compensation/1"
 
 
 def path_json(planned: Planned, moments: JointMoments | None) -> Json:
-    """The trajectory as plain data, SI; moments are null where the arm has no masses."""
+    """The trajectory as plain data, SI; moments are null if the arm has no masses."""
     return plain(
         {
             "schema": PATH,
@@ -47,8 +47,10 @@ def path_json(planned: Planned, moments: JointMoments | None) -> Json:
 
 
 def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType:
-    """Range, maximum speed and maximum loads of every joint, and what was decided."""
-    table = new_table("", "joint", "from", "to", "fastest [/s]", "torque [N m]", "across [N m]")
+    """Range, maximum speed and maximum loads of every joint, and decisions."""
+    table = new_table(
+        "", "joint", "minimum", "maximum", "max speed [/s]", "torque [N m]", "moment across axis [N m]"
+    )
     speed = np.abs(np.asarray(planned.motion.velocity)).max(axis=0)
     loads = np.full((planned.robot.dof, 2), np.nan)
     if moments is not None:
@@ -62,7 +64,7 @@ def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType
 
 
 def path_picture(planned: Planned, moments: JointMoments | None) -> bytes:
-    """Joints and speeds, and below torques and moments across the axes, as a PNG file."""
+    """Joints and speeds, with torques and moments across the axes below, as a PNG file."""
     with look():
         figure = new_figure(10.0, 3.0 if moments is None else 6.0)
         parts = figure.subfigures(1 if moments is None else 2, 1, squeeze=False)[:, 0]
@@ -115,8 +117,9 @@ def _style(joint: int) -> str:
 
 
 def compensation_json(found: Compensation) -> Json:
-    """The result as plain data; rows count from 0, errors are those that the calibrated model predicts,
-    that of the arm used (`model_error` [m, rad], from held-out rows) not among them."""
+    """The result as plain data; rows count from 0. Errors are predicted by the calibrated model, excluding
+    its own error (`model_error` [m, rad], from held-out rows).
+    """
     time = found.motion.time
     columns = {
         "row": np.arange(len(found.q)),
@@ -144,23 +147,23 @@ def compensation_json(found: Compensation) -> Json:
 
 
 def compensation_table(found: Compensation) -> RenderableType:
-    """Predicted errors before and after, and what was decided."""
+    """Predicted errors before and after, and decisions."""
     table = new_table("", "predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]")
     shown = [("as commanded", found.before)]
     if found.after.position.max() > ACCEPTED_ERROR:
-        shown.append((f"left by the correction ({found.method})", found.after))
+        shown.append((f"corrected ({found.method})", found.after))
     for text, errors in shown:
         position, turn = Spread.of(1e3 * errors.position), Spread.of(np.rad2deg(errors.rotation))
         table.add_row(text, *(short(v) for v in (position.mean, position.max, turn.mean, turn.max)))
     own = found.commanded.expected or Expected(np.nan, np.nan)
     cells = (*_own(1e3 * own.position), *_own(np.rad2deg(own.rotation)))
-    table.add_row("corrected: the arm used, held out", *cells)
+    table.add_row("error of the model itself, held out", *cells)
     head = f"{found.commanded.calibrated.name}: {plural(len(found.q), 'row')}"
     return headed(head, table, notes=found.notes)
 
 
 def _own(mean: float) -> tuple[str, str]:
-    """Mean error of the arm used, from held-out rows; its largest one along the path nobody knows."""
+    """Mean error of the arm used, from held-out rows; its maximum along the path is unknown."""
     return short(mean), "–"
 
 

@@ -1,13 +1,13 @@
-"""A tool's direction held as nearly as an arm can, where it can't hold it exactly.
+"""A tool's direction held as nearly as possible, if an arm can't hold it exactly.
 
-With more joints than positions ask for, the postures of a path are chosen together: the joints q_k of knots
-along it minimise
+With more joints than positions require, the postures of a path are optimised together: the joints q_k of
+knots along it minimise
 
     Σ |z(q_k) − z*|² + s² Σ |q_{k−1} − 2 q_k + q_{k+1}|² + h² Σ (max(0, m − margin(q_k)))²
 
-with the tool at its points: z the direction of the tool's z axis, z* the one wanted, m a margin from the
-limits. A closed path ends as it begins. Gauss–Newton with steps halved until they help; the positions stand
-in the sum with a large weight and are met exactly afterwards.
+with the tool at its points: z the direction of the tool's z axis, z* the requested one, m a margin from
+the limits. A closed path ends in its initial posture. Gauss–Newton with step halving; the positions are part
+of the sum with a large weight and are met exactly afterwards.
 """
 
 import numpy as np
@@ -26,37 +26,37 @@ from workbench.base.types import JointRows, Positions, Vector3
 from workbench.paths.curves import Curve, Shares
 
 KNOTS = 41
-"""Postures that are chosen; those between follow a spline."""
+"""Number of optimised postures; those between follow a spline."""
 EXACT = 1e4
 """Weight of the positions [1/m]."""
 SMOOTH = 3.0
-"""Weight s of the bends of the joints' paths."""
+"""Weight s of the curvature of the joints' paths."""
 LIMIT_MARGIN = float(np.deg2rad(3.0))
 """Margin m from the limits [rad or m]."""
 MIN_LIMIT_MARGIN = float(np.deg2rad(1.0))
-"""Margin that every row must have [rad or m]."""
+"""Minimum margin of every row [rad or m]."""
 LIMIT_WEIGHT = 30.0
-"""Weight h of what a joint lacks of its margin."""
+"""Weight h of missing margin."""
 ITERATIONS = 60
-"""Steps at most."""
+"""Maximum number of steps."""
 RIDGE = 1e-6
-"""Added to the curvature, which leaves some directions in posture space open."""
+"""Added to the Hessian, which is singular along some directions in posture space."""
 STARTS = 4
-"""Postures at the first point from which the search begins."""
+"""Number of postures at the first point from which the search starts."""
 TOLERANCE = 1e-6
-"""Relative fall of the sum below which it is settled."""
+"""Relative decrease of the sum below which it has converged."""
 ALLOWED = 1e-6
-"""Distance from its point that counts as met [m]."""
+"""Maximum distance from its point [m]."""
 
 
 def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Vector3) -> JointRows | None:
-    """Joints that lead the tool along a curve with its z axis near a direction; None where none is found.
+    """Joints that move the tool along a curve with its z axis near a direction; None if none are found.
 
     Args:
         robot: Geometry with limits, more than three joints; its base frame is that of the curve.
-        curve: Where the tool is to be.
+        curve: Curve for the tool.
         shares: Share of its length at every row.
-        wanted: Unit vector along which the tool's z axis is wanted.
+        wanted: Requested unit vector of the tool's z axis.
     """
     from scipy.interpolate import make_interp_spline  # no page needs it to begin with
 
@@ -78,7 +78,7 @@ def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Ve
 
 
 def _starts(robot: Robot, point: Vector3, wanted: Vector3) -> list[np.ndarray]:
-    """Postures at the first point: those with the direction wanted, and some of the others."""
+    """Postures at the first point: those with the requested direction, and some others."""
     pose = se3.pose(np.column_stack([*np.linalg.svd(wanted[None])[2][1:], wanted]), point)
     exact = inverse.solve(robot, pose, task=Task.POSITION_AXIS) if robot.dof <= Task.POSITION_AXIS else None
     free = inverse.solve(robot, pose, task=Task.POSITION)
@@ -94,7 +94,7 @@ def _aims(points: Positions) -> Float[np.ndarray, "rows 4 4"]:
 def _followed_from(
     arm: ReducedArm, points: np.ndarray, start: np.ndarray, limits: np.ndarray
 ) -> np.ndarray | None:
-    """Postures one after another by the smallest motion; None where a point is not met within the limits."""
+    """Consecutive postures with the smallest motion; None if a point is not met within the limits."""
     x = [start]
     for aim in _aims(points):
         step = refine(arm, aim[None], x[-1][None], task=Task.POSITION, limits=limits)
@@ -129,7 +129,7 @@ def _optimised(
 
 
 def _bends(rows: int, closed: bool) -> Float[np.ndarray, "bends rows"]:
-    """Second differences; with a closed path also over its end, and the end as the beginning."""
+    """Second differences; for a closed path also across its end."""
     plain = np.diff(np.eye(rows), 2, axis=0)
     if not closed:
         return plain

@@ -30,7 +30,7 @@ from workbench.paths.planning import Planned, derivatives
 from workbench.plate.argument_types import checked_arguments
 
 MIN_MOVING = 6
-"""Rows from which velocities and accelerations can be told."""
+"""Minimum number of rows for velocities and accelerations."""
 
 
 @checked_arguments()
@@ -47,26 +47,26 @@ def compensate_trajectory(
     positions_only: bool | None = None,
     moving: bool = False,
 ) -> Compensation:
-    """Joint positions with which a calibrated arm takes the poses that a trajectory means.
+    """Joint positions with which a calibrated arm reaches the poses of a trajectory.
 
     Args:
         calibrated: The arm that moves, with its effects.
-        trajectory: Joints, which mean the poses that the nominal arm has there; or poses in the robot's base
-            frame. Where it has both, the joints count.
-        nominal: The arm as the controller computes it. Poses can do without: then the calibrated geometry
-            stands for it.
+        trajectory: Joint positions, which mean the nominal arm's poses there; or poses in the robot's base
+        frame. If it has both, the joint positions are used.
+        nominal: The arm as the controller computes it. Not required for poses: the calibrated geometry is
+        used then.
         method: `iterated`, or `one-step` (Katana eq. 5.22).
-        payload: Mass at the tool [kg]; the trajectory's own where None.
-        temperature: Temperature [degC]; the trajectory's own where None.
+        payload: Mass at the tool [kg]; that of the trajectory if None.
+        temperature: Temperature [degC]; that of the trajectory if None.
         max_speed: Maximum speed of any joint [rad/s or m/s]; not checked if None.
-        positions_only: Whether orientations do not matter; by default they are corrected where the
-            calibration observed them, and by an arm near nominal where it did not.
-        moving: Whether the inertia of the links counts beside their weight.
+        positions_only: Whether to ignore orientations; by default they are corrected if the calibration
+        observed them, and by an arm near nominal if not.
+        moving: Whether to include inertial loads of the links.
     """
     if trajectory.q is not None and nominal is None:
         raise OptionError(
-            f"{trajectory.source} has joints, and only the nominal model says which poses they mean; "
-            "give it (--nominal ROBOT)"
+            f"{trajectory.source} contains joint positions; give the controller's model, which "
+            "converts them to poses (--nominal ROBOT)"
         )
     commanded = _commanded(calibrated, trajectory, nominal, positions_only)
     state = path_state(commanded.q, trajectory, payload=payload, temperature=temperature)
@@ -76,7 +76,7 @@ def compensate_trajectory(
 
 
 def write_trajectory(found: Compensation, path: Path | str) -> Path:
-    """Write the corrected joints as a table with units, `time[s]` where the trajectory has it."""
+    """Write the corrected joints as a table with units, with `time[s]` if the trajectory has it."""
     robot = found.commanded.calibrated
     rows = Dataset(q=found.q, row=np.arange(len(found.q)), time=found.motion.time)
     return write_measurements(rows, path, prismatic=sliding_numbers(robot))
@@ -104,9 +104,7 @@ def _commanded(
 def _in_motion(state: Motion, source: str) -> Motion:
     """The state with velocities and accelerations."""
     if state.time is None or len(state) < MIN_MOVING:
-        raise OptionError(
-            f"{source}: a path in motion needs its time (time[s]) and {MIN_MOVING} rows or more"
-        )
+        raise OptionError(f"{source}: inertial loads need a time[s] column and at least {MIN_MOVING} rows")
     velocity, acceleration = derivatives(state.time, state.q, at_rest=False)
     return replace(state, velocity=velocity, acceleration=acceleration)
 
@@ -114,13 +112,13 @@ def _in_motion(state: Motion, source: str) -> Motion:
 def path_state(
     q: JointRows, trajectory: Trajectory, *, payload: float | None = None, temperature: float | None = None
 ) -> Motion:
-    """What drives effects along a path; directions follow from the order of the rows.
+    """Drivers of effects along a path; directions follow from the order of the rows.
 
     Args:
-        q: Joint positions, a row of the trajectory each [rad or m].
-        trajectory: Where time, payload, temperature and other drivers come from.
-        payload: Mass at the tool instead [kg].
-        temperature: Temperature instead [degC].
+        q: Joint positions for each row of the trajectory [rad or m].
+        trajectory: Source of time, payload, temperature and other drivers.
+        payload: Mass at the tool to use instead [kg].
+        temperature: Temperature to use instead [degC].
     """
     rows = len(q)
     time = np.arange(rows, dtype=float) if trajectory.time is None else trajectory.time
@@ -135,12 +133,12 @@ def path_state(
 
 
 def planned_moments(planned: Planned) -> JointMoments | None:
-    """Torques, and moments across the axes, along a trajectory; None where the arm has no masses."""
+    """Torques, and moments across the axes, along a trajectory; None if the arm has no masses."""
     return joint_moments(planned.robot, planned.motion) if planned.robot.has_masses else None
 
 
 def taught_circle(robot: Robot, q: Float[np.ndarray, "points n"]) -> Circle:
-    """The circle through the points that a controller believes to be at where it was led by hand (§5.5.2).
+    """The circle through points at which the controller believes the arm to be when guided by hand (§5.5.2).
 
     Args:
         robot: The arm as its controller computes it.
@@ -154,12 +152,12 @@ def read_taught(path: Path, robot: Robot) -> Float[np.ndarray, "points n"]:
     """Joint positions of taught points."""
     q = read_trajectory(path, joints=robot.joint_names).q
     if q is None:
-        raise DataError(f"{path}: taught points need joints (q1[rad] …)")
+        raise DataError(f"{path}: taught points need joint positions (q1[rad] …)")
     return q
 
 
 def write_plan(planned: Planned, path: Path | str) -> Path:
-    """Write a trajectory as a table with units: time, joints, the poses that they mean, and their frame."""
+    """Write a trajectory as a table with units: time, joints, their poses, and the frame."""
     rows = Dataset(
         q=planned.q,
         row=np.arange(len(planned.q)),
