@@ -11,6 +11,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.diagnosis.undetectable import Reason
 
 SEED = 10_001
 UPRIGHT = 0.005
@@ -70,13 +71,13 @@ def test_what_gravity_cannot_show_is_named(diagnosed):
     case, result = diagnosed
     missing = {(m["name"], *m["joints"]): m for m in diagnosis_json(result)["not_identifiable"]}
     for name in ("joint-compliance", "backlash"):
-        assert missing[name, 1]["reason"] == "no row loads it"
+        assert missing[name, 1]["reason"] == Reason.UNLOADED
         assert missing[name, 1]["std"] is None
     last = missing["joint-compliance", 5]
-    assert last["reason"] == "it would be lost in the noise"
+    assert last["reason"] == Reason.FAINT
     assert last["std"] > 0.5 * case.sizes["joint5.compliance"]
-    (found,) = [note for note in result.notes if note.startswith("not identifiable")]
-    assert "of joint 1 (no row loads it)" in found
+    (found,) = [note for note in result.notes if Reason.UNLOADED in note]
+    assert f"of joint 1 ({Reason.UNLOADED})" in found
     named = {(e.effect.name, *[j + 1 for j in e.effect.joints]) for e in result.effects}
     assert not named & set(missing)
 

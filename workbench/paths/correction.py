@@ -209,8 +209,8 @@ def _refuse_unconverged(commanded: Commanded, after: Refined) -> None:
         why = "check the effects of the calibrated robot, or change the path there"
         if minimum < BOUNDARY:
             why = (
-                "the calibrated arm does not reach this pose in the branch of the path (singularity, smallest "
-                f"singular value {minimum:.1e}); keep the path farther from it, or use another branch"
+                "the calibrated arm does not reach this pose in the branch of the path (singularity, "
+                f"smallest singular value {minimum:.1e}); avoid it or use another branch"
             )
         raise DataError(
             f"{named(row, commanded.time)}: the correction does not converge, "
