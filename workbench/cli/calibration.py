@@ -21,7 +21,7 @@ def identify(
         str | None, option("--robot", "Robot: a .toml or .urdf file, or a built-in arm.")
     ] = None,
     algorithm: Annotated[
-        str | None, option("ols, opt1, opt2, influence, several with commas between, or all, side by side.")
+        str | None, option("ols, opt1, opt2, influence, several separated by commas, or all.")
     ] = None,
     level: Annotated[int, option("1: joint offsets only; 2: the whole geometry.", min=1, max=2)] = 2,
     bounds: Annotated[

@@ -142,7 +142,7 @@ def poses(
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
-    """Informative poses for a calibration: those with the largest observability index, in a short order."""
+    """Informative poses for a calibration, with a large observability index, ordered for short travel."""
     from workbench.plate.poses.choose_poses import poses_json, poses_table, write_poses
     from workbench.plate.poses.pose_limits import PoseLimits
 

@@ -56,9 +56,10 @@ FramesOption = Annotated[
 ]
 SaveOption = Annotated[Path | None, option("--save", "Write the calibrated robot here (.toml or .urdf).")]
 ReportOption = Annotated[Path | None, option("--report", "Write an HTML report into this folder.")]
-ExcludeOption = Annotated[str | None, option("--exclude", "Data rows to exclude, comma-separated, from 0.")]
+ExcludeOption = Annotated[str | None, option("--exclude", "Data rows to exclude, from 0, such as 3,17.")]
 NoiseOption = Annotated[
-    str | None, option("--noise", 'Standard deviations of the instrument: "0.05mm,0.01deg".')
+    str | None,
+    option("--noise", 'Standard deviations of the instrument: "0.05mm,0.01deg"; default: estimated.'),
 ]
 WantedOption = Annotated[str | None, option('Required error of every pose: "0.3mm", or "0.3mm,0.1deg".')]
 TipOption = Annotated[str | None, option("Last link of the chain, for a URDF with several end links.")]
@@ -135,11 +136,13 @@ class FitOptions:
     )
     frames: FramesOption = "auto"
     region: Annotated[str | None, option("Keep only rows inside the region of this plate.")] = None
-    free: Annotated[str | None, option("Constants to identify: joint1.theta,joint2.a …")] = None
+    free: Annotated[
+        str | None, option("Constants to identify: joint1.theta,joint2.a …; default: the robot's.")
+    ] = None
     exclude: ExcludeOption = None
     noise: NoiseOption = None
     tool_markers: Annotated[
-        Path | None, option("Positions of the markers on the tool, one row m1x[mm] …, to make poses.")
+        Path | None, option("Markers' positions on the tool, one row m1x[mm] …, to convert markers to poses.")
     ] = None
     base_markers: Annotated[
         Path | None, option("Markers on the base, two rows (as designed, as measured), to align the frames.")

@@ -131,9 +131,9 @@ def check(
     touches: TouchesArgument,
     robot: opt.RobotOption,
     reference: Annotated[
-        Path | None, option("Touches of a day when the arm was good: the same seats, the same postures.")
+        Path | None, option("Touches from when the arm was good: the same seats, the same postures.")
     ] = None,
-    wanted: Annotated[str, option("--wanted", "Displacement of the tip to be found.")] = "0.05mm",
+    wanted: Annotated[str, option("--wanted", "Displacement of the tip to detect.")] = "0.05mm",
     save: Annotated[Path | None, option("Write the robot with the zero that moved here (.toml).")] = None,
     json: opt.JsonOption = None,
 ) -> None:

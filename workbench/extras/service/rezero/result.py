@@ -158,7 +158,7 @@ class Rezero(AbstractShown):
                 changed = f"{signed(factor * change, 3)}{unit}", f"±{2.0 * factor * std:.3f}{unit}"
                 geometry.add_row(name, *changed)
             parts.append(geometry)
-        parts.append(line("error on the rows", repr(self.error)))
+        parts.append(line("on these rows", repr(self.error)))
         parts += [line("warning", text) for text in self.doubts]
         parts += [line("can't be distinguished", text) for text in self.ambiguous]
         parts += [line("note", text) for text in self.notes]
