@@ -58,7 +58,7 @@ def test_a_faint_direction_is_held_and_named_apart():
     factor = factorise(jacobian, residual)
     assert factor.rank == 4
     assert factor.null_space.shape[1] == 0
-    np.testing.assert_allclose(np.abs(factor.hardly[:, 0]), [0, 0, 1, 0, 0], atol=1e-5)
+    np.testing.assert_allclose(np.abs(factor.weak[:, 0]), [0, 0, 1, 0, 0], atol=1e-5)
     assert abs(factor.step()[2]) < 1e-3
 
 

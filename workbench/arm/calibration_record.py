@@ -91,7 +91,7 @@ class Observed:
         }
 
 
-def some_of(q: Float[np.ndarray, "rows n"], maximum: int = POSES) -> np.ndarray:
+def representative_rows(q: Float[np.ndarray, "rows n"], maximum: int = POSES) -> np.ndarray:
     """Representative rows: those with the extremes of each joint, the others evenly spread."""
     ends = np.concatenate([q.argmin(0), q.argmax(0)])
     even = np.linspace(0, len(q) - 1, min(len(q), maximum)).round().astype(int)

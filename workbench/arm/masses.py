@@ -107,7 +107,7 @@ Body = tuple[float, Vector3]
 """Mass [kg], and centre [m]."""
 
 
-def hanging(model, chain: list, notes: list[str]) -> dict[str, list[Body]]:
+def side_branches(model, chain: list, notes: list[str]) -> dict[str, list[Body]]:
     """Bodies in side branches, by the link of the chain that carries them, with all their joints at 0."""
     children: dict[str, list] = {}
     for joint in model.robot.joints:

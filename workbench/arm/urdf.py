@@ -21,7 +21,7 @@ from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Element
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.joint import Joint, JointKind
-from workbench.arm.masses import carried, hanging, moved, with_bodies
+from workbench.arm.masses import carried, moved, side_branches, with_bodies
 from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot
@@ -57,7 +57,7 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
     ends: list[int] = []
     notes: list[str] = []
     names: list[str] = []
-    beside = hanging(model, joints, notes)
+    beside = side_branches(model, joints, notes)
     for link, joint in enumerate(joints):
         if joint.type not in KINDS:
             raise FileError(

@@ -13,7 +13,7 @@ from workbench.arm.robot import Robot
 from workbench.base.wording import capital
 from workbench.diagnosis.claimed_causes import PART_OF_NOISE, Cause
 from workbench.identification.fit import Fit
-from workbench.identification.gravity_direction import CLEAR, standings
+from workbench.identification.gravity_direction import CLEAR, tilts_of_gravity
 from workbench.identification.problem import Noise
 
 
@@ -44,7 +44,7 @@ class GravityDirection(AbstractEffect):
 
 def standing_notes(fit: Fit, given: Robot) -> list[str]:
     """Notes on arms tilted significantly from the file, though within its tolerance."""
-    found = standings(fit, given)
+    found = tilts_of_gravity(fit, given)
     return [s.text for s in found if s.size > CLEAR * s.error and not s.is_contradicted]
 
 
@@ -56,7 +56,7 @@ def standing_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[Cause]:
         noise: Residual noise; a third of it must be explained.
     """
     arm, motion = fit.calibrated, Motion.of(fit.problem.data)
-    for found in standings(fit, given):
+    for found in tilts_of_gravity(fit, given):
         if not found.is_contradicted:
             continue
         here = arm.in_session(found.session) if found.session else arm

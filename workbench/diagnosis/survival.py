@@ -86,7 +86,7 @@ def survival(
         beside_all = offer(left, widest)
         if beside_all is not None and _joints((beside_all.term,)) >= _joints(group):
             weak |= {j for j, z in _clearness(left, (beside_all.term,)).items() if z < CLEAR} & _joints(group)
-    for other in _otherwise(searched, others, kinds):
+    for other in _reweighted(searched, others, kinds):
         place = place_of(other, group)
         if place.own - best_of([o for o in place.offers if id(o.term.candidate) not in including]) < minimum:
             return Survival(False, frozenset())
@@ -94,7 +94,7 @@ def survival(
     return Survival(None not in weak, frozenset(j for j in weak if j is not None))
 
 
-def _otherwise(searched: Searched, *requested: Sequence[Candidate]) -> Iterator[Searched]:
+def _reweighted(searched: Searched, *requested: Sequence[Candidate]) -> Iterator[Searched]:
     """The search's model and some candidates on reweighted rows."""
     problem = searched.stage.fitted.problem.with_noise(searched.stage.geometric.noise)
     x, rows = searched.stage.fitted.fit.x, len(problem.data)

@@ -56,17 +56,17 @@ def align(
         if some.sessions == data.sessions:
             rough = align(robot, some, freedom, noise=noise, known=known, limit=limit)
             problem = Problem.build(rough, data, free=(), frames=freedom, noise=noise, known=known)
-            return _standing_as(robot, problem.robot_at(Opt2(limit=limit).search(problem).x))
+            return _with_gravity_of(robot, problem.robot_at(Opt2(limit=limit).search(problem).x))
     best, minimum = robot, np.inf
     for start in starts(robot, data, freedom):
         problem = Problem.build(start, data, free=(), frames=freedom, noise=noise, known=known)
         search = Opt2(limit=limit).search(problem)
         if search.history[-1] < minimum:
             best, minimum = problem.robot_at(search.x), search.history[-1]
-    return _standing_as(robot, best)
+    return _with_gravity_of(robot, best)
 
 
-def _standing_as(given: Robot, found: Robot) -> Robot:
+def _with_gravity_of(given: Robot, found: Robot) -> Robot:
     """The aligned robot with the gravity of the given one, since only frames were to be fitted."""
     sessions = {n: replace(m, gravity=given.in_session(n).gravity) for n, m in found.sessions.items()}
     return replace(found.under(given.gravity), sessions=sessions)

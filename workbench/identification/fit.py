@@ -197,9 +197,9 @@ class Fit(AbstractShown):
         return out
 
     @cached_property
-    def hardly_seen(self) -> tuple[Combination, ...]:
+    def weakly_observable(self) -> tuple[Combination, ...]:
         """Combinations that are too weakly observable to identify; they too were kept near nominal."""
-        return combinations(self.rows_factor.hardly, self.parameters)
+        return combinations(self.rows_factor.weak, self.parameters)
 
     @cached_property
     def only_expected(self) -> frozenset[str]:
@@ -214,7 +214,7 @@ class Fit(AbstractShown):
     @cached_property
     def poorly_determined(self) -> tuple[str, ...]:
         """Constants that are observable, but with a standard error above 1° or 5 mm."""
-        open_ones = {n for c in (*self.unidentifiable, *self.hardly_seen) for n in c.names}
+        open_ones = {n for c in (*self.unidentifiable, *self.weakly_observable) for n in c.names}
         return tuple(p.text for p in self.parameters if p.name in self.uncertain - open_ones)
 
     @cached_property
@@ -254,8 +254,8 @@ class Fit(AbstractShown):
         found = []
         if self.spare < 1.0:
             found.append("no degrees of freedom are left to assess errors; measure more poses")
-        if self.hardly_seen:
-            hidden = "; ".join(c.text for c in self.hardly_seen)
+        if self.weakly_observable:
+            hidden = "; ".join(c.text for c in self.weakly_observable)
             found.append(f"barely observable, kept near nominal: {hidden}")
         if uncertain := [text for text in self.poorly_determined if text not in self.idle]:
             found.append(f"uncertain by more than 1° or 5 mm: {', '.join(uncertain)}")

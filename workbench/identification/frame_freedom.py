@@ -106,7 +106,7 @@ def on_level(robot: Robot, sessions: Sequence[str], freedom: FrameFreedom) -> Ro
     return replace(placed, sessions=own)
 
 
-def level_wall(
+def level_constraint(
     robot: Robot, sessions: Sequence[str], frames: FrameFreedom, names: Sequence[str]
 ) -> Iterator[tuple[tuple[str, ...], Float[np.ndarray, "2 k"]]]:
     """Prior that gravity lies along the z axis of the measuring frame: a constraint between gravity and base.

@@ -30,7 +30,7 @@ MAX_ODDS = 1e12
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
+class GravityTilt:
     """Estimated direction of gravity for one placement of the arm.
 
     Args:
@@ -90,13 +90,13 @@ def freed(problem: Problem, fit: Fit) -> Problem:
     return replace(problem, robot=replace(problem.robot, mounting=mounting))
 
 
-def standings(fit: Fit, given: Robot) -> Iterator[Standing]:
+def tilts_of_gravity(fit: Fit, given: Robot) -> Iterator[GravityTilt]:
     """Estimated tilt for every placement; empty where gravity was not estimated."""
     arm, tolerance = fit.calibrated, max(given.mounting.gravity_tolerance, EXACT)
     for session, mine in _angles(fit):
         stated, found = (r.in_session(session).gravity for r in (given, arm))
         covariance = fit.covariance[np.ix_(mine, mine)]
-        yield Standing(session, angles_between(stated, found), covariance, tolerance)
+        yield GravityTilt(session, angles_between(stated, found), covariance, tolerance)
 
 
 def _angles(fit: Fit) -> Iterator[tuple[str, list[int]]]:

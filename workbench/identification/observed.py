@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.calibration_record import MAX_POSITION, Expected, Observed, some_of
+from workbench.arm.calibration_record import MAX_POSITION, Expected, Observed, representative_rows
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
@@ -32,7 +32,7 @@ SEEN = 1e-6
 def observed_by(fit: "Fit") -> Observed:
     """Observability of the tool in a fit."""
     position, rotation = _directions(fit)
-    rows = some_of(fit.problem.data.q)
+    rows = representative_rows(fit.problem.data.q)
     motion = Motion.of(fit.problem.data).take(rows)
     tool, flange = (_expected(fit, motion, at_flange=place) for place in (False, True))
     return Observed(
@@ -45,7 +45,7 @@ def idle_constants(fit: "Fit") -> frozenset[str]:
     wanted = [k for k, p in enumerate(fit.parameters) if p.text in fit.poorly_determined]
     if not wanted:
         return frozenset()
-    motion = Motion.of(fit.problem.data).take(some_of(fit.problem.data.q))
+    motion = Motion.of(fit.problem.data).take(representative_rows(fit.problem.data.q))
     poses, twists, places = fit_twists(fit, motion)
     along = fit.covariance[np.ix_(places, wanted)] / fit.std[wanted]
     position, rotation = _sizes(poses, twists @ along)

@@ -28,7 +28,7 @@ from workbench.identification.frame_freedom import (
     FrameFreedom,
     frame_parameters,
     gravity_names,
-    level_wall,
+    level_constraint,
     moved_robot,
 )
 from workbench.identification.problem_blocks import (
@@ -157,7 +157,11 @@ class Problem:
         centre = np.array([(robot.inertia | unknown_start).get(n, 0.0) for n in spread])
         width = np.diag(1.0 / np.array(list(spread.values())))
         problem = problem.with_prior(tuple(spread), centre, width) if spread else problem
-        level = level_wall(robot, data.sessions, frames, problem.names) if angles and frames.levelled else ()
+        level = (
+            level_constraint(robot, data.sessions, frames, problem.names)
+            if angles and frames.levelled
+            else ()
+        )
         for turning, wall in level:
             problem = problem.with_prior(turning, np.zeros(len(turning)), wall)
         return problem

@@ -3,11 +3,11 @@
 The whitened Jacobian is compressed to its triangular factor, whatever the number of rows. Every parameter is
 measured in a natural unit: what changes the arm by 1 rad or 1 m, which weigh alike for arms of about a metre.
 Constants have rad and m themselves; a coefficient's unit follows from its law (`Problem.units`). A direction
-in parameter space is *unseen* when its singular value is rounding (`RANK_TOLERANCE`), and *hardly seen* when
-the stated noise leaves it uncertain by more than `HARDLY` natural units: beyond that the model is no longer
-linear, and a search along it wanders without fitting anything. No step goes along either, and both are
-reported in the result; along unseen directions the parameters stay as close to nominal as possible (minimum
-norm, as `lsqminnorm`).
+in parameter space is *unseen* when its singular value is rounding (`RANK_TOLERANCE`), and *weak* when
+the stated noise leaves it uncertain by more than `WEAKLY_OBSERVABLE` natural units: beyond that the model is
+no longer linear, and a search along it wanders without fitting anything. No step goes along either, and both
+are reported in the result; along unseen directions the parameters stay as close to nominal as possible
+(minimum norm, as `lsqminnorm`).
 """
 
 from collections.abc import Iterable
@@ -24,7 +24,7 @@ PANEL = 32
 """Block size of the factorisation; numpy's default is smaller and takes four times as long."""
 PIVOT = 1e-11
 """Minimum pivot of the normal equations, columns scaled to 1, for sufficient accuracy."""
-HARDLY = 0.2
+WEAKLY_OBSERVABLE = 0.2
 """Standard error [natural units] above which a combination of parameters is weakly observable."""
 
 
@@ -48,14 +48,14 @@ class Factor:
     def inverse(self) -> Float[np.ndarray, "p p"] | None:
         """R⁻¹ if its size alone shows that all directions are identifiable; None if the SVD must decide."""
         if (
-            not len(self.r) or np.abs(np.diagonal(self.r)).min() <= 1.0 / HARDLY
+            not len(self.r) or np.abs(np.diagonal(self.r)).min() <= 1.0 / WEAKLY_OBSERVABLE
         ):  # the smallest s is no greater
             return None
         found = lapack.dtrtri(self.r)[0]
         square = found.T @ found
         size = float(np.linalg.norm(square @ square)) ** 0.25  # at least 1 / s, and a little more
         limit = 1.0 / (RANK_TOLERANCE * float(np.linalg.norm(self.r)))
-        return found if size < min(HARDLY, limit) else None
+        return found if size < min(WEAKLY_OBSERVABLE, limit) else None
 
     @cached_property
     def _directions(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -91,7 +91,11 @@ class Factor:
     @cached_property
     def seen(self) -> Bool[np.ndarray, " p"]:
         """Directions that are identified."""
-        return self.visible if self.inverse is not None else self.visible & (self.uncertainty < HARDLY)
+        return (
+            self.visible
+            if self.inverse is not None
+            else self.visible & (self.uncertainty < WEAKLY_OBSERVABLE)
+        )
 
     @property
     def rank(self) -> int:
@@ -104,7 +108,7 @@ class Factor:
         return self._some(~self.visible)
 
     @cached_property
-    def hardly(self) -> Float[np.ndarray, "p n"]:
+    def weak(self) -> Float[np.ndarray, "p n"]:
         """Weakly observable directions [natural units], too uncertain to identify, orthonormal."""
         return self._some(self.visible & ~self.seen)
 

@@ -117,7 +117,7 @@ def compensate(
     robot, q, time = commanded.calibrated, commanded.q, commanded.time
     state = Motion(q) if motion is None else motion.at(q)
     refuse_beyond(robot, q, time)
-    before = _missed(commanded, state)
+    before = _errors(commanded, state)
     refuse_singular(robot, q, commanded.task, time)
     after = _corrected(commanded, state, method)
     places, weight = compile_arm(robot).places, WEIGHT * compile_arm(robot).length
@@ -149,7 +149,7 @@ def compensate(
     )
 
 
-def _missed(commanded: Commanded, state: Motion) -> Refined:
+def _errors(commanded: Commanded, state: Motion) -> Refined:
     """Errors of the deflected arm in a state."""
     arm = compile_arm(commanded.calibrated)
     wanted = rigid_targets(commanded.calibrated, commanded.poses, state)
@@ -165,7 +165,7 @@ def _corrected(commanded: Commanded, state: Motion, method: CorrectionMethod) ->
     arm = compile_arm(robot)
     wanted = rigid_targets(robot, commanded.poses, state)
     step = refine(arm, wanted, state.q[:, arm.columns], task=task, limits=limits[arm.columns], iterations=1)
-    return _missed(commanded, state.at(step.x[:, arm.places]))
+    return _errors(commanded, state.at(step.x[:, arm.places]))
 
 
 def _refuse_stopped(robot: Robot, new: np.ndarray, after: Refined, time: Times) -> None:

@@ -94,8 +94,8 @@ class GravitySag(AbstractEffect):
         return "without masses, compliance of bearings and links can't be tried as an alternative"
 
     def law(self, chain, motion, wrenches):
-        seen = _see(self, chain, motion)
-        return np.einsum("ri,rti->rt", seen.pull, seen.levers)[:, None]
+        rigid = _rigid(self, chain, motion)
+        return np.einsum("ri,rti->rt", rigid.pull, rigid.levers)[:, None]
 
     def growth(self, chain, motion, wrenches, constants):
         """Elements after the joint move lever arms; those before it rotate all of them, and the axis.
@@ -104,15 +104,15 @@ class GravitySag(AbstractEffect):
         `arm/statics/load_derivatives.py`).
         """
         sizes = np.array(self.coefficients)
-        seen = _see(self, chain, motion, constants)
-        axes, points = seen.axes, seen.points - seen.point[:, None]
+        rigid = _rigid(self, chain, motion, constants)
+        axes, points = rigid.axes, rigid.points - rigid.point[:, None]
         turning = (chain.axes[constants] < 3)[:, None]
-        load = (seen.payload * sizes[[t == PAYLOAD for t in self._terms]].sum())[:, None, None]
-        carried = np.einsum("pt,rti->rpi", constants[:, None] <= seen.links, seen.levers * sizes[:, None])
+        load = (rigid.payload * sizes[[t == PAYLOAD for t in self._terms]].sum())[:, None, None]
+        carried = np.einsum("pt,rti->rpi", constants[:, None] <= rigid.links, rigid.levers * sizes[:, None])
         moved = np.where(turning, np.cross(axes, carried - load * points), load * axes)
-        whole = np.einsum("rti,t->ri", seen.levers, sizes)
-        turned = np.where(turning, np.cross(self._down, np.cross(whole, seen.axis))[:, None] * axes, 0.0)
-        behind = np.einsum("ri,rpi->rp", seen.pull, moved)
+        whole = np.einsum("rti,t->ri", rigid.levers, sizes)
+        turned = np.where(turning, np.cross(self._down, np.cross(whole, rigid.axis))[:, None] * axes, 0.0)
+        behind = np.einsum("ri,rpi->rp", rigid.pull, moved)
         grown = np.where(constants >= chain.driven[self.joints[0]], behind, turned.sum(2))
         return np.where(constants >= _base_size(chain), grown, 0.0)[:, None]
 
@@ -188,18 +188,18 @@ def sags(arm: EffectArm, motion: Motion) -> list[GravitySag]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Seen:
-    """The unbent arm, from its base's frame.
+class _RigidArm:
+    """The undeflected arm, from its base's frame.
 
     Args:
-        axis: Of the joint.
-        point: On it [m].
+        axis: Axis of the joint.
+        point: A point on it [m].
         pull: d × u.
-        links: Element of the chain that moves each term last.
+        links: Last element of the chain that moves each term.
         levers: w of each term.
-        axes: Of the elements that were asked for.
-        points: Where these are [m].
-        payload: Of each row [kg].
+        axes: Axes of the requested elements.
+        points: Points on these [m].
+        payload: Payload of each row [kg].
     """
 
     axis: Float[np.ndarray, "rows 3"]
@@ -212,9 +212,9 @@ class _Seen:
     payload: Float[np.ndarray, " rows"]
 
 
-def _see(
+def _rigid(
     effect: GravitySag, chain: Chain, motion: Motion, constants: Int[np.ndarray, " p"] = NO_CONSTANTS
-) -> _Seen:
+) -> _RigidArm:
     """Frames, axes and lever arms of an effect's terms and of some elements, in every row."""
     joint, terms = int(chain.driven[effect.joints[0]]), effect._terms
     links = np.array([len(chain.elements) - 1 if t == PAYLOAD else chain.driven[_link(t)] for t in terms])
@@ -232,7 +232,9 @@ def _see(
             levers[:, i] = frame[:, :, "xyz".index(term[-1])]
     requested = at[:, 1 + len(terms) :, :3]
     axes = np.take_along_axis(requested, (chain.axes[constants] % 3)[None, :, None, None], axis=3)[..., 0]
-    return _Seen(axis, point, np.cross(effect._down, axis), links, levers, axes, requested[..., 3], payload)
+    return _RigidArm(
+        axis, point, np.cross(effect._down, axis), links, levers, axes, requested[..., 3], payload
+    )
 
 
 def _link(term: str) -> int:

@@ -93,7 +93,7 @@ def _near_nominal(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndar
     """The answer without its null-space part, along which the scalar cost lets it drift."""
     at = problem.evaluate(x)
     factor = factorise(at.jacobian, at.residual, problem.units)
-    open_ones = np.column_stack([factor.null_space, factor.hardly])
+    open_ones = np.column_stack([factor.null_space, factor.weak])
     lower, upper = problem.bounds
     for directions in (open_ones, factor.null_space):
         moved = x - factor.units * (directions @ (directions.T @ ((x - problem.start) / factor.units)))

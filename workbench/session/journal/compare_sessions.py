@@ -201,7 +201,9 @@ def _figures(session: Session) -> Iterator[tuple[str, float]]:
 
 def _moves(fits: Sequence[Fit]) -> tuple[Move, ...]:
     """Constants of the arm that all fits can separate from the others; base and tool may differ."""
-    blurred = {name for fit in fits for c in (*fit.unidentifiable, *fit.hardly_seen) for name in c.names}
+    blurred = {
+        name for fit in fits for c in (*fit.unidentifiable, *fit.weakly_observable) for name in c.names
+    }
     found = [
         {
             p.name: (p.unit, value, std)

@@ -192,7 +192,7 @@ def _certain(
 
 def _check(fit: Fit, rows: Int[np.ndarray, " rows"]) -> None:
     """Refuse a fit that does not see all that is wanted, or that leaves far more than noise."""
-    hidden = (*fit.unidentifiable, *fit.hardly_seen)
+    hidden = (*fit.unidentifiable, *fit.weakly_observable)
     if unseen := {n for found in hidden for n in found.names if n.split(".")[-1] in KINDS}:
         raise DataError(
             f"the {len(rows)} postures whose loads are not close to reversing do not show "

@@ -250,7 +250,7 @@ def _ambiguous(
     problem = ready.problem.again(robot=ready.aligned, free=knowledge.names, frames=freedom)
     problem = knowledge.prior.keep(lambda name: name not in knowledge.robot.joint_offsets).on(problem)
     factor = noises.factor_at(problem, problem.start)
-    unseen = np.concatenate([factor.null_space, factor.hardly], axis=1)
+    unseen = np.concatenate([factor.null_space, factor.weak], axis=1)
     by_name = {s.name: s for s in shifts}
     readings = ready.data.readings
     own = set(FRAMES if readings is None else (*FRAMES, *readings.frames))
