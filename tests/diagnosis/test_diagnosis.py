@@ -184,7 +184,8 @@ def test_units_are_readable():
     soft = EFFECTS["joint-compliance"]((1,), (4.1e-5,))
     assert lines(soft, (1e-6,), chain) == (("compliance", "0.0410 ± 0.0010 mrad/(N·m)"),)
     ((name, text),) = lines(DENT, (1e-4,) * 9, chain)
-    assert name == "9 coefficients, clearest knot4"
+    assert name.startswith("9 coefficients")
+    assert name.endswith("knot4")
     assert text == "2.00 ± 0.10 mrad"
     ((_, text),) = lines(DENT, (1e-2,) * 9, chain)
     assert "±" not in text

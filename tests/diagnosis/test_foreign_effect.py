@@ -199,7 +199,7 @@ def test_sizes_and_pictures_have_defaults():
     expected = {
         "gear-sag": ("error of joint 2 [mrad]", "moment about the axis of joint 2 [N·m]"),
         "warm-joint": ("error of joint 2 [mrad]", "temperature [°C]"),
-        "shrink": ("shrink [mrad or mm]", "what shrink adds [mrad or mm]"),
+        "shrink": ("shrink [mrad or mm]", "contribution of shrink [mrad or mm]"),
     }
     motion = Motion(rng.uniform(-1.0, 1.0, (9, 6)), temperature=rng.uniform(15.0, 30.0, 9))
     for name, labels in expected.items():

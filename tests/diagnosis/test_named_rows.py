@@ -57,7 +57,7 @@ def test_held_out_rows_that_stand_out_are_named_with_the_mean_without_them():
     result = stand_out_note(np.array([3, 8, 20, 125, 130, 140]), errors)
     assert "125" in result
     assert "1.2 mm" in result
-    assert "0.105 mm without" in result
+    assert "0.105 mm" in result
     assert stand_out_note(np.arange(5), errors[[0, 1, 2, 4, 5]]) == ""
     assert stand_out_note(np.arange(0), errors[:0]) == ""
     assert stand_out_note(np.arange(2), np.full(2, np.nan)) == ""

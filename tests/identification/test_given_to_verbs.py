@@ -107,7 +107,7 @@ def test_every_verb_has_the_same_door(csv):
         (lambda: wb.choose_poses(ARM, 8, method="luck"), "method"),
         (lambda: wb.diagnose(ARM, ROWS, seed="one"), "seed"),
         (lambda: wb.show(3, open_browser=False), "robot"),
-        (lambda: ARM.with_effects("backlash"), "an effect"),
+        (lambda: ARM.with_effects("backlash"), "effects"),
     ],
 )
 def test_every_verb_refuses_by_name(call, name):
