@@ -61,7 +61,7 @@ class JointHarmonic(AbstractEffect):
     """Once per turn. For order k it is 1/k of that: no gear or disc runs 5 % faster in one part of a turn
     than in another. Magnetic encoders mounted off centre err by up to 3°, strain wave gears by 0.3 mrad."""
     tooth: ClassVar[float] = 5e-3
-    """Minimum bound of any order [rad]: teeth of cheap gears have errors up to 0.3°, whatever their number."""
+    """Minimum bound of any order [rad]: teeth of cheap gears have errors of up to 0.3°, in any number."""
 
     @property
     def orders(self) -> tuple[int, ...]:
