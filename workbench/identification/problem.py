@@ -195,7 +195,6 @@ class Problem:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Names of the unknowns, in the order of x."""
         return tuple(p.name for p in self.parameters)
 
     def named(self, x: Float[np.ndarray, " p"]) -> dict[str, float]:
@@ -236,7 +235,6 @@ class Problem:
 
     @property
     def size(self) -> int:
-        """Number of measured residual components."""
         return self.blocks[-1].stop if self.blocks else 0
 
     @cached_property
@@ -294,7 +292,6 @@ class Problem:
         return frozen(np.concatenate([o.ravel() for o in own]))
 
     def evaluate(self, x: Float[np.ndarray, " p"]) -> LinearisedProblem:
-        """Whitened residual and Jacobian."""
         extra = 0 if self.prior is None else len(self.prior)
         residual = np.empty(self.size + extra)
         jacobian = np.zeros((self.size + extra, len(x)))

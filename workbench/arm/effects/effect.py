@@ -354,5 +354,5 @@ def flattened(effects: Sequence[AbstractEffect | Sequence[AbstractEffect]]) -> t
     """Effects given one by one or in lists."""
     flat = [e for part in effects for e in (part if isinstance(part, tuple | list) else (part,))]
     if (wrong := next((e for e in flat if not isinstance(e, AbstractEffect)), None)) is not None:
-        raise OptionError(f"give effects such as JointCompliance((1,), (1e-5,)), got {wrong!r}")
+        raise OptionError(f"effects must be such as JointCompliance((1,), (1e-5,)), got {wrong!r}")
     return tuple(flat)
