@@ -155,7 +155,7 @@ def test_what_forbids_a_row_is_named(arms):
         command_joints(model, nominal, outside)
     singular = q.copy()
     singular[5] = _singular(nominal, q[5])
-    with pytest.raises(DataError, match=r"row 5 .*singularity.*joints \d"):
+    with pytest.raises(DataError, match=r"row 5 .*singular.*joints \d"):
         compensate(command_joints(nominal, nominal, singular))
     edge = q.copy()
     edge[9, 1] = high[1]
