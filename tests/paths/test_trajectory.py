@@ -176,8 +176,8 @@ def test_what_forbids_a_row_is_named(arms):
         command_joints(arms["katana"][1], nominal, q)
     knots = tuple(np.linspace(-0.5, 0.5, 5))
     known = nominal.with_effects(EFFECTS["local-joint-error"]((0,), (1e-3,) * 5, knots=knots))
-    (note,) = (n for n in compensate(command_joints(known, nominal, q)).notes if "learned" in n)
-    assert "joint 1 was learned from -28.65° to 28.65°" in note
+    (note,) = (n for n in compensate(command_joints(known, nominal, q)).notes if "-28.65° to 28.65°" in n)
+    assert "joint 1" in note
 
 
 def _singular(robot, q):
