@@ -74,7 +74,7 @@ def test_only_the_numbers_of_joint_targets_change(run, tmp_path, calibrated, nam
     shown = expected if name == "d.script" else np.rad2deg(expected)
     found = [float(v) for v in re.findall(number, after)]
     assert all(np.abs(np.array(found) - v).min() < 1e-4 for v in shown.ravel())
-    largest = float(re.search(r"largest change: ([\d.]+)°", out)[1])
+    largest = float(re.search(r"maximum change: ([\d.]+)°", out)[1])
     assert largest == pytest.approx(np.rad2deg(np.abs(expected - Q).max()), abs=2e-3)
 
 
