@@ -90,7 +90,9 @@ PARTS = {
         """,
     "panels": """
         from workbench.session.command import AbstractChange, AbstractLoad, computed
-        from dataclasses import replace
+        from dataclasses import dataclass, replace
+        from workbench.session.guide import GuideStep
+        from workbench.session.part import AbstractPart
         from workbench.session.state import Severity, Tab
         from workbench.views.page.panels.panel import AbstractPanel
 
@@ -101,6 +103,21 @@ PARTS = {
             def apply(self, session):
                 noise = session.noise
                 return replace(session, noise=noise._replace(position=self.factor * noise.position))
+
+        @dataclass(frozen=True)
+        class Counted(AbstractPart):
+            is_mode = True
+            number: int
+
+            def step(self):
+                return GuideStep(f"{self.number} counted by them")
+
+        class Count(AbstractChange):
+            title = "Count one more"
+
+            def apply(self, session):
+                counted = session.part(Counted)
+                return session.with_part(Counted(1 if counted is None else counted.number + 1))
 
         class LoadTheirs(AbstractLoad[str]):
             name: str
@@ -259,7 +276,7 @@ def test_parts_of_another_package_through_python(here, log):
 def test_a_panel_with_its_command_in_page_journal_and_reopened_session(here):
     code = """
         from pathlib import Path
-        from stranger.panels import SHOWN, DoubleNoise
+        from stranger.panels import SHOWN, Count, DoubleNoise
         from stranger.watchers import SEEN
         from workbench.arm.built_in_arms import load_robot
         from workbench.plate.plate_toml import load_plate
@@ -269,7 +286,8 @@ def test_a_panel_with_its_command_in_page_journal_and_reopened_session(here):
         robot, plate = load_robot("aria"), load_plate("table2")
         begun = begin(robot, plate, folder=Path("rec"))
         app = App(robot, plate, begun=begun, data=("a.theirs", b"read by them"))
-        app.worker.submit(DoubleNoise(3.0))
+        for command in (DoubleNoise(3.0), Count(), Count()):
+            app.worker.submit(command)
         assert app.worker.wait(60.0)
         assert app.worker.session.page.messages[-1].text == "read by them"
         app.close()
@@ -280,14 +298,15 @@ def test_a_panel_with_its_command_in_page_journal_and_reopened_session(here):
     code = """
         import json
         from pathlib import Path
+        from workbench.session.guide import guide
         from workbench.session.journal.reader import read_recording
         from workbench.session.journal.restore import restore
 
         again = restore(read_recording(Path("rec"))).session
         lines = map(json.loads, Path("rec/journal.jsonl").read_text().splitlines())
         reach = [line["numbers"]["reach"] for line in lines if "reach" in line.get("numbers", {})]
-        print(f"{1e3 * again.noise.position:.3f}", [round(r, 2) for r in reach])
+        print(f"{1e3 * again.noise.position:.3f}", guide(again).sentence, [round(r, 2) for r in reach])
         """
     reopened = python(code, **here)
-    assert reopened.startswith("0.300 [")
+    assert reopened.startswith("0.300 2 counted by them [")
     assert "[]" not in reopened

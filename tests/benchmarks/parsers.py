@@ -318,7 +318,7 @@ def journal() -> tuple[bytes, Parse]:
 
 
 def stream() -> tuple[bytes, Parse]:
-    from workbench.data.live.sample import parse_sample
+    from workbench.extras.live.sample import parse_sample
 
     pose = {"xyz": [0.4, 0.1, 0.3], "quat": [1, 0, 0, 0]}
     line = json.dumps({"time": 1.5, "q": [0.1] * 6, "capture": True} | pose)

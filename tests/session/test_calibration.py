@@ -19,7 +19,6 @@ from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtual
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import DeleteTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.measure import BeginMeasuring
 from workbench.session.commands.messages import Dismiss
 from workbench.session.commands.region import SetRegion
 from workbench.session.commands.undo import Undo
@@ -270,8 +269,7 @@ def test_a_virtual_arm_has_the_errors_that_its_journal_says(do, fields, length, 
 
 
 @pytest.mark.parametrize("errors", [(-1e-3, 0.0), (1e-3, 1.0), (np.nan, 0.0)])
-@pytest.mark.parametrize("command", [MeasureVirtualArm, BeginMeasuring])
-def test_hidden_errors_that_no_arm_has_are_refused(do, command, errors):
-    session = do(command(seed=1, errors=errors))
+def test_hidden_errors_that_no_arm_has_are_refused(do, errors):
+    session = do(MeasureVirtualArm(seed=1, errors=errors))
     assert session.page.messages[-1].severity is Severity.ERROR
-    assert session.measurements.loaded is session.measuring is None
+    assert session.measurements.loaded is None

@@ -16,7 +16,6 @@ from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.measure import BeginMeasuring
 from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.commands.trajectory import PlanTrack
@@ -173,7 +172,6 @@ STATES = [
     ("first", lambda s: on_the_page(s, caption="A story."), "A story.", PLAIN, None, None),
     ("first", lambda s: on_the_page(s, job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
     ("first", followed, "the real one", PLAIN, LOAD, None),
-    ("first", lambda s: done(s, BeginMeasuring(1)), "0 of 10", PLAIN, None, None),
     ("first", lambda s: done(s, PlanTrack("line", 4.0)), "as commanded", PLAIN, COMPARE, None),
     ("loaded", unchanged, "rows", PLAIN, FIT, LOAD),
     ("identified", lambda s: with_noise(s, 7.0), "7 × the instrument", CAREFUL, CAUSE, TAKE),

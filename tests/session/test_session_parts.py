@@ -6,7 +6,8 @@ from workbench.plate.plate_toml import plate_text
 from workbench.session.commands.arm import LoadModel
 from workbench.session.commands.data import MeasureVirtualArm, with_data
 from workbench.session.commands.identify import HoldParameter, Identify
-from workbench.session.state import AbstractPart, Measurements, Results
+from workbench.session.part import AbstractPart
+from workbench.session.state import Measurements, Results
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,8 @@ from workbench.cli.sessions import open_session
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
 """File extensions that the app opens in place of a command."""
-OPENED = ("robot", "plate", "data", "session", "step", "demo", "source")
-"""Options that determine what the app shows; without any the user is asked."""
+SERVED = ("host", "port", "open_browser", "record", "rerun")
+"""Options that do not determine what the app shows; without any others the user is asked."""
 
 app = typer.Typer(
     name="workbench",
@@ -140,8 +140,10 @@ def at_root(
 
 
 @app.command(rich_help_panel="Start")
+@opt.flattened
 def serve(
     context: typer.Context,
+    page: opt.PageOptions,
     robot: opt.RobotOption = "aria",
     plate: opt.PlateOption = None,
     data: Annotated[Path | None, option("Measurements to load at once.")] = None,
@@ -161,9 +163,6 @@ def serve(
     rerun: Annotated[
         str | None, option("Show the session in this open rerun viewer as well: HOST:PORT.")
     ] = None,
-    source: Annotated[
-        str | None, option("Follow and measure a real arm: HOST:PORT of its live source, or listen:PORT.")
-    ] = None,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.views.page.serve import serve as run
@@ -173,15 +172,15 @@ def serve(
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is closed as after Ctrl-C
     opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)
     with contextlib.ExitStack() as stack:
-        live = None if source is None else (source, stack.enter_context(measurements.lines_of(source)))
+        beside = [stack.enter_context(companion.opened()) for companion in page.joined]
         run(
             opening.read,
             is_certain=opening.is_certain,
             begin=opening.begin,
             data=data,
             demo=demo,
-            source=live,
-            asks=not any(_is_given(context, name) for name in OPENED),
+            beside=beside,
+            asks=not any(_is_given(context, name) for name in context.params if name not in SERVED),
             host=host,
             port=port,
             open_browser=open_browser,

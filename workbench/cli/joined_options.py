@@ -5,6 +5,7 @@ An extensible record has a field `joined`, and `joins` gives the type of what ma
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import is_dataclass, replace
 from inspect import Parameter, Signature, signature
 from pathlib import Path
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from workbench.arm.robot import Robot
     from workbench.data.dataset import Dataset
     from workbench.plate.poses.sight import AbstractSight
+    from workbench.session.view import AbstractView
+    from workbench.session.worker import Worker
 
 
 class AbstractSource(ABC):
@@ -34,8 +37,19 @@ class AbstractAim(ABC):
         """What the instrument sees; None if these options were not given."""
 
 
+class AbstractCompanion(ABC):
+    """Options by which another package adds a view beside the page: the same for `PageOptions`."""
+
+    @abstractmethod
+    def opened(self) -> "AbstractContextManager[Callable[[Worker], AbstractView | None]]":
+        """What makes the view, for as long as the page is served; it may only see to something else."""
+
+
 OPTIONS: Registry[Any] = Registry(
-    "set of options", (AbstractSource, AbstractAim), group="workbench.options", classes=True
+    "set of options",
+    (AbstractSource, AbstractAim, AbstractCompanion),
+    group="workbench.options",
+    classes=True,
 )
 """Options that other packages add to ours."""
 

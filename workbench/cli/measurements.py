@@ -1,8 +1,5 @@
 """The commands that make measurements: simulate, poses."""
 
-import sys
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -177,26 +174,3 @@ def poses(
     if out is not None:
         opt.say(f"poses: {write_poses(arm, found, out)}")
     opt.write_result(json, poses_json(arm, found))
-
-
-@contextmanager
-def lines_of(source: str) -> Iterator[Iterable[str]]:
-    """Lines of a live source: standard input, an address to connect to, or a port to listen on."""
-    from workbench.data.live.connection import connect, listen
-
-    if source == "-":
-        if sys.stdin.isatty():
-            raise OptionError("nothing is piped in; give --from HOST:PORT, or pipe a source into the command")
-        yield sys.stdin
-    elif source.startswith("listen:"):
-        address = source.removeprefix("listen:")
-        with listen(address, ready=waiting) as lines:
-            yield lines
-    else:
-        with connect(source) as lines:
-            yield lines
-
-
-def waiting(port: int) -> None:
-    """Print the port at which a source or a receiver may connect."""
-    print(f"waiting at port {port}", file=sys.stderr)

@@ -15,7 +15,7 @@ from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.base.progress import running
 from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
-from workbench.cli.joined_options import AbstractAim, AbstractSource
+from workbench.cli.joined_options import AbstractAim, AbstractCompanion, AbstractSource
 from workbench.cli.joined_options import flattened as flattened
 
 
@@ -125,6 +125,14 @@ class SightOptions:
     def sight(self):
         """What must be visible; None for no condition."""
         return next((found for aim in self.joined if (found := aim.sight()) is not None), None)
+
+
+@dataclass(frozen=True)
+class PageOptions:
+    """What is beside the page: options of other packages alone."""
+
+    joined: tuple[AbstractCompanion, ...] = ()
+    joins: ClassVar = AbstractCompanion
 
 
 @dataclass(frozen=True)

@@ -28,13 +28,12 @@ from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.measure import StoreRow, UseRows
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.commands.undo import Undo
 from workbench.session.export import File, NotedFile, fixture_zip
 from workbench.session.judgement import Tone, arm_judgement, plate_judgement
-from workbench.session.loaded_measurements import MeasurementFile, Measuring
+from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.state import Focus, Session, Tab
 
 UNMEASURED = "Nothing has been measured yet. Load the rows of a real arm, or measure a virtual one."
@@ -83,7 +82,6 @@ class GuideStep:
 LOAD = Action("Measure", Tab.MEASURE)
 COLUMNS = Action("Columns of the file", Tab.MEASURE)
 MORE = Action("Measure more", Tab.MEASURE)
-USE = "Use the rows"
 FIT = Action("Identify the geometry", Tab.CALIBRATE, Identify())
 CAUSE = Action("Find the cause", Tab.CALIBRATE, Diagnose())
 ADD = Action("Add the effects found", Tab.CALIBRATE, AddEffects())
@@ -128,8 +126,8 @@ def _guide(session: Session) -> GuideStep:
         return GuideStep(f"{session.page.job.title} … You can keep working.")
     if session.drag is not None:
         return GuideStep(f"Release to keep this position; {_predicted(session)}.")
-    if session.measuring is not None:
-        return _measuring(session.measuring)
+    if session.mode is not None and (step := session.mode.step()) is not None:
+        return step
     source, file, loaded = session.choices.source, session.measurements.unread, session.measurements.loaded
     if source is not None and source.is_followed and session.focus is Focus.JOG:
         return GuideStep("The displayed arm follows the real one. Store a row at each target.", next=LOAD)
@@ -202,25 +200,6 @@ def _rest(found: Diagnosis | None) -> tuple[str, Tone]:
     if not found.is_named:
         return "The added effects predict the rest; no cause is certain", Tone.PLAIN
     return "No known effect explains the rest", Tone.CAREFUL
-
-
-def _measuring(measuring: Measuring) -> GuideStep:
-    """Where the arm stands, and the rows stored so far."""
-    acquisition, stored = measuring.acquisition, measuring.acquisition.rows
-    is_complete = stored == len(measuring.numbers)
-    done = Action(USE, Tab.CALIBRATE if is_complete else Tab.MEASURE, UseRows()) if stored else None
-    if is_complete:
-        return GuideStep(
-            f"All {stored} targets are stored. Use their rows to calibrate the arm.", Tone.GOOD, done
-        )
-    seen = acquisition.place().looks_like
-    if seen is not None and acquisition.copy().store_as(seen).changed:
-        number = measuring.numbers[seen]
-        text = f"The arm is at target {number + 1}, not at the current target {measuring.target + 1}."
-        here = Action(f"Store it as target {number + 1}", Tab.MEASURE, StoreRow(target=number))
-        return GuideStep(text, Tone.CAREFUL, here, done)
-    text = "Drive the arm to the current target, wait until it is still, store the row"
-    return GuideStep(f"{text}; {stored} of {len(measuring.numbers)} stored.", next=done)
 
 
 def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> GuideStep:

@@ -6,7 +6,6 @@ Nothing here computes. Parts that no command touches stay the same objects: view
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import ClassVar, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -23,7 +22,8 @@ from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay
-from workbench.session.loaded_measurements import Loaded, MeasurementFile, Measuring
+from workbench.session.loaded_measurements import Loaded, MeasurementFile
+from workbench.session.part import AbstractPart, Part
 from workbench.session.planned_trajectory import Play, Track
 from workbench.session.score import PlateTrial
 from workbench.session.target_state import Score, TargetState
@@ -196,18 +196,6 @@ class Source:
     is_followed: bool = True
 
 
-class AbstractPart:
-    """What an extra keeps in the session: a frozen record, one of its type."""
-
-    is_of_measurements: ClassVar[bool] = False
-    """Whether it goes with the measurements, and stays on another plate; else it goes with the plate."""
-    conclusion: ClassVar[str] = ""
-    """What the session has come to by it, though nothing of the arm is identified; empty for nothing."""
-
-
-Part = TypeVar("Part", bound=AbstractPart)
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PlateHistory:
     """What the plate was before: to undo, to compare with, and to go back to.
@@ -347,7 +335,6 @@ class Session:
         searched: The plate that the last search for a better one ended with.
         jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
         play: How far the trajectory is played.
-        measuring: The guided measurement under way, if any.
         parts: What extras keep, by type; see `part`.
     """
 
@@ -371,7 +358,6 @@ class Session:
     jogged: Float[np.ndarray, " n"] | None = None
     track: Track | None = None
     play: Play = field(default_factory=Play)
-    measuring: Measuring | None = None
     history: PlateHistory
     measurements: Measurements = field(default_factory=Measurements)
     results: Results = field(default_factory=Results)
@@ -395,6 +381,11 @@ class Session:
     def without_part(self, kind: type[AbstractPart]) -> "Session":
         kept = {k: p for k, p in self.parts.items() if k is not kind}
         return self if len(kept) == len(self.parts) else replace(self, parts=kept)
+
+    @property
+    def mode(self) -> AbstractPart | None:
+        """The part whose own the page is at present."""
+        return next((part for part in self.parts.values() if part.is_mode), None)
 
     @property
     def tried(self) -> PlateTrial | None:

@@ -11,15 +11,15 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
-from workbench.data.live.acquisition import ArmState, PoseSource, StandstillDetector
-from workbench.data.live.connection import connect, first_listener, send_samples
-from workbench.data.live.sample import Sample, format_sample, parse_sample
 from workbench.data.readers import read_measurements
-from workbench.data.simulation.driver import DrivePace, drive
 from workbench.data.simulation.instruments import instrument_named
+from workbench.extras.live.acquisition import ArmState, PoseSource, StandstillDetector
+from workbench.extras.live.connection import connect, first_listener, send_samples
+from workbench.extras.live.driven_plate import drive_plate
+from workbench.extras.live.driver import DrivePace, drive
 from workbench.extras.live.guided_measurement import capture, plate_acquisition
+from workbench.extras.live.sample import Sample, format_sample, parse_sample
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.simulated_measurement import drive_plate
 from workbench.session.start import start
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")

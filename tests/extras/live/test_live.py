@@ -9,9 +9,9 @@ from rich.console import Console
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.data.live.sample import Sample
 from workbench.extras.live.display import live_view, render
 from workbench.extras.live.guided_measurement import plate_acquisition
+from workbench.extras.live.sample import Sample
 from workbench.plate.plate_toml import load_plate
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")

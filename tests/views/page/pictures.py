@@ -16,12 +16,11 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
-from workbench.session.command import AbstractChange, AbstractCommand
+from workbench.session.command import AbstractChange, AbstractCommand, kinds
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.measure import BeginMeasuring, DriveArm
 from workbench.session.commands.messages import OpenTab
 from workbench.session.state import Opened, Session, Tab
 from workbench.views.page.app import App
@@ -34,7 +33,7 @@ STEPS: tuple[tuple[str, tuple[AbstractCommand, ...]], ...] = (
     ("diagnose", (Diagnose(), OpenTab(Tab.CALIBRATE))),
     ("result", (AddEffects(), OpenTab(Tab.CALIBRATE))),
     *((f"tab-{tab}".lower(), (OpenTab(tab),)) for tab in Tab),
-    ("measuring", (ChooseRobot("ur5"), BeginMeasuring(), DriveArm())),
+    ("measuring", (ChooseRobot("ur5"), kinds()["BeginMeasuring"](), kinds()["DriveArm"]())),
 )
 """Name of a picture, and the commands that lead to it."""
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"

@@ -13,7 +13,7 @@ from workbench.extras.camera.camera import write_cameras
 from workbench.extras.camera.likely_board import MIN_FOUND
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import write_target
-from workbench.session.state import AbstractPart
+from workbench.session.part import AbstractPart
 
 SHARP = 2.0
 """Blur of a picture [px, standard deviation] from which on it is not kept."""

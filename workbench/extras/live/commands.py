@@ -9,8 +9,8 @@ from typing import Annotated
 import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.exit_status import at_once, in_section
-from workbench.cli.measurements import lines_of, waiting
 from workbench.cli.options import option
+from workbench.extras.live.options import lines_of, waiting
 
 
 @in_section("Calibrate")
@@ -35,8 +35,8 @@ def capture(
     """
     from rich.console import Console
 
-    from workbench.data.live.acquisition import ORIENTATION_STILL, POSITION_STILL, StandstillDetector
     from workbench.extras.live import guided_measurement as acquisition
+    from workbench.extras.live.acquisition import ORIENTATION_STILL, POSITION_STILL, StandstillDetector
 
     arm, fixture = wb.load_robot(robot), wb.load_plate(plate)
     detector = StandstillDetector(
@@ -81,9 +81,9 @@ def drive(
     seed: opt.SeedOption = 0,
 ) -> None:
     """A virtual arm in place of a real driver: JSON lines of an arm moving from target to target."""
-    from workbench.data.live.connection import send_samples
-    from workbench.data.simulation.driver import DrivePace
-    from workbench.plate.simulated_measurement import drive_plate
+    from workbench.extras.live.connection import send_samples
+    from workbench.extras.live.driven_plate import drive_plate
+    from workbench.extras.live.driver import DrivePace
 
     at_once()
     opt.check_writable(actual)
@@ -123,7 +123,7 @@ def receiver(to: str) -> Iterator[Callable[[str], object]]:
     """Destination of the lines: standard output, or the first client that connects."""
     import os
 
-    from workbench.data.live.connection import first_listener, writer_to
+    from workbench.extras.live.connection import first_listener, writer_to
 
     if to != "-":
         with first_listener(to, ready=waiting) as write:

@@ -17,7 +17,7 @@ from rich.text import Text
 
 from workbench.base import se3
 from workbench.base.types import Matrix4, Vector3
-from workbench.data.live.acquisition import ALIGNED, MAX_ANGLE, MAX_DISTANCE, NEAR, ArmState, Status
+from workbench.extras.live.acquisition import ALIGNED, MAX_ANGLE, MAX_DISTANCE, NEAR, ArmState, Status
 
 KEYS = "Enter stores · y as seen · f forces · r retakes · n/p next/previous · q ends"
 NO_VALUE, DEGREES = "–", 180.0 / np.pi

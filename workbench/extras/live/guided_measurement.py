@@ -14,12 +14,12 @@ from workbench.arm.joint_units import sliding_numbers
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, FileError
 from workbench.data.dataset import Dataset
-from workbench.data.live.acquisition import Acquisition, Event, StandstillDetector, Status
-from workbench.data.live.capture import CaptureProgress
-from workbench.data.live.sample import parse_sample
 from workbench.data.writer import write_measurements
+from workbench.extras.live.acquisition import Acquisition, Event, StandstillDetector, Status
+from workbench.extras.live.capture import CaptureProgress
+from workbench.extras.live.driven_plate import plate_targets
+from workbench.extras.live.sample import parse_sample
 from workbench.plate.plate import Kind, Plate
-from workbench.plate.simulated_measurement import plate_targets
 
 TICK = 0.1
 """Longest time between two looks at the view [s]: ten a second, however fast samples come."""

@@ -198,7 +198,7 @@ class PlayTrack(AbstractChange):
         check_free(session)
         if session.page.job is not None:
             raise OptionError("a computation is running; wait for it or cancel it, then play")
-        if session.measuring is not None:
+        if session.mode is not None:
             raise OptionError("the arm is being measured; use its rows or stop measuring first")
 
     def apply(self, session: Session) -> Session:

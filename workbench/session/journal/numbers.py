@@ -140,11 +140,6 @@ SUBJECTS: Registry[Subject] = Registry(
     Subject("score", lambda s: (s.score,), _score),
     Subject("noise", lambda s: (s.noise,), lambda n: {"position": n.position, "rotation": n.rotation}),
     Subject("data", lambda s: (s.measurements.loaded,), _data),
-    Subject(
-        "measuring",
-        lambda s: (None if s.measuring is None else s.measuring.acquisition.capture,),
-        lambda c: {"target": c.target.name, "rows": len(c.targets) - c.remaining},
-    ),
     Subject("identification", lambda s: (s.results.identification,), _identification),
     Subject("diagnosis", lambda s: (s.results.diagnosis,), _diagnosis),
     Subject("accepted", lambda s: (s.results.accepted,), _accepted),

@@ -1,19 +1,17 @@
 """The app: a session, its worker, and a page that shows it."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import viser
 
 from workbench.arm.robot import Robot
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import load_command
-from workbench.session.commands.measure import TellSource
 from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.region import CHORES
 from workbench.session.journal.folder import StartedSession, unrecorded_session
-from workbench.session.live import LiveSource, VirtualDriver
 from workbench.session.state import Tab
-from workbench.session.view import WATCHERS
+from workbench.session.view import WATCHERS, AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
 from workbench.views.page.local_server import local_server, page_address, session_link
@@ -32,7 +30,7 @@ class App:
         server: Where the page is shown; None for one of its own at any free port.
         begun: The session and what follows it, such as a recording; None for a new one, not recorded.
         demo: Pace of the demo that plays at first, 1 for two minutes; None: no demo.
-        source: Name and lines of a live source that tells where a real arm stands; None: no such arm.
+        beside: Make more views with the worker, or see to something else.
         asks: Whether a card asks first what the user has.
         drawn: What is in the scene already; None for nothing.
     """
@@ -46,7 +44,7 @@ class App:
         server: viser.ViserServer | None = None,
         begun: StartedSession | None = None,
         demo: float | None = None,
-        source: tuple[str, Iterable[str]] | None = None,
+        beside: Iterable[Callable[[Worker], AbstractView | None]] = (),
         asks: bool = False,
         drawn: FirstPicture | None = None,
     ):
@@ -62,13 +60,9 @@ class App:
         )
         self.worker.add_view(self.view)
         self.worker.begin_chores(CHORES)  # not while the page is made: both would take longer
-        self.worker.add_view(VirtualDriver(self.worker))
-        for watcher in WATCHERS.values():
-            self.worker.add_view(watcher(self.worker))
-        if source is not None:
-            self.worker.add_view(LiveSource(self.worker, source[1], name=source[0]))
-        elif (left := begun.session.choices.source) is not None and left.is_open:  # of a session that goes on
-            self.worker.submit(TellSource(left.name, is_open=False))
+        for make in (*WATCHERS.values(), *beside):
+            if (view := make(self.worker)) is not None:
+                self.worker.add_view(view)
         if data is not None:
             self.worker.submit(load_command(*data))
             self.worker.submit(OpenTab(Tab.CALIBRATE))

@@ -15,7 +15,6 @@ from workbench.views.page.camera import aim
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.palette import add_commands
 from workbench.views.page.panels import PANELS
-from workbench.views.page.panels.guided import MeasuringPanel
 from workbench.views.page.panels.header import CaptionPanel, Header, HeaderVerdict
 from workbench.views.page.panels.legend import LegendPanel
 from workbench.views.page.panels.panel import AbstractPanel
@@ -73,8 +72,8 @@ class BrowserView(AbstractView):
             self._scene.moved = next(p for p in self._panels if isinstance(p, TrackPanel)).place
             for panel in self._panels:
                 self._update(panel, session)
-            self._is_measuring = session.measuring is not None
-            self._tabs.show(not self._is_measuring)
+            self._is_mode = session.mode is not None
+            self._tabs.show(not self._is_mode)
 
     @property
     def gizmo(self) -> Gizmo:
@@ -93,10 +92,10 @@ class BrowserView(AbstractView):
             waits = [self._update(panel, session) for panel in self._panels]
         self._server.flush()
         self.is_behind = self._scene.is_behind or any(waits)
-        if (is_measuring := session.measuring is not None) is not self._is_measuring:
-            self._is_measuring = is_measuring
-            self._tabs.show(not is_measuring)
-            if not is_measuring:  # a page may have forgotten which one was open
+        if (is_mode := session.mode is not None) is not self._is_mode:
+            self._is_mode = is_mode
+            self._tabs.show(not is_mode)
+            if not is_mode:  # a page may have forgotten which one was open
                 self._tabs.open(session.page.tab or Tab.MEASURE)
         if session.page.opened is not None and session.page.opened is not self._opened:
             self._tabs.open(session.page.opened.tab)
@@ -146,13 +145,14 @@ def _build_panels(
     with gui.add_folder("Next"):
         for kind in STRIP:
             make(kind(worker))
-    make(MeasuringPanel(worker))
+    for kind in _placed(None):
+        make(kind(worker))
     tabs = Tabs(server, signals, first=FIRST if opened is None else opened.tab)
     for tab in Tab:
         with tabs.add(tab):
             if tab is Tab.ROBOT:
                 card.build_reopen_button(gui)
-            for kind in sorted((p for p in PANELS.values() if p.tab is tab), key=lambda p: p.order):
+            for kind in _placed(tab):
                 make(kind(worker), tab)
             if link and tab is Tab.EXPORT:
                 gui.add_html(_link(link))
@@ -161,6 +161,11 @@ def _build_panels(
     make(card)
     make(CaptionPanel(worker, card.ask))
     return panels, tabs
+
+
+def _placed(tab: Tab | None) -> list[type[AbstractPanel]]:
+    """The panels of a tab, or those above all tabs, in order."""
+    return sorted((p for p in PANELS.values() if p.tab is tab), key=lambda p: p.order)
 
 
 def _fit_panel(server: viser.ViserServer, client: viser.ClientHandle, window: int, height: int) -> None:

@@ -39,7 +39,7 @@ def serve(
     open_browser: bool = True,
     begin: Callable | None = None,
     demo: bool = False,
-    source: tuple[str, Iterable[str]] | None = None,
+    beside: Iterable[Callable] = (),
     asks: bool = False,
     on_ready: Callable[[str], None] | None = None,
 ) -> None:
@@ -56,7 +56,7 @@ def serve(
         begin: Makes the session of robot and plate, with what follows it, and tells how far it is; None: one
             that is not recorded.
         demo: Whether a two-minute demo plays first.
-        source: Name and lines of a live source that tells where a real arm stands.
+        beside: As of `App`.
         asks: Whether the start card is shown.
         on_ready: Told the page's address as soon as it can be opened.
     """
@@ -107,7 +107,7 @@ def serve(
                 data=first,
                 server=server,
                 demo=1.0 if demo else None,
-                source=source,
+                beside=beside,
                 asks=asks,
                 drawn=drawn,
             )

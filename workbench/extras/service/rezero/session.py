@@ -11,7 +11,8 @@ from workbench.session.commands.data import check_unchanged, measurements
 from workbench.session.export import File, stem_of
 from workbench.session.journal.numbers import Subject
 from workbench.session.loaded_measurements import Loaded
-from workbench.session.state import AbstractPart, Session, Severity
+from workbench.session.part import AbstractPart
+from workbench.session.state import Session, Severity
 
 
 @final

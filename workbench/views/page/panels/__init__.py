@@ -10,7 +10,6 @@ from workbench.views.page.panels.diagnose import DiagnosePanel
 from workbench.views.page.panels.display_options import LookPanel
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.fit import FitDetailsPanel, FitPanel
-from workbench.views.page.panels.guided import GuidedPanel
 from workbench.views.page.panels.history import HistoryPanel
 from workbench.views.page.panels.index import DetailsPanel, IndexPanel, WantedPanel
 from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
@@ -43,7 +42,6 @@ PANELS: Registry[type[AbstractPanel]] = Registry(
     RegionPanel,
     DataPanel,
     ColumnsPanel,
-    GuidedPanel,
     FitPanel,
     DiagnosePanel,
     RowErrorsPanel,

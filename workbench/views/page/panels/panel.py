@@ -96,8 +96,8 @@ class Door(NamedTuple):
 class AbstractPanel(ABC):
     """Controls on the page: `build` makes them once; afterwards only `show` changes them."""
 
-    tab: ClassVar[Tab] = Tab.ROBOT
-    """Where it stands."""
+    tab: ClassVar[Tab | None] = Tab.ROBOT
+    """Where it stands; None: above the tabs, and in place of them in a mode (`AbstractPart.is_mode`)."""
     order: ClassVar[int] = 100
     """Its place there: a panel of a lower number is above it."""
     pause: ClassVar[float] = 0.25

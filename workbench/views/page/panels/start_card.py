@@ -67,7 +67,7 @@ class StartCard(AbstractPanel):
         doors = {
             kind.door: kind.tab
             for kind in sorted(PANELS.values(), key=lambda kind: kind.order)
-            if kind.door is not None
+            if kind.door is not None and kind.tab is not None
         }
         self._modal = gui.add_modal("What do you have?")
         with self._modal:
@@ -111,7 +111,7 @@ class StartCard(AbstractPanel):
         )
         file = None if now.unread is before.unread else now.unread
         rival = "" if file is None or file.match is None else file.match.rival  # the strip offers that arm
-        if is_read or is_concluded or rival or session.measuring is not None:
+        if is_read or is_concluded or rival or session.mode is not None:
             self._leave(self._ends_at)
             if is_read and self._door is not None and self._door.begins is not None:
                 self._worker.submit(self._door.begins())

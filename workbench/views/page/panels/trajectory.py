@@ -54,7 +54,7 @@ class TrackPanel(AbstractPanel):
         "focus",
         deviating_robot,
         "is_idle",
-        "measuring",
+        "mode",
         "choices.overlay",
         "robot",
         "plate.region",
@@ -149,7 +149,7 @@ class TrackPanel(AbstractPanel):
             set_value(self._corrected, False)
         self._pace.visible = is_there
         self._play.visible = is_there and not session.is_playing
-        self._play.disabled = session.page.job is not None or session.measuring is not None
+        self._play.disabled = session.page.job is not None or session.mode is not None
         self._pause.visible = session.is_playing
         self._leave.visible = is_there and session.focus is Focus.TRACK
         set_value(self._pace, round(session.play.pace, 1))

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.data.dataset import Dataset
-from workbench.data.live.sample import Sample
+from workbench.extras.live.sample import Sample
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

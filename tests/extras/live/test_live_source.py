@@ -13,22 +13,23 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import FileError
-from workbench.data.live.connection import SocketLines, connect, first_listener
-from workbench.data.live.sample import Sample, format_sample
-from workbench.plate.simulated_measurement import drive_plate
-from workbench.session import Worker, replay, start
-from workbench.session.commands.arm import drawn_joints
-from workbench.session.commands.measure import (
+from workbench.extras.live.connection import SocketLines, connect, first_listener
+from workbench.extras.live.driven_plate import drive_plate
+from workbench.extras.live.sample import Sample, format_sample
+from workbench.extras.live.session import (
     DriveArm,
     FollowSource,
     MeasureLive,
+    Measuring,
     StoreRow,
     TakeSample,
     TellSource,
     UseRows,
 )
+from workbench.extras.live.sources import LiveSource
+from workbench.session import Worker, replay, start
+from workbench.session.commands.arm import drawn_joints
 from workbench.session.journal.codec import decode, encode
-from workbench.session.live import LiveSource
 from workbench.session.state import Focus, Severity
 
 Q = (0.1, 0.9, 1.2, 0.3, 0.4, 0.5)
@@ -76,7 +77,7 @@ def test_an_arm_on_a_socket_is_followed_and_measured(first):
     begun = threading.Event()
 
     def is_taken(sample):
-        return lambda s: [one.time for one in s.measuring.acquisition.judged][-1:] == [sample.time]
+        return lambda s: [one.time for one in s.part(Measuring).acquisition.judged][-1:] == [sample.time]
 
     def send():
         with first_listener("127.0.0.1:0", timeout=60.0, ready=port.put) as write:
@@ -93,12 +94,12 @@ def test_an_arm_on_a_socket_is_followed_and_measured(first):
             worker.add_view(LiveSource(worker, source, name=address))
             until(worker, lambda s: s.choices.source is not None)
             worker.submit(MeasureLive())
-            until(worker, lambda s: s.measuring is not None)
+            until(worker, lambda s: s.part(Measuring) is not None)
             begun.set()
             until(worker, lambda s: s.focus is Focus.JOG and s.jogged is not None)
             session = until(worker, lambda s: not s.choices.source.is_open)
             assert worker.wait()
-        rows = session.measuring.acquisition.rows
+        rows = session.part(Measuring).acquisition.rows
         assert rows == 3
         worker.submit(UseRows())
         assert worker.wait()
@@ -183,7 +184,7 @@ def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
     for k in range(20):
         harmful.send(*(line(np.add(Q, 1e-3 * k), 1.0 + k + 1e-4 * i, capture=True) for i in range(500)))
     worker.submit(MeasureLive())
-    until(worker, lambda s: s.measuring is not None)
+    until(worker, lambda s: s.part(Measuring) is not None)
     for k in range(20):
         harmful.send(*(line(np.add(Q, 1e-3 * k), 30.0 + k + 1e-4 * i, capture=True) for i in range(500)))
     taken = [e for e in worker.journal if isinstance(e.command, TakeSample)]
@@ -208,12 +209,12 @@ def test_the_end_of_a_source_is_said(worker, lines):
 def test_nothing_is_stored_from_a_silent_source(do, first):
     q = tuple(first.states[0].q.tolist())
     session = do(TellSource("arm"), MeasureLive(), *(TakeSample(0.1 * k, q) for k in range(8)))
-    assert session.measuring.acquisition.copy().store().changed
+    assert session.part(Measuring).acquisition.copy().store().changed
     session = do(TellSource("arm", silence=3.0), StoreRow())
-    assert session.measuring.acquisition.rows == 0
+    assert session.part(Measuring).acquisition.rows == 0
     assert "silent" in session.page.messages[-1].text
     session = do(TellSource("arm"), TakeSample(2.0, q), TakeSample(2.6, q), TakeSample(3.2, q), StoreRow())
-    assert session.measuring.acquisition.rows == 1
+    assert session.part(Measuring).acquisition.rows == 1
     assert do(DriveArm()).page.messages[-1].severity is Severity.ERROR
 
 
@@ -222,7 +223,7 @@ def test_without_a_source_nothing_is_followed(do):
         assert do(command).page.messages[-1].severity is Severity.ERROR
     assert do(TakeSample(0.0, Q)).focus is Focus.TARGET
     session = do(TellSource("arm", is_open=False), MeasureLive())
-    assert session.measuring is None
+    assert session.part(Measuring) is None
 
 
 def test_nobody_listening_is_one_sentence():
@@ -252,8 +253,8 @@ def test_a_measurement_keeps_only_what_its_rows_need(worker, do, first):
         taken.append(TakeSample(time, tuple(q.tolist()), xyz))
     do(TellSource("arm"), MeasureLive())
     for begin in range(0, 300, 30):
-        live = do(*taken[begin : begin + 30], StoreRow(anywhere=True)).measuring.acquisition
-        again = replay(first, worker.journal).measuring.acquisition
+        live = do(*taken[begin : begin + 30], StoreRow(anywhere=True)).part(Measuring).acquisition
+        again = replay(first, worker.journal).part(Measuring).acquisition
         assert [s.time for s in again.judged] == [s.time for s in live.judged]
         assert (again.latest.time, again.arm_state, again.rows) == (
             live.latest.time,

@@ -20,8 +20,8 @@ from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3
 from workbench.data.dataset import Dataset
-from workbench.data.live.capture import CaptureProgress
-from workbench.data.live.sample import Sample
+from workbench.extras.live.capture import CaptureProgress
+from workbench.extras.live.sample import Sample
 
 THINNED = 0.02
 """Samples that follow the last one sooner than this are not looked at for motion [s]."""

@@ -4,21 +4,21 @@ import numpy as np
 import viser
 
 from workbench.base.wording import capital
-from workbench.data.live.acquisition import ALIGNED, MAX_ANGLE, MAX_DISTANCE, NEAR, ArmState, Status
 from workbench.data.simulation.simulate import LIKELY_ERRORS
-from workbench.session.commands.measure import (
+from workbench.extras.live.acquisition import ALIGNED, MAX_ANGLE, MAX_DISTANCE, NEAR, ArmState, Status
+from workbench.extras.live.session import (
+    USE,
     BeginMeasuring,
     DriveArm,
     EndMeasuring,
     FollowSource,
     MeasureLive,
+    Measuring,
     NextWanted,
     StoreRow,
     TakeAgain,
     UseRows,
 )
-from workbench.session.guide import USE
-from workbench.session.loaded_measurements import Measuring
 from workbench.session.state import Session, Source, Tab
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
@@ -33,7 +33,7 @@ class GuidedPanel(AbstractPanel):
     """A connected real arm or a virtual one moves from target to target; rows are stored by hand."""
 
     tab, order = Tab.MEASURE, 50
-    depends = ("measuring", "choices.source")
+    depends = (lambda session: session.part(Measuring), "choices.source")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Guided, target by target"):
@@ -69,7 +69,8 @@ class GuidedPanel(AbstractPanel):
 class MeasuringPanel(AbstractPanel):
     """A mode of its own in place of the tabs: the target, how far the arm is from it, and Store."""
 
-    depends = ("measuring", "choices.source")
+    tab = None
+    depends = (lambda session: session.part(Measuring), "choices.source")
     _seen: int | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -115,7 +116,7 @@ class MeasuringPanel(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        measuring = session.measuring
+        measuring = session.part(Measuring)
         self._status.visible = measuring is not None
         self._hear_space(measuring is not None)
         for button in (self._drive, self._store, self._again, self._next, self._use, self._stop):

@@ -9,9 +9,9 @@ from playwright.sync_api import expect
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.data.live.sample import Sample, format_sample
-from workbench.session.commands.measure import UseRows
-from workbench.session.live import LiveSource
+from workbench.extras.live.sample import Sample, format_sample
+from workbench.extras.live.session import Measuring, UseRows
+from workbench.extras.live.sources import LiveSource
 from workbench.views.appearance.bodies import body_frames
 
 pytestmark = pytest.mark.browser
@@ -86,4 +86,4 @@ def follow_and_measure_a_real_arm(app, screen):
     screen.wait_text("source", "Ended")
     screen.wait_text("message", "has ended")
     screen.press("Stop measuring")
-    screen.until(lambda session: session.measuring is None)
+    screen.until(lambda session: session.part(Measuring) is None)

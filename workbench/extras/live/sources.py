@@ -9,11 +9,10 @@ from typing import final
 import numpy as np
 
 from workbench.base import se3
-from workbench.data.live.sample import Sample, samples
-from workbench.data.simulation.driver import DrivePace, drive
-from workbench.session.commands.measure import TakeSample, TellSource
+from workbench.extras.live.driver import DrivePace, VirtualArm, VirtualMotion, drive
+from workbench.extras.live.sample import Sample, samples
+from workbench.extras.live.session import Measuring, TakeSample, TellSource
 from workbench.session.commands.messages import Tell
-from workbench.session.loaded_measurements import VirtualArm, VirtualMotion
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
@@ -42,8 +41,9 @@ class VirtualDriver(AbstractView):
             return
         self.close()
         self._ride, self._stop = ride, threading.Event()
-        if session.measuring is not None and session.measuring.virtual is not None and ride is not None:
-            arguments = (session.measuring.virtual, ride, self._stop)
+        measuring = session.part(Measuring)
+        if measuring is not None and measuring.virtual is not None and ride is not None:
+            arguments = (measuring.virtual, ride, self._stop)
             threading.Thread(target=self._go, args=arguments, name="workbench-arm", daemon=True).start()
 
     def close(self) -> None:
@@ -66,7 +66,8 @@ class VirtualDriver(AbstractView):
 
 
 def _ride(session: Session) -> VirtualMotion | None:
-    return None if session.measuring is None else session.measuring.ride
+    measuring = session.part(Measuring)
+    return None if measuring is None else measuring.ride
 
 
 def command_of(sample: Sample) -> TakeSample:
@@ -124,7 +125,7 @@ class LiveSource(AbstractView):
             self._heard = time.monotonic()
             if not self._fits(sample):
                 continue
-            is_wanted = sample.capture and self._worker.session.measuring is not None
+            is_wanted = sample.capture and self._worker.session.part(Measuring) is not None
             if is_wanted and self._heard - self._requested >= 1.0 / RATE:
                 self._requested = self._heard
                 self._worker.submit(replace(command_of(sample), capture=True))
@@ -163,6 +164,13 @@ class LiveSource(AbstractView):
 
     def _is_news(self, sample: Sample) -> bool:
         """A measurement needs every sample to judge standstill; a picture needs those that move it."""
-        if self._worker.session.measuring is not None or self._shown is None:
+        if self._worker.session.part(Measuring) is not None or self._shown is None:
             return True
         return len(self._shown) != len(sample.q) or bool(np.abs(sample.q - self._shown).max() > MOVED)
+
+
+def end_former(worker: Worker) -> None:
+    """Say that the source of a session that goes on is connected no more."""
+    former = worker.session.choices.source
+    if former is not None and former.is_open:
+        worker.submit(TellSource(former.name, is_open=False))

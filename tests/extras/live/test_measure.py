@@ -8,24 +8,25 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.session import Worker, replay
-from workbench.session.commands.drag import SelectTarget
-from workbench.session.commands.measure import (
+from workbench.extras.live.panels import _status
+from workbench.extras.live.session import (
     BeginMeasuring,
     DriveArm,
     EndMeasuring,
+    Measuring,
     NextWanted,
     StoreRow,
     TakeAgain,
     TakeSample,
     UseRows,
 )
+from workbench.extras.live.sources import VirtualDriver
+from workbench.session import Worker, replay
+from workbench.session.commands.drag import SelectTarget
 from workbench.session.guide import Tone, guide
 from workbench.session.journal import Ending
 from workbench.session.journal.codec import decode, encode
-from workbench.session.live import VirtualDriver
 from workbench.session.state import Focus, Severity, Tab
-from workbench.views.page.panels.guided import _status
 
 STILL = np.linspace(0.0, 0.6, 13)
 
@@ -45,7 +46,7 @@ def samples(measuring, q, *, begin, shift=0.0):
 
 @pytest.fixture
 def begun(do):
-    return do(BeginMeasuring(3)).measuring
+    return do(BeginMeasuring(3)).part(Measuring)
 
 
 def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker):
@@ -53,20 +54,20 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
         session = do(DriveArm(), *samples(begun, q, begin=10.0 * k))
         assert session.focus is Focus.JOG
         assert session.selected == begun.numbers[k]
-        off = session.measuring.acquisition.status().position
+        off = session.part(Measuring).acquisition.status().position
         wanted = first.robot.base.pose @ first.plate.targets[begun.numbers[k]].pose
         tool = tool_poses(begun.virtual.actual, Motion(q[None]))[0]
         assert np.allclose(off, (tool - wanted)[:3, 3], atol=1e-12)
         assert np.linalg.norm(off) < 3e-3
-        assert do(StoreRow()).measuring.acquisition.rows == k + 1
+        assert do(StoreRow()).part(Measuring).acquisition.rows == k + 1
     complete = worker.session
     step = guide(complete)
     assert (step.tone, step.next.command, step.next.tab) == (Tone.GOOD, UseRows(), Tab.CALIBRATE)
-    shown = _status(complete.measuring.acquisition.status(), complete.measuring)
+    shown = _status(complete.part(Measuring).acquisition.status(), complete.part(Measuring))
     assert "All targets are stored" in shown
     assert "off_mm" not in shown  # there is no target to go to any more
     session = do(UseRows())
-    assert session.measuring is None
+    assert session.part(Measuring) is None
     data = session.measurements.loaded.dataset
     assert np.array_equal(data.q, begun.virtual.postures)
     assert np.allclose(
@@ -80,19 +81,21 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
 def test_a_moving_arm_is_not_stored_nor_the_same_place_twice(do, begun):
     assert do(StoreRow()).page.messages[-1].severity is Severity.ERROR
     q = begun.virtual.postures[0]
-    assert do(*samples(begun, q, begin=0.0, shift=0.1), StoreRow()).measuring.acquisition.rows == 0
-    assert do(*samples(begun, q, begin=1.0), StoreRow()).measuring.acquisition.rows == 1
+    assert do(*samples(begun, q, begin=0.0, shift=0.1), StoreRow()).part(Measuring).acquisition.rows == 0
+    assert do(*samples(begun, q, begin=1.0), StoreRow()).part(Measuring).acquisition.rows == 1
     session = do(*samples(begun, q, begin=2.0), StoreRow())
-    assert session.measuring.acquisition.rows == 1
+    assert session.part(Measuring).acquisition.rows == 1
     assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_the_last_row_is_taken_again_and_a_target_left_for_later(do, begun):
     for k in range(2):
         do(*samples(begun, begun.virtual.postures[k], begin=10.0 * k), StoreRow())
-    capture = do(TakeAgain()).measuring.acquisition.capture
+    capture = do(TakeAgain()).part(Measuring).acquisition.capture
     assert (capture.current, capture.remaining) == (1, len(begun.numbers) - 1)
-    capture = do(NextWanted(), *samples(begun, begun.virtual.postures[2], begin=30.0), StoreRow()).measuring
+    capture = do(NextWanted(), *samples(begun, begun.virtual.postures[2], begin=30.0), StoreRow()).part(
+        Measuring
+    )
     assert [row is not None for row in capture.acquisition.capture.taken[:3]] == [True, False, True]
     kept = do(UseRows()).measurements.loaded.dataset
     assert kept.row.tolist() == [0, 2]
@@ -100,21 +103,21 @@ def test_the_last_row_is_taken_again_and_a_target_left_for_later(do, begun):
 
 def test_a_row_is_kept_for_the_target_at_which_the_arm_stands(do, begun):
     session = do(*samples(begun, begun.virtual.postures[3], begin=0.0), StoreRow())
-    assert session.measuring.acquisition.rows == 0
+    assert session.part(Measuring).acquisition.rows == 0
     assert "target 4" in session.page.messages[-1].text
     assert guide(session).next.command == StoreRow(target=3)
-    assert do(StoreRow(target=5)).measuring.acquisition.rows == 0
-    assert do(StoreRow(target=99)).measuring.acquisition.rows == 0
-    assert do(StoreRow(target=3)).measuring.target == 4
+    assert do(StoreRow(target=5)).part(Measuring).acquisition.rows == 0
+    assert do(StoreRow(target=99)).part(Measuring).acquisition.rows == 0
+    assert do(StoreRow(target=3)).part(Measuring).target == 4
     session = do(*samples(begun, begun.virtual.postures[4], begin=10.0), StoreRow())
-    taken = session.measuring.acquisition.capture.taken
+    taken = session.part(Measuring).acquisition.capture.taken
     assert [i for i, row in enumerate(taken) if row is not None] == [3, 4]
     session = do(*samples(begun, begun.virtual.postures[2], begin=20.0), StoreRow(anywhere=True), UseRows())
     assert session.measurements.loaded.dataset.group.tolist() == ["target 4", "target 5", "target 6"]
 
 
 def test_a_snapshot_stays_as_it_was(do, begun):
-    before = do(*samples(begun, begun.virtual.postures[0], begin=0.0)).measuring
+    before = do(*samples(begun, begun.virtual.postures[0], begin=0.0)).part(Measuring)
     do(StoreRow(), *samples(begun, begun.virtual.postures[1], begin=5.0, shift=1.0))
     assert before.acquisition.rows == 0
     assert before.acquisition.copy().store().changed
@@ -124,14 +127,14 @@ def test_what_makes_no_sense_is_said(do):
     for command in (DriveArm(), StoreRow(), TakeAgain(), UseRows(), EndMeasuring(), BeginMeasuring(-1)):
         assert do(command).page.messages[-1].severity is Severity.ERROR
     session = do(BeginMeasuring(1), BeginMeasuring(2))
-    assert session.measuring.virtual.seed == 1
+    assert session.part(Measuring).virtual.seed == 1
     for q in ((0.0,), (np.nan,) * session.robot.dof):
         message_count = session.page.message_count
         session = do(TakeSample(0.0, q, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
         assert session.page.message_count == message_count + 1
-        assert session.measuring.acquisition.latest is None
+        assert session.part(Measuring).acquisition.latest is None
     session = do(EndMeasuring())
-    assert session.measuring is None
+    assert session.part(Measuring) is None
     late = TakeSample(0.0, (0.0,) * session.robot.dof, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
     assert do(late).focus is Focus.TARGET
 
@@ -142,10 +145,10 @@ def test_the_virtual_arm_comes_to_rest_at_the_target(first):
     try:
         worker.submit(BeginMeasuring(2))
         assert worker.wait()
-        goal = worker.session.measuring.virtual.postures[0]
+        goal = worker.session.part(Measuring).virtual.postures[0]
         worker.submit(DriveArm())
         for _ in range(2000):
-            latest = worker.session.measuring.acquisition.latest
+            latest = worker.session.part(Measuring).acquisition.latest
             if latest is not None and np.abs(latest.q - goal).max() < 1e-4:
                 break
             worker.wait()
@@ -155,7 +158,7 @@ def test_the_virtual_arm_comes_to_rest_at_the_target(first):
         taken = [e.command for e in worker.journal if isinstance(e.command, TakeSample)]
         assert all(e.ending is Ending.DONE for e in worker.journal)
         assert decode("TakeSample", encode(taken[-1])[0], bytes) == taken[-1]
-        assert np.abs(worker.session.measuring.ride.start - goal).max() > 0.1
+        assert np.abs(worker.session.part(Measuring).ride.start - goal).max() > 0.1
         assert len(taken) < 5  # of 50 samples
     finally:
         worker.close()
@@ -169,3 +172,15 @@ def test_news_stay_until_the_user_goes_on(do, begun):
     session = do(*samples(begun, begun.virtual.postures[1], begin=9.0))
     assert session.page.messages[-1].text == warnings
     assert warnings not in [m.text for m in do(SelectTarget(3)).page.messages]
+
+
+def test_the_guide_counts_the_rows(do):
+    assert "0 of 10" in guide(do(BeginMeasuring(1))).sentence
+    assert do(EndMeasuring()).mode is None
+
+
+@pytest.mark.parametrize("errors", [(-1e-3, 0.0), (1e-3, 1.0), (np.nan, 0.0)])
+def test_hidden_errors_that_no_arm_has_are_refused(do, errors):
+    session = do(BeginMeasuring(seed=1, errors=errors))
+    assert session.page.messages[-1].severity is Severity.ERROR
+    assert session.mode is None

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from typing import TextIO, final
 
 from workbench.base.errors import FileError, OptionError
-from workbench.data.live.sample import LONGEST_LINE, Sample, format_sample
+from workbench.extras.live.sample import LONGEST_LINE, Sample, format_sample
 
 
 def parse_address(text: str) -> tuple[str, int]:

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
-from workbench.data.live.acquisition import StandstillDetector
-from workbench.data.live.capture import CaptureProgress, CaptureTarget
-from workbench.data.live.connection import SocketLines, connect, listen, parse_address
-from workbench.data.live.sample import Sample, parse_sample, samples
+from workbench.extras.live.acquisition import StandstillDetector
+from workbench.extras.live.capture import CaptureProgress, CaptureTarget
+from workbench.extras.live.connection import SocketLines, connect, listen, parse_address
+from workbench.extras.live.sample import Sample, parse_sample, samples
 
 LINE = '{"time": 12.3, "q": [0.1, 0.2], "xyz": [1, 2, 3], "quat": [0.6, 0.8, 0, 0], "capture": true}'
 

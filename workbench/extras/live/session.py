@@ -1,7 +1,7 @@
 """Guided measurement: the arm moves from target to target, and rows are stored one by one (ARIA 5.1)."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,9 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import progress
 from workbench.base.types import frozen
 from workbench.base.wording import plural
-from workbench.data.live.acquisition import (
+from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
+from workbench.data.simulation.simulate import simulate_targets, virtual_arm
+from workbench.extras.live.acquisition import (
     ORIENTATION_STILL,
     POSITION_STILL,
     Acquisition,
@@ -18,12 +20,11 @@ from workbench.data.live.acquisition import (
     StandstillDetector,
     continues,
 )
-from workbench.data.live.capture import CaptureProgress
-from workbench.data.live.sample import Sample
-from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
-from workbench.data.simulation.simulate import simulate_targets, virtual_arm
+from workbench.extras.live.capture import CaptureProgress
+from workbench.extras.live.driven_plate import STEERING, beside, plate_targets
+from workbench.extras.live.driver import VirtualArm, VirtualMotion
+from workbench.extras.live.sample import Sample
 from workbench.plate.plate import Kind
-from workbench.plate.simulated_measurement import STEERING, beside, plate_targets
 from workbench.session.command import AbstractChange, AbstractCommand, AbstractTask, computed
 from workbench.session.commands.data import (
     EARLIER_ERRORS,
@@ -34,18 +35,59 @@ from workbench.session.commands.data import (
     reached_postures,
     with_other_data,
 )
-from workbench.session.loaded_measurements import (
-    Loaded,
-    Measuring,
-    VirtualArm,
-    VirtualMotion,
-    observation_text,
-)
-from workbench.session.state import Focus, Session, Severity, Source
+from workbench.session.guide import Action, GuideStep
+from workbench.session.journal.numbers import Subject
+from workbench.session.judgement import Tone
+from workbench.session.loaded_measurements import Loaded, observation_text
+from workbench.session.part import AbstractPart
+from workbench.session.state import Focus, Session, Severity, Source, Tab
 from workbench.session.target_steps import with_branches
 
+USE = "Use the rows"
 NOISY = 10.0
 """Extent of an instrument's noise in a window of standstill, in standard deviations, at most."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Measuring(AbstractPart):
+    """A guided measurement.
+
+    Args:
+        acquisition: Rows and standstill; never changed, a command works on a copy.
+        numbers: Which targets of the plate are measured, counted from 0.
+        virtual: The virtual arm that is measured; None: a live source tells of a real one.
+        ride: The last motion that was asked of the virtual arm.
+    """
+
+    is_mode = True
+
+    acquisition: Acquisition
+    numbers: tuple[int, ...]
+    virtual: VirtualArm | None = None
+    ride: VirtualMotion | None = None
+
+    @property
+    def target(self) -> int:
+        """The target of the plate that is wanted, counted from 0."""
+        return self.numbers[self.acquisition.capture.current]
+
+    def step(self) -> GuideStep:
+        """Where the arm stands, and the rows stored so far."""
+        acquisition, stored = self.acquisition, self.acquisition.rows
+        is_complete = stored == len(self.numbers)
+        done = Action(USE, Tab.CALIBRATE if is_complete else Tab.MEASURE, UseRows()) if stored else None
+        if is_complete:
+            return GuideStep(
+                f"All {stored} targets are stored. Use their rows to calibrate the arm.", Tone.GOOD, done
+            )
+        seen = acquisition.place().looks_like
+        if seen is not None and acquisition.copy().store_as(seen).changed:
+            number = self.numbers[seen]
+            text = f"The arm is at target {number + 1}, not at the current target {self.target + 1}."
+            here = Action(f"Store it as target {number + 1}", Tab.MEASURE, StoreRow(target=number))
+            return GuideStep(text, Tone.CAREFUL, here, done)
+        text = "Drive the arm to the current target, wait until it is still, store the row"
+        return GuideStep(f"{text}; {stored} of {len(self.numbers)} stored.", next=done)
 
 
 class BeginMeasuring(AbstractTask[Measuring]):
@@ -83,7 +125,7 @@ class BeginMeasuring(AbstractTask[Measuring]):
         )
 
     def finish(self, session: Session, result: Measuring) -> Session:
-        return replace(session, measuring=result)
+        return session.with_part(result)
 
 
 class DriveArm(AbstractChange):
@@ -107,7 +149,7 @@ class DriveArm(AbstractChange):
             end=measuring.virtual.postures[measuring.acquisition.capture.current],
             clock=0.0 if latest is None else latest.time + 1e-3,
         )
-        session = replace(session, measuring=replace(measuring, ride=ride))
+        session = session.with_part(replace(measuring, ride=ride))
         if session.drag is not None or measuring.target >= len(session.plate):
             return session
         return with_branches(replace(session, selected=measuring.target))
@@ -145,11 +187,11 @@ class TakeSample(AbstractChange):
                 raise DataError("a sample with numbers that are not finite was dropped")
 
     def apply(self, session: Session) -> Session:
-        if session.measuring is not None:
-            acquisition = session.measuring.acquisition.copy()
+        if (measuring := session.part(Measuring)) is not None:
+            acquisition = measuring.acquisition.copy()
             for taken in (*self.before, self):
                 acquisition.update(taken._sample())
-            session = replace(session, measuring=replace(session.measuring, acquisition=acquisition))
+            session = session.with_part(replace(measuring, acquisition=acquisition))
         elif session.choices.source is None or not session.choices.source.is_followed:
             return session
         if session.drag is not None:
@@ -160,9 +202,9 @@ class TakeSample(AbstractChange):
         """Only the last place of the arm counts, and in a measurement what standstill is judged by."""
         if not isinstance(previous, TakeSample) or previous.capture or self.capture:
             return None
-        if session.measuring is None:
+        if (measuring := session.part(Measuring)) is None:
             return self
-        judged = session.measuring.acquisition.judged
+        judged = measuring.acquisition.judged
         if not judged or not continues(judged[-1], self._sample()):
             return None
         times = {sample.time for sample in judged}
@@ -256,7 +298,7 @@ class UseRows(AbstractChange):
         )
         actual = None if arm is None else arm.actual
         loaded = Loaded(rows, name, facts, rows.notes, virtual=arm is not None, actual=actual)
-        session = with_other_data(replace(session, measuring=None), loaded)
+        session = with_other_data(session.without_part(Measuring), loaded)
         return session.tell(Severity.INFO, f"the session's data: {plural(len(rows), 'measured row')}")
 
 
@@ -270,25 +312,25 @@ class EndMeasuring(AbstractChange):
         _measurement(session)
 
     def apply(self, session: Session) -> Session:
-        return replace(session, focus=Focus.TARGET, measuring=None)
+        return replace(session.without_part(Measuring), focus=Focus.TARGET)
 
 
 def _check_not_measuring(session: Session) -> None:
-    if session.measuring is not None:
+    if session.mode is not None:
         raise OptionError("a guided measurement is running; use its rows or stop it first")
 
 
 def _measurement(session: Session) -> Measuring:
-    if session.measuring is None:
+    if (measuring := session.part(Measuring)) is None:
         raise OptionError("no guided measurement is running; begin one first")
-    return session.measuring
+    return measuring
 
 
 def _after(session: Session, ask: Callable[[Acquisition], Event]) -> Session:
     measuring = _measurement(session)
     acquisition = measuring.acquisition.copy()
     ask(acquisition)
-    return replace(session, measuring=replace(measuring, acquisition=acquisition))
+    return session.with_part(replace(measuring, acquisition=acquisition))
 
 
 def acquisition_of(session: Session, numbers: list[int], instrument: Instrument) -> Acquisition:
@@ -328,10 +370,11 @@ class TellSource(AbstractChange):
         is_followed = session.choices.source is None or session.choices.source.is_followed
         source = Source(self.name, self.is_open, self.silence, is_followed)
         session = replace(session, choices=replace(session.choices, source=source))
-        if session.measuring is not None and session.measuring.virtual is None and self.silence:
-            acquisition = session.measuring.acquisition.copy()
+        measuring = session.part(Measuring)
+        if measuring is not None and measuring.virtual is None and self.silence:
+            acquisition = measuring.acquisition.copy()
             acquisition.silence = self.silence
-            session = replace(session, measuring=replace(session.measuring, acquisition=acquisition))
+            session = session.with_part(replace(measuring, acquisition=acquisition))
         if self.is_open:
             return session
         text = f"the live source {self.name} has ended; restart it, then the page with --source"
@@ -370,10 +413,17 @@ class MeasureLive(AbstractChange):
     def apply(self, session: Session) -> Session:
         numbers = list(range(len(session.plate)))
         acquisition = acquisition_of(session, numbers, instrument_of(session))
-        return replace(session, measuring=Measuring(acquisition=acquisition, numbers=tuple(numbers)))
+        return session.with_part(Measuring(acquisition=acquisition, numbers=tuple(numbers)))
 
 
 def _source(session: Session) -> Source:
     if session.choices.source is None:
         raise OptionError("no arm is connected; start the page with workbench serve --source HOST:PORT")
     return session.choices.source
+
+
+NUMBERS = Subject(
+    "measuring",
+    lambda s: (m and m.acquisition.capture for m in (s.part(Measuring),)),
+    lambda c: {"target": c.target.name, "rows": len(c.targets) - c.remaining},
+)

@@ -22,8 +22,8 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
-from workbench.data.live.sample import Sample
 from workbench.data.simulation.instruments import Instrument, Observes
+from workbench.extras.live.sample import Sample
 
 PEAK = 15.0 / 8.0
 """Peak speed of the minimum-jerk curve over its mean speed."""
@@ -129,3 +129,37 @@ def _seen(pose, instrument, rng) -> tuple[np.ndarray | None, np.ndarray | None]:
         return position, None
     turn = se3.rotvec_to_matrix(rng.normal(0.0, instrument.sigma_rotation or 0.0, 3))
     return position, frozen(turn @ pose[:3, :3])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class VirtualMotion:
+    """One motion of the virtual arm, from where it stands to a target.
+
+    Args:
+        number: Counts up in a measurement; also the seed of its noise.
+        start: Joint positions at its beginning [rad or m].
+        end: At its end.
+        clock: Time of its first sample [s].
+    """
+
+    number: int
+    start: Float[np.ndarray, " n"]
+    end: Float[np.ndarray, " n"]
+    clock: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class VirtualArm:
+    """A virtual arm that can be driven.
+
+    Args:
+        seed: Of its hidden errors and of the noise.
+        actual: The arm, hidden from every computation.
+        instrument: What sees its tool all the while.
+        postures: Joint positions at which it meets the targets, as well as an operator steers [rad or m].
+    """
+
+    seed: int
+    actual: Robot
+    instrument: Instrument
+    postures: Float[np.ndarray, "targets n"]

@@ -1,1 +1,0 @@
-"""Live sources: samples from a real or simulated arm become stored rows."""

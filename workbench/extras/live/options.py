@@ -1,0 +1,57 @@
+"""Where samples come from: the option of `serve`, and the lines that it and `capture` read."""
+
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Annotated, final
+
+from workbench.base.errors import OptionError
+from workbench.cli.joined_options import AbstractCompanion
+from workbench.cli.options import option
+from workbench.extras.live.connection import connect, listen
+from workbench.session.view import AbstractView
+from workbench.session.worker import Worker
+
+
+@final
+@dataclass(frozen=True)
+class LiveOption(AbstractCompanion):
+    """A live source that tells where a real arm stands."""
+
+    source: Annotated[
+        str | None, option("Follow and measure a real arm: HOST:PORT of its live source, or listen:PORT.")
+    ] = None
+
+    @contextmanager
+    def opened(self) -> Iterator[Callable[[Worker], AbstractView | None]]:
+        from workbench.extras.live.sources import LiveSource, end_former
+
+        if self.source is None:
+            yield end_former
+            return
+        name = self.source
+        with lines_of(name) as lines:
+            yield lambda worker: LiveSource(worker, lines, name=name)
+
+
+@contextmanager
+def lines_of(source: str) -> Iterator[Iterable[str]]:
+    """Lines of a live source: standard input, an address to connect to, or a port to listen on."""
+    if source == "-":
+        if sys.stdin.isatty():
+            raise OptionError("nothing is piped in; give --from HOST:PORT, or pipe a source into the command")
+        yield sys.stdin
+    elif source.startswith("listen:"):
+        address = source.removeprefix("listen:")
+        with listen(address, ready=waiting) as lines:
+            yield lines
+    else:
+        with connect(source) as lines:
+            yield lines
+
+
+def waiting(port: int) -> None:
+    """Tell at which port a source or a receiver is waited for."""
+    sys.stderr.write(f"waiting at port {port}\n")
+    sys.stderr.flush()
