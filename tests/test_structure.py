@@ -26,7 +26,6 @@ LADDER = [
     "plate",
     "identification",
     "diagnosis",
-    "paths",
     "exports",
     "session",
     "views",

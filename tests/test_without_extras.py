@@ -16,6 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 EXTRAS = sorted(path.parent.name for path in ROOT.glob("workbench/extras/*/__init__.py"))
 POINTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
 READ = ("observations", "options", "panels", "preparations", "drawables", "page_drawables", "watchers")
+READ += ("moving_drawables",)
 READ += ("session_commands",)
 """Groups whose parts the program loads whether or not they are used."""
 OF_CORE = {"export"}
@@ -59,7 +60,7 @@ from workbench.plate.export import PLATE_FILES, export_plate
 from workbench.plate.plate_toml import load_plate
 from workbench.session.command import kinds
 from workbench.session.view import WATCHERS
-from workbench.views.drawables.scene_contents import ON_PAGE, SUBJECTS
+from workbench.views.drawables.scene_contents import MOVING, ON_PAGE, SUBJECTS
 from workbench.views.page.app import App
 from workbench.views.page.panels import PANELS
 
@@ -82,7 +83,7 @@ app = App(load_robot("aria"), load_plate("table2"), data=("rows.csv", Path("rows
 assert app.worker.wait(60.0)
 assert len(app.worker.session.measurements.loaded.dataset) == 40
 app.close()
-for registry in (OBSERVATIONS, OPTIONS, PANELS, PREPARATIONS, SUBJECTS, ON_PAGE, WATCHERS):
+for registry in (OBSERVATIONS, OPTIONS, PANELS, PREPARATIONS, SUBJECTS, ON_PAGE, MOVING, WATCHERS):
     print(*registry)
 kinds()
 print(*PLATE_FILES)

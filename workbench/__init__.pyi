@@ -51,13 +51,13 @@ from workbench.extras.service.fleet.fleet import compare_fleet as compare_fleet
 from workbench.extras.service.rezero.moved_joints import rezero as rezero
 from workbench.extras.service.verification.verify import Verification as Verification
 from workbench.extras.service.verification.verify import verify as verify
+from workbench.extras.trajectories.trajectory_files import compensate as compensate
 from workbench.identification.evaluate import evaluate as evaluate
 from workbench.identification.fit_choices import FitChoices as FitChoices
 from workbench.identification.prior import Prior as Prior
 from workbench.identification.problem import Noise as Noise
 from workbench.identification.result import Evaluation as Evaluation
 from workbench.identification.result import Identification as Identification
-from workbench.paths.trajectories import compensate_trajectory
 from workbench.plate.design import optimise_plate as optimise_plate
 from workbench.plate.measured_plate import load_plate as load_plate
 from workbench.plate.optimiser.optimise import DesignRequest as DesignRequest
@@ -74,5 +74,4 @@ from workbench.plate.simulated_measurement import measure_plate as measure_plate
 from workbench.plate.simulated_measurement import measure_poses as measure_poses
 from workbench.views.page.show import show as show
 
-compensate = compensate_trajectory
 score = score_plate

@@ -2,7 +2,7 @@
 
     python tests/benchmarks/path_accuracy.py 30
 
-The arms are those of `tests/diagnosis/followed.py`, from seeds that no test uses.
+The arms are those of `tests/extras/trajectories/followed.py`, from seeds that no test uses.
 """
 
 import os
@@ -14,6 +14,7 @@ import numpy as np
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
+sys.path.insert(0, str(TESTS / "extras" / "trajectories"))
 
 import arms
 from followed import CURVES, followed, paths

@@ -18,7 +18,6 @@ from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.commands.plate import ImprovePlate
-from workbench.session.commands.trajectory import PlanTrack
 from workbench.session.guide import (
     ADD,
     CAUSE,
@@ -172,7 +171,7 @@ STATES = [
     ("first", lambda s: on_the_page(s, caption="A story."), "A story.", PLAIN, None, None),
     ("first", lambda s: on_the_page(s, job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
     ("first", followed, "the real one", PLAIN, LOAD, None),
-    ("first", lambda s: done(s, PlanTrack("line", 4.0)), "as commanded", PLAIN, COMPARE, None),
+    ("first", lambda s: replace(s, focus=Focus.TRACK), "as commanded", PLAIN, COMPARE, None),
     ("loaded", unchanged, "rows", PLAIN, FIT, LOAD),
     ("identified", lambda s: with_noise(s, 7.0), "7 × the instrument", CAREFUL, CAUSE, TAKE),
     ("identified", lambda s: without_request(with_noise(s, 1.2)), "noise", GOOD, TAKE, COMPARE),

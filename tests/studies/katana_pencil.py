@@ -21,13 +21,13 @@ from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows, Poses, Positions
-from workbench.extras.katana.pencil.reading import plotted_errors, plotted_profile
-from workbench.extras.katana.pencil.sheet import draw, scan
-from workbench.paths.correction import CorrectionMethod, compensate
-from workbench.paths.curves import Circle, circle_through
-from workbench.paths.path import command_joints
-from workbench.paths.planning import Planned, plan
-from workbench.paths.trajectories import taught_circle
+from workbench.extras.trajectories.correction import CorrectionMethod, correct
+from workbench.extras.trajectories.curves import Circle, circle_through
+from workbench.extras.trajectories.path import command_joints
+from workbench.extras.trajectories.pencil.reading import plotted_errors, plotted_profile
+from workbench.extras.trajectories.pencil.sheet import draw, scan
+from workbench.extras.trajectories.planning import Planned, plan
+from workbench.extras.trajectories.trajectory_files import taught_circle
 from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, grid, look, new_figure, png
 
@@ -71,11 +71,7 @@ def pencil_check(path: Planned, *, seed: int = 0) -> PencilCheck:
     command = command_joints(calibrated, robot, path.q, positions_only=True)
     taught = taught_circle(robot, led_by_hand(actual, robot, path, rng))
     again = plan(robot, taught, duration=float(path.time[-1]), rows=ROWS, axis=path.axis)
-    drawn = (
-        (path, path.q),
-        (again, again.q),
-        (path, compensate(command, method=CorrectionMethod.ONE_STEP).q),
-    )
+    drawn = ((path, path.q), (again, again.q), (path, correct(command, method=CorrectionMethod.ONE_STEP).q))
     pairs = [_checked(circle, planned, in_base(actual, robot, q), rng) for planned, q in drawn]
     read, real = (np.array(part) for part in zip(*pairs, strict=True))
     return PencilCheck(time=path.time, read=read, actual=real)

@@ -31,12 +31,12 @@ from workbench.base.progress import cancelled, progress, running
 from workbench.base.types import JointRows, Poses
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
+from workbench.extras.trajectories.correction import CorrectionMethod, correct
+from workbench.extras.trajectories.curves import Curve, circle_through, line
+from workbench.extras.trajectories.path import command_joints
+from workbench.extras.trajectories.planning import Planned, plan
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Noise, Problem
-from workbench.paths.correction import CorrectionMethod, compensate
-from workbench.paths.curves import Curve, circle_through, line
-from workbench.paths.path import command_joints
-from workbench.paths.planning import Planned, plan
 from workbench.plate.poses.iso_cube import iso_cube_poses
 
 LINE = np.array([[0.09, -0.3, 0.1392893], [-0.09, -0.3353553, 0.1746446]])
@@ -158,7 +158,7 @@ def tracked(
         out[k, BEFORE] = missed(actual, robot, path.q, path.poses)
         for step, model in enumerate(models, start=1):
             method = CorrectionMethod.ITERATED if step == OURS else CorrectionMethod.ONE_STEP
-            q = compensate(command_joints(model, robot, path.q, positions_only=True), method=method).q
+            q = correct(command_joints(model, robot, path.q, positions_only=True), method=method).q
             out[k, step] = missed(actual, robot, q, path.poses)
     return out
 

@@ -8,21 +8,6 @@ from jaxtyping import Float
 from workbench.arm.robot import Robot
 
 
-@dataclass(frozen=True)
-class CirclePlace:
-    """Where a trajectory runs.
-
-    Args:
-        centre: Its middle, base frame [m].
-        radius: Of the circle, or half the length of the line [m].
-        plane: Name of the plane that it lies in.
-    """
-
-    centre: tuple[float, float, float]
-    radius: float
-    plane: str
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Track:
     """A trajectory with its tools, a row each moment; positions in the robot's base frame [m].

@@ -21,8 +21,8 @@ from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import OptionError
 from workbench.exports import FORMS, Job, export_robot
-from workbench.paths.correction import compensate
-from workbench.paths.path import command_joints
+from workbench.extras.trajectories.correction import correct
+from workbench.extras.trajectories.path import command_joints
 
 STATE = {"payload": 1.5, "temperature": 31.0}
 GLUE = """
@@ -180,7 +180,7 @@ def check(name: str, rows: int, folder, effects) -> None:
     nominal, robot = calibrated(name, *effects)
     q, direction = poses(robot, rows)
     state = {key: np.full(rows, value) for key, value in STATE.items()}
-    wanted = compensate(command_joints(robot, nominal, q), motion=Motion(q, direction=direction, **state))
+    wanted = correct(command_joints(robot, nominal, q), motion=Motion(q, direction=direction, **state))
     assert np.abs(wanted.q - q).max() > 1e-3
     found, left = in_python(robot, nominal, folder).correct(q, direction=direction, **STATE)
     np.testing.assert_allclose(found, wanted.q, atol=1e-9, rtol=0.0)

@@ -10,7 +10,6 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.meshes import link_meshes
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.arm import drawn_joints
-from workbench.session.commands.trajectory import KATANA
 from workbench.session.start import default_circle, start
 from workbench.views.appearance.bodies import body_frames
 
@@ -68,33 +67,6 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.wait_text("bending", "Joint 5")
     screen.page.get_by_role("checkbox", name="Deflected arm", exact=True).uncheck()
     screen.until(lambda session: not session.choices.overlay.is_deflected)
-    screen.press("Plan it")
-    screen.wait_text("track", "Error, mean")
-    track = app.worker.session.track
-    assert np.linalg.norm(track.wanted[:, None] - KATANA, axis=2).min(0).max() < 3e-3  # the thesis's points
-    assert 0.5e-3 < track.errors.mean() < 3e-3
-    screen.press("Play")
-    started = screen.node("/track/mark")
-    screen.page.wait_for_function(
-        "p => Math.abs(window.__viserMutable.nodePoseData['/track/mark'].position[0] - p) > 5e-3",
-        arg=started[0],
-    )
-    screen.shoot("playing")
-    screen.press("Pause")
-    screen.until(lambda session: not session.is_track_active)
-    paused = app.worker.session
-    assert 0.0 < paused.play.at < 10.0
-    for i, frame in enumerate(body_frames(paused.robot, drawn_joints(paused))):
-        screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
-    box = screen.box("curves", "svg")
-    screen.page.mouse.click(box["x"] + 0.25 * box["width"], box["y"] + 0.5 * box["height"])
-    shown = screen.until(
-        lambda s: s.play.at != paused.play.at and abs(s.play.at - 2.5) < 0.3 and not s.is_track_active
-    )
-    for i, frame in enumerate(body_frames(shown.robot, drawn_joints(shown))):
-        screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
-    screen.shoot("curve")
-    screen.press("Back to the target")
     screen.tab("Export")
 
     with screen.page.expect_download() as download:

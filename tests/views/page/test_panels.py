@@ -33,14 +33,13 @@ from workbench.identification.arm_match import ArmMatch
 from workbench.plate.export import ExportedPlate
 from workbench.plate.plate_toml import load_plate, read_plate
 from workbench.plate.region import Region
-from workbench.session.commands.arm import ChooseRobot, LoadModel, drawn_joints
+from workbench.session.commands.arm import ChooseRobot, LoadModel
 from workbench.session.commands.compare import SetUnits, ShowFit
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.commands.plate import SetNoise
-from workbench.session.commands.trajectory import PlanTrack, PlayTrack, SetPace
 from workbench.session.export import (
     calibrated_toml,
     calibrated_urdf,
@@ -54,7 +53,6 @@ from workbench.session.journal.codec import decode
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.state import Focus, Severity, Tab, Units
 from workbench.session.worker import Worker
-from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import SKY
 from workbench.views.drawables.drawable import Cubes, Points
 from workbench.views.drawables.sink import Item
@@ -309,30 +307,6 @@ def test_another_robot_rebuilds_scene_and_panels(app):
     assert sum(name.startswith("/plate/targets/") and name.endswith("/number") for name in names) == len(
         app.worker.session.plate
     )
-
-
-def test_a_trajectory_is_played_to_its_end_and_stops_for_anything_else(app):
-    def stopped():
-        return any(_waited(app) and not app.worker.session.play.is_running for _ in range(600))
-
-    for command in (PlanTrack("line", 4.0), SetPace(10.0), PlayTrack()):
-        app.worker.submit(command)
-        assert app.worker.wait(60.0)
-    assert stopped()
-    session = app.worker.session
-    assert session.play.at == session.track.duration
-    assert np.array_equal(drawn_joints(session), session.track.q[-1])
-    arm = app.server.scene._handle_from_node_name["/arm/nominal/body6"]
-    assert np.allclose(arm.position, body_frames(session.robot, session.track.q[-1])[-1, :3, 3], atol=1e-9)
-
-    for command in (SetPace(0.1), PlayTrack(), SelectTarget(4)):
-        app.worker.submit(command)
-        assert app.worker.wait(60.0)
-    assert stopped()
-    session = app.worker.session
-    assert session.focus is Focus.TARGET
-    assert 0.0 <= session.play.at < 1.0
-    assert np.allclose(arm.position, body_frames(session.robot, session.states[4].q)[-1, :3, 3], atol=1e-9)
 
 
 def _waited(app):

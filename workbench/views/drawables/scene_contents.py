@@ -10,10 +10,9 @@ from workbench.views.drawables.measured import measured, selected_row_marks
 from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.region import envelope, region
 from workbench.views.drawables.sink import Item
-from workbench.views.drawables.trajectory import arm_on_trajectory, track
 
 SUBJECTS: Registry[Callable[[Session], Iterator[Item]]] = Registry(
-    "drawable", None, arms, plate, region, measured, happened, track, group="workbench.drawables"
+    "drawable", None, arms, plate, region, measured, happened, group="workbench.drawables"
 )
 """What page and recordings show; each yields its items for a session."""
 ON_PAGE: Registry[Callable[[Session], Iterator[Item]]] = Registry(
@@ -23,21 +22,22 @@ ON_PAGE: Registry[Callable[[Session], Iterator[Item]]] = Registry(
     envelope,
     branches,
     selected_row_marks,
-    deflected_arm,
-    blame,
-    arm_on_trajectory,
     group="workbench.page_drawables",
 )
 """What the page alone shows besides."""
+MOVING: Registry[Callable[[Session], Iterator[Item]]] = Registry(
+    "moving drawable", None, deflected_arm, blame, group="workbench.moving_drawables"
+)
+"""The same, and what moves with the arm while a trajectory is played."""
 
 
 def on_page(session: Session) -> Iterator[Item]:
     """Everything that the page shows."""
-    for subject in (*SUBJECTS.values(), *ON_PAGE.values()):
+    for subject in (*SUBJECTS.values(), *ON_PAGE.values(), *MOVING.values()):
         yield from subject(session)
 
 
 def in_motion(session: Session) -> Iterator[Item]:
     """What moves while a trajectory is played."""
-    for subject in (arms, deflected_arm, blame, arm_on_trajectory):
+    for subject in (arms, *MOVING.values()):
         yield from subject(session)

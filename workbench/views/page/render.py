@@ -19,7 +19,6 @@ from workbench.views.page.panels.header import CaptionPanel, Header, HeaderVerdi
 from workbench.views.page.panels.legend import LegendPanel
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.start_card import StartCard
-from workbench.views.page.panels.trajectory import TrackPanel
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.scene.start_scene import FirstPicture
@@ -69,7 +68,7 @@ class BrowserView(AbstractView):
             self._panels, self._tabs = _build_panels(server, worker, link, self._card, signals)
             server.gui.add_html(signals.dark(self._follow))
             signals.turned(lambda tab: worker.submit(NoteTab(tab)))
-            self._scene.moved = next(p for p in self._panels if isinstance(p, TrackPanel)).place
+            self._scene.moved = self._moved
             for panel in self._panels:
                 self._update(panel, session)
             self._is_mode = session.mode is not None
@@ -100,6 +99,10 @@ class BrowserView(AbstractView):
         if session.page.opened is not None and session.page.opened is not self._opened:
             self._tabs.open(session.page.opened.tab)
         self._opened = session.page.opened
+
+    def _moved(self, share: float) -> None:
+        for panel in self._panels:
+            panel.moved(share)
 
     def _update(self, panel: AbstractPanel, session: Session) -> bool:
         """Show a panel; one that raises is told of once, and the others are shown all the same."""

@@ -20,7 +20,6 @@ from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.row_errors import RowErrorsPanel
 from workbench.views.page.panels.selected_target import BranchesPanel, TargetsPanel
 from workbench.views.page.panels.target_placement import ImprovePanel
-from workbench.views.page.panels.trajectory import TrackPanel
 
 PANELS: Registry[type[AbstractPanel]] = Registry(
     "panel",
@@ -48,7 +47,6 @@ PANELS: Registry[type[AbstractPanel]] = Registry(
     JointsPanel,
     FitDetailsPanel,
     ComparePanel,
-    TrackPanel,
     BendingPanel,
     FilesPanel,
     group="workbench.panels",

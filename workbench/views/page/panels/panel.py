@@ -128,6 +128,10 @@ class AbstractPanel(ABC):
     def build(self, gui: viser.GuiApi) -> None:
         """Make the controls in the present container; their callbacks only send commands."""
 
+    def moved(self, share: float) -> None:
+        """The arm has come this far along a trajectory that is played, frame by frame."""
+        return None
+
     @abstractmethod
     def show(self, session: Session) -> None:
         """Bring the controls in line with this snapshot."""

@@ -15,8 +15,8 @@ import viser
 
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.playing import PlaceTrack
 from workbench.session.commands.region import ShowCubes
-from workbench.session.commands.trajectory import PlaceTrack
 from workbench.session.planned_trajectory import Play, Track
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker

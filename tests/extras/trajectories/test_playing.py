@@ -9,21 +9,13 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
+from workbench.extras.trajectories.session import PLANES, PlanTrack, default_trajectory_circle
 from workbench.session import Worker, replay
 from workbench.session.commands.arm import Jog, drawn_joints
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.trajectory import (
-    PLANES,
-    LeaveTrack,
-    PauseTrack,
-    PlaceTrack,
-    PlanTrack,
-    PlayTrack,
-    SetPace,
-    default_trajectory_circle,
-)
+from workbench.session.commands.playing import LeaveTrack, PauseTrack, PlaceTrack, PlayTrack, SetPace
 from workbench.session.state import Focus, Severity
 
 

@@ -8,9 +8,9 @@ from scipy.integrate import trapezoid
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import DataError, OptionError
-from workbench.paths.curves import Circle, circle_through, line, smooth_shares
-from workbench.paths.planning import plan
-from workbench.paths.trajectories import planned_moments, taught_circle
+from workbench.extras.trajectories.curves import Circle, circle_through, line, smooth_shares
+from workbench.extras.trajectories.planning import plan
+from workbench.extras.trajectories.trajectory_files import planned_moments, taught_circle
 
 THESIS = 1e-3 * np.array(
     [[100, -300, 139.2893], [0, -370.7107, 210], [-100, -300, 139.2893], [0, -229.2893, 68.5786]]

@@ -8,10 +8,14 @@ import workbench as wb
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.wording import plural
 from workbench.cli import options as opt
-from workbench.cli.exit_status import group
+from workbench.cli.exit_status import group, in_section
 from workbench.cli.options import argument, option
 
-paths = group("path", "Trajectories along a circle or a line, rest to rest, with constant tool direction.")
+path = group(
+    "path",
+    "Trajectories along a circle or a line, rest to rest, with constant tool direction.",
+    section="Paths",
+)
 
 SpeedOption = Annotated[float | None, option("Maximum joint speed [rad/s or m/s]; default: no check.")]
 DurationOption = Annotated[float, option("Time from beginning to end [s].")]
@@ -37,9 +41,9 @@ class PlanOptions:
     def make(self, arm, curve, duration: float) -> None:
         """Plan, show and write."""
         from workbench.base.files import write_bytes
-        from workbench.paths.planning import plan
-        from workbench.paths.report import path_json, path_picture, path_table
-        from workbench.paths.trajectories import planned_moments, write_plan
+        from workbench.extras.trajectories.planning import plan
+        from workbench.extras.trajectories.report import path_json, path_picture, path_table
+        from workbench.extras.trajectories.trajectory_files import planned_moments, write_plan
 
         picture = None if self.picture is None else opt.png(self.picture)
         opt.check_writable(self.out, picture, self.json)
@@ -53,7 +57,7 @@ class PlanOptions:
         opt.write_result(self.json, path_json(planned, moments))
 
 
-@paths.command()
+@path.command()
 @opt.flattened
 def circle(
     options: PlanOptions,
@@ -68,8 +72,8 @@ def circle(
     """A circle through given or taught points."""
     import numpy as np
 
-    from workbench.paths.curves import circle_through
-    from workbench.paths.trajectories import read_taught, taught_circle
+    from workbench.extras.trajectories.curves import circle_through
+    from workbench.extras.trajectories.trajectory_files import read_taught, taught_circle
 
     if (taught is None) == (not through):
         raise OptionError(
@@ -83,7 +87,7 @@ def circle(
     options.make(arm, curve, duration)
 
 
-@paths.command()
+@path.command()
 @opt.flattened
 def line(
     options: PlanOptions,
@@ -92,7 +96,7 @@ def line(
     duration: DurationOption = 10.0,
 ) -> None:
     """A straight line between two points."""
-    from workbench.paths.curves import line as straight
+    from workbench.extras.trajectories.curves import line as straight
 
     curve = straight(_point(start, "--from"), _point(end, "--to"))
     options.make(wb.load_robot(options.robot), curve, duration)
@@ -106,6 +110,7 @@ def _point(text: str, option: str):
     return point
 
 
+@in_section("Paths")
 def compensate(
     trajectory: Annotated[
         Path,
@@ -140,9 +145,9 @@ def compensate(
 ) -> None:
     """Correct a joint trajectory with a calibrated robot, its effects included."""
     from workbench.data.readers.trajectory import read_trajectory
-    from workbench.paths.programs import read_program
-    from workbench.paths.report import compensation_json, compensation_table
-    from workbench.paths.trajectories import write_trajectory
+    from workbench.extras.trajectories.programs import read_program
+    from workbench.extras.trajectories.report import compensation_json, compensation_table
+    from workbench.extras.trajectories.trajectory_files import write_trajectory
 
     arm = wb.load_robot(robot)
     program = read_program(trajectory, arm.dof)

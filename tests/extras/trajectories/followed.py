@@ -25,11 +25,11 @@ from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml
 from workbench.data.dataset import Dataset
+from workbench.extras.trajectories.correction import correct
+from workbench.extras.trajectories.curves import circle_through, line
+from workbench.extras.trajectories.path import command_joints
+from workbench.extras.trajectories.planning import Planned, plan
 from workbench.identification.identify import identify
-from workbench.paths.correction import compensate
-from workbench.paths.curves import circle_through, line
-from workbench.paths.path import command_joints
-from workbench.paths.planning import Planned, plan
 
 ROWS, SIGMA = 150, (5e-5, float(np.deg2rad(0.01)))
 """Measured poses, and their noise [m, rad]."""
@@ -126,6 +126,4 @@ def _follow(calibrated: Robot, robot: Robot, actual, hidden, path: Planned) -> F
     def missed(q: np.ndarray) -> np.ndarray:
         return np.linalg.norm(deflected_poses(actual, hidden, state_of(q))[:, :3, 3] - wanted, axis=1)
 
-    return Followed(
-        missed(path.q), *(missed(compensate(command, method=m).q) for m in ("one-step", "iterated"))
-    )
+    return Followed(missed(path.q), *(missed(correct(command, method=m).q) for m in ("one-step", "iterated")))

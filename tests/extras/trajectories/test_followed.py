@@ -1,12 +1,6 @@
 """Commanded against achieved: hidden arms calibrated from measured poses follow a circle and a line."""
 
-import sys
-from pathlib import Path
-
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "diagnosis"))
-
 from followed import SIGMA, followed, paths
 
 SEEDS = (1_500_001, 1_500_002)

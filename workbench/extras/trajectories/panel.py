@@ -6,24 +6,19 @@ import viser
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.robot import Robot
 from workbench.base.wording import capital, in_mm
-from workbench.plate.region import Region
-from workbench.session.commands.trajectory import (
+from workbench.extras.trajectories.session import (
     CIRCLE,
     LINE,
     MAX_TIME,
     MIN_TIME,
     PLANES,
-    SLOWEST,
-    LeaveTrack,
-    PauseTrack,
-    PlaceTrack,
     PlanTrack,
-    PlayTrack,
-    SetPace,
     corrected,
     default_trajectory_circle,
     deviating_robot,
 )
+from workbench.plate.region import Region
+from workbench.session.commands.playing import SLOWEST, LeaveTrack, PauseTrack, PlaceTrack, PlayTrack, SetPace
 from workbench.session.planned_trajectory import Track
 from workbench.session.state import Focus, Session, Tab
 from workbench.session.worker import Worker
@@ -120,7 +115,7 @@ class TrackPanel(AbstractPanel):
             "Back to the target", LeaveTrack, icon.PLAYER_STOP, "Stop, and return to the target.", main=False
         )
 
-    def place(self, share: float) -> None:
+    def moved(self, share: float) -> None:
         """Move the line over the curves to this share of the trajectory, as the arms move along it."""
         set_value(self._time, round(share, 3))
 
@@ -142,7 +137,7 @@ class TrackPanel(AbstractPanel):
             self._curves.content = "" if track is None else curves(track)
         self._time.visible = is_there
         if track is not None:
-            self.place(session.play.at / track.duration)
+            self.moved(session.play.at / track.duration)
         self._plan.disabled = session.page.job is not None
         self._corrected.disabled = deviating_robot(session) is None
         if self._corrected.disabled:

@@ -1,11 +1,11 @@
-"""Commands about trajectories: plan one, play it, pause it, leave it.
+"""The command that plans a trajectory.
 
 The default ones are a circle and a straight line in the region that matters; the Katana's are those of its
 thesis (§5.5.1), the line being a diameter of the circle.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,13 +17,13 @@ from workbench.base.errors import OptionError
 from workbench.base.progress import progress
 from workbench.base.types import frozen
 from workbench.base.wording import in_mm
-from workbench.paths.correction import ACCEPTED_ERROR, compensate
-from workbench.paths.curves import Circle, Curve, circle_through, line
-from workbench.paths.path import command_joints
-from workbench.paths.planning import plan
-from workbench.session.command import AbstractChange, AbstractTask, computed
+from workbench.extras.trajectories.correction import ACCEPTED_ERROR, correct
+from workbench.extras.trajectories.curves import Circle, Curve, circle_through, line
+from workbench.extras.trajectories.path import command_joints
+from workbench.extras.trajectories.planning import plan
+from workbench.session.command import AbstractTask, computed
 from workbench.session.deflection import bending_robot
-from workbench.session.planned_trajectory import CirclePlace, Play, Track
+from workbench.session.planned_trajectory import Play, Track
 from workbench.session.state import Focus, Session, Severity
 from workbench.session.target_steps import check_free
 
@@ -49,6 +49,21 @@ KATANA = 1e-3 * np.array(
     ]
 )
 """Four points of the Katana thesis's circle on the plane at 45° (§5.5.1) [m]."""
+
+
+@dataclass(frozen=True)
+class CirclePlace:
+    """Where a trajectory runs.
+
+    Args:
+        centre: Its middle, base frame [m].
+        radius: Of the circle, or half the length of the line [m].
+        plane: Name of the plane that it lies in.
+    """
+
+    centre: tuple[float, float, float]
+    radius: float
+    plane: str
 
 
 def deviating_robot(session: Session) -> Robot | None:
@@ -107,7 +122,7 @@ def make_track(
         actual, wanted, own = sent.calibrated, sent.poses[:, :3, 3], sent.expected
         notes = tuple(dict.fromkeys([*notes, *sent.notes]))
         before = frozen(np.linalg.norm(tool_poses(actual, Motion(planned.q))[:, :3, 3] - wanted, axis=1))
-        q = compensate(sent).q if is_corrected else planned.q
+        q = correct(sent).q if is_corrected else planned.q
         reached = tool_poses(actual, Motion(q))[:, :3, 3]
     return Track(
         kind=kind,
@@ -128,8 +143,6 @@ MIN_TIME, MAX_TIME = 1.0, 120.0
 """Time that a trajectory may take [s]."""
 MIN_RADIUS, MAX_RADIUS = 1e-3, 5.0
 """Size of a circle or line [m]."""
-SLOWEST, FASTEST = 0.1, 10.0
-"""Pace at which it is played, in multiples of its own."""
 
 
 class PlanTrack(AbstractTask[tuple[Robot, Track]]):
@@ -185,105 +198,6 @@ class PlanTrack(AbstractTask[tuple[Robot, Track]]):
         if session.drag is None:
             session = replace(session, focus=Focus.TRACK)
         return session.tell(Severity.INFO, _summary(track))
-
-
-class PlayTrack(AbstractChange):
-    """Play the trajectory from where it stopped, or from the start if it has ended."""
-
-    title = "Play the trajectory"
-    key = "play"
-
-    def check(self, session: Session) -> None:
-        _planned(session)
-        check_free(session)
-        if session.page.job is not None:
-            raise OptionError("a computation is running; wait for it or cancel it, then play")
-        if session.mode is not None:
-            raise OptionError("the arm is being measured; use its rows or stop measuring first")
-
-    def apply(self, session: Session) -> Session:
-        track = _planned(session)
-        at = 0.0 if session.play.at >= track.duration else session.play.at
-        return replace(session, focus=Focus.TRACK, play=Play(at=at, pace=session.play.pace, is_running=True))
-
-
-class PauseTrack(AbstractChange):
-    """Stop playing where the arm is; what moves it then says where that is (`PlaceTrack`)."""
-
-    title = "Pause the trajectory"
-    key = "pause"
-
-    def check(self, session: Session) -> None:
-        _planned(session)
-
-    def apply(self, session: Session) -> Session:
-        return replace(session, play=replace(session.play, is_pausing=True))
-
-
-class PlaceTrack(AbstractChange):
-    """Put the arm at a moment of the trajectory; nothing is played there.
-
-    Args:
-        at: Time along the trajectory [s].
-        is_shown: Whether the arm comes from elsewhere to be shown there.
-    """
-
-    is_automatic = True
-    key = "place"
-
-    at: float
-    is_shown: bool = False
-
-    title = computed(lambda self: f"The trajectory at {self.at:.2f} s")
-
-    def check(self, session: Session) -> None:
-        duration = _planned(session).duration
-        if not 0.0 <= self.at <= duration:
-            raise OptionError(f"the time must be 0 to {duration:g} s, got {self.at:g}")
-
-    def apply(self, session: Session) -> Session:
-        focus = Focus.TRACK if self.is_shown else session.focus
-        return replace(session, focus=focus, play=Play(at=self.at, pace=session.play.pace))
-
-
-class LeaveTrack(AbstractChange):
-    """Stop playing, and let the arm go back to the selected target."""
-
-    title = "Leave the trajectory"
-    key = "leave"
-
-    def check(self, session: Session) -> None:
-        _planned(session)
-
-    def apply(self, session: Session) -> Session:
-        return replace(session, focus=Focus.TARGET, play=Play(at=session.play.at, pace=session.play.pace))
-
-
-class SetPace(AbstractChange):
-    """Play faster or slower.
-
-    Args:
-        pace: In multiples of the trajectory's own time.
-    """
-
-    key = "pace"
-
-    pace: float
-
-    title = computed(lambda self: f"Play at {self.pace:g}× speed")
-
-    def check(self, session: Session) -> None:
-        if not SLOWEST <= self.pace <= FASTEST:
-            raise OptionError(f"the speed must be {SLOWEST:g} to {FASTEST:g}, got {self.pace:g}")
-
-    def apply(self, session: Session) -> Session:
-        return replace(session, play=replace(session.play, pace=self.pace))
-
-
-def _planned(session: Session) -> Track:
-    if session.track is None:
-        raise OptionError("no trajectory has been planned yet; plan one first")
-    return session.track
 
 
 def corrected(track: Track) -> str:

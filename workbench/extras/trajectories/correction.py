@@ -25,7 +25,14 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
-from workbench.paths.path import Commanded, Times, named, refuse_beyond, refuse_fast, refuse_singular
+from workbench.extras.trajectories.path import (
+    Commanded,
+    Times,
+    named,
+    refuse_beyond,
+    refuse_fast,
+    refuse_singular,
+)
 from workbench.report.result_display import AbstractShown, tables_of
 
 MAX_CORRECTION = 0.35
@@ -74,7 +81,7 @@ class Compensation(AbstractShown):
         speed: Maximum speed of every joint with the correction [rad/s or m/s]; None without time.
     """
 
-    summary = tables_of("workbench.paths.report:compensation_table")
+    summary = tables_of("workbench.extras.trajectories.report:compensation_table")
 
     commanded: Commanded
     motion: Motion
@@ -91,7 +98,7 @@ class Compensation(AbstractShown):
         return self.motion.q
 
 
-def compensate(
+def correct(
     commanded: Commanded,
     *,
     motion: Motion | None = None,

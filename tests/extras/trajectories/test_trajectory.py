@@ -14,8 +14,8 @@ from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import DataError, OptionError, ShapeError
-from workbench.paths.correction import CorrectionMethod, compensate
-from workbench.paths.path import command_joints, command_poses
+from workbench.extras.trajectories.correction import CorrectionMethod, correct
+from workbench.extras.trajectories.path import command_joints, command_poses
 
 SOFT = np.zeros((6, 3))
 SOFT[1] = SOFT[2] = 0.0, 0.0, 4e-5
@@ -57,7 +57,7 @@ def test_a_bent_arm_follows_what_was_commanded(arms):
     np.testing.assert_allclose(commanded.poses, generator.aria().pose(q), atol=1e-12)
     before = missed(hidden, q, commanded.poses, **bend)
     for method, factor in (("one-step", 5.0), ("iterated", 10.0)):
-        found = compensate(commanded, motion=motion, method=method)
+        found = correct(commanded, motion=motion, method=method)
         after = missed(hidden, found.q, commanded.poses, **bend)
         assert after.mean() < before.mean() / factor
         assert (after < before).all()
@@ -66,7 +66,7 @@ def test_a_bent_arm_follows_what_was_commanded(arms):
     assert found.after.position.max() < 1e-9
     assert found.after.rotation.max() < 1e-9
     # the correction of the geometry alone leaves what the loads do
-    rigid = compensate(command_joints(model, nominal, q))
+    rigid = correct(command_joints(model, nominal, q))
     assert missed(hidden, rigid.q, commanded.poses, **bend).mean() > 10.0 * after.mean()
 
 
@@ -75,7 +75,7 @@ def test_the_one_step_is_the_damped_step_of_the_thesis(arms):
     model = model.with_effects(EFFECT)
     q = arc(12)
     commanded = command_joints(model, nominal, q)
-    found = compensate(commanded, method=CorrectionMethod.ONE_STEP)
+    found = correct(commanded, method=CorrectionMethod.ONE_STEP)
     deflected, step = tool_poses(model, Motion(q)), 1e-6
     for row in range(len(q)):
         columns = []
@@ -101,13 +101,13 @@ def test_the_one_step_is_the_damped_step_of_the_thesis(arms):
 def test_poses_are_followed_in_one_branch(arms):
     nominal, model, _ = arms["aria"]
     poses = generator.aria().pose(arc())
-    found = compensate(command_poses(model, nominal, poses))
+    found = correct(command_poses(model, nominal, poses))
     np.testing.assert_allclose(
         tool_poses(found.commanded.nominal, Motion(found.commanded.q)), poses, atol=1e-8
     )
     np.testing.assert_allclose(tool_poses(found.commanded.calibrated, Motion(found.q)), poses, atol=1e-8)
     assert np.abs(np.diff(found.q, axis=0)).max() < 0.1
-    points = compensate(command_poses(model, nominal, poses, positions_only=True))
+    points = correct(command_poses(model, nominal, poses, positions_only=True))
     at = tool_poses(points.commanded.calibrated, Motion(points.q))
     np.testing.assert_allclose(at[:, :3, 3], poses[:, :3, 3], atol=1e-8)
 
@@ -117,7 +117,7 @@ def test_five_joints_meet_position_and_axis(arms):
     model = model.with_effects(EFFECTS["joint-compliance"]((1, 2, 3), (1e-3,) * 3))
     s = np.linspace(0.0, 1.0, 30)[:, None]
     q = np.array([0.3, 1.0, -1.2, 0.8, 0.5]) + 0.3 * s
-    found = compensate(command_joints(model, nominal, q))
+    found = correct(command_joints(model, nominal, q))
     at, wanted = tool_poses(found.commanded.calibrated, Motion(found.q)), found.commanded.poses
     np.testing.assert_allclose(at[:, :3, 2:], wanted[:, :3, 2:], atol=1e-8)
     assert found.commanded.task is Task.POSITION_AXIS
@@ -127,7 +127,7 @@ def test_a_base_in_the_measuring_frame_and_its_drift_do_not_matter(arms):
     nominal, model, _ = arms["aria"]
     there = Frame.from_pose(generator.turn("z", 1.0) @ generator.move("x", 2.0))
     drifting = model.with_frames(base=there).with_effects(EFFECTS["base-drift"]((), (1e-6,) * 6))
-    plain, moved = (compensate(command_joints(arm, nominal, arc())) for arm in (model, drifting))
+    plain, moved = (correct(command_joints(arm, nominal, arc())) for arm in (model, drifting))
     np.testing.assert_allclose(moved.q, plain.q, atol=1e-9)
     assert any("drift" in note for note in moved.notes)
 
@@ -137,7 +137,7 @@ def test_rows_that_nothing_can_help_are_not_made_worse(arms):
     nominal = arms["aria"][0]
     play = EFFECTS["backlash"]((1, 2, 3, 4), (5e-4,) * 4)
     q = arc(200)
-    found = compensate(command_joints(nominal.with_effects(play), nominal, q))
+    found = correct(command_joints(nominal.with_effects(play), nominal, q))
     actual = tool_poses(nominal.with_effects(play), Motion(found.q))
     after = np.linalg.norm(actual[:, :3, 3] - found.commanded.poses[:, :3, 3], axis=1)
     assert (after <= found.before.position + 1e-9).all()
@@ -156,27 +156,27 @@ def test_what_forbids_a_row_is_named(arms):
     singular = q.copy()
     singular[5] = _singular(nominal, q[5])
     with pytest.raises(DataError, match=r"row 5 .*singular.*joints \d"):
-        compensate(command_joints(nominal, nominal, singular))
+        correct(command_joints(nominal, nominal, singular))
     edge = q.copy()
     edge[9, 1] = high[1]
     offset = nominal.with_values({"joint2.theta": -0.01})
     with pytest.raises(DataError, match=r"row 9 .*joint 2"):
-        compensate(command_joints(offset, nominal, edge))
+        correct(command_joints(offset, nominal, edge))
     time = np.linspace(0.0, 1.0, len(q))
     fast = Motion(q, time=time)
     with pytest.raises(DataError, match=r"row \d+ .*joint \d .*0\.5"):
-        compensate(command_joints(model, nominal, q), motion=fast, max_speed=0.5)
+        correct(command_joints(model, nominal, q), motion=fast, max_speed=0.5)
     slow = Motion(q, time=100.0 * time)
-    assert compensate(command_joints(model, nominal, q), motion=slow, max_speed=0.5).speed.max() < 0.5
+    assert correct(command_joints(model, nominal, q), motion=slow, max_speed=0.5).speed.max() < 0.5
     with pytest.raises(OptionError, match="time"):
-        compensate(command_joints(model, nominal, q), max_speed=0.5)
+        correct(command_joints(model, nominal, q), max_speed=0.5)
     with pytest.raises(OptionError, match="one-step or iterated"):
-        compensate(command_joints(model, nominal, q), method="magic")
+        correct(command_joints(model, nominal, q), method="magic")
     with pytest.raises(ShapeError):
         command_joints(arms["katana"][1], nominal, q)
     knots = tuple(np.linspace(-0.5, 0.5, 5))
     known = nominal.with_effects(EFFECTS["local-joint-error"]((0,), (1e-3,) * 5, knots=knots))
-    (note,) = (n for n in compensate(command_joints(known, nominal, q)).notes if "-28.65° to 28.65°" in n)
+    (note,) = (n for n in correct(command_joints(known, nominal, q)).notes if "-28.65° to 28.65°" in n)
     assert "joint 1" in note
 
 
@@ -208,9 +208,9 @@ def test_an_effect_without_its_driver_is_refused(arms):
     warm = model.with_effects(EFFECTS["thermal-growth"]((), (2e-5,)))
     commanded = command_joints(warm, nominal, arc())
     with pytest.raises(DataError, match="temperature"):
-        compensate(commanded)
+        correct(commanded)
     motion = replace(Motion(arc()), temperature=np.full(60, 45.0))
-    assert compensate(commanded, motion=motion).after.position.max() < 1e-9
+    assert correct(commanded, motion=motion).after.position.max() < 1e-9
 
 
 def test_a_correction_that_does_not_converge_is_refused(arms):
@@ -222,4 +222,4 @@ def test_a_correction_that_does_not_converge_is_refused(arms):
     time = np.linspace(0.0, 3.5, 8)
     commanded = command_joints(short, nominal, q, positions_only=True, time=time)
     with pytest.raises(DataError, match=r"row 7 .*3\.500 s"):
-        compensate(commanded)
+        correct(commanded)

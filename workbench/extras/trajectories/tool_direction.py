@@ -23,7 +23,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows, Positions, Vector3
-from workbench.paths.curves import Curve, Shares
+from workbench.extras.trajectories.curves import Curve, Shares
 
 KNOTS = 41
 """Number of optimised postures; those between follow a spline."""

@@ -20,17 +20,17 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers import Trajectory
 from workbench.data.readers.read import read_fields
 from workbench.data.writer import write_measurements
-from workbench.extras.katana.pencil.reading import (
+from workbench.extras.trajectories.curves import Circle, circle_through
+from workbench.extras.trajectories.pencil.reading import (
     PlottedErrors,
     PlottedProfile,
     plotted_errors,
     plotted_profile,
     read_scan,
 )
-from workbench.extras.katana.pencil.sheet import Drawn, Image, draw, scan, sheet
+from workbench.extras.trajectories.pencil.sheet import Drawn, Image, draw, scan, sheet
+from workbench.extras.trajectories.trajectory_files import path_state
 from workbench.identification.row_errors import Spread
-from workbench.paths.curves import Circle, circle_through
-from workbench.paths.trajectories import path_state
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, png
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short

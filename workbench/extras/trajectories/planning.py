@@ -25,9 +25,15 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import JointRows, Poses, Rotations, Vector3, frozen
-from workbench.paths.curves import Circle, Curve, smooth_shares
-from workbench.paths.path import Commanded, command_joints, command_poses, refuse_fast, refuse_singular
-from workbench.paths.tool_direction import follow_near_direction
+from workbench.extras.trajectories.curves import Circle, Curve, smooth_shares
+from workbench.extras.trajectories.path import (
+    Commanded,
+    command_joints,
+    command_poses,
+    refuse_fast,
+    refuse_singular,
+)
+from workbench.extras.trajectories.tool_direction import follow_near_direction
 
 DOWN = np.array([0.0, 0.0, -1.0])
 """Default tool direction for a line, and sense of a plane's normal."""

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from workbench.extras.trajectories.session import PlanTrack
 from workbench.session import Worker
-from workbench.session.commands.trajectory import PlaceTrack, PlanTrack
+from workbench.session.commands.playing import PlaceTrack
 from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording

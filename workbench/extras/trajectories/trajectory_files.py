@@ -23,10 +23,10 @@ from workbench.data.readers import read_trajectory
 from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import write_measurements
-from workbench.paths.correction import Compensation, CorrectionMethod, compensate
-from workbench.paths.curves import Circle, circle_through
-from workbench.paths.path import Commanded, command_joints, command_poses
-from workbench.paths.planning import Planned, derivatives
+from workbench.extras.trajectories.correction import Compensation, CorrectionMethod, correct
+from workbench.extras.trajectories.curves import Circle, circle_through
+from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
+from workbench.extras.trajectories.planning import Planned, derivatives
 from workbench.plate.argument_types import checked_arguments
 
 MIN_MOVING = 6
@@ -35,7 +35,7 @@ MIN_MOVING = 6
 
 @checked_arguments()
 @one_thread()
-def compensate_trajectory(
+def compensate(
     calibrated: Robot,
     trajectory: Trajectory,
     *,
@@ -72,7 +72,7 @@ def compensate_trajectory(
     state = path_state(commanded.q, trajectory, payload=payload, temperature=temperature)
     if moving:
         state = _in_motion(state, trajectory.source)
-    return compensate(commanded, motion=state, method=method, max_speed=max_speed)
+    return correct(commanded, motion=state, method=method, max_speed=max_speed)
 
 
 def write_trajectory(found: Compensation, path: Path | str) -> Path:

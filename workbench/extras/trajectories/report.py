@@ -13,9 +13,9 @@ from workbench.arm.calibration_record import Expected
 from workbench.arm.joint_units import shown_joints, sliding
 from workbench.arm.statics.moments import JointMoments
 from workbench.base.wording import plural
+from workbench.extras.trajectories.correction import ACCEPTED_ERROR, Compensation, PathErrors
+from workbench.extras.trajectories.planning import Planned
 from workbench.identification.row_errors import Spread
-from workbench.paths.correction import ACCEPTED_ERROR, Compensation, PathErrors
-from workbench.paths.planning import Planned
 from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, png
 from workbench.report.json import Json, plain

@@ -6,8 +6,8 @@ import pytest
 from PIL import Image
 
 from workbench.base.errors import DataError, FileError
-from workbench.extras.katana.pencil.reading import plotted_errors, plotted_profile, read_scan
-from workbench.extras.katana.pencil.sheet import INCH, Drawn, draw, scan, sheet
+from workbench.extras.trajectories.pencil.reading import plotted_errors, plotted_profile, read_scan
+from workbench.extras.trajectories.pencil.sheet import INCH, Drawn, draw, scan, sheet
 
 RADIUS, DOTS = 0.08, 150.0
 PHI = np.linspace(0.0, 2.0 * np.pi, 361)

@@ -13,7 +13,7 @@ from typing import ClassVar, NoReturn, final
 import numpy as np
 
 from workbench.base.errors import FileError
-from workbench.paths.programs import AbstractProgramFormat
+from workbench.extras.trajectories.programs import AbstractProgramFormat
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 LIST = rf"\s*{NUMBER}\s*(?:,\s*{NUMBER}\s*)*"

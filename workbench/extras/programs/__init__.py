@@ -1,1 +1,0 @@
-"""Joint targets in programs of ABB, KUKA, Yaskawa and Universal Robots."""

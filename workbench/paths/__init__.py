@@ -1,1 +1,0 @@
-"""Paths: trajectories planned, and corrected with the calibrated arm."""
