@@ -69,7 +69,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     """
     if hasattr(session.config, "workerinput") or not session.config.getoption("numprocesses", None):
         threadpool_limits(1, user_api="blas")  # a plugin may have loaded it before it was told so above
-        for name in ("browser", "session_at_work"):
+        for name in ("browser", "session_at_work", "recorded"):
             session.config.pluginmanager.import_plugin(name)
 
 

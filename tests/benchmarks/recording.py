@@ -19,6 +19,7 @@ import numpy as np
 
 from tests.views.recording.viewer import viewer
 from workbench.arm.built_in_arms import load_robot
+from workbench.extras.review.viewer import pictures_of
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
@@ -27,7 +28,6 @@ from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
 from workbench.session.view import AbstractKeeper
 from workbench.views.recording.recorder import recorder
-from workbench.views.recording.review import pictures_of
 
 LONG, PLACES = 10_000, 20
 STEPS, TURNS, GAP = 100, 6, 0.015

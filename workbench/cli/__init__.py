@@ -19,7 +19,7 @@ import typer
 from workbench.base.errors import FileError
 from workbench.base.installed_package import package_version
 from workbench.base.registry import plugins
-from workbench.cli import calibration, measurements, plate_design, sessions, studies
+from workbench.cli import calibration, measurements, plate_design
 from workbench.cli import options as opt
 from workbench.cli.exit_status import Commands, at_once, run
 from workbench.cli.options import option
@@ -197,7 +197,7 @@ PANELS: dict[str, tuple] = {
     "Start": (measurements.simulate, measurements.preview),
     "Calibrate": (calibration.identify, calibration.diagnose, calibration.evaluate, measurements.poses),
     "Plates": (plate_design.plates,),
-    "Files": (calibration.export, sessions.review, sessions.replay, studies.works),
+    "Files": (calibration.export,),
 }
 """Commands and command groups of the core by purpose."""
 for panel, entries in PANELS.items():

@@ -11,7 +11,6 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.journal.entry import Ending, Entry
 from workbench.views.recording.recorder import recorder
-from workbench.views.recording.session_report import write_page
 
 
 @pytest.fixture
@@ -61,16 +60,3 @@ def test_a_diagnosis_is_told_in_pictures_and_numbers(draw, sample, diagnosed):
     assert diagnosed.message in text
     assert "joint-compliance, joint 2" in text
     assert pictures.values("/diagnosis/ranking", "EncodedImage:blob")
-
-
-def test_the_report_tells_a_diagnosis(sample, replayed, diagnosed, tmp_path):
-    last = replace(
-        replayed,
-        session=replace(replayed.session, results=replace(replayed.session.results, diagnosis=diagnosed)),
-    )
-    page = write_page(sample, last, tmp_path / "page.html").read_text()
-    assert f"What the model lacks: {diagnosed.verdict}" in page
-    assert "joint-compliance, joint 2" in page
-    assert "ranking" in page
-    assert "Move target 1 to 506.0, 384.0, 285.0 mm; predicted error" in page
-    assert "Grab target" not in page

@@ -1,33 +1,25 @@
 """The recorder beside a session: quick, thinned, whole; and what the commands make of recordings."""
 
-import json
 import resource
 import shutil
 import time
-from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from tests.views.recording.demo import drag
-from workbench.arm.built_in_arms import load_robot
-from workbench.base.progress import running
 from workbench.session import Worker
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.undo import Undo
 from workbench.session.journal import replay
 from workbench.session.journal.compare_numbers import ROUNDING, check, compare
-from workbench.session.journal.compare_sessions import compare as compare_recordings
-from workbench.session.journal.compare_sessions import compare_sessions
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.numbers import SUBJECTS, numbers_of
-from workbench.session.journal.reader import JOURNAL, read_recording
+from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
 from workbench.views.recording.contents import thinned
 from workbench.views.recording.recorded_step import INTERVAL, Moment
 from workbench.views.recording.recorder import parts, recorder
-from workbench.views.recording.review import pictures_of, write_comparison
 
 
 @pytest.fixture
@@ -151,118 +143,6 @@ def test_drags_out_of_reach_and_back_are_restored(sample, tmp_path):
         part = recording.truncated_at(step)
         same_targets(restore(part).session, replay(part.first, part.entries))
     assert numbers_of(restore(recording).session, SUBJECTS) == numbers_of(worker.session, SUBJECTS)
-
-
-@pytest.mark.parametrize("cut", [500, 20_000, 400_000, 10**9])
-def test_pictures_without_an_end_are_shown_as_far_as_they_go(copy, reader, cut):
-    path = copy / "session.rrd"
-    content = path.read_bytes()
-    path.write_bytes(content[: max(0, len(content) - cut)])
-    message = []
-    (copy.parent / "room").mkdir()
-    files = pictures_of(read_recording(copy), copy.parent / "room", say=message.append)
-    assert message
-    assert path.read_bytes() == content[: max(0, len(content) - cut)]
-    shown = reader(files[-1])
-    assert shown.values("/log", "TextLog:text")[-1][0] >= len(read_recording(copy).lines) - 5
-
-
-def test_replay_and_its_report(run, copy):
-    status, out, _ = run("replay", copy, "--report", "r.html", "--json", "r.json")
-    assert status == 0
-    assert "all the same" in out
-    assert json.loads((copy.parent / "r.json").read_text())["schema"] == "workbench.replay/1"
-    page = (copy.parent / "r.html").read_text()
-    assert "before-after" in page
-    assert "joint2.alpha" in page
-    assert "http://" not in page.replace("http://www.w3.org", "")
-    assert "<script" not in page
-
-
-def test_replay_names_a_difference(run, copy):
-    path = copy / JOURNAL
-    path.write_text(path.read_text().replace('"rank": 24', '"rank": 23', 1))
-    status, out, _ = run("replay", copy)
-    assert status == 2
-    assert "score.rank" in out
-
-
-def test_two_sessions_side_by_side(run, copy, reader):
-    lines = (copy / JOURNAL).read_text().splitlines(keepends=True)
-    (copy / JOURNAL).write_text("".join(lines[:6]))
-    status, out, _ = run("review", copy, "--with", copy, "--out", "ab.rrd", "--json", "ab.json")
-    assert status == 0
-    assert "predicted error [mm]" in out
-    pictures = reader(copy.parent / "ab.rrd")
-    for side in ("A", "B"):
-        assert f"/{side}/world/arm/nominal/body3" in pictures.paths
-    assert "/differences" in pictures.static
-    values = json.loads((copy.parent / "ab.json").read_text())["figures"]["index O1"]
-    assert values[0] == values[1] > 0.0
-
-
-def test_what_has_moved_is_named(replayed):
-    """One joint's offset is moved by hand in the result; nothing else is called moved."""
-    session = replayed.session
-    run = session.results.identification.runs["opt2"]
-    name = compare_sessions(["then", "now"], [session, session]).moves[3].name
-    k = [p.name for p in run.fit.parameters].index(name)
-    x = run.fit.x.copy()
-    x[k] += 10.0 * run.fit.std[k]
-    found = replace(
-        session.results.identification,
-        runs={**session.results.identification.runs, "opt2": replace(run, fit=replace(run.fit, x=x))},
-    )
-    compared = compare_sessions(
-        ["then", "now"], [session, replace(session, results=replace(session.results, identification=found))]
-    )
-    assert [move.name for move in compared.moved] == [name]
-    expected = 10.0 * run.fit.std[k] / np.hypot(*compared.moved[0].stds)
-    assert compared.moved[0].ratios[1] == pytest.approx(expected, rel=1e-6)
-    assert "1 of" in compared.sentence
-
-
-def test_parameters_of_different_arms_are_not_compared(replayed):
-    """joint4.alpha of a Panda had "moved 30372 σ" against ARIA's."""
-    session = replayed.session
-    panda = replace(session, robot=load_robot("panda"))
-    compared = compare_sessions(["then", "now"], [session, panda])
-    assert compared.moves == ()
-    assert len(compared.figures) > 5
-    assert "now" in compared.sentence
-    assert "7 joints" in compared.sentence
-    assert compared.json()["other_arms"]
-    assert compare_sessions(["then", "now"], [session, session]).others == ()
-    robot = session.results.calibrated  # opened again as it was calibrated
-    assert compare_sessions(["then", "now"], [session, replace(session, robot=robot)]).others == ()
-
-
-def test_a_comparison_says_how_far_it_is(copy, tmp_path):
-    lines = (copy / JOURNAL).read_text().splitlines(keepends=True)
-    (copy / JOURNAL).write_text("".join(lines[:6]))
-    recording, messages = read_recording(copy), []
-    with running(lambda part, text: messages.append(part)):
-        compared = compare_recordings([recording] * 2)
-        write_comparison(recording, recording, tmp_path / "ab.rrd", compared=compared)
-    assert len(messages) > 4
-    assert 0.5 < max(messages) <= 1.0
-
-
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        (("review", "nothing"), "has no journal.jsonl"),
-        (("replay", "nothing"), "has no journal.jsonl"),
-        (("serve", "--step", "3"), "--step needs --session"),
-        (("serve", "--rerun", "127.0.0.1:1"), "no rerun viewer listens"),
-        (("serve", "--rerun", "what:ever"), "no rerun viewer listens"),
-    ],
-)
-def test_mistakes_are_one_sentence(run, options, sentence):
-    status, _, err = run(*options)
-    assert status == (64 if options[0] == "serve" else 1)
-    assert sentence in err
-    assert err.count("\n") == 1
 
 
 def test_a_full_disk_stops_no_recorder(sample, tmp_path):

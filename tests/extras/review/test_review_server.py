@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from workbench.extras.review.viewer import opened
 from workbench.views.recording import review
-from workbench.views.recording.review import opened
 
 SAMPLE = Path(__file__).resolve().parents[3] / "recordings" / "sample"
 

@@ -9,5 +9,5 @@ def test_bad_input(refused, tmp_path):
 
 
 def test_outside_a_checkout_one_sentence_says_what_to_do(refused, tmp_path, monkeypatch):
-    monkeypatch.setattr("workbench.cli.studies.TESTS", tmp_path / "tests")
+    monkeypatch.setattr("workbench.extras.reproduce.commands.TESTS", tmp_path / "tests")
     refused(["checkout"], "reproduce", "aria", "--arms", "1", status=1)

@@ -7,14 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
 import pytest
-from rerun.chunk import RrdReader
 
 from workbench.session.journal.compare_numbers import Replayed, check
 from workbench.session.journal.reader import Recording, read_recording
 
-SAMPLE = Path(__file__).resolve().parents[3] / "recordings" / "sample"
+SAMPLE = Path(__file__).resolve().parents[1] / "recordings" / "sample"
 
 
 @dataclass
@@ -28,6 +26,8 @@ class Pictures:
 
     def values(self, path: str, column: str, timeline: str = "step") -> list[tuple[int, Any]]:
         """Pairs of time and value, in the order of time."""
+        import pyarrow as pa
+
         found = []
         for batch in self.batches[path]:
             names = batch.schema.names
@@ -40,6 +40,8 @@ class Pictures:
 
 def read(path: Path) -> Pictures:
     """All chunks of a file."""
+    from rerun.chunk import RrdReader
+
     found = Pictures()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that a file has no index

@@ -24,7 +24,7 @@ from rerun.chunk import RrdReader
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_bytes
 from workbench.base.progress import part_of, progress
-from workbench.session.journal.compare_sessions import ComparedSessions, compare
+from workbench.extras.review.compare_sessions import ComparedSessions, compare
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
 from workbench.session.state import Severity

@@ -13,11 +13,13 @@ from workbench.cli import options as opt
 from workbench.cli.exit_status import group
 from workbench.cli.options import option
 
-TESTS = Path(__file__).resolve().parents[2] / "tests"
+TESTS = Path(__file__).resolve().parents[3] / "tests"
 """Location of the studies in a checkout."""
 
 PageOption = Annotated[Path | None, option("Write a page with pictures and tables into this folder.")]
-works = group("reproduce", "Reproduce the two works behind this program: printed numbers beside ours.")
+works = group(
+    "reproduce", "Reproduce the two works behind this program: printed numbers beside ours.", section="Files"
+)
 
 
 @works.callback()

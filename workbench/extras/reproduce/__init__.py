@@ -1,0 +1,1 @@
+"""The works behind this program done again, from a checkout."""
