@@ -45,6 +45,8 @@ from workbench.extras.pendant.touching.tool_tip import ToolTip as ToolTip
 from workbench.extras.pendant.touching.tool_tip import tcp as tcp
 from workbench.extras.pendant.touching.user_frame import UserFrame as UserFrame
 from workbench.extras.pendant.touching.user_frame import frame as frame
+from workbench.extras.poses.choose_poses import choose_poses as choose_poses
+from workbench.extras.poses.pose_limits import PoseLimits as PoseLimits
 from workbench.extras.production.trial import try_plate as try_plate
 from workbench.extras.service.fleet.fleet import Fleet as Fleet
 from workbench.extras.service.fleet.fleet import compare_fleet as compare_fleet
@@ -65,8 +67,6 @@ from workbench.plate.optimiser.result import PlateDesign as PlateDesign
 from workbench.plate.plate import Plate as Plate
 from workbench.plate.plate import Target as Target
 from workbench.plate.plate_toml import write_plate as write_plate
-from workbench.plate.poses.choose_poses import choose_poses as choose_poses
-from workbench.plate.poses.pose_limits import PoseLimits as PoseLimits
 from workbench.plate.region import Region as Region
 from workbench.plate.score import PlateScore as PlateScore
 from workbench.plate.score import score_plate

@@ -23,11 +23,11 @@ from workbench.base.progress import part_of, progress
 from workbench.data.prediction import RowComponents
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate_targets
-from workbench.extras.clustering.design import cluster_region
-from workbench.extras.clustering.search import Clustering
+from workbench.extras.poses.choose_poses import choose_poses
+from workbench.extras.poses.clustering.design import cluster_region
+from workbench.extras.poses.clustering.search import Clustering
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.poses.choose_poses import choose_poses
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import score_plate

@@ -9,7 +9,7 @@ from studies.aria_arms import TITLES, Comparison
 from studies.aria_figures import all_pictures
 from studies.page import SCHEMA, Json, Page, Sheet, findings_json, plural, write_page
 from workbench.base.files import check_folder
-from workbench.extras.clustering.report import cluster_json
+from workbench.extras.poses.clustering.report import cluster_json
 
 TITLE = "Kinematic calibration of a lightweight manipulator, done again"
 SOURCE = (

@@ -195,7 +195,7 @@ def _say_ready(text: str) -> None:
 
 PANELS: dict[str, tuple] = {
     "Start": (measurements.simulate, measurements.preview),
-    "Calibrate": (calibration.identify, calibration.diagnose, calibration.evaluate, measurements.poses),
+    "Calibrate": (calibration.identify, calibration.diagnose, calibration.evaluate),
     "Plates": (plate_design.plates,),
     "Files": (calibration.export,),
 }

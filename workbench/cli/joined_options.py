@@ -30,7 +30,7 @@ class AbstractSource(ABC):
 
 
 class AbstractAim(ABC):
-    """Options by which another package defines what an instrument sees, added to `SightOptions`."""
+    """Options by which another package defines what an instrument sees, added to those of `poses`."""
 
     @abstractmethod
     def sight(self) -> "AbstractSight | None":

@@ -15,7 +15,7 @@ from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.base.progress import running
 from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
-from workbench.cli.joined_options import AbstractAim, AbstractCompanion, AbstractSource
+from workbench.cli.joined_options import AbstractCompanion, AbstractSource
 from workbench.cli.joined_options import flattened as flattened
 
 
@@ -112,19 +112,6 @@ class FileOptions:
     def read_whole(self, path: Path, arm):
         """Measurements from another file with its own joint readings: --joints is not applied."""
         return replace(self, joints=None).read(path, arm)
-
-
-@dataclass(frozen=True)
-class SightOptions:
-    """What an instrument must see of poses; all options come from other packages."""
-
-    joined: tuple[AbstractAim, ...] = ()
-    joins: ClassVar = AbstractAim
-
-    @property
-    def sight(self):
-        """What must be visible; None for no condition."""
-        return next((found for aim in self.joined if (found := aim.sight()) is not None), None)
 
 
 @dataclass(frozen=True)

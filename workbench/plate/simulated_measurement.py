@@ -27,8 +27,8 @@ from workbench.plate.argument_types import checked_arguments
 from workbench.plate.collision import hits
 from workbench.plate.plate import Plate
 from workbench.plate.poses.circle_points import circle_poses
-from workbench.plate.poses.informative_poses import informative_poses
 from workbench.plate.poses.iso_cube import iso_cube_poses
+from workbench.plate.poses.pose_choice import POSE_CHOICES
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable, plate_solutions
@@ -83,7 +83,11 @@ def measure_poses(
     elif index == ISO_CUBE:
         q = iso_cube_poses(robot, number, rng=rng).q
     else:
-        q = informative_poses(robot, number, index=index, rng=rng).q
+        choice = next((c for c in POSE_CHOICES.values() if index in c.indices), None)
+        if choice is None:
+            known = [RANDOM, ISO_CUBE, CIRCLE_POINTS, *(i for c in POSE_CHOICES.values() for i in c.indices)]
+            raise OptionError(f"no choice of poses '{index}'; choose from {', '.join(known)}")
+        q = choice.choose(robot, number, index=index, rng=rng)
     state = varied_state(actual, q, rng=rng)
     rows = simulate(actual, state, instrument=_instrument(instrument), rng=rng)
     note = f"simulated: {plural(number, 'pose')} ({index}), {_instrument(instrument).name}, seed {seed}"

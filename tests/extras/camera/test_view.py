@@ -14,10 +14,10 @@ from workbench.extras.camera.camera import Camera, Mount, write_cameras
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import Charuco, charuco_target, write_target
 from workbench.extras.camera.target_in_view import TargetInView
+from workbench.extras.poses.informative_poses import informative_poses
+from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.free_constants import identified_names
 from workbench.plate.observability import index_named
-from workbench.plate.poses.informative_poses import informative_poses
-from workbench.plate.poses.pose_limits import PoseLimits
 
 LENS = np.array([900.0, 905.0, 640.0, 480.0, -0.1, 0.02, 1e-3, 0.0, 0.0])
 BOARD = Charuco((5, 7), 0.03, 0.022, "DICT_5X5_250")
@@ -61,7 +61,7 @@ def test_the_derivative_of_pixels_by_twists_is_that_of_differences(aria, mounted
 
 
 def pose_sample(robot, seen, number):
-    from workbench.plate.poses.pose_limits import sample_poses
+    from workbench.extras.poses.pose_limits import sample_poses
 
     return sample_poses(robot, number, PoseLimits(view=seen), rng=np.random.default_rng(0))
 

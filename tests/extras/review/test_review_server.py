@@ -5,9 +5,9 @@ import urllib.request
 from pathlib import Path
 
 import pytest
+from workbench.extras.viewer.viewer import opened
 
-from workbench.extras.review.viewer import opened
-from workbench.views.recording import review
+from workbench.extras.review import viewer
 
 SAMPLE = Path(__file__).resolve().parents[3] / "recordings" / "sample"
 
@@ -49,7 +49,7 @@ def test_the_viewer_in_the_browser_is_given_addresses_and_serves_no_data(run, tm
     class Done:
         returncode = 0
 
-    monkeypatch.setattr(review.subprocess, "run", lambda command, **_: commands.append(command) or Done())
+    monkeypatch.setattr(viewer.subprocess, "run", lambda command, **_: commands.append(command) or Done())
     assert run("review", SAMPLE, "--web")[0] == 0
     assert "--web-viewer" in commands[0]
     assert commands[0][-1].startswith("http://127.0.0.1:")
@@ -63,5 +63,5 @@ def test_a_disk_that_is_full_leaves_no_half_file(tmp_path, monkeypatch):
     (tmp_path / "session.rrd").write_bytes(b"RRF2")
     monkeypatch.setattr("os.fsync", no_room)
     with pytest.raises(FileError, match="room"):
-        review._join([tmp_path / "session.rrd"], tmp_path / "out.rrd", tmp_path)
+        viewer._join([tmp_path / "session.rrd"], tmp_path / "out.rrd", tmp_path)
     assert not (tmp_path / "out.rrd").exists()

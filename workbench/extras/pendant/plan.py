@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+import workbench as wb
 from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
 from workbench.arm.joint_units import shown_joints, sliding
@@ -25,8 +26,6 @@ from workbench.extras.pendant.extract import WANTED
 from workbench.identification.identify import identify
 from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.optimiser.shapes import ON_THE_TABLE
-from workbench.plate.poses.choose_poses import choose_poses
-from workbench.plate.poses.pose_limits import PoseLimits
 
 MARGIN = float(np.deg2rad(3.0))
 """Distance of the joints from their limits [rad]."""
@@ -88,9 +87,11 @@ def plan_readings(robot: Robot, number: int, *, seed: int = 0) -> Plan:
     if number < MIN_POSES:
         raise OptionError(f"--plan must be at least {MIN_POSES} poses, got {number}; 30 suit most arms")
     bare = robot.bare.with_frames(base=Frame(free=Freedom.AUTO), tool=Frame(free=Freedom.AUTO))
-    limits = PoseLimits(margin=MARGIN, clearance=CLEARANCE, floor=_floor(bare))
+    if not hasattr(wb, "choose_poses"):
+        raise OptionError("--plan needs workbench's extra poses, which is not installed")
+    limits = wb.PoseLimits(margin=MARGIN, clearance=CLEARANCE, floor=_floor(bare))
     with part_of(0.0, 0.5):
-        found = choose_poses(bare, number, limits=limits, base=True, tool=True, seed=seed)
+        found = wb.choose_poses(bare, number, limits=limits, base=True, tool=True, seed=seed)
     shown = shown_joints(robot, found.q).round()
     q = np.where(sliding(robot), 1e-3 * shown, np.deg2rad(shown))
     return Plan(robot, q, _expected(bare, q, np.random.default_rng(seed)))

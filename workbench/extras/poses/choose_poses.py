@@ -17,10 +17,10 @@ from workbench.base.files import write_text
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
 from workbench.data.readers import read_trajectory
+from workbench.extras.poses.informative_poses import Method, PoseSet, informative_poses
+from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.argument_types import checked_arguments
 from workbench.plate.free_constants import identified_names
-from workbench.plate.poses.informative_poses import Method, PoseSet, informative_poses
-from workbench.plate.poses.pose_limits import PoseLimits
 from workbench.plate.region_poses import PLATE_POSES, region_poses
 
 

@@ -16,9 +16,9 @@ from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
 from workbench.base.progress import Cancelled, cancelled, check_cancelled
 from workbench.base.types import Outcome
+from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.free_constants import visible
 from workbench.plate.observability import AbstractIndex
-from workbench.plate.poses.pose_limits import PoseLimits
 from workbench.plate.poses.sight import AbstractSight
 
 STEP = 1e-5

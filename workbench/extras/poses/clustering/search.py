@@ -21,13 +21,13 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, part_of
 from workbench.base.types import Outcome, frozen
+from workbench.extras.poses.d_optimal import greedy_choice
+from workbench.extras.poses.pose_limits import PoseLimits, folded, sample_poses
 from workbench.plate.collision import hits, mutually_blocking
 from workbench.plate.exchange import exchange
 from workbench.plate.observability import AbstractIndex, O
 from workbench.plate.optimality_criterion import criterion_of
 from workbench.plate.plate import Plate, Target
-from workbench.plate.poses.d_optimal import greedy_choice
-from workbench.plate.poses.pose_limits import PoseLimits, folded, sample_poses
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
 

@@ -19,10 +19,10 @@ from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
+from workbench.extras.poses.d_optimal import greedy_choice
 from workbench.plate.collision import solid_clear
 from workbench.plate.optimiser.clearance import Surroundings, arm_shape
 from workbench.plate.plate import Plate
-from workbench.plate.poses.d_optimal import greedy_choice
 from workbench.plate.poses.sampling import in_base, poses_satisfying, random_poses
 from workbench.plate.poses.sight import AbstractSight
 from workbench.plate.region import Region

@@ -11,10 +11,10 @@ from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.progress import running
 from workbench.base.types import Outcome
+from workbench.extras.poses.gradient import PoseClimb
+from workbench.extras.poses.informative_poses import informative_poses
+from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.observability import INDICES
-from workbench.plate.poses.gradient import PoseClimb
-from workbench.plate.poses.informative_poses import informative_poses
-from workbench.plate.poses.pose_limits import PoseLimits
 from workbench.plate.poses.sampling import in_base, random_poses
 from workbench.plate.region import Region
 

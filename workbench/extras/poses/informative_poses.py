@@ -12,6 +12,7 @@ in an order of measuring with short moves.
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
@@ -21,14 +22,15 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import part_of, progress
 from workbench.base.types import Outcome, frozen
+from workbench.extras.poses.d_optimal import d_bound, d_exchange, greedy_choice
+from workbench.extras.poses.gradient import PoseClimb
+from workbench.extras.poses.measurement_order import measuring_order, travels
+from workbench.extras.poses.pose_limits import PoseLimits, feasible_start, folded, sample_poses, walks
 from workbench.plate.exchange import Exchanged, exchange
 from workbench.plate.free_constants import visible_basis
-from workbench.plate.observability import OV1, AbstractIndex, O
+from workbench.plate.observability import INDICES, OV1, AbstractIndex, O
 from workbench.plate.optimality_criterion import criterion_of, goal_index
-from workbench.plate.poses.d_optimal import d_bound, d_exchange, greedy_choice
-from workbench.plate.poses.gradient import PoseClimb
-from workbench.plate.poses.measurement_order import measuring_order, travels
-from workbench.plate.poses.pose_limits import PoseLimits, feasible_start, folded, sample_poses, walks
+from workbench.plate.poses.pose_choice import AbstractPoseChoice
 from workbench.plate.poses.sampling import in_base, random_poses
 
 CANDIDATES = 300
@@ -317,3 +319,16 @@ def _result(task: PoseTask, q: np.ndarray, before: float, history, outcome: Outc
     after = task.climb.value(ordered)
     progress(1.0, "done")
     return PoseSet(frozen(ordered), task.index.name, before, after, (*history, after), outcome)
+
+
+@final
+class Informative(AbstractPoseChoice):
+    """Of simulated measurements."""
+
+    name = "informative"
+    indices = INDICES
+
+    def choose(
+        self, robot: Robot, number: int, *, index: str, rng: np.random.Generator
+    ) -> Float[np.ndarray, "number n"]:
+        return informative_poses(robot, number, index=index, rng=rng).q

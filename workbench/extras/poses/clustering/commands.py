@@ -27,8 +27,8 @@ def cluster(
     seed: opt.SeedOption = 0,
 ) -> None:
     """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
-    from workbench.extras.clustering.design import cluster_region
-    from workbench.extras.clustering.report import cluster_json, cluster_tables
+    from workbench.extras.poses.clustering.design import cluster_region
+    from workbench.extras.poses.clustering.report import cluster_json, cluster_tables
     from workbench.plate.plate_toml import load_plate
 
     opt.check_writable(out, json)

@@ -7,7 +7,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
-from workbench.extras.clustering.session import ClusterTargets
+from workbench.extras.poses.clustering.session import ClusterTargets
 from workbench.plate.collision import solid_clear
 from workbench.plate.observability import inverse_condition
 from workbench.session.state import Severity

@@ -30,7 +30,7 @@ class ClusterTargets(AbstractTask[Plate]):
             raise OptionError(f"the number of poses must be 2 to {maximum}, got {self.number}")
 
     def compute(self, session: Session) -> Plate:
-        from workbench.extras.clustering.design import cluster_region
+        from workbench.extras.poses.clustering.design import cluster_region
 
         plate = session.plate
         found = cluster_region(session.robot, plate.region, number=self.number, solid=plate, seed=self.seed)

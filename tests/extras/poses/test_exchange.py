@@ -8,10 +8,7 @@ import pytest
 from workbench.base.errors import OptionError
 from workbench.base.progress import running
 from workbench.base.types import Outcome
-from workbench.plate.exchange import descend, exchange
-from workbench.plate.observability import INDICES
-from workbench.plate.optimality_criterion import criterion_of
-from workbench.plate.poses.d_optimal import (
+from workbench.extras.poses.d_optimal import (
     d_bound,
     d_exchange,
     greedy_choice,
@@ -21,6 +18,9 @@ from workbench.plate.poses.d_optimal import (
     spreads,
     with_block,
 )
+from workbench.plate.exchange import descend, exchange
+from workbench.plate.observability import INDICES
+from workbench.plate.optimality_criterion import criterion_of
 
 
 def blocks(count=8, rows=2, size=3, seed=0):

@@ -10,12 +10,12 @@ from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
-from workbench.extras.clustering.design import cluster_region as cluster
-from workbench.extras.clustering.report import cluster_tables
-from workbench.extras.clustering.search import cluster_region
+from workbench.extras.poses.clustering.design import cluster_region as cluster
+from workbench.extras.poses.clustering.report import cluster_tables
+from workbench.extras.poses.clustering.search import cluster_region
+from workbench.extras.poses.pose_limits import PoseLimits, folded, sample_poses
 from workbench.plate.observability import INDICES
 from workbench.plate.plate_toml import read_plate, write_plate
-from workbench.plate.poses.pose_limits import PoseLimits, folded, sample_poses
 from workbench.plate.region import Region
 from workbench.plate.target_branches import single_branches
 

@@ -9,8 +9,8 @@ from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
-from workbench.extras.clustering import search
-from workbench.extras.clustering.search import Clustering
+from workbench.extras.poses.clustering import search
+from workbench.extras.poses.clustering.search import Clustering
 from workbench.plate.optimality_criterion import goal_index
 from workbench.plate.plate import Plate
 from workbench.plate.region import Region

@@ -12,12 +12,12 @@ from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import running
 from workbench.base.types import Outcome
+from workbench.extras.poses.gradient import PoseClimb
+from workbench.extras.poses.informative_poses import Method, informative_poses
+from workbench.extras.poses.measurement_order import measuring_order, travels
+from workbench.extras.poses.pose_limits import PoseLimits, sample_poses, walks
 from workbench.plate.free_constants import identified_names, visible_basis
 from workbench.plate.observability import I
-from workbench.plate.poses.gradient import PoseClimb
-from workbench.plate.poses.informative_poses import Method, informative_poses
-from workbench.plate.poses.measurement_order import measuring_order, travels
-from workbench.plate.poses.pose_limits import PoseLimits, sample_poses, walks
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
 
@@ -132,7 +132,7 @@ def test_walks_stay_within_limits_and_reach(aria, plate):
 
 
 def test_conflicts_name_the_pair(aria, plate, monkeypatch):
-    monkeypatch.setattr("workbench.plate.poses.informative_poses.LIMITED_CANDIDATES", 300)
+    monkeypatch.setattr("workbench.extras.poses.informative_poses.LIMITED_CANDIDATES", 300)
 
     def requested(number=12, **text):
         return informative_poses(aria, number, limits=PoseLimits(region=plate.region, **text), rng=rng(14))

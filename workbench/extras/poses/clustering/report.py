@@ -5,7 +5,7 @@ from rich.text import Text
 
 from workbench.arm.joint_units import shown_joints
 from workbench.base.wording import plural
-from workbench.extras.clustering.search import Cluster, Clustering
+from workbench.extras.poses.clustering.search import Cluster, Clustering
 from workbench.plate.report.plates import Json, number_or_open
 from workbench.report.tables import new_table
 
