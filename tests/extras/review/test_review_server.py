@@ -5,9 +5,9 @@ import urllib.request
 from pathlib import Path
 
 import pytest
-from workbench.extras.viewer.viewer import opened
 
 from workbench.extras.review import viewer
+from workbench.extras.review.viewer import opened
 
 SAMPLE = Path(__file__).resolve().parents[3] / "recordings" / "sample"
 
