@@ -4,7 +4,7 @@ Slots are the poses of a set and share all candidates, or they are the targets o
 own few inverse-kinematics solutions. From a start, every slot in turn takes the option that makes the
 criterion smallest with the other slots as they stand; a local optimum is reached when a whole round
 changes nothing (`descend`). Several starts guard against poor ones. The cost never rises above that of the
-start. `poses/d_optimal.py` and `optimiser/search.py` descend alike, with updates of their own criteria.
+start. `extras/poses/d_optimal.py` and `optimiser/search.py` descend alike, with updates of their own.
 
 Where a slot has many options, the criterion's slope ranks them, and only the best few that promise any gain
 are tried: where the cost is convex, those that promise none bring none.

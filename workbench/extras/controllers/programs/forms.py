@@ -1,7 +1,7 @@
 """Self-contained programs that correct joints: a Python file for numpy, a C header for libc and libm.
 
-The program is that of `compensate` (`paths/correction.py`, iterated), in `standalone.py` and `standalone.h`;
-the export fills in the arm: elements, constants, masses, and its effects as terms (`terms.py`).
+The program is that of `compensate` (`extras/trajectories/correction.py`, iterated), in `standalone.py` and
+`standalone.h`; the export fills in the arm: elements, constants, masses, and effects as terms (`terms.py`).
 """
 
 import json
