@@ -14,6 +14,7 @@ from tests.session.direct_commands import done
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
 from workbench.arm.motion import Motion
+from workbench.base.errors import OptionError
 from workbench.data.prediction import row_components
 from workbench.data.writer import write_measurements
 from workbench.diagnosis import rounds
@@ -22,7 +23,6 @@ from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.events import changeable, promising
 from workbench.diagnosis.evidence import left_by, offer
 from workbench.diagnosis.gram_matrices import compress
-from workbench.diagnosis.report.plots import pictures
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.structure import structure_of
 from workbench.diagnosis.timeline import Timeline, crowded
@@ -253,7 +253,7 @@ def test_rows_of_another_file_are_judged_by_the_arm_as_it_is_now(clock):
     assert len(found.held_out_data) == len(other)
     shown = row_components(found.identification().best.as_measured, found.held_out_data).position
     assert 1e3 * np.linalg.norm(shown, axis=1).mean() == pytest.approx(found.after.held_out.position_mm.mean)
-    assert all(picture.draw() is not None for picture in pictures(found) if picture.name.startswith("effect"))
+    assert all(found.plot(f"effect-{k}").axes for k in range(1, len(found.effects) + 1))
 
 
 def test_rows_that_one_run_was_divided_into_are_judged_by_their_times():
@@ -278,4 +278,5 @@ def test_the_report_draws_a_line_with_its_name_where_something_happened(slipped)
     before, after = (line.get_ydata() for line in axes.lines if line.get_linestyle() == "None")
     assert before.mean() > 3.0 * after.mean()
     again = diagnose(made.robot, made.data.take(np.arange(event.row, len(made.data))), held_out=0.0)
-    assert "events" not in {picture.name for picture in pictures(again)}
+    with pytest.raises(OptionError):
+        again.plot("events")

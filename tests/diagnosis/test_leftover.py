@@ -11,7 +11,6 @@ from problems import fitted
 
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.diagnosis.report.structure_plot import along_axis
 from workbench.diagnosis.result import Verdict
 from workbench.diagnosis.structure import structure_of
 from workbench.identification.joint_reading_noise import readings
@@ -129,5 +128,5 @@ def test_the_picture_in_the_order_of_the_rows_names_sessions():
     case = make("none", 3, "katana")
     names = np.where(case.data.row < 50, "before noon", "after noon")
     result = diagnose(case.robot, replace(case.data, session=names), held_out=0.0)
-    (panel, *_) = along_axis(result).axes
+    (panel, *_) = result.plot("structure").axes
     assert [t.get_text().strip() for t in panel.texts] == ["before noon", "after noon"]

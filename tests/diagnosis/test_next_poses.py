@@ -11,7 +11,6 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.next_poses import WEAK, _covariance, _reason, _Unknown, next_poses
-from workbench.diagnosis.report import html_report, plots
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import diagnosis_tables
 from workbench.identification.frames import Sessions
@@ -110,12 +109,3 @@ def test_an_adviser_that_fails_costs_a_warning_and_nothing_else(adviser, case, w
     assert diagnosis_json(found)["warnings"] == list(found.warnings)
     for shown in (repr(found), as_text(diagnosis_tables(found))):
         assert found.warnings[0] in " ".join(shown.split())
-
-
-def test_a_picture_that_fails_is_left_out_of_the_report(whole, monkeypatch, tmp_path):
-    monkeypatch.setattr(plots, "ranking", failing)
-    page = html_report.write_diagnosis(whole, tmp_path / "out")
-    assert "Singular matrix" in page.read_text()
-    pictures = {path.stem.removeprefix(html_report.PICTURES) for path in page.parent.glob("*.png")}
-    assert {"errors", "arrows"} < pictures
-    assert "ranking" not in pictures

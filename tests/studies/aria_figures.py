@@ -14,7 +14,7 @@ from studies.aria import AriaReproduction
 from studies.aria_arms import TITLES, Comparison
 from studies.page import Picture, drawn
 from workbench.data.prediction import RowComponents
-from workbench.identification.report.figures import error_grid
+from workbench.extras.reports.identification_figures import error_grid
 from workbench.identification.result import ArmErrors
 from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure

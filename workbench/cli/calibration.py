@@ -47,6 +47,7 @@ def identify(
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
     from workbench.identification.result import LOOK_AGAIN
+    from workbench.report.result_page import page_of
 
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees joint offsets only; give either --level or --free")
@@ -56,6 +57,7 @@ def identify(
     if robot is None and (rows.readings is None or not rows.readings.has_tool_poses):
         raise OptionError("give --robot; it may be omitted only for rows with tool poses instead of joints")
     out.check()
+    page = None if out.report is None else page_of("Identification")
     fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
     with opt.progress_bar("identify"):
@@ -73,10 +75,8 @@ def identify(
     if requested is not None:
         opt.say(judge(run, requested).verdict)
     opt.write_result(out.json, reports.identification_json(run))
-    if out.report is not None:
-        from workbench.identification.report.html_report import write_report
-
-        opt.say(f"report: {write_report(run, out.report, wanted=requested)}")
+    if out.report is not None and page is not None:
+        opt.say(f"report: {page.write(run, out.report, wanted=requested)}")
     if out.save is not None and run.identifiability is not None and run.identifiability.refused:
         opt.fail(f"{out.save} is not written: {run.identifiability.refused}")
     doubts = run.doubts(run.best)
@@ -121,10 +121,12 @@ def diagnose(
     from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
     from workbench.identification.file_errors import file_text, judging_rows
+    from workbench.report.result_page import page_of
 
     arm = wb.load_robot(robot)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     out.check()
+    page = None if out.report is None else page_of("Diagnosis")
     fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
     with opt.progress_bar("diagnose"):
@@ -135,10 +137,8 @@ def diagnose(
         found = run.identification()
         opt.say(f"mean error of the files on {judging_rows(found)}: {file_text(found, found.best)}")
     opt.write_result(out.json, diagnosis_json(run))
-    if out.report is not None:
-        from workbench.diagnosis.report.html_report import write_diagnosis
-
-        opt.say(f"report: {write_diagnosis(run, out.report)}")
+    if out.report is not None and page is not None:
+        opt.say(f"report: {page.write(run, out.report)}")
     opt.check_converged(run.final_fit)
     if run.harm is not None:
         opt.fail(run.harm + opt.not_written(out.save, forced=fit.force))

@@ -23,7 +23,8 @@ from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged, with_error
 from workbench.identification.row_errors import Errors, RowErrors, row_errors
-from workbench.report.result_display import AbstractShown, figures_of, tables_of
+from workbench.report.result_display import AbstractShown, tables_of
+from workbench.report.result_page import page_figure
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -161,7 +162,7 @@ class Diagnosis(AbstractShown):
     """
 
     summary = tables_of("workbench.diagnosis.report.table:summary")
-    plot = figures_of("workbench.diagnosis.report.plots:figure")
+    plot = page_figure
 
     nominal_robot: Robot
     data: Dataset

@@ -31,6 +31,7 @@ from workbench.identification.row_errors import (
 )
 from workbench.identification.set_apart import suspect_note
 from workbench.report.result_display import AbstractShown, figures_of, tables_of
+from workbench.report.result_page import page_figure
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -186,7 +187,7 @@ class Identification(AbstractShown):
     """
 
     summary = tables_of("workbench.identification.report.table:identification_summary")
-    plot = figures_of("workbench.identification.report.figures:figure")
+    plot = page_figure
 
     nominal_robot: Robot
     aligned: Robot

@@ -24,6 +24,7 @@ from workbench.data import writer
 from workbench.data.readers.mapping import mapping_text
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
+from workbench.report.result_page import page_of
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
@@ -95,10 +96,10 @@ def captured_csv(session: Session) -> File:
 
 def report_zip(session: Session) -> File:
     """The report of the identification as a folder in a ZIP file."""
-    from workbench.identification.report.html_report import write_report
-
     found = _identified(session)
-    content, _ = _packed(lambda folder: write_report(found, folder, wanted=session.choices.wanted), "report")
+    content, _ = _packed(
+        lambda folder: page_of("Identification").write(found, folder, wanted=session.choices.wanted), "report"
+    )
     return f"{stem_of(session.robot.name)}-report.zip", content
 
 

@@ -1,19 +1,15 @@
 """Small results that the report's tests share."""
 
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
-from workbench.base.progress import running
 from workbench.base.types import Freedom
-from workbench.data.accuracy_requirement import Requirement
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
-from workbench.identification.report.html_report import write_report
 from workbench.plate.simulated_measurement import measure_poses
 
 HOSTILE = "<script>alert('x')</script> & \"quoted\" $\\alpha$"
@@ -33,12 +29,6 @@ def result():
 
 
 @pytest.fixture(scope="session")
-def report(result, tmp_path_factory):
-    """The report of that arm, its pictures drawn once."""
-    return write_report(result, tmp_path_factory.mktemp("report") / "new", wanted=Requirement().wanted)
-
-
-@pytest.fixture(scope="session")
 def points():
     """Points only, base and tool unknown, none held out."""
     free = Frame(free=Freedom.FREE)
@@ -52,28 +42,3 @@ def evaluated():
     robot = load_robot("aria")
     _, rows = measure_poses(robot, 12, seed=3)
     return evaluate(robot, rows)
-
-
-@dataclass(frozen=True)
-class Replaced:
-    """A report of points, written over an older one.
-
-    Args:
-        path: The page.
-        parts: What was told while it was written.
-    """
-
-    path: Path
-    parts: list[float]
-
-
-@pytest.fixture(scope="session")
-def replaced(points, tmp_path_factory):
-    """None of whose rows keeps what is wanted, in a folder that has another file."""
-    folder, parts = tmp_path_factory.mktemp("points"), []
-    for name in ("errors-orientation.svg", "report.html", "mine.txt"):
-        (folder / name).write_text("old")
-    wanted = Requirement(per_axis=1e-7).wanted
-    with running(lambda part, text: parts.append(part)):
-        path = write_report(points, folder, wanted=wanted)
-    return Replaced(path, parts)

@@ -33,6 +33,7 @@ from workbench.identification.arm_match import ArmMatch
 from workbench.plate.export import ExportedPlate
 from workbench.plate.plate_toml import load_plate, read_plate
 from workbench.plate.region import Region
+from workbench.report.result_page import page_of
 from workbench.session.commands.arm import ChooseRobot, LoadModel
 from workbench.session.commands.compare import SetUnits, ShowFit
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
@@ -315,12 +316,12 @@ def _waited(app):
 
 
 def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
-    def write_report(found, folder, *, wanted):
+    def write_report(page, found, folder, *, wanted):
         assert (found, wanted) == (session.results.identification, session.choices.wanted)
         folder.mkdir()
         (folder / "report.html").write_text("")
 
-    monkeypatch.setattr("workbench.identification.report.html_report.write_report", write_report)
+    monkeypatch.setattr(type(page_of("Identification")), "write", write_report)
     app.worker.submit(MeasureVirtualArm(2))
     app.worker.wait(60.0)
     app.worker.submit(Identify(("opt2",)))

@@ -11,7 +11,7 @@ from workbench.base.wording import plural
 from workbench.diagnosis.report.ranking import ranking
 from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_plots import before_after
-from workbench.identification.report.html_report import error_cards
+from workbench.identification.report.table import error_cards
 from workbench.identification.result import judged, order_of_measuring
 from workbench.report.figures import DrawnFigure, svg
 from workbench.report.html import page_template
@@ -32,7 +32,7 @@ def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
     """Write the report of a recorded session, the file whole or not at all."""
     first, last = recording.first, replayed.session
     found, run = last.results.identification, last.results.run
-    text = page_template("session.html", package="workbench.views.recording").render(
+    text = page_template("session.html", package="workbench.extras.review").render(
         robot=last.robot.name,
         began=recording.header.get("began", "")[:16].replace("T", " "),
         replayed=replayed,

@@ -18,7 +18,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import LEGEND, Cell, ConstantStatus, parameter_table
 from workbench.identification.result import Evaluation, Identification, Run, Validation, error_rows
 from workbench.identification.row_errors import Errors, Spread
-from workbench.report.numbers import short
+from workbench.report.numbers import factor, short
 from workbench.report.tables import folded, line, new_table, unbroken
 
 STYLES = {
@@ -169,3 +169,22 @@ def _cell_line(cell: Cell | None, which: int) -> Text:
     if which == 1:
         return Text(text + (cell.state or " "), style=STYLES[cell.state] or "bold")
     return Text(text + " " if text else "", style="dim")
+
+
+def error_cards(before: Errors, after: Errors) -> list[dict[str, str]]:
+    """Cards at the top of the page: mean and maximum errors before and after."""
+    cards = []
+    for what, unit, old, new in (
+        ("position error", " mm", before.position_mm, after.position_mm),
+        ("orientation error", "°", before.orientation_deg, after.orientation_deg),
+        ("inclinometer error", "°", before.tilt_deg, after.tilt_deg),
+    ):
+        if old is None or new is None or np.isnan(new.mean):
+            continue
+        for name in ("mean", "max"):
+            a, b = getattr(old, name), getattr(new, name)
+            label = f"{'Mean' if name == 'mean' else 'Maximum'} {what}"
+            cards.append(
+                {"label": label, "unit": unit, "before": short(a), "after": short(b), "factor": factor(a, b)}
+            )
+    return cards

@@ -9,9 +9,9 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from workbench.data.accuracy_requirement import Requirement
 from workbench.data.prediction import RowComponents
+from workbench.extras.reports.identification_figures import NAMES, STEMS, error_grid, pictures
 from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_plots import before_after, error_where, residual_histogram
-from workbench.identification.report.figures import NAMES, STEMS, error_grid, pictures
 from workbench.identification.result import ArmErrors, columns_of, order_of_measuring
 from workbench.report.figures import INK, look, new_figure, plain_ticks, svg
 

@@ -11,7 +11,6 @@ from workbench.base.progress import progress
 from workbench.base.wording import plural
 from workbench.diagnosis.claimed_causes import Cause
 from workbench.diagnosis.report.budget import budget_bars
-from workbench.diagnosis.report.plots import pictures
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import (
     EXPLAINS,
@@ -29,7 +28,8 @@ from workbench.diagnosis.report.table import (
 )
 from workbench.diagnosis.result import Diagnosis, judged
 from workbench.diagnosis.verdict import doubts
-from workbench.identification.report.html_report import error_cards
+from workbench.extras.reports.diagnosis_figures import pictures
+from workbench.identification.report.table import error_cards
 from workbench.identification.result import error_rows
 from workbench.report.figures import DrawnFigure, png
 from workbench.report.html import write_page
@@ -66,7 +66,15 @@ def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
     fields["sections"], more = sections_of(result, advice)
     fields["notes"] = (*result.warnings, *advice.warnings, *result.notes)
     path = write_page(
-        folder, PAGE, drawings, numbers | more, numbers=RESULT, files=files, replaces=old, **fields
+        folder,
+        PAGE,
+        drawings,
+        numbers | more,
+        numbers=RESULT,
+        files=files,
+        replaces=old,
+        package="workbench.extras.reports",
+        **fields,
     )
     progress(1.0, "done")
     return path

@@ -12,15 +12,15 @@ from workbench.base.advice import Advice
 from workbench.base.files import check_folder
 from workbench.base.progress import part_of, progress
 from workbench.data.accuracy_requirement import Wanted, WantedCheck
+from workbench.extras.reports.identification_figures import NAMES, all_figures
 from workbench.identification.pass_or_fail import Judged, judge
-from workbench.identification.report.figures import NAMES, all_figures
 from workbench.identification.report.how_to_apply import Use, controller_use
 from workbench.identification.report.parameters import LEGEND, Cell, parameter_table
 from workbench.identification.report.results_json import identification_json
+from workbench.identification.report.table import error_cards
 from workbench.identification.result import Identification, Run, error_rows
-from workbench.identification.row_errors import Errors
 from workbench.report.html import write_page
-from workbench.report.numbers import factor, short
+from workbench.report.numbers import short
 from workbench.report.sections import sections_of
 
 PAGE = "report.html"
@@ -51,7 +51,9 @@ def write_report(result: Identification, folder: Path | str, *, wanted: Wanted |
     fields = _text(result, judged=judged, use=use)
     fields["sections"], more = sections_of(result, advice)
     fields["warnings"] = (*result.warnings, *advice.warnings)
-    path = write_page(folder, PAGE, drawings, content | more, replaces=old, **fields)
+    path = write_page(
+        folder, PAGE, drawings, content | more, replaces=old, package="workbench.extras.reports", **fields
+    )
     progress(1.0, "done")
     return path
 
@@ -116,25 +118,6 @@ def _facts(result: Identification) -> list[tuple[str, str]]:
     facts.append(("Assumed noise", noise.text))
     facts.append(("Parameters", f"{len(result.best.fit.problem.names)} free parameters"))
     return facts
-
-
-def error_cards(before: Errors, after: Errors) -> list[dict[str, str]]:
-    """Cards at the top of the page: mean and maximum errors before and after."""
-    cards = []
-    for what, unit, old, new in (
-        ("position error", " mm", before.position_mm, after.position_mm),
-        ("orientation error", "°", before.orientation_deg, after.orientation_deg),
-        ("inclinometer error", "°", before.tilt_deg, after.tilt_deg),
-    ):
-        if old is None or new is None or np.isnan(new.mean):
-            continue
-        for name in ("mean", "max"):
-            a, b = getattr(old, name), getattr(new, name)
-            label = f"{'Mean' if name == 'mean' else 'Maximum'} {what}"
-            cards.append(
-                {"label": label, "unit": unit, "before": short(a), "after": short(b), "factor": factor(a, b)}
-            )
-    return cards
 
 
 def _axes(check: WantedCheck) -> list[dict[str, Any]]:

@@ -17,8 +17,8 @@ from workbench.arm.effects.axes import turns
 from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.effects.plots import IncrementCurve
 from workbench.arm.motion import Motion
-from workbench.diagnosis.report.apparent_errors import Rows
 from workbench.diagnosis.result import Accepted, Diagnosis
+from workbench.extras.reports.apparent_errors import Rows
 from workbench.identification.report.error_plots import POINTS
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 

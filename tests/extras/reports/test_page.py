@@ -9,10 +9,10 @@ from workbench.base import files
 from workbench.base.errors import FileError
 from workbench.base.files import write_folder
 from workbench.data.accuracy_requirement import Requirement, Wanted, default_requirement
+from workbench.extras.reports import identification_page as html_report
+from workbench.extras.reports.identification_figures import NAMES
+from workbench.extras.reports.identification_page import write_report
 from workbench.identification.pass_or_fail import judge
-from workbench.identification.report import html_report
-from workbench.identification.report.figures import NAMES
-from workbench.identification.report.html_report import write_report
 
 
 @pytest.fixture(scope="module")

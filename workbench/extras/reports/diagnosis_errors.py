@@ -11,8 +11,8 @@ from matplotlib.ticker import MaxNLocator
 
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components
-from workbench.diagnosis.report.apparent_errors import judged_rows
 from workbench.diagnosis.result import Diagnosis
+from workbench.extras.reports.apparent_errors import judged_rows
 from workbench.identification.report.error_plots import measured
 from workbench.report.colours import CALIBRATED, GEOMETRY, NOMINAL
 from workbench.report.figures import INK, grid, look, new_figure, plain_ticks

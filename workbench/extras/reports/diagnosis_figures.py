@@ -4,12 +4,12 @@ from functools import partial
 
 from matplotlib.figure import Figure
 
-from workbench.diagnosis.report.apparent_errors import Rows
-from workbench.diagnosis.report.effect_plots import against_drivers, shapes
-from workbench.diagnosis.report.error_plots import arrows, errors
 from workbench.diagnosis.report.ranking import ranking
-from workbench.diagnosis.report.structure_plot import along_axis, row_by_row
 from workbench.diagnosis.result import Diagnosis
+from workbench.extras.reports.apparent_errors import Rows
+from workbench.extras.reports.diagnosis_errors import arrows, errors
+from workbench.extras.reports.effect_plots import against_drivers, shapes
+from workbench.extras.reports.structure_plot import along_axis, row_by_row
 from workbench.report.figures import Picture, draw
 
 DRAWN = 12

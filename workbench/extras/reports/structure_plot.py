@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
-from workbench.diagnosis.report.error_plots import INKS, MODELS
 from workbench.diagnosis.result import Diagnosis
 from workbench.diagnosis.structure import IN_ORDER
+from workbench.extras.reports.diagnosis_errors import INKS, MODELS
 from workbench.identification.report.error_plots import measured
 from workbench.report.colours import EVENT
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure

@@ -1,0 +1,1 @@
+"""Pages of results for people: an identification and a diagnosis as HTML, with all their figures."""
