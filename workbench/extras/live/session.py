@@ -424,6 +424,6 @@ def _source(session: Session) -> Source:
 
 NUMBERS = Subject(
     "measuring",
-    lambda s: (m and m.acquisition.capture for m in (s.part(Measuring),)),
+    lambda s: ((found := s.part(Measuring)) and found.acquisition.capture,),
     lambda c: {"target": c.target.name, "rows": len(c.targets) - c.remaining},
 )
