@@ -4,14 +4,15 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Annotated, final
+from typing import TYPE_CHECKING, Annotated, final
 
 from workbench.base.errors import OptionError
 from workbench.cli.joined_options import AbstractCompanion
 from workbench.cli.options import option
-from workbench.extras.live.connection import connect, listen
-from workbench.session.view import AbstractView
-from workbench.session.worker import Worker
+
+if TYPE_CHECKING:
+    from workbench.session.view import AbstractView
+    from workbench.session.worker import Worker
 
 
 @final
@@ -24,7 +25,7 @@ class LiveOption(AbstractCompanion):
     ] = None
 
     @contextmanager
-    def opened(self) -> Iterator[Callable[[Worker], AbstractView | None]]:
+    def opened(self) -> "Iterator[Callable[[Worker], AbstractView | None]]":
         from workbench.extras.live.sources import LiveSource, end_former
 
         if self.source is None:
@@ -38,6 +39,8 @@ class LiveOption(AbstractCompanion):
 @contextmanager
 def lines_of(source: str) -> Iterator[Iterable[str]]:
     """Lines of a live source: standard input, an address to connect to, or a port to listen on."""
+    from workbench.extras.live.connection import connect, listen
+
     if source == "-":
         if sys.stdin.isatty():
             raise OptionError("nothing is piped in; give --from HOST:PORT, or pipe a source into the command")
