@@ -1,6 +1,7 @@
 """The program without one of its extras, or all: entry points and code gone, everything else as it was."""
 
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -127,7 +128,7 @@ def test_commands_and_page_go_on_without(gone, folders):
     assert set(files.split()) == {"toml", *left_of("workbench.plate_exports", gone)}
     assert set(readers.split()) == {*left_of("workbench.layouts", gone), *left_of("workbench.joins", gone)}
     for group, shown in (("workbench.root", root), ("workbench.commands", message)):
-        names = {word for line in shown.splitlines() for word in line.split()[: None if shown == root else 1]}
+        names = {*(root.split() if shown == root else re.findall(r"^ {2}(\S+) ", shown, re.MULTILINE))}
         known, left = ({n.split()[-1] for n in points} for points in (POINTS[group], left_of(group, gone)))
         assert names & known - OF_CORE == left - OF_CORE
     formats = {"toml"} if "workshop" in gone else {"stl", "csv", "toml"}
