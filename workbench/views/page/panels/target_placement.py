@@ -18,8 +18,8 @@ class ImprovePanel(AbstractPanel):
             ImprovePlate.title,
             lambda: ImprovePlate(seed=len(self._worker.session.history.scores)),
             viser.Icon.SPARKLES,
-            "Optimise all unlocked targets for the lowest predicted error in the region, reachable and free "
-            "of collisions. Cancel stops it, Undo restores the old plate.",
+            "Optimise all unlocked targets, and the plate's place while it is not good enough, for the "
+            "lowest predicted error in the region. Cancel stops it, Undo restores the old plate.",
             main=True,
         )
 
