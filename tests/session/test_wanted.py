@@ -157,7 +157,8 @@ def test_the_plate_is_judged_by_what_is_wanted(first):
     strict = replace(moved, choices=replace(moved.choices, wanted=Wanted(position=1e-4)))
     assert guide(strict).tone is Tone.CAREFUL
     assert guide(strict).next.command.title == "Improve this plate"
-    assert "Good enough?" in guide(replace(moved, choices=replace(moved.choices, wanted=None))).sentence
+    changed = replace(moved, plate=replace(first.plate, name="changed"))
+    assert "Good enough?" in guide(replace(changed, choices=replace(moved.choices, wanted=None))).sentence
     tried = replace(moved, trial=trial_of(first, 0.97))
     assert guide(tried).tone is Tone.GOOD
     assert guide(tried).next.save is fixture_zip  # in view, without scrolling
