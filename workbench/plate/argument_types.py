@@ -1,4 +1,4 @@
-"""What stands for a plate and a region in calls of verbs: files, names, and a plate for its region."""
+"""Arguments that represent a plate or a region: objects, files, names, or a plate for its region."""
 
 from pathlib import Path
 from typing import Any

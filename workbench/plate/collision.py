@@ -1,9 +1,9 @@
 """Collisions of the arm at the targets of a plate: a blocked target is not measurable.
 
-This is the quick look that dragging needs, without margins: capsules along the arm's links, as the optimiser
-has them for arms without meshes, against the plate's solid and the blocks as they are drawn. Left out are
-the last link, which carries the probe, and the block that it visits, since the probe may not be known yet.
-What the optimiser calls clear is clear here too.
+This is the fast check for dragging, without margins: capsules along the arm's links, as in the optimiser for
+arms without meshes, against the plate's solid and the drawn blocks. The last link, which carries the probe,
+and the visited block are ignored, since the probe may be unknown. Targets that are clear in the optimiser are
+clear here too.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
 
 TOUCHING = 1e-6
-"""Bodies that come nearer than this touch [m]."""
+"""Bodies closer than this are in contact [m]."""
 shape_of = lru_cache(maxsize=4)(capsule_arm)
 """The arm's capsules."""
 
@@ -31,11 +31,11 @@ shape_of = lru_cache(maxsize=4)(capsule_arm)
 def hits(
     robot: Robot, plate: Plate, visited: Sequence[int], q: Float[np.ndarray, "rows n"]
 ) -> tuple[str, ...]:
-    """What the arm would run into in each posture, and with which link, in words; empty where it is clear.
+    """What the arm would collide with in each posture, and with which link, as text; empty where it is clear.
 
     Args:
-        plate: Its solid and the blocks of its targets; without a solid nothing stands in the way.
-        visited: Target at which the arm stands in each posture, counted from 0.
+        plate: Its solid and the blocks of its targets; without a solid there are no obstacles.
+        visited: Target visited in each posture, counted from 0.
         q: Postures [rad or m].
     """
     if plate.size is None or not len(q):
@@ -56,7 +56,7 @@ def hits(
 
 
 def solid_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
-    """Which postures run into nothing of the plate's solid, whatever blocks stand on it."""
+    """Which postures are free of collisions with the plate's solid, whatever blocks it has."""
     if plate.size is None:
         return np.ones(len(q), bool)
     shape = shape_of(robot)
@@ -66,7 +66,7 @@ def solid_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> B
 
 
 def unobstructed(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:
-    """Those branches to a target, counted from 0, in which the arm runs into nothing."""
+    """Collision-free branches to a target, counted from 0."""
     if not branches:
         return ()
     found = hits(robot, plate, [target] * len(branches), np.stack([branch.q for branch in branches]))
@@ -78,8 +78,8 @@ def allows_target(
 ) -> Bool[np.ndarray, " rows"]:
     """At which postures a further target of the plate could be measured.
 
-    Its block stands on the plate, the arm runs into nothing there, and nowhere else into that block. A plate
-    without a solid has room everywhere.
+    Its block must lie on the plate, the arm must be free of collisions there, and in no other posture touch
+    that block. A plate without a solid has no obstacles.
 
     Args:
         plate: Its solid and the blocks of its targets.
@@ -105,10 +105,11 @@ def allows_target(
 def mutually_blocking(
     robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]
 ) -> Bool[np.ndarray, "rows rows"]:
-    """Which postures can't both be targets of the plate, as the arm runs in one into the block of the other.
+    """Which postures can't both be targets of the plate, as the arm in one collides with the block of the
+    other.
 
     Args:
-        plate: Its solid; whatever targets it has don't matter.
+        plate: Its solid; its targets are ignored.
         q: Postures [rad or m].
     """
     if plate.size is None or plate.anchors is not None:
@@ -121,7 +122,7 @@ def mutually_blocking(
 
 
 def touches(shape: CapsuleArm, at: Placements, hulls: Sequence[Hull]) -> Bool[np.ndarray, "rows hulls"]:
-    """Which bodies that stand still each posture runs into."""
+    """Which static bodies each posture collides with."""
     rows, count = len(at), len(hulls)
     gaps = shape.hull_distances(
         np.repeat(at, count, axis=0),
@@ -149,7 +150,7 @@ def _solid(size: bytes, xyz: bytes, rpy: bytes) -> Hull:
 
 @lru_cache(maxsize=256)
 def _block(target: Target, xyz: bytes, rpy: bytes) -> Hull:
-    """While one target is dragged the blocks of the others stay."""
+    """A block, cached: while one target is dragged the others stay."""
     return block_hulls(_bare(xyz, rpy), target.pose[None])[0]
 
 
@@ -161,7 +162,7 @@ def _bare(xyz: bytes, rpy: bytes, size: bytes | None = None) -> Plate:
 
 
 def _link(shape: CapsuleArm, at: Placements, hull: Hull) -> int:
-    """The first link that a posture brings into a body: k is the link after joint k, 0 the base."""
+    """The first link that collides with a body: k is the link after joint k, 0 the base."""
     for body in range(shape.robot.dof):
         if (
             shape.hull_distances(at, [hull], checked=shape.bodies == body, far=TOUCHING, minimum=TOUCHING)[0]

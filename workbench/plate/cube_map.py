@@ -1,8 +1,8 @@
-"""The cubes of a region, one by one: reached or not, how observable, how accurate afterwards.
+"""Map over the cubes of a region: reachability, observability, and accuracy after calibration.
 
-Every cube is tried at its centre in several orientations of the tool. Of those that the arm reaches, the
-posture with the highest index O (ARIA eq. 17) stands for the cube, as in the paper's workspace clustering
-(ARIA §4.2).
+Every cube is evaluated at its centre in several orientations of the tool. Of the reachable ones, the posture
+with the highest index O (ARIA eq. 17) represents the cube, as in the paper's workspace clustering (ARIA
+§4.2).
 """
 
 from dataclasses import dataclass
@@ -24,17 +24,17 @@ from workbench.plate.predicted_error import UNSEEN
 from workbench.plate.region import Region
 
 PART = 2000
-"""Poses that are solved between two checks of `cancelled`."""
+"""Number of poses solved between two checks of `cancelled`."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CubeMap:
-    """What is known of every cube of a region, in the order of `Region.centres`.
+    """Data of every cube of a region, in the order of `Region.centres`.
 
     Args:
-        names: The parameters that the index and the errors are about.
-        reached: In how many of the tried orientations the centre is reached.
-        tried: How many orientations were tried.
+        names: The parameters of index and errors.
+        reached: Number of tried orientations in which the centre is reached.
+        tried: Number of orientations tried.
         index: Highest index O there; NaN where not reached.
         q: The posture with that index [rad or m]; NaN where not reached.
         moves: Motion of the tool's position per parameter there [m per unit]; zero where not reached.
@@ -56,9 +56,9 @@ class CubeMap:
         return self.moves.reshape(-1, len(self.names))
 
     def errors(self, linearisation: Linearisation) -> Float[np.ndarray, " cubes"]:
-        """Root mean square position error to expect in each cube after these measurements [m].
+        """Expected root mean square position error in each cube after these measurements [m].
 
-        NaN where the cube is not reached, infinite where the measurements leave it open.
+        NaN where the cube is not reached, infinite where the measurements don't determine it.
         """
         rank = linearisation.rank()
         _, values, vt = linearisation.factors
@@ -79,7 +79,7 @@ def map_cubes(
 
     Args:
         rotations: Orientations of the tool that are tried at every centre, robot's base.
-        names: Parameters that the index and the errors are about.
+        names: Parameters of index and errors.
     """
     tried, cubes = len(rotations), len(region.centres)
     step = max(PART // tried, 1)

@@ -1,7 +1,7 @@
-"""All files of a plate in one folder: its own, and what a workshop needs, which extras add.
+"""All files of a plate in one folder: its own TOML, and workshop files added by extras.
 
-A format whose optional library is missing is skipped and reported; the rest is written. One more is an entry
-point of `workbench.plate_exports`, or in a notebook
+A format whose optional library is missing is skipped and reported; the rest is written. Further formats are
+entry points of `workbench.plate_exports`, or in a notebook
 
     PLATE_FILES.register(PlateFile("summary", lambda job: {"summary.txt": job.plate.name.encode()}))
 """
@@ -24,19 +24,19 @@ from workbench.plate.plate_toml import plate_text
 from workbench.plate.stock import Stock
 
 OWN_FILE = "plate.toml"
-"""The plate itself among its files."""
+"""File name of the plate itself."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PlateJob:
-    """What is to be written.
+    """Input of plate exports.
 
     Args:
-        plate: Which is made as it is drawn.
-        stock: What it is made with.
-        robot: The arm that it is for; None if not named.
-        sigma: Standard deviations of a measurement on the plate [m], [rad]; usual ones if None.
-        evaluation_poses: For which errors are predicted [rad or m]; those of the plate's region if None.
+        plate: The plate as drawn.
+        stock: Material and standard parts.
+        robot: The arm that it is for; None if not given.
+        sigma: Standard deviations of a measurement on the plate [m], [rad]; typical ones if None.
+        evaluation_poses: Poses for predicted errors [rad or m]; those of the plate's region if None.
     """
 
     plate: Plate
@@ -51,10 +51,10 @@ class PlateFile:
     """A format.
 
     Args:
-        name: What follows `--formats`.
-        write: Contents by the names of files.
-        is_usual: Whether it is written unless others are asked for.
-        notes: What whoever orders the plate must know before.
+        name: Name for `--formats`.
+        write: Contents by file name.
+        is_usual: Whether it is written by default.
+        notes: Notes for whoever orders the plate.
     """
 
     name: str
@@ -69,7 +69,7 @@ PLATE_FILES: Registry[PlateFile] = Registry(
     PlateFile("toml", lambda job: {OWN_FILE: plate_text(job.plate).encode()}),
     group="workbench.plate_exports",
 )
-"""Formats by what follows `--formats`."""
+"""Formats by their names for `--formats`."""
 
 
 def formats_named(text: str) -> tuple[str, ...]:
@@ -83,12 +83,12 @@ def formats_named(text: str) -> tuple[str, ...]:
 
 
 class ExportedPlate(NamedTuple):
-    """What was written.
+    """Result of a plate export.
 
     Args:
-        files: Their files.
+        files: Files that were written.
         missing: Formats that could not be written, and why.
-        notes: What the files say that must be known before the plate is made.
+        notes: Notes to read before the plate is made.
     """
 
     files: tuple[Path, ...]
@@ -106,12 +106,12 @@ def export_plate(
     stock: Stock | None = None,
     evaluation_poses: Float[np.ndarray, "rows n"] | None = None,
 ) -> ExportedPlate:
-    """Write a plate's files into a folder: all that can be written, or nothing where a format refuses it.
+    """Write a plate's files into a folder: all that can be written, or nothing if a format refuses the plate.
 
     Args:
         plate: Which is made as it is drawn.
-        folder: Made if it is not there.
-        formats: What to write; the usual ones if empty.
+        folder: Created if missing.
+        formats: Formats to write; the usual ones if empty.
         robot: The arm that it is for.
         sigma: Standard deviations of a measurement on the plate [m], [rad]; usual ones if None.
         stock: What it is made with; the usual one if None.

@@ -1,9 +1,9 @@
 """Free constants: those that a calibration identifies, and those that are observable at all.
 
-A free base and the first joint's zero turn the arm alike, a free tool and the last joint's too: no set of
-measurements tells them apart, whatever is measured. Indices of the whole parameter vector would all be zero.
-They are taken of the combinations that measurements *anywhere* show: an orthonormal basis of the scaled
-parameter space without what generic poses leave unseen. Where everything can be seen, nothing is changed.
+A free base and the first joint's zero are confounded, and so are a free tool and the last joint's zero: no
+measurements can separate them. Indices of the whole parameter vector would all be zero. They are therefore
+computed in an orthonormal basis of the combinations that are observable with generic poses. If all are,
+nothing changes.
 """
 
 from dataclasses import replace
@@ -18,7 +18,7 @@ from workbench.base.types import Freedom, frozen
 from workbench.plate.poses.sampling import random_poses
 
 GENERIC = 60
-"""Random poses that stand for all that could be measured."""
+"""Number of random poses that represent all possible measurements."""
 
 
 def identified_names(robot: Robot, *, base: bool | None = None, tool: bool | None = None) -> tuple[str, ...]:
@@ -40,7 +40,7 @@ def identified_names(robot: Robot, *, base: bool | None = None, tool: bool | Non
 def visible_basis(
     robot: Robot, names: tuple[str, ...] | None = None, *, sigma_rotation: float | None = 3.490658503988659e-4
 ) -> Float[np.ndarray, "p r"] | None:
-    """Combinations of scaled parameters that poses anywhere show, as columns; None where all are seen.
+    """Observable combinations of scaled parameters, as columns; None if all are observable.
 
     Args:
         names: What is identified; the robot's default free constants if None.
@@ -53,7 +53,7 @@ def visible_basis(
 
 
 def visible(linearisation: Linearisation, basis: Float[np.ndarray, "p r"] | None) -> Linearisation:
-    """The linearisation by the combinations of a basis, which count in metres; as it is if there is none."""
+    """The linearisation in a basis of combinations, in metres; unchanged without a basis."""
     if basis is None:
         return linearisation
     count = basis.shape[1]
@@ -68,5 +68,5 @@ def visible(linearisation: Linearisation, basis: Float[np.ndarray, "p r"] | None
 def visible_weight(
     weight: Float[np.ndarray, "p p"], basis: Float[np.ndarray, "p r"] | None
 ) -> Float[np.ndarray, "r r"]:
-    """A quadratic form of scaled parameters for the combinations of a basis."""
+    """A quadratic form of scaled parameters in the combinations of a basis."""
     return weight if basis is None else basis.T @ weight @ basis

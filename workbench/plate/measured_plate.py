@@ -2,7 +2,7 @@
 
 The file is a table like any other (CSV, decimal commas, Excel …): `target` counts from 1, then the place
 `x[mm] y[mm] z[mm]`, an orientation in any of the usual forms if there is one, and `sigma_x[mm] …` if the
-machine says how well it knows.
+machine's uncertainty is stated.
 """
 
 from dataclasses import dataclass
@@ -25,19 +25,19 @@ from workbench.plate.plate_toml import load_plate as load_plate_toml
 from workbench.plate.region import Region
 
 UNCERTAINTY = (5e-6, float(np.deg2rad(0.01)))
-"""Standard deviations of a measuring machine that does not say: position along each axis [m], rotation about
-each [rad] of a face as wide as a block."""
+"""Default standard deviations of a measuring machine: position along each axis [m], rotation about each [rad]
+of a face as wide as a block."""
 THINNEST = 0.01
-"""Minimum edge of a region that is drawn about measured targets [m]."""
+"""Minimum edge of a region around measured targets [m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MeasuredTargets:
-    """What the machine's file says.
+    """Contents of the machine's file.
 
     Args:
         numbers: Target of each row, counted from 1.
-        poses: Their poses; the identity's rotation where the file gives none [m].
+        poses: Their poses; identity rotation if the file gives none [m].
         turned: Whether the file gives orientations.
         sigma: Standard deviation of position and rotation of each target [m, rad].
     """
@@ -72,13 +72,13 @@ def read_measured_targets(
     usable = np.ones(fields.rows, bool)
     missing = [axis for axis in "xyz" if axis not in fields.values]
     if missing:
-        raise fields.error(f"there is no column {missing[0]}[mm]; give the place of every target", 0)
+        raise fields.error(f"there is no column {missing[0]}[mm]; give the position of every target", 0)
     places = np.column_stack([fields.values[axis] for axis in "xyz"])
     rotation, remarks = read_orientation(fields, usable=usable)
     for values, what in ((places, "place"), (rotation, "orientation")):
         if values is not None and not np.isfinite(values).all():
             row = int(np.flatnonzero(~np.isfinite(values.reshape(len(places), -1)).all(axis=1))[0])
-            raise fields.error(f"target {numbers[row]} has no {what}; fill it in, or leave the row out", row)
+            raise fields.error(f"target {numbers[row]} has no {what}; fill it in, or remove the row", row)
     upright = np.broadcast_to(np.eye(3), (len(places), 3, 3))
     sigma, assumed = _sigma(fields, uncertainty)
     decided = tuple(note for note in fields.notes if "goal" not in note)
@@ -142,8 +142,8 @@ def measured_plate(measured: MeasuredTargets) -> Plate:
     low, high = places.min(axis=0), places.max(axis=0)
     centre = 0.5 * (low + high)
     note = (
-        f"{measured.source}: {len(targets)} targets as measured, in the robot's base; it names no region, so "
-        "the targets' bounding box is the region"
+        f"{measured.source}: {len(targets)} targets as measured, in the robot's base; as the file has "
+        "no region, their bounding box is used"
     )
     return Plate(
         name=f"{Path(measured.source).stem} (as measured)",
@@ -157,5 +157,5 @@ def measured_plate(measured: MeasuredTargets) -> Plate:
 
 
 def by_position(measured: MeasuredTargets) -> tuple[str, ...]:
-    """A note where orientations were not measured."""
-    return () if measured.turned else (f"{measured.source} gives places, no orientations",)
+    """A note if orientations were not measured."""
+    return () if measured.turned else (f"{measured.source} gives positions without orientations",)

@@ -1,8 +1,8 @@
-"""Observability indices: how well measurements show the parameters, as one number; larger is better.
+"""Observability indices: how well measurements determine the parameters, as one number; larger is better.
 
-O (ARIA eq. 17) is of single poses: how evenly a pose alone shows the parameters that it can show. It is of
-the unscaled Jacobian, as in the paper: metres and radians stand side by side. A pose has six rows, so of p >
-6 parameters it shows six combinations, and σ1 … σ6 are meant. For a set O is the mean over its poses and says
+O (ARIA eq. 17) is of single poses: how evenly a pose alone determines its observable combinations. It uses
+the unscaled Jacobian, as in the paper, which mixes metres and radians. A pose has six rows, so of p > 6
+parameters it shows six combinations, and σ1 … σ6 are meant. For a set O is the mean over its poses and says
 nothing about the set as a whole: ten identical poses of high O show six combinations only.
 
 O1 … O5, A and D are of a whole set, by the singular values σ1 ≥ … ≥ σp of its scaled, whitened Jacobian
@@ -14,8 +14,8 @@ are added again, and changes with single columns; added measurements never lower
 I is of a set and a region. It comes with the robot and poses that matter, so it is made, not registered:
 `I(position_weight(…))`.
 
-A new index of sets is a `SetIndex`, any other one a small class, with an entry in `INDICES`. One from outside
-is registered there, or passed on as it is wherever a name is asked for.
+A new index of sets is a `SetIndex`, any other one a small class, with an entry in `INDICES`. An external one
+is registered there, or passed wherever a name is accepted.
 """
 
 from abc import ABC, abstractmethod
@@ -34,7 +34,7 @@ from workbench.base.registry import Registry
 from workbench.base.types import frozen
 
 ROUND = 1e-3
-"""Above this value the squares in J Jᵀ leave O at least ten digits; below it the slower SVD is taken."""
+"""Above this value O from J Jᵀ has at least ten correct digits; below it the slower SVD is used."""
 
 Spectra = Float[np.ndarray, "sets p"]
 
@@ -62,7 +62,7 @@ class AbstractIndex(ABC):
 
     @abstractmethod
     def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
-        """What the index loses when each measurement is left out; negative where it would gain."""
+        """Loss of the index without each measurement; negative where it would gain."""
 
 
 @final
@@ -209,7 +209,7 @@ _OF_SETS = (
     ),
     SetIndex(  # bounds how much relative errors of the measurements can grow in the parameters
         "O2",
-        "inverse condition number: how evenly the parameters show",
+        "inverse condition number: how evenly the parameters are determined",
         "Driels & Pathre, J. Robotic Systems 7(2), 1990",
         of_spectrum=lambda s, m: s[:, -1] / s[:, 0],
         by_value=lambda value, s, m: _ends(s, 1.0 / s[0], -s[-1] / s[0] ** 2),
@@ -223,14 +223,14 @@ _OF_SETS = (
     ),
     SetIndex(  # O2 · O3: a large and a round ellipsoid at once
         "O4",
-        "noise amplification index: smallest singular value and roundness together [1/m]",
+        "noise amplification index: smallest singular value times inverse condition number [1/m]",
         "Nahvi & Hollerbach, IEEE Int. Conf. Robotics and Automation, 1996",
         of_spectrum=lambda s, m: s[:, -1] ** 2 / s[:, 0],
         by_value=lambda value, s, m: _ends(s, 2.0 * s[-1] / s[0], -((s[-1] / s[0]) ** 2)),
     ),
     SetIndex(  # near to A-optimality, which sums 1/σ²
         "O5",
-        "inverse of the summed inverse singular values: standard errors (near to A-optimality) [1/m]",
+        "inverse sum of inverse singular values: standard errors (close to A-optimality) [1/m]",
         "Sun & Hollerbach, IEEE Int. Conf. Robotics and Automation, 2008",
         of_spectrum=lambda s, m: 1.0 / (1.0 / s).sum(-1),
         by_value=lambda value, s, m: (value / s) ** 2,
@@ -305,13 +305,13 @@ Where the target is far, small in the picture or seen flatly, the pose that it g
 of all; O1 with one noise for all poses does not know that. It is of linearisations by an `AbstractSight`.
 """
 OF_CAMERAS: Mapping[str, AbstractIndex] = MappingProxyType({OV1.name: OV1})
-"""Indices that only what cameras see has."""
+"""Indices for cameras only."""
 INDICES: Registry[AbstractIndex] = Registry("index", AbstractIndex, O(), *_OF_SETS, group="workbench.indices")
-"""Every index by name that needs no region; `I` is made for one."""
+"""All indices that need no region, by name; `I` is created for one."""
 
 
 def index_named(name: str | AbstractIndex, indices: Mapping[str, AbstractIndex] = INDICES) -> AbstractIndex:
-    """The index of that name; an index itself is returned as it is."""
+    """The index of that name; an index itself is returned unchanged."""
     if isinstance(name, AbstractIndex):
         return name
     known = {**indices, **OF_CAMERAS}

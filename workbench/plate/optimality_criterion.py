@@ -23,7 +23,8 @@ from workbench.plate.predicted_error import position_weight
 Grams = Float[np.ndarray, "sets p p"]
 
 RIDGE = 1e-12
-"""Share of its mean diagonal added to a Gram matrix, so that a set below full rank is merely very bad."""
+"""Share of its mean diagonal added to a Gram matrix, so that a set below full rank has a large finite
+cost."""
 
 
 class AbstractCriterion(ABC):
@@ -78,10 +79,10 @@ def goal_index(
     linearisation: Linearisation,
     basis: Float[np.ndarray, "p r"] | None = None,
 ) -> AbstractIndex:
-    """The index that a goal asks for: I over poses that matter, or one by name.
+    """The index for a goal: I over evaluation poses, or one by name.
 
     Args:
-        goal: Joint positions of poses that matter [rad or m], or the name of an index.
+        goal: Joint positions of evaluation poses [rad or m], or the name of an index.
         robot: Geometry at which those poses are linearised.
         linearisation: Of any measurements; says what is identified, and how it is scaled.
         basis: Combinations of scaled parameters that the index is of, see `plate.free_constants`.
@@ -93,7 +94,7 @@ def goal_index(
 
 
 def criterion_of(index: AbstractIndex, measurements: int) -> AbstractCriterion:
-    """What an exchange makes small so that an index becomes large."""
+    """The cost whose minimisation maximises an index."""
     if isinstance(index, I):
         return RegionCriterion(index.weight)
     if not isinstance(index, SetIndex):

@@ -18,10 +18,10 @@ from workbench.plate.region import Region
 from workbench.plate.tolerances import EXACT, Production
 
 AUTO = "auto"
-"""Branch of a target whose inverse-kinematics solution is left to the program."""
+"""Branch of a target whose inverse-kinematics solution is chosen by the program."""
 ZERO = frozen(np.zeros(3))
 ANCHOR_SIGMA = 5e-5
-"""How well the places of a ball-bar's anchors are known along each axis [m]."""
+"""Standard deviation of a ball-bar's anchors along each axis [m]."""
 SQUARE = frozen(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
 """Corners of a square of side 2 about its centre, anticlockwise."""
 
@@ -36,7 +36,7 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """A place that the tool visits.
+    """A place visited by the tool.
 
     Args:
         xyz: Position of the tool in the robot's base [m].
@@ -44,7 +44,7 @@ class Target:
         branch: Name of the inverse-kinematics solution in which it is measured, or `auto`.
         q: The joint angles to measure it with, instead of a branch [rad or m].
         kind: Seat (full pose), socket or point (position only).
-        sigma: How well the target itself is known: position [m] and rotation [rad]; None if not said.
+        sigma: Standard deviations of the target itself: position [m] and rotation [rad]; None if not stated.
         locked: Whether it keeps its place while others are moved or optimised.
     """
 
@@ -77,7 +77,7 @@ class Plate:
         xyz: Centre of the plate's top in the robot's base [m].
         rpy: Its roll, pitch, yaw [rad].
         size: Length, width and thickness of the solid [m]; None if there is none.
-        production: How exactly it is made, and the play of its seats; exact if its file does not say.
+        production: Its tolerances, and the play of its seats; exact by default.
         anchors: Centres of the balls from which a ball-bar measures, plate's frame [m]: the targets are
             then places in the air, and sockets for these balls stand on the plate. None for other plates.
     """
@@ -140,7 +140,8 @@ class Plate:
 
     @cached_property
     def known(self) -> Float[np.ndarray, "targets 2"]:
-        """How well each target is known, position [m] and rotation [rad]: as it says, or as it is made."""
+        """Standard deviation of each target, position [m] and rotation [rad]: as stated, or from the
+        tolerances."""
         made = self.production.sigma(self.heights)
         if self.anchors is not None:  # nothing is made where the targets are
             made = np.zeros_like(made)
@@ -158,12 +159,12 @@ class Plate:
 
     @property
     def target_sigma(self) -> Float[np.ndarray, "targets 2"]:
-        """How well the tool's pose at each target is known: the target itself and the probe's play in it."""
+        """Standard deviation of the tool's pose at each target, due to target and play of the probe."""
         return np.hypot(self.known, self.play)
 
     @property
     def assumptions(self) -> str:
-        """For people: what is assumed of the targets."""
+        """Assumptions about the targets, for people."""
         if self.anchors is not None:
             return f"{len(self.anchors)} anchors known to {1e3 * ANCHOR_SIGMA:.2g} mm (one σ)"
         measured = [t.sigma for t in self.targets if t.sigma is not None]
@@ -180,7 +181,7 @@ class Plate:
         return f"{known}; {others}" if others else known
 
     def made(self, production: Production) -> "Plate":
-        """The same plate made like this, whatever is known of its targets."""
+        """The same plate with other tolerances."""
         return replace(
             self, production=production, targets=tuple(replace(t, sigma=None) for t in self.targets)
         )

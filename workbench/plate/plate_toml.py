@@ -1,4 +1,4 @@
-"""Plates as TOML files: the tables of `formats.md`, read with one clear sentence for each error."""
+"""Plates as TOML files: the tables of `formats.md`, with one clear sentence for each error."""
 
 from functools import cache
 from pathlib import Path
@@ -168,13 +168,12 @@ def load_plate(source: Path | str) -> Plate:
     path = Path(source)
     if path.suffix.lower() != ".toml":
         raise FileError(
-            f"is neither a .toml file nor a built-in plate; built in are {', '.join(built_in)}",
-            path=str(source),
+            f"is neither a .toml file nor a built-in plate; built-in: {', '.join(built_in)}", path=str(source)
         )
     return read_plate(path)
 
 
 @cache
 def _built_in(path: Path) -> Plate:
-    """The one object of a built-in plate, so that whatever is kept by plate is kept for all who load it."""
+    """The single object of a built-in plate, so that caches by plate are shared."""
     return read_plate(path)

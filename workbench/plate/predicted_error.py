@@ -1,13 +1,13 @@
-"""Predicted error: how far the calibrated arm will miss, from the covariance of its parameters.
+"""Predicted error of the calibrated arm, from the covariance of its parameters.
 
     Σ(q) = J(q) C J(q)ᵀ
 
-J(q) is the twist of the tool per parameter at a pose that matters, C the covariance that a set of
-measurements gives. The root of the trace of Σ's position part is the root mean square error at that pose;
-its mean square over a region is what I-optimality makes small. It is the error of the *prediction* alone:
-effects that the model lacks come on top.
+J(q) is the twist of the tool per parameter at an evaluation pose, C the covariance after a set of
+measurements. The root of the trace of Σ's position part is the root mean square error at that pose;
+its mean square over a region is minimised by I-optimality. It is the error of the *prediction* alone: effects
+that the model lacks are added to it.
 
-What each measurement contributes is how much larger that error would be without it:
+The contribution of a measurement is the increase of that error without it:
 
     C₋ᵢ = C + K (I − S)⁻¹ Kᵀ,     K = C Aᵢᵀ,     S = Aᵢ C Aᵢᵀ
 
@@ -40,7 +40,7 @@ UNSEEN = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class PredictedError:
-    """Expected errors of the calibrated arm over poses that matter.
+    """Expected errors of the calibrated arm over evaluation poses.
 
     Args:
         position: Root mean square of the distance error at each pose [m]; infinite where the
@@ -77,12 +77,12 @@ class PredictedError:
 def predicted_error(
     linearisation: Linearisation, robot: Robot, q_region: Float[np.ndarray, "rows n"]
 ) -> PredictedError:
-    """Errors to expect at poses that matter after a calibration with the linearised measurements.
+    """Expected errors at evaluation poses after a calibration with the linearised measurements.
 
     Args:
         linearisation: The measurements; its names are the identified parameters, all others are known.
         robot: Geometry at which the poses are linearised.
-        q_region: Joint positions of poses that matter [rad or m], see `plate.region_poses`.
+        q_region: Joint positions of evaluation poses [rad or m], see `plate.region_poses`.
     """
     twists = _twists(robot, q_region, linearisation.names)
     covariance = twists @ linearisation.covariance @ twists.transpose(0, 2, 1)
@@ -129,7 +129,7 @@ def _weight(twists: Float[np.ndarray, "rows 6 p"], scales: ArrayLike | float) ->
 
 
 MIN_LEFT = 1e-9
-"""Share of information left without a measurement below which nothing is left."""
+"""Share of information remaining without a measurement below which it counts as zero."""
 
 
 def rise_without_each(
@@ -138,7 +138,7 @@ def rise_without_each(
     """Relative rise of the root mean square error without each measurement.
 
     Args:
-        linearisation: All measurements; below full rank nothing can be said.
+        linearisation: All measurements; must have full rank.
         weight: W with trace(W C) = mean square error, such as `position_weight`.
 
     Returns:
@@ -168,7 +168,7 @@ def _rise(rows: np.ndarray, covariance: np.ndarray, weight: np.ndarray) -> float
 def _twists(
     robot: Robot, q: Float[np.ndarray, "rows n"], names: tuple[str, ...]
 ) -> Float[np.ndarray, "rows 6 p"]:
-    """Sensitivity at poses that matter; kept, since a drag asks for the same poses again and again."""
+    """Sensitivity at evaluation poses; cached, since a drag uses the same poses repeatedly."""
     if q.flags.writeable:
         return sensitivity(robot, Motion(q), names)[1]
     return _kept_twists(robot, _Unchanging(q), names)

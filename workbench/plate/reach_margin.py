@@ -1,4 +1,4 @@
-"""Reach margin: the postures that arms with manufacturing errors take, too.
+"""Reach margin: postures that arms with manufacturing errors can also reach.
 
 Errors δ of an arm's constants put its tool beside the nominal pose by S δ, S the tool's twist per constant.
 Such an arm meets a target where the nominal one would meet it moved by −S δ. Of all arms within three
@@ -21,13 +21,13 @@ from workbench.base import se3
 from workbench.data.simulation.simulate import LIKELY_ERRORS
 
 DEVIATIONS = 3.0
-"""How unlikely an arm may be that still reaches a planned target, in standard deviations."""
+"""Manufacturing errors up to this many standard deviations must still allow a planned target."""
 
 
 def with_reach_margin(
     robot: Robot, q: Float[np.ndarray, "rows n"], *, errors: tuple[float, float] = LIKELY_ERRORS
 ) -> Bool[np.ndarray, " rows"]:
-    """Which postures arms with errors take as well.
+    """Which postures arms with manufacturing errors can also reach.
 
     Args:
         q: Within the limits [rad or m].

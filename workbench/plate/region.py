@@ -1,4 +1,4 @@
-"""Region: the cuboid of the workspace that matters, and the cubes that it is divided into.
+"""Region: the workspace cuboid of a calibration, and the cubes that it is divided into.
 
 The cubes are those of ARIA §4.2: side L, counted along x, y, z from the least corner. Where L does not
 divide an edge the cubes are made slightly smaller along it, so that whole cubes fill the cuboid.
@@ -51,7 +51,7 @@ class Region:
 
     @property
     def cube_text(self) -> str:
-        """The side that was asked for and, where it does not divide the edges, the size that fills them."""
+        """The requested side and, if it does not divide the edges, the size that fills them."""
         edges = 1e3 * self.size / self.shape
         requested = f"{1e3 * self.cube:g} mm"
         if np.allclose(edges, 1e3 * self.cube, rtol=1e-6):

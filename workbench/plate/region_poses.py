@@ -1,6 +1,6 @@
-"""Poses that matter: joint positions with the tool in the region that the calibration is for.
+"""Evaluation poses: joint positions with the tool in the region of the calibration.
 
-Two meanings are told apart, because a calibration serves them very differently:
+There are two kinds, for which a calibration's accuracy differs greatly:
 
 * `region_poses`: any place in the region, any orientation within a cone about given ones (all
   orientations by default), any inverse-kinematics branch;
@@ -24,11 +24,11 @@ from workbench.plate.poses.sampling import TRIES, in_base, random_poses
 from workbench.plate.region import Region
 
 PLATE_POSES = 60
-"""Poses of a plate's region for which errors are predicted."""
+"""Number of poses of a plate's region for predicted errors."""
 PLATE_CONE = float(np.deg2rad(60.0))
-"""How far they turn from the orientations of its targets [rad]."""
+"""Maximum rotation from the orientations of its targets [rad]."""
 FEW_JOINTS_POSES = 150
-"""Random postures with the tool in the region instead, for arms that can't take any orientation."""
+"""Number of random postures in the region instead, for arms that can't reach any such orientation."""
 
 
 def region_poses(
@@ -68,10 +68,10 @@ def region_poses(
 def plate_region_poses(
     robot: Robot, plate: Plate, number: int = PLATE_POSES, *, cone: float = PLATE_CONE
 ) -> Float[np.ndarray, "rows n"]:
-    """Poses of a plate's region: any position and branch, turned from a target by up to a cone.
+    """Poses of a plate's region: any position and branch, rotated from a target by up to a cone.
 
     Plates of the same region and orientations give the same array, on the page and in a terminal, so that
-    predicted errors compare. An arm of fewer than six joints takes the orientations that it has there.
+    predicted errors are comparable. An arm of fewer than six joints takes the orientations that it has there.
     """
     corners = np.stack([plate.region.min, plate.region.max])
     return _plate_region_poses(robot, corners.tobytes(), plate.poses[:, :3, :3].tobytes(), number, cone)

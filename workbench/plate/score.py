@@ -1,8 +1,9 @@
-"""The score of a plate: what its targets tell about the arm, each measured once, and what that is worth.
+"""The score of a plate: information of its targets about the arm, each measured once, and the predicted
+error.
 
-Two things are scored: the targets in the branches that are to be measured (those that the plate names, or
-the mix that makes the predicted error smallest), and in the best single branch for all of them. A target
-that the arm can't reach, or at which it would run into plate or blocks, can't be measured and does not count.
+Two sets are scored: the targets in the branches to be measured (those in the plate's file, or the mix with
+the smallest predicted error), and in the best single branch for all of them. A target that the arm can't
+reach, or where it would collide with plate or blocks, can't be measured and is ignored.
 """
 
 from collections.abc import Sequence
@@ -33,24 +34,24 @@ from workbench.plate.tolerances import EXACT, Production
 from workbench.report.result_display import AbstractShown, figures_of, tables_of
 
 STARTS = 20
-"""Random mixes of branches that are improved."""
+"""Number of random mixes of branches that are improved."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SetScore:
-    """What a set of measurements at a plate's targets is worth.
+    """Score of a set of measurements at a plate's targets.
 
     Args:
         q: Joint positions at the targets [rad or m]; NaN where they can't be measured, as below.
         branches: Name of each target's branch; empty there.
         per_target: O of each target alone, ARIA eq. (17).
-        shares: What each target gives to the index I: the part of it that would be lost without the target.
-        stacked: σmin/σmax of the stacked Jacobian as the paper has it: unscaled, metres and radians mixed.
+        shares: Contribution of each target to the index I: the share that would be lost without it.
+        stacked: σmin/σmax of the stacked Jacobian as in the paper: unscaled, metres and radians mixed.
         indices: O, O1 … O5, A, D and I of the set; of the combinations that measurements anywhere show.
         rank: Combinations of constants that the set determines.
-        visible: How many measurements anywhere could determine.
+        visible: Number of combinations that any measurements could determine.
         names: The constants that are identified.
-        open: Combinations of them that the set leaves open though others would not, as columns [rad, m].
+        open: Combinations that this set doesn't determine although others would, as columns [rad, m].
         error: Predicted errors over the region.
     """
 
@@ -73,11 +74,11 @@ class PlateScore(AbstractShown):
     """A plate's score.
 
     Args:
-        measured: In the branches that are to be measured.
+        measured: In the branches to be measured.
         single: In the best single branch for all targets; None where no branch reaches all.
         sigma: Standard deviations of the instrument [m], [rad]; they whiten the rows for all indices but O.
         length: Length at which an angle counts as an arc, for all indices but O [m].
-        region_rows: For how many joint positions in the region the error is predicted.
+        region_rows: Number of joint positions in the region for the predicted error.
         can: The targets that can be measured, and why others can't.
         outcome: How the choice of branches ended.
     """
@@ -97,7 +98,7 @@ class PlateScore(AbstractShown):
 
     @property
     def left_out(self) -> str:
-        """Which targets can't be measured and don't count, in a sentence; empty where all can."""
+        """Targets that can't be measured and are ignored, in a sentence; empty if all can."""
         lacking, count = self.can.lacking, len(self.plate)
         if not lacking:
             return ""
@@ -179,13 +180,13 @@ def score_plate(
     evaluation_poses: Float[np.ndarray, "rows n"] | None = None,
     seed: int = 0,
 ) -> PlateScore:
-    """What a plate tells about an arm, target by target and as a set.
+    """Score a plate for an arm, target by target and as a set.
 
     Args:
         robot: Nominal arm.
         plate: Its targets and region.
-        sigma: Standard deviations of the instrument, position [m] and rotation [rad]; usual ones of what is
-            read at the targets if None.
+        sigma: Standard deviations of the instrument, position [m] and rotation [rad]; typical ones of what is
+        read at the targets if None.
         base: Whether the base is unknown and identified too; as the robot says if None.
         tool: Whether the tool is.
         evaluation_poses: For which the error is predicted [rad or m]; those of the plate's region if None.
@@ -238,8 +239,8 @@ def score_plates(
     Args:
         robot: Nominal arm.
         plates: At least one; those left when cancelled are not scored.
-        sigma: Standard deviations of the instrument, position [m] and rotation [rad]; usual ones of what is
-            read at each plate's targets if None.
+        sigma: Standard deviations of the instrument, position [m] and rotation [rad]; typical ones of what is
+        read at each plate's targets if None.
         base: Whether the base is identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of the mixes of branches that are tried.
@@ -261,7 +262,7 @@ def score_plates(
 
 
 def alike(plates: Sequence[Plate], production: Production | None = None) -> tuple[Plate, ...]:
-    """The plates as if all were made in one way: the given one, else the first that one of them states."""
+    """The plates with equal tolerances: the given ones, else the first that one of them states."""
     stated = [plate.production for plate in plates if plate.production != EXACT]
     common = production or next(iter(stated), EXACT)
     return tuple(plate.made(common) for plate in plates)

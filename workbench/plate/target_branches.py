@@ -130,7 +130,7 @@ def measurable(robot: Robot, plate: Plate) -> Measurable:
     can = Measurable(np.array(rows, int), part, tuple(clear[i] for i in rows), hit, away)
     if not rows:
         raise DataError(
-            f"the arm can stand at no target of plate '{plate.name}': target 1 is {can.lacking[0]}; move the "
+            f"no target of plate '{plate.name}' can be measured: target 1 is {can.lacking[0]}; move the "
             "plate, or choose other branches"
         )
     return can

@@ -113,13 +113,13 @@ def _bounds(length: float, angle: float) -> str:
 
 
 EXACT = Production()
-"""Nothing is off."""
+"""No tolerances."""
 
 
 USUAL = Production(position=5e-5, angle=float(np.deg2rad(0.05)))
-"""What a jig borer or a good machining centre keeps, where the plate's file says nothing."""
+"""Tolerances of a jig borer or a good machining centre, if the plate's file states none."""
 GENERAL = "ISO 2768-mK"
-"""General tolerances of everything else."""
+"""General tolerances for everything else."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +162,7 @@ class Tolerances:
         """What they come from, for people."""
         bounds = f"±{1e3 * self.production.position:.3g} mm, ±{np.rad2deg(self.production.angle):.3g}°"
         source = (
-            "usual ones, as none are stated for this plate" if self.assumed else "as stated for this plate"
+            "typical ones, as none are stated for this plate" if self.assumed else "as stated for this plate"
         )
         return f"each seat within {bounds} ({source})"
 

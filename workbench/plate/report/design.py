@@ -18,7 +18,7 @@ Json = dict[str, Any]
 
 
 def design_tables(design: PlateDesign) -> RenderableType:
-    """Target by target, then what the plate is worth."""
+    """The design target by target, then its predicted errors."""
     table = new_table(
         design.plate.name, *("target, branch", "place [mm]", "angles [°]", "clear [mm]", "limits [°]")
     )
@@ -36,24 +36,27 @@ def design_tables(design: PlateDesign) -> RenderableType:
 
 
 def _design_text(design: PlateDesign) -> list[str]:
-    turned = f"{np.rad2deg(design.rotation):.3f}°" if np.isfinite(design.rotation) else "orientation open"
+    turned = (
+        f"{np.rad2deg(design.rotation):.3f}°" if np.isfinite(design.rotation) else "orientation undetermined"
+    )
     error = f"{1e3 * design.cost:.3f} mm, {turned}"
     sentences = [
-        "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear of anything; joints to limits",
-        f"predicted error in the region, about the given plate's orientations, root mean square: {error}",
-        f"it includes: {design.assumptions}",
+        "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear: clearance; limits: margins",
+        f"predicted rms error in the region, near the given plate's orientations: {error}",
+        f"included: {design.assumptions}",
     ]
     shapes, blocks = design.plate_shapes, len(design.plate)
     if any(target.kind is not Kind.POINT for target in design.plate.targets):
         sentences.append(f"{shapes} different blocks for {blocks} targets")
         if shapes > max(3, blocks // 3):
             sentences[-1] += (
-                "; --shapes 3 makes them cheaper, --angles 0deg,30deg allows these tilts alone, and "
+                "; --shapes 3 or --angles 0deg,30deg make them cheaper and report the loss of accuracy"
             )
-            sentences[-1] += "each says what it costs"
     if np.isfinite(design.start_cost):
-        given = f"{1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as much"
-        sentences.append(f"the given plate, made alike, in its best branches, blocked or not: {given}")
+        given = f"{1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as large"
+        sentences.append(
+            f"the given plate, made alike, in its best branches without collision check: {given}"
+        )
     if not design.outcome.ok:
         sentences.append(f"the search was {design.outcome}; this is the best so far")
     return [*sentences, *design.notes]

@@ -1,4 +1,4 @@
-"""Figures of plates: what each target of a scored plate tells, and a designed plate from above."""
+"""Figures of plates: information per target of a scored plate, and a designed plate from above."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -58,7 +58,7 @@ def design_figure(design: PlateDesign) -> Figure:
         right.plot(1e3 * np.array(design.history), color=COLOURS[0], marker="o", ms=3, label="optimised")
         if np.isfinite(design.start_cost):
             right.axhline(1e3 * design.start_cost, color=NOMINAL, ls="--", label="the given plate")
-        right.axhline(1e3 * design.cost, color=COLOURS[2], lw=0.8, label="in the region, in the end")
+        right.axhline(1e3 * design.cost, color=COLOURS[2], lw=0.8, label="in the region, final")
         right.set_ylim(0.0, None)
         right.set_xlabel("round of the search")
         right.set_ylabel("predicted position error, rms [mm]")
@@ -68,7 +68,7 @@ def design_figure(design: PlateDesign) -> Figure:
 
 
 def _from_above(axes: Axes, plate: Plate) -> None:
-    """Targets as points, the way back along the probe as a stroke, in the plate's own axes."""
+    """Targets as points, the probe's retreat as a stroke, in the plate's own axes."""
     if plate.size is not None:
         length, width = 1e3 * plate.size[:2]
         axes.add_patch(Rectangle((-length / 2, -width / 2), length, width, fill=False, ec=INK, lw=0.8))

@@ -1,4 +1,4 @@
-"""Plates for people and programs: what they tell, target by target and side by side."""
+"""Plates for people and programs: scores target by target and side by side."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -39,9 +39,9 @@ def score_tables(score: PlateScore) -> RenderableType:
     for what, cells in _set_rows([chosen, score.single]):
         sets.add_row(escape(what), *cells)
     sentences = [
-        f"predicted errors: {score.region_rows} joint positions in the region, any branch, turned from a "
+        f"predicted errors: {score.region_rows} joint positions in the region, any branch, rotated from a "
         f"target by up to {np.rad2deg(PLATE_CONE):.0f}°",
-        f"they include: {assumptions(score.plate, score.sigma)}",
+        f"included: {assumptions(score.plate, score.sigma)}",
         f"scaling: rows by these deviations, angles as arcs at {score.length:.3f} m (the arm's reach); O and "
         "σmin/σmax unscaled, as in the paper",
         "one branch: " + (escape(score.single_branch) if score.single else "none reaches all targets"),
@@ -54,13 +54,13 @@ def score_tables(score: PlateScore) -> RenderableType:
 
 
 def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> RenderableType:
-    """Plates side by side, the best predicted error first named.
+    """Plates side by side, with the smallest predicted error named.
 
     Args:
-        scores: With the same making assumed of all plates.
-        stated: With what each plate's own file says of it.
+        scores: With equal tolerances for all plates.
+        stated: With each plate's own tolerances.
     """
-    table = new_table("Plates compared, all made alike", "", *(s.plate.name for s in scores))
+    table = new_table("Plates under equal assumptions", "", *(s.plate.name for s in scores))
     table.add_row("targets", *(str(len(s.plate)) for s in scores))
     for what, cells in _set_rows([s.measured for s in scores]):
         table.add_row(escape(what), *cells)
@@ -74,7 +74,9 @@ def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore])
     ]
     tables: list[RenderableType] = [table]
     if any(s.plate.assumptions != c.plate.assumptions for s, c in zip(stated, scores, strict=True)):
-        own = new_table("As each plate's file says (not comparable)", "", *(s.plate.name for s in stated))
+        own = new_table(
+            "With the plates' own tolerances (not comparable)", "", *(s.plate.name for s in stated)
+        )
         for what, cells in _set_rows([s.measured for s in stated])[:3]:
             own.add_row(escape(what), *cells)
         tables.append(own)
@@ -97,7 +99,7 @@ def _best(scores: Sequence[PlateScore]) -> str:
 
 
 def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, list[str]]]:
-    """Words and one cell for each set: predicted errors, rank, indices."""
+    """Label and one cell per set: predicted errors, rank, indices."""
     rows: list[tuple[str, list[str]]] = [
         ("position error, rms [mm]", [_cell(s, lambda s: 1e3 * s.error.position_rms) for s in sets]),
         ("position error, mean [mm]", [_cell(s, lambda s: 1e3 * s.error.position_mean) for s in sets]),
@@ -113,7 +115,7 @@ def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, list[str]]]:
 
 
 def _open_text(score: SetScore) -> list[str]:
-    """What a set leaves open, as people say it."""
+    """Combinations that a set doesn't determine, as text."""
     parameters = tuple(Parameter(n, "", 0.0) for n in score.names)
     return [found.text for found in combinations(score.open, parameters)]
 
@@ -175,7 +177,7 @@ def _plate_json(score: PlateScore) -> Json:
 
 
 def set_json(score: SetScore) -> Json:
-    """What one set of measurements is worth."""
+    """Score of one set of measurements."""
     return {
         "predicted": {
             "position_mm": {
