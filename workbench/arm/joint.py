@@ -13,7 +13,7 @@ MASS_TOLERANCE, COM_TOLERANCE = 0.1, 0.015
 
 INERTIA = ("mass", "com_x", "com_y", "com_z")
 """Fields about the weight of a link."""
-EXACT = 1e-6
+MIN_DEVIATION = 1e-6
 """Minimum standard deviation of a mass [kg] or centre [m]."""
 
 
@@ -62,7 +62,7 @@ class Joint:
         if not self.mass:
             return {}
         sizes = (self.mass_tolerance * self.mass, *[self.com_tolerance] * 3)
-        return self._by_name(*(max(float(size), EXACT) for size in sizes))
+        return self._by_name(*(max(float(size), MIN_DEVIATION) for size in sizes))
 
     def reweighed(self, values: Mapping[str, float]) -> "Joint":
         """With other mass and centre if `values` contains them; else unchanged."""

@@ -17,7 +17,7 @@ from workbench.base.errors import RobotError
 
 FARTHEST, FAR = 60.0, 15.0
 """Distances of the tool from the base that are impossible, and unusual [m]."""
-USUAL = 1.0
+USUAL_REACH = 1.0
 """Reach of a typical arm [m], which decides between units."""
 UNITS = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
 POSES = 16
@@ -37,7 +37,7 @@ def with_plausible_units(robot: Robot) -> Robot:
     far = _distance(robot) if robot.reach > FAR else 0.0
     if far <= FAR:
         return robot
-    unit, size = min(UNITS.items(), key=lambda u: abs(np.log(far * u[1] / USUAL)))
+    unit, size = min(UNITS.items(), key=lambda u: abs(np.log(far * u[1] / USUAL_REACH)))
     text = f"its tool is up to {far:.4g} m from its base, which in {unit} would be {far * size:.3g} m"
     if far <= FARTHEST:
         return replace(robot, notes=(*robot.notes, f"{text}: check that its lengths are in m"))

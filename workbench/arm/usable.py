@@ -36,9 +36,9 @@ OPEN = 0.02
 """s of a channel that was not observed [m or rad]: accuracy of nominal arms."""
 MADE = 0.01
 """s_x of the arm's constants [rad or m]."""
-SAMPLES = 500
+LIMIT_SAMPLES = 500
 """Number of joint positions sampled within the limits if none are known."""
-EXACT = 1e-9
+NO_DIFFERENCE = 1e-9
 """Difference [m] that counts as zero."""
 ITERATIONS = 30
 """Maximum number of Gauss–Newton steps."""
@@ -210,7 +210,7 @@ def away_text(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[st
         left: Difference of the tools.
         poses: Number of poses compared.
     """
-    if max(left.position_max, left.rotation_max) < EXACT:
+    if max(left.position_max, left.rotation_max) < NO_DIFFERENCE:
         return ()
     mean, maximum = off_text(robot, left)
     at = f"{mean} on average from the calibrated model, up to {maximum}, over {poses} poses"
@@ -241,14 +241,14 @@ def expected_error(robot: Robot, left: PoseErrors) -> Expected | None:
 
 
 def _in_degrees(angle: float) -> str:
-    return f"{np.rad2deg(angle):.2g}°" if angle > EXACT else "0°"
+    return f"{np.rad2deg(angle):.2g}°" if angle > NO_DIFFERENCE else "0°"
 
 
 def sampled(robot: Robot, rng: np.random.Generator | None = None) -> Float[np.ndarray, "rows n"]:
     """Joint positions uniform within the limits; seeded with 0 if rng is None."""
     rng = np.random.default_rng(0) if rng is None else rng
     lower, upper = robot.search_limits.T
-    return rng.uniform(lower, upper, (SAMPLES, robot.dof))
+    return rng.uniform(lower, upper, (LIMIT_SAMPLES, robot.dof))
 
 
 def divided(robot: Robot) -> tuple[list[AbstractEffect], list[AbstractEffect]]:

@@ -90,10 +90,10 @@ def identify(
 
 
 def _algorithms(given: str | None) -> tuple[str, ...]:
-    from workbench.identification.algorithms import ALGORITHMS, USUAL
+    from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 
     if given is None:
-        return USUAL
+        return DEFAULT_ALGORITHMS
     return tuple(ALGORITHMS) if given == "all" else tuple(given.split(","))
 
 

@@ -30,7 +30,7 @@ PlayOption = Annotated[
 ]
 
 
-USUAL = "0.1mm,0.02deg"
+USUAL_NOISE = "0.1mm,0.02deg"
 """Instrument assumed for the comparison."""
 
 
@@ -106,7 +106,7 @@ def compare(
         given = production_of(own[0], how.tolerance, how.play) if is_stated else None
         found, stated = (
             score_plates(arm, plates, sigma=sigma_of(noise), **choices)
-            for plates, noise in ((alike(own, given), how.noise or USUAL), (own, how.noise))
+            for plates, noise in ((alike(own, given), how.noise or USUAL_NOISE), (own, how.noise))
         )
     opt.show(comparison_table(found, stated))
     opt.write_result(how.json, comparison_json(found, stated))

@@ -22,9 +22,9 @@ from workbench.data.dataset import Dataset
 
 WRONG, RIGHT = np.radians(20.0), np.radians(8.0)
 """Turns farther than the first from the arm's are misread if another reading is nearer than the second."""
-MIN_ROWS = 5
+MIN_CHECKED_ROWS = 5
 """Rows that tell."""
-MAX_ROWS = 500
+MAX_CHECKED_ROWS = 500
 """Rows that are looked at."""
 ENDS = np.radians(150.0)
 """Turns beyond this are left out where a direction is sought: theirs is uncertain."""
@@ -39,8 +39,8 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
         )
     refuse_joint_quantities(dataset.joint_units, robot, dataset.source)
     dataset = check_plausible(dataset, robot.limits, robot.reach)
-    rows = np.flatnonzero(dataset.included & dataset.in_session(dataset.sessions[0]))[:MAX_ROWS]
-    if len(rows) >= MIN_ROWS:
+    rows = np.flatnonzero(dataset.included & dataset.in_session(dataset.sessions[0]))[:MAX_CHECKED_ROWS]
+    if len(rows) >= MIN_CHECKED_ROWS:
         seen = dataset.take(rows)
         # effects are far smaller than what is refused
         poses = tool_poses(robot.with_effects(), Motion(seen.q))
@@ -51,7 +51,7 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
 
 def _refuse_lengths(seen: Dataset, expected: Float[np.ndarray, "rows 3"]) -> None:
     """Raise where the tool moved a thousand times less or more than the arm did."""
-    if seen.position is None or (there := ~np.isnan(seen.position).any(1)).sum() < MIN_ROWS:
+    if seen.position is None or (there := ~np.isnan(seen.position).any(1)).sum() < MIN_CHECKED_ROWS:
         return
     measured, meant = (_extent(points[there]) for points in (seen.position, expected))
     if meant == 0.0 or measured == 0.0:
@@ -77,7 +77,7 @@ def _refuse_quaternions(seen: Dataset, expected: Float[np.ndarray, "rows 3 3"]) 
     if seen.rotation is None or not any("quaternion" in note for note in seen.notes):
         return
     there = ~np.isnan(seen.rotation).any((1, 2))
-    if there.sum() < MIN_ROWS:
+    if there.sum() < MIN_CHECKED_ROWS:
         return
     given, expected = seen.rotation[there], expected[there]
     off, left = _mismatch(given, expected), _mismatch(np.swapaxes(given, 1, 2), expected)

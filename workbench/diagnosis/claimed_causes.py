@@ -219,7 +219,7 @@ def find_causes(
     searched: Searched,
     arm: Robot,
     motion: Motion,
-    floor: Noise | None,
+    known_noise: Noise | None,
     std: StandardErrors,
     *,
     together_mm: float,
@@ -229,12 +229,12 @@ def find_causes(
     Args:
         searched: The last search, at the final fit.
         arm: The identified arm.
-        floor: Noise known beforehand.
+        known_noise: Noise known beforehand.
         std: Standard errors of its coefficients.
         together_mm: What all effects together explain at the tool, rms over the fitted rows [mm].
     """
     sized = {e.names: e for e in arm.effects}
-    known = searched.stage.geometric.typical_noise
+    weighing = searched.stage.geometric.typical_noise
     scatter = readings(searched.stage.geometric)
     fitted = searched.stage.fitted
     smooth = smooth_part(fitted.problem.with_noise(searched.stage.geometric.noise), fitted.fit.x)
@@ -242,7 +242,7 @@ def find_causes(
     after = validated(searched.grams, searched.found.model)
     count = searched.grams.count
     left = float(np.sqrt(after.sum() / count))
-    minimum = max(PART_OF_NOISE * _noise(left, known, floor), PART_OF_REST * left)
+    minimum = max(PART_OF_NOISE * _noise(left, weighing, known_noise), PART_OF_REST * left)
     found, steady = [], leads(searched)
     claimed: list[tuple[Model, tuple[AbstractEffect, ...], np.ndarray, float]] = []
     nameless = np.zeros(arm.dof)
@@ -271,7 +271,7 @@ def find_causes(
         open_part = max([smooth, *([] if whole.is_event else nameless[list(whole.joints)])])
         odds, rivals, survive = _against_rivals(searched, group)
         odds = min(odds, _odds(steady.get(group[0].candidate.names, np.inf)))
-        is_strained = 1e3 * float(np.sqrt(3.0)) * known.position * size > STRAINED * together_mm
+        is_strained = 1e3 * float(np.sqrt(3.0)) * weighing.position * size > STRAINED * together_mm
         sizes = clearness(effects, std)
         unclear = [j for j, z in sizes.items() if z < CLEAR]
         doubt = whole.doubt(motion)
@@ -313,11 +313,11 @@ def find_causes(
     return tuple(sorted(found, key=lambda c: -np.nan_to_num(c.contribution_mm)))
 
 
-def _noise(left: float, known: Noise, floor: Noise | None) -> float:
+def _noise(left: float, weighing: Noise, known_noise: Noise | None) -> float:
     """Standard deviation of a whitened component due to noise, at most that of the residual."""
-    if floor is None:
+    if known_noise is None:
         return left
-    ratios = np.array(floor[:2]) / np.array(known[:2])
+    ratios = np.array(known_noise[:2]) / np.array(weighing[:2])
     return min(left, float(np.nanmin(ratios))) if np.isfinite(ratios).any() else left
 
 

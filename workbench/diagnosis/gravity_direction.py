@@ -13,7 +13,7 @@ from workbench.arm.robot import Robot
 from workbench.base.wording import capital
 from workbench.diagnosis.claimed_causes import PART_OF_NOISE, Cause
 from workbench.identification.fit import Fit
-from workbench.identification.gravity_direction import CLEAR, tilts_of_gravity
+from workbench.identification.gravity_direction import MENTIONED_FROM, tilts_of_gravity
 from workbench.identification.problem import Noise
 
 
@@ -45,7 +45,7 @@ class GravityDirection(AbstractEffect):
 def standing_notes(fit: Fit, given: Robot) -> list[str]:
     """Notes on arms tilted significantly from the file, though within its tolerance."""
     found = tilts_of_gravity(fit, given)
-    return [s.text for s in found if s.size > CLEAR * s.error and not s.is_contradicted]
+    return [s.text for s in found if s.size > MENTIONED_FROM * s.error and not s.is_contradicted]
 
 
 def standing_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[Cause]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.effect import CLEAR as STATED
+from workbench.arm.effects.effect import STATED_FROM as STATED
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list

@@ -20,7 +20,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.usable import (
-    EXACT,
+    NO_DIFFERENCE,
     PoseErrors,
     away_text,
     divided,
@@ -165,7 +165,7 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
     job = replace(job, before=before)
     text = form.write(job)
     read = form.read(text, job)
-    left = whole.left if max(whole.left.position_max, whole.left.rotation_max) > EXACT else None
+    left = whole.left if max(whole.left.position_max, whole.left.rotation_max) > NO_DIFFERENCE else None
     remarks = carried.notes
     if form.takes_calibrated and read is not None:
         remarks = unobserved_text(calibrated, {"": read}, nominal=job.nominal)
@@ -204,8 +204,8 @@ def _verdict(robot: Robot, left: PoseErrors | None, poses: int) -> str:
     """How far a file is from the calibrated arm, in words."""
     if left is None:
         return "the file computes with the whole calibrated model"
-    if max(left.position_max, left.rotation_max) < EXACT:
-        return f"the file agrees with the calibrated model to {EXACT:g} m and rad at {poses} poses"
+    if max(left.position_max, left.rotation_max) < NO_DIFFERENCE:
+        return f"the file agrees with the calibrated model to {NO_DIFFERENCE:g} m and rad at {poses} poses"
     return away_text("file", robot, left, poses)[0]
 
 

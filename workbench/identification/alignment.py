@@ -20,7 +20,7 @@ from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
-TURNS = 20
+MAX_ALTERNATIONS = 20
 """Alternations between base and tool for points; each is a closed form."""
 ENOUGH_ROWS = 500
 """Maximum number of rows for the closed forms; all rows take part in the final fit."""
@@ -112,7 +112,7 @@ def _tool_points(robot, data, arm, groups, freedom) -> Iterator[Float[np.ndarray
     repeated = _from_repeated_places(data, arm)
     starts = [np.array(robot.tool.xyz)] if repeated is None else [repeated, np.array(robot.tool.xyz)]
     for point in starts:
-        for _ in range(TURNS):
+        for _ in range(MAX_ALTERNATIONS):
             rows, right = [], []
             for g in groups:
                 base = se3.best_fit(se3.apply(arm[g], point[None]), data.position[g])

@@ -36,7 +36,7 @@ from workbench.identification.problem import FrameFreedom, Problem
 
 LOOKED_AT = 60
 """Maximum number of rows that are checked, and …"""
-MIN_ROWS = 10
+MIN_MATCHED_ROWS = 10
 """… minimum number of them with a measured point."""
 SOME, MUCH = 0.045, 0.12
 """Misfit as a share of the reach: above the first other arms are tried, above the second rows are foreign."""
@@ -201,7 +201,7 @@ def _some(data: Dataset) -> Dataset | None:
     has_point = data.included & np.isfinite(data.position).all(1)
     session = max(data.sessions, key=lambda name: int((has_point & data.in_session(name)).sum()))
     rows = np.flatnonzero(has_point & data.in_session(session))
-    if len(rows) < MIN_ROWS:
+    if len(rows) < MIN_MATCHED_ROWS:
         return None
     return data.take(rows[spread_rows(data.take(rows), LOOKED_AT)])
 

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.gravity import angles_between
-from workbench.arm.joint import EXACT
+from workbench.arm.joint import MIN_DEVIATION
 from workbench.arm.robot import Robot
 from workbench.identification.fit import Fit
 from workbench.identification.frame_freedom import gravity_names
@@ -22,7 +22,7 @@ from workbench.identification.problem import Problem
 
 CONTRADICTED = 3.0
 """Differences above this many of the file's standard deviations contradict the file."""
-CLEAR = 4.0
+MENTIONED_FROM = 4.0
 """Differences above this many standard errors are mentioned."""
 FREE = 0.5
 """Standard deviation of gravity's direction if the file is wrong [rad]."""
@@ -58,7 +58,7 @@ class GravityTilt:
 
     @property
     def is_contradicted(self) -> bool:
-        return self.size > CONTRADICTED * self.tolerance and self.size > CLEAR * self.error
+        return self.size > CONTRADICTED * self.tolerance and self.size > MENTIONED_FROM * self.error
 
     @property
     def odds(self) -> float:
@@ -92,7 +92,7 @@ def freed(problem: Problem, fit: Fit) -> Problem:
 
 def tilts_of_gravity(fit: Fit, given: Robot) -> Iterator[GravityTilt]:
     """Estimated tilt for every placement; empty where gravity was not estimated."""
-    arm, tolerance = fit.calibrated, max(given.mounting.gravity_tolerance, EXACT)
+    arm, tolerance = fit.calibrated, max(given.mounting.gravity_tolerance, MIN_DEVIATION)
     for session, mine in _angles(fit):
         stated, found = (r.in_session(session).gravity for r in (given, arm))
         covariance = fit.covariance[np.ix_(mine, mine)]

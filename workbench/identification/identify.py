@@ -15,7 +15,7 @@ from workbench.base.threads import one_thread
 from workbench.base.types import Outcome
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms import ALGORITHMS, USUAL, AbstractIdentifier
+from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS, AbstractIdentifier
 from workbench.identification.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, option
@@ -40,7 +40,7 @@ def identify(
     data: Dataset,
     choices: FitChoices | None = None,
     *,
-    algorithms: Sequence[str] = USUAL,
+    algorithms: Sequence[str] = DEFAULT_ALGORITHMS,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     loss: Loss | str = Loss.SET_APART,
     deviation: float | str = AUTO,

@@ -36,7 +36,7 @@ FREEDOM = 5.0
 """Degrees of freedom ν of Student's t for residuals."""
 MARGIN = 3.0
 """Gain in log likelihood that noise of joint readings must have beyond the information criterion."""
-MAX_ROWS = 2000
+MAX_NOISE_ROWS = 2000
 """Maximum number of rows for the variances, evenly spread; more would hardly change them."""
 MIN_VARIANCE_SHARE = 1e-4
 """Minimum variance of a channel relative to the residual's, where rows state none …"""
@@ -195,8 +195,8 @@ def _is_smooth(tables: Sequence[_Table], variances: np.ndarray, joint: int) -> b
 
 
 def _tables(problem: Problem, residual: np.ndarray) -> list[_Table]:
-    """At most `MAX_ROWS` rows, grouped by their components."""
-    every = slice(None, None, max(1, -(-len(problem.data) // MAX_ROWS)))
+    """At most `MAX_NOISE_ROWS` rows, grouped by their components."""
+    every = slice(None, None, max(1, -(-len(problem.data) // MAX_NOISE_ROWS)))
     alike: dict[tuple[Channel, ...], list[_Table]] = {}
     for block in problem.blocks:
         if Channel.TILT in block.observation.channels:

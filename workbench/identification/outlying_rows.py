@@ -51,7 +51,7 @@ def row_weights(standardised: Float[np.ndarray, " rows"], loss: Loss) -> Float[n
     return np.maximum(1.0 - (size / BIWEIGHT) ** 2, 0.0)
 
 
-LEVEL = 0.01
+OUTLIER_CHANCE = 0.01
 """Probability of calling any row of clean normal data an outlier."""
 MIN_OUTLIER_RATIO = 4.0
 """… and an outlier must exceed the median by at least this factor,"""
@@ -145,7 +145,7 @@ def _leverage(jacobian: Float[np.ndarray, "m p"], root: Float[np.ndarray, "p p"]
 def limits(sizes: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, " 3"]:
     """Sizes above which a row stands out."""
     tail = BEYOND * np.quantile(sizes, 0.9, axis=0)
-    chance = np.sqrt(special.chdtri(3, LEVEL / len(sizes)) / special.chdtri(3, 0.5))
+    chance = np.sqrt(special.chdtri(3, OUTLIER_CHANCE / len(sizes)) / special.chdtri(3, 0.5))
     return np.maximum(tail, max(chance, MIN_OUTLIER_RATIO) * _typical(sizes))
 
 

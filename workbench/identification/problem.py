@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.joint import EXACT
+from workbench.arm.joint import MIN_DEVIATION
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
@@ -152,7 +152,7 @@ class Problem:
         problem = cls(**own, parameters=tuple(parameters), blocks=blocks, bounded=fixed, known=known)
         spread = {n: robot.inertia_tolerance[n] for n in weighing}
         if not frames.levelled:
-            spread |= dict.fromkeys(angles, max(robot.mounting.gravity_tolerance, EXACT))
+            spread |= dict.fromkeys(angles, max(robot.mounting.gravity_tolerance, MIN_DEVIATION))
         spread |= {p.name: s for p in parameters if (s := facts.get(p.name, Unknown()).sigma)}
         centre = np.array([(robot.inertia | unknown_start).get(n, 0.0) for n in spread])
         width = np.diag(1.0 / np.array(list(spread.values())))
@@ -230,7 +230,7 @@ class Problem:
     @cached_property
     def inertia_tolerance(self) -> dict[str, float]:
         """Standard deviations of unknowns that act through loads only: masses, centres, angles of gravity."""
-        angle, known = max(self.robot.mounting.gravity_tolerance, EXACT), self.robot.inertia_tolerance
+        angle, known = max(self.robot.mounting.gravity_tolerance, MIN_DEVIATION), self.robot.inertia_tolerance
         return {p.name: known.get(p.name, angle) for p in self.parameters if p.is_inertia}
 
     @property

@@ -1,7 +1,7 @@
 """Rows near a step that may lie on either side of it.
 
-The step is shifted to each row at most `NEAR` places away, everything else as fitted. Rows between places of
-similar likelihood are undecided: fitted on the wrong side, they would bias the result.
+The step is shifted to each row at most `ROWS_BESIDE_STEP` places away, all else as fitted. Rows between
+places of similar likelihood are undecided: fitted on the wrong side, they would bias the result.
 """
 
 from dataclasses import replace
@@ -14,7 +14,7 @@ from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
 from workbench.identification.problem import Problem
 
-NEAR = 2
+ROWS_BESIDE_STEP = 2
 """Maximum number of undecided rows on either side of a step."""
 UNDECIDED = "measured at a step: on which side is undecided"
 LIKELY = 3.0
@@ -37,7 +37,7 @@ def undecided_rows(problem: Problem, x: Float[np.ndarray, " p"], data: Dataset) 
         order, before = np.argsort(clock, kind="stable"), int((clock < event.moment).sum())
         if not 0 < before < len(data):
             continue
-        places = range(max(before - NEAR, 1), min(before + NEAR, len(data) - 1) + 1)
+        places = range(max(before - ROWS_BESIDE_STEP, 1), min(before + ROWS_BESIDE_STEP, len(data) - 1) + 1)
         near, costs = data.take(np.sort(order[places[0] - 1 : places[-1] + 1])), []
         for place in places:
             row, time = int(data.row[order[place]]), float(clock[order[place]])

@@ -22,7 +22,7 @@ from workbench.session.state import Session
 
 MIN_LEVER = 0.005
 """Motion of the tool [m/rad] below which a row tells nothing along a joint."""
-MAX_ROWS = 300
+MAX_LAW_ROWS = 300
 """Rows at which laws are worked out; of more, evenly chosen ones."""
 MAX_CANDIDATES = 6
 """Candidates, besides what was accepted, whose laws can be laid over the rows."""
@@ -74,7 +74,7 @@ def law_along_joints(
     """
     effect = next((e for e in candidates(found) if e.label == label), None)
     data = found.after_fit.problem.data
-    rows = np.unique(np.linspace(0, len(data) - 1, min(len(data), MAX_ROWS)).round().astype(int))
+    rows = np.unique(np.linspace(0, len(data) - 1, min(len(data), MAX_LAW_ROWS)).round().astype(int))
     data = data.take(rows)
     if effect is None or data.position is None:
         return None
@@ -97,7 +97,7 @@ def _fitted(arm: Robot, effect: AbstractEffect, data: Dataset) -> Float[np.ndarr
     """What an effect would do at the tool with the coefficients that fit what is left best [m]."""
     plain, columns = _positions(arm, data), []
     for k in range(len(effect.names)):
-        unit = tuple(STEP if i == k else 0.0 for i in range(len(effect.names)))
+        unit = tuple(LINEAR_COEFFICIENT if i == k else 0.0 for i in range(len(effect.names)))
         deflected = arm.with_effects(*arm.effects, replace(effect, coefficients=unit))
         columns.append((_positions(deflected, data) - plain).ravel())
     assert data.position is not None
@@ -107,7 +107,7 @@ def _fitted(arm: Robot, effect: AbstractEffect, data: Dataset) -> Float[np.ndarr
     return (basis @ size).reshape(-1, 3)
 
 
-STEP = 1e-4
+LINEAR_COEFFICIENT = 1e-4
 """Coefficient with which a law's effect at the tool is worked out, small so that it is linear."""
 
 

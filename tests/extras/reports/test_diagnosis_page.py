@@ -17,7 +17,7 @@ from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.extras.reports import diagnosis_figures
 from workbench.extras.reports.apparent_errors import Rows
 from workbench.extras.reports.diagnosis_page import PAGE, PICTURES, RESULT, write_diagnosis
-from workbench.extras.reports.effect_plots import SURE, shapes
+from workbench.extras.reports.effect_plots import BAND_ERRORS, shapes
 from workbench.identification.problem import Problem
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -75,7 +75,7 @@ def test_the_drawn_shape_is_the_hidden_one_within_its_band(diagnosed):
     fitted = diagnosed.after_fit.problem.data.q[:, 3]
     hidden = 1e3 * (hidden(np.deg2rad(degrees)) - hidden(fitted).mean())
     band = axes.collections[0].get_paths()[0].vertices[1 : len(degrees) + 1, 1]
-    std = np.abs(band - shape) / SURE
+    std = np.abs(band - shape) / BAND_ERRORS
     assert np.abs(hidden).max() > 1.0
     assert np.mean(np.abs(shape - hidden) < 3.0 * std + 0.05) > 0.95
 

@@ -6,7 +6,7 @@ import pytest
 from workbench.plate.region import Region
 from workbench.views.appearance.shapes import box
 from workbench.views.drawables.drawable import Cubes, Mesh, Points
-from workbench.views.page.scene.cube_mesh import NORMALS, TURNS, cube_under, outer_faces
+from workbench.views.page.scene.cube_mesh import FACE_ROTATIONS, NORMALS, cube_under, outer_faces
 from workbench.views.page.scene.picking import distance_to, picked
 
 REGION = Region(min=np.zeros(3), max=np.array([0.6, 0.5, 0.4]), cube=0.1)
@@ -36,8 +36,8 @@ def test_a_cube_alone_has_six_faces():
 
 
 def test_faces_look_outward():
-    assert np.linalg.det(TURNS) == pytest.approx(np.ones(6))
-    assert pytest.approx(NORMALS) == TURNS @ [0.0, 0.0, 1.0]
+    assert np.linalg.det(FACE_ROTATIONS) == pytest.approx(np.ones(6))
+    assert pytest.approx(NORMALS) == FACE_ROTATIONS @ [0.0, 0.0, 1.0]
 
 
 def test_a_ray_meets_the_nearest_drawn_face_and_passes_between_cubes():

@@ -28,7 +28,7 @@ STILL = float(np.deg2rad(1.0))
 
 UNCLEAR = "an error, clear at no single position,"
 """Phrase for a joint's error that is significant as a whole only."""
-CLEAR = 3.0
+STATED_FROM = 3.0
 """Standard errors below which a size is not stated."""
 UNDRIVEN = 1e-9
 """Law sizes per unit coefficient [rad or m] below this count as zero."""
@@ -97,7 +97,7 @@ class AbstractEffect(AbstractLaw):
         """The sentence given the covariance of its coefficients [SI²]; usually significant sizes only."""
         if own := self.own_stated(chain, motion, covariance):
             return own
-        clear = np.abs(self.coefficients) >= CLEAR * np.sqrt(np.diagonal(covariance))
+        clear = np.abs(self.coefficients) >= STATED_FROM * np.sqrt(np.diagonal(covariance))
         sizes = np.where(clear | ~clear.any(), self.coefficients, 0.0)
         return replace(self, coefficients=tuple(sizes.tolist())).sentence(chain, motion)
 
@@ -232,7 +232,7 @@ class AbstractEffect(AbstractLaw):
         law = law - law.mean(0)
         error = np.abs(law @ self.coefficients)
         if covariance is not None:
-            clear = error >= CLEAR * np.sqrt(np.maximum(((law @ covariance) * law).sum(1), 0.0))
+            clear = error >= STATED_FROM * np.sqrt(np.maximum(((law @ covariance) * law).sum(1), 0.0))
             if not clear.any():
                 return UNCLEAR
             error = error[clear]

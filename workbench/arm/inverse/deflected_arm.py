@@ -116,7 +116,7 @@ MAX_ROUNDS = 40
 """Maximum number of rounds."""
 MIN_STEP_SHARE = 2.0**-8
 """Minimum step length; below it a row is given up."""
-EXACT = 1e-12
+NO_ERROR = 1e-12
 """Error [m] that counts as zero."""
 
 
@@ -163,7 +163,7 @@ def refine_deflected(
         step[lower], steps[lower] = there.x - x[lower], steps[lower] + there.steps
         share[going] = np.where(fell, 1.0, 0.5 * share[going])
         x[going] = best[going] + share[going][:, None] * step[going]
-        going = going[(cost[going] > EXACT**2) & (share[going] > MIN_STEP_SHARE)]
+        going = going[(cost[going] > NO_ERROR**2) & (share[going] > MIN_STEP_SHARE)]
     return Refined(best, errors[:, 0], errors[:, 1], steps)
 
 

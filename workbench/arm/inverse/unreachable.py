@@ -14,7 +14,7 @@ from workbench.arm.inverse.reduced_arm import ReducedArm
 from workbench.arm.inverse.solutions import random_starts
 from workbench.base.wording import in_mm
 
-STARTS = 96
+NEAREST_STARTS = 96
 """Random starts of each search for a nearest configuration."""
 LIGHT = (0.02, 2e-4, 2e-6)
 """Decreasing weights w that give priority to the position, as shares of the arm's length."""
@@ -39,7 +39,7 @@ def nearest(
         starts: Further starts in the chain's order, such as solutions outside the limits.
         weight: w of the objective [m/rad].
     """
-    rows = random_starts(arm, (STARTS,), rng, limits=limits)
+    rows = random_starts(arm, (NEAREST_STARTS,), rng, limits=limits)
     if starts is not None:
         rows = np.concatenate([starts, rows])
     one = np.zeros(len(rows), np.int64)

@@ -23,7 +23,7 @@ from workbench.base.errors import OptionError
 
 BEND = 1e-3
 """Largest bend of an element where no size is given [rad or m]."""
-SAMPLES = 120
+BEND_SAMPLES = 120
 """Random joint positions at which the largest bend is sought."""
 MIN_LAW = 1e-6
 """Largest law (a moment, an angle …) below which an effect can't be seen."""
@@ -143,7 +143,7 @@ def _bend(robot: Robot, effect: AbstractEffect, rng: np.random.Generator) -> flo
     """Largest change of an element over random joint positions [rad or m]."""
     robot = robot.with_effects(effect)
     low, high = robot.search_limits.T
-    q = rng.uniform(low, high, (SAMPLES, robot.dof))
+    q = rng.uniform(low, high, (BEND_SAMPLES, robot.dof))
     return float(np.abs(shift_of(robot, varied_state(robot, q, rng=rng))).max())
 
 

@@ -14,7 +14,7 @@ from rich.text import Text
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.effect import CLEAR
+from workbench.arm.effects.effect import STATED_FROM
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import first_of, plural
 from workbench.diagnosis.claimed_causes import Cause
@@ -281,6 +281,6 @@ def lines(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple
         ]
         return tuple((name, size.text) for name, size in zip(names, found, strict=True))
     clearest = max(found, key=lambda size: abs(size.value) / size.std if size.std > 0.0 else 0.0)
-    if abs(clearest.value) < CLEAR * clearest.std:
+    if abs(clearest.value) < STATED_FROM * clearest.std:
         return ((f"{len(found)} coefficients", "none of them individually significant"),)
     return ((f"{len(found)} coefficients, largest {clearest.name.partition('.')[2]}", clearest.text),)

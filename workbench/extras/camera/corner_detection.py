@@ -21,7 +21,7 @@ from workbench.base.errors import DataError, FileError
 from workbench.base.progress import Cancelled, cancelled, progress
 from workbench.base.wording import listed, plural
 from workbench.extras.camera.likely_board import MIN_FOUND, RIGHT, likely_width, markers_in, share_on_board
-from workbench.extras.camera.markers import USUAL, opencv_board
+from workbench.extras.camera.markers import COMMON_NAMES, opencv_board
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.picture_files import (
     Picture,
@@ -80,7 +80,7 @@ class Finder:
     def of(cls, target: PictureTarget, pictures: Sequence[Picture] = ()) -> "Finder":
         """The finder of a target; a pattern or dictionary that nobody gave is what shows most in pictures."""
         if target.charuco is None:
-            names = (target.dictionary,) if target.dictionary else USUAL
+            names = (target.dictionary,) if target.dictionary else COMMON_NAMES
             tried = [cls(target, name) for name in names]
         else:
             even = target.charuco.squares[1] % 2 == 0
@@ -164,7 +164,9 @@ class Finder:
         if is_foreign.any():
             return "it shows no marker of this board"
         stated = {prints_of(f.dictionary) for f in self.others} - {prints_of(self.dictionary)}
-        for other in (name for name in USUAL if name != self.dictionary and prints_of(name) not in stated):
+        for other in (
+            name for name in COMMON_NAMES if name != self.dictionary and prints_of(name) not in stated
+        ):
             if len(markers_in(picture, other)[1]) >= MIN_FOUND:
                 return f"its markers are of {other}, not of {self.dictionary}"
         return f"it shows no marker of {self.dictionary}"

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 
 from workbench.base.errors import OptionError
 from workbench.base.progress import check_cancelled
-from workbench.extras.camera.markers import USUAL, detector, opencv_board
+from workbench.extras.camera.markers import COMMON_NAMES, detector, opencv_board
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.picture_files import Picture
 from workbench.extras.camera.target import Charuco
@@ -20,7 +20,7 @@ ALONG = 0.3
 """Part of a marker's side by which a marker may miss its place on a board that is the right one …"""
 RIGHT = 0.8
 """… and the share of markers that must not."""
-SAMPLES = 100
+RANSAC_RUNS = 100
 """Samples of RANSAC: with `RIGHT` of the corners in place, all of them miss with odds of 1e-23."""
 WIDEST = 24
 """Squares across that are tried."""
@@ -52,7 +52,7 @@ def share_on_board(board: Any, squares: np.ndarray, names: np.ndarray) -> float:
     drawn = np.concatenate([place[int(m)] for m in names[own]])
     side = float(np.median(np.linalg.norm(np.diff(squares, axis=1), axis=2)))
     plane, near = cv2.findHomography(
-        drawn, squares[own].reshape(-1, 2), cv2.RANSAC, ALONG * side, maxIters=SAMPLES
+        drawn, squares[own].reshape(-1, 2), cv2.RANSAC, ALONG * side, maxIters=RANSAC_RUNS
     )
     return 0.0 if plane is None else float(near.sum()) / (4 * len(names))
 
@@ -62,7 +62,7 @@ def likely_board(board: Charuco, pictures: Sequence[Picture]) -> Charuco | None:
 
     Squares down reach as far as the last marker that two pictures show, or the only one.
     """
-    for name in dict.fromkeys((board.dictionary, *USUAL)):
+    for name in dict.fromkeys((board.dictionary, *COMMON_NAMES)):
         shown = []
         for picture in pictures:
             check_cancelled()
@@ -122,7 +122,7 @@ def _fit_middles(board: Any, square: float, squares: np.ndarray, names: np.ndarr
     cv2 = opencv("reading pictures")
     middles = np.array(board.getObjPoints())[:, :, :2].mean(1)[names] / square
     side = float(np.median(np.linalg.norm(np.diff(squares, axis=1), axis=2)))
-    plane, near = cv2.findHomography(middles, squares.mean(1), cv2.RANSAC, ALONG * side, maxIters=SAMPLES)
+    plane, near = cv2.findHomography(middles, squares.mean(1), cv2.RANSAC, ALONG * side, maxIters=RANSAC_RUNS)
     if plane is None or abs(np.linalg.det(plane)) < 1e-12:
         return BoardFit(0.0)
     flat = cv2.perspectiveTransform(squares.reshape(-1, 1, 2), np.linalg.inv(plane)).reshape(-1, 4, 2)

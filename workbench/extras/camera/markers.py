@@ -9,7 +9,7 @@ from workbench.base.errors import OptionError
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.target import Charuco
 
-USUAL = (
+COMMON_NAMES = (
     *("DICT_6X6_250", "DICT_5X5_250", "DICT_4X4_250", "DICT_APRILTAG_36h11", "DICT_ARUCO_ORIGINAL"),
     *("DICT_7X7_250", "DICT_6X6_1000", "DICT_5X5_1000", "DICT_4X4_1000", "DICT_7X7_1000"),
 )
@@ -21,7 +21,9 @@ def dictionary(name: str) -> Any:
     cv2 = opencv("reading and printing markers")
     number = getattr(cv2.aruco, name, None)
     if not name.startswith("DICT_") or number is None:
-        raise OptionError(f"unknown marker dictionary '{name}'; use one such as {', '.join(USUAL[:4])}")
+        raise OptionError(
+            f"unknown marker dictionary '{name}'; use one such as {', '.join(COMMON_NAMES[:4])}"
+        )
     return cv2.aruco.getPredefinedDictionary(number)
 
 

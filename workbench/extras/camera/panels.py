@@ -56,7 +56,7 @@ ARROWS = 20.0
 """How many times residuals are drawn."""
 ENOUGH = 0.6
 """Part of the picture that is well used."""
-STEPS = (
+HOW_TO_TAKE = (
     "Take 15 to 30 pictures from different directions, with the arm at rest. Add a table with one row per "
     "picture: image, q1[deg] … of the joints; or image, x[mm], y[mm], z[mm], qw, qx, qy, qz of the tool, "
     "which identifies camera and target only."
@@ -97,7 +97,7 @@ class CamerasPanel(AbstractPanel):
                     lambda session: ("pictures.zip", printed().folder(session.robot)),
                     "target.toml of this board, and joints.csv: a row for each picture.",
                 )
-            gui.add_html(note(STEPS, "steps-of-pictures"))
+            gui.add_html(note(HOW_TO_TAKE, "steps-of-pictures"))
             fields.build_upload(self, gui)
             self._thumbs = gui.add_html("")
             self._seen = gui.add_html("")

@@ -27,7 +27,7 @@ from workbench.extras.camera.readings import PictureReadings
 from workbench.extras.camera.rig import RejectedCorner, Rig, off_text, owner_in
 from workbench.extras.camera.target import PictureTarget
 
-STEPS = 15
+REFINEMENT_STEPS = 15
 """Gauss–Newton steps of the refinement."""
 FAR_OFF = 50.0
 """Corners farther off than this [px] count alike when the first pose is chosen."""
@@ -274,7 +274,7 @@ def _refined(
     best, minimum = np.full((len(seen), 4, 4), np.nan), np.full(len(seen), np.inf)
     for poses in np.moveaxis(first, 1, 0):
         damping = np.full(len(seen), 1e-3)
-        for _ in range(STEPS):
+        for _ in range(REFINEMENT_STEPS):
             residual, by_pose = _slopes(poses, seen, camera, target)
             off = np.linalg.norm(residual, axis=2)
             usual = np.nanmedian(np.where(there, off, np.nan), axis=1, keepdims=True)

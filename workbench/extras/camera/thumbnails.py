@@ -16,7 +16,7 @@ from workbench.views.page.html import BAD, CAREFUL, GOOD, text
 
 WIDTH, QUALITY = 160, 60
 """Width [px] and quality of a small picture."""
-FEW = 8
+TELLING_CORNERS = 8
 """Corners from which on a picture tells much."""
 MAX_PICTURES = 200
 """Pictures that are shown."""
@@ -55,7 +55,7 @@ def _html(image: str, size: tuple[int, int], seen: Float[np.ndarray, "n 2"], pic
     if picture is not None:
         data = base64.b64encode(_small(picture)).decode()
         back += f'<image width="{width}" height="{height}" href="data:image/jpeg;base64,{data}"/>'
-    colour = GOOD if len(seen) >= FEW else CAREFUL if len(seen) else BAD
+    colour = GOOD if len(seen) >= TELLING_CORNERS else CAREFUL if len(seen) else BAD
     dots = "".join(f"M{u:.0f} {v:.0f}h0" for u, v in seen)
     title = f"{image}: {plural(len(seen), 'corner')}" if len(seen) else f"{image}: no corners"
     return (

@@ -47,7 +47,7 @@ MOVED = np.deg2rad(15.0)
 """Least range of each motor."""
 TURNED = 0.1
 """Least root mean square turn of the board about a second axis [rad]."""
-LEVEL = 4.0
+ALIKE_WITHIN = 4.0
 """Log likelihood within which two ways of counting fit alike."""
 SAME = 0.02
 """Share of the arm's length, or twice what is left, by which two ways of counting may differ and be one."""
@@ -324,7 +324,7 @@ def _near(robot: Robot, found: list[Counting], q: np.ndarray, data: Dataset) -> 
             f"{data.source}: these poses do not fit {robot.name}: the best signs, zeros and order of "
             f"motors leave {off}; check robot and units, and that each pose belongs to its row"
         )
-    near = [c for c in found if 6 * len(q) * np.log(c.cost / best.cost) < LEVEL]
+    near = [c for c in found if 6 * len(q) * np.log(c.cost / best.cost) < ALIKE_WITHIN]
     if other := next((c for c in near if not _same(robot, c, best)), None):
         open_signs = np.flatnonzero(other.signs != best.signs) + 1
         raise DataError(

@@ -31,7 +31,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.identification.problem import Noise
 
-CLEAR = 2.0
+MIN_GAIN = 2.0
 """By how much an effect must beat the criterion; play by four times that, what acts upwards by seven."""
 UNIT = 1e-4
 """Size of an effect for its derivative: far below what is found [rad, rad/(N m)]."""
@@ -71,15 +71,15 @@ def sag_and_play(
     left = clear(se3.pose_error(poses, shown))
     joints = tuple(range(1, robot.dof - 1))
     twists = {kind: _twists(robot, [kind((j,), (UNIT,)) for j in joints], q, shown) for kind in known}
-    lowest, chosen = count * np.log(left @ left) - CLEAR, dict[type[AbstractEffect], np.ndarray]()
+    lowest, chosen = count * np.log(left @ left) - MIN_GAIN, dict[type[AbstractEffect], np.ndarray]()
     for kinds, shares in _models(known, len(joints)):
         units = [np.tensordot(share, twists[kind], 1) for kind, share in zip(kinds, shares, strict=True)]
         design = np.column_stack([clear(unit) for unit in np.concatenate(units)])
         size = np.linalg.lstsq(design, left, rcond=1e-9)[0]
         rest = left - design @ size
         is_usual = kinds == (JointCompliance,) and len(size) == 1 and size[0] > 0.0
-        score = count * np.log(rest @ rest) + (-CLEAR if is_usual else len(size) * np.log(count))
-        score += CLEAR * (3.0 * (Backlash in kinds) + 6.0 * bool(size[0] < 0.0))
+        score = count * np.log(rest @ rest) + (-MIN_GAIN if is_usual else len(size) * np.log(count))
+        score += MIN_GAIN * (3.0 * (Backlash in kinds) + 6.0 * bool(size[0] < 0.0))
         if abs(np.sign(size).sum()) == len(size) and score < lowest:
             parts = np.split(size, np.cumsum([len(share) for share in shares])[:-1])
             sizes = [part @ share for part, share in zip(parts, shares, strict=True)]

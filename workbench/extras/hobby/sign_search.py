@@ -28,7 +28,7 @@ REFINED = 4
 QUARTERED = 6
 """Joints up to which every quarter turn is tried."""
 QUARTERS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
-NEAR = (0.05, float(np.deg2rad(6.0)))
+SERVO_ERRORS = (0.05, float(np.deg2rad(6.0)))
 """Root mean square that servo arms leave: position, as a share of the arm's length, and angle [rad]."""
 
 
@@ -64,7 +64,7 @@ class Counting:
 
     def fits(self, length: float) -> bool:
         """Whether no more is left than servo arms leave."""
-        return self.errors[0] < NEAR[0] * length and self.errors[1] < NEAR[1]
+        return self.errors[0] < SERVO_ERRORS[0] * length and self.errors[1] < SERVO_ERRORS[1]
 
 
 def find_counting(

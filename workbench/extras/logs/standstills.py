@@ -30,7 +30,7 @@ DENSE = 0.25
 STEP = 0.02
 MIN_CORRELATION, MIN_CORRELATION_RATIO = 0.6, 1.1
 """Minimum correlation of both motions, and how much better it is than at any other offset."""
-TURNS = {key for keys in GROUPS.values() for key in keys} - {"x", "y", "z"}
+ORIENTATION_KEYS = {key for keys in GROUPS.values() for key in keys} - {"x", "y", "z"}
 
 Times = Float[np.ndarray, " samples"]
 
@@ -259,10 +259,10 @@ def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Field
 
 def _turned(measured: Fields) -> Fields:
     """The same with rotation matrices in place of whatever columns an orientation has."""
-    if measured.rotation is not None or not TURNS & set(measured.values):
+    if measured.rotation is not None or not ORIENTATION_KEYS & set(measured.values):
         return measured
     rotation, notes = read_orientation(measured, usable=np.ones(measured.rows, bool))
-    values = {k: v for k, v in measured.values.items() if k not in TURNS}
+    values = {k: v for k, v in measured.values.items() if k not in ORIENTATION_KEYS}
     return replace(measured, values=values, rotation=rotation, notes=measured.notes + notes)
 
 

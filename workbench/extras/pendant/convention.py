@@ -30,7 +30,7 @@ MIN_POSES = 5
 """Poses that distinguish one convention from another."""
 TURNED = float(np.deg2rad(3.0))
 """Median angle that the right convention leaves at most [rad]."""
-TURNS = 0.1
+MIN_SECOND_TURN = 0.1
 """Root mean square angle about a second axis that the poses need [rad]."""
 CLEARLY = 3.0
 """The right convention fits this many times better than any that means other poses."""
@@ -154,7 +154,7 @@ def _tried(robot: Robot, readings: PendantReadings) -> Iterator[Convention]:
 def _turns(arm: np.ndarray) -> bool:
     """Whether the tool is turned about more than one axis; else the poses fit in several conventions."""
     turns = se3.matrix_to_rotvec(arm[:, :3, :3] @ arm[0, :3, :3].T)
-    return bool(np.linalg.svd(turns, compute_uv=False)[1] > TURNS * np.sqrt(len(turns)))
+    return bool(np.linalg.svd(turns, compute_uv=False)[1] > MIN_SECOND_TURN * np.sqrt(len(turns)))
 
 
 PARTS = (slice(0, 3), slice(3, 6))

@@ -31,7 +31,7 @@ MARGIN = float(np.deg2rad(3.0))
 """Distance of the joints from their limits [rad]."""
 CLEARANCE, FLOOR = 0.01, 0.02
 """Distance of the arm from itself and the floor, which is so high above its base's plane [m]."""
-SAMPLES = 200
+POSTURES = 200
 """Postures that show how low links hang."""
 DISPLAY = Instrument(
     name="display",
@@ -101,7 +101,7 @@ def _floor(robot: Robot) -> float:
     """Height that the arm keeps above [m]: its base's plane, or lower where links hang below that anyway."""
     shape = arm_shape(robot, CLEARANCE)
     low, high = robot.search_limits.T
-    q = np.random.default_rng(0).uniform(low, high, (SAMPLES, robot.dof))
+    q = np.random.default_rng(0).uniform(low, high, (POSTURES, robot.dof))
     lowest = shape.lowest(shape.placements(q))[:, shape.bodies > ON_THE_TABLE]
     return min(FLOOR, float(np.quantile(lowest, 0.75, axis=0).min()) - CLEARANCE)
 

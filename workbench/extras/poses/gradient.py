@@ -21,7 +21,7 @@ from workbench.plate.free_constants import visible
 from workbench.plate.observability import AbstractIndex
 from workbench.plate.poses.sight import AbstractSight
 
-STEP = 1e-5
+DIFFERENCE = 1e-5
 """Half-width of the central differences of the Jacobian [rad or m]; their error is about 1e-10."""
 POLISH_STEPS = 100
 """Maximum number of steps of the continuous improvement."""
@@ -62,10 +62,10 @@ class PoseClimb:
         linearisation = self.at(q)
         rows, joints = q.shape
         outer = self.index.gradient(linearisation).reshape(rows, -1)
-        moved = q[None, :, None, :] + STEP * np.array([1.0, -1.0])[:, None, None, None] * np.eye(joints)
+        moved = q[None, :, None, :] + DIFFERENCE * np.array([1.0, -1.0])[:, None, None, None] * np.eye(joints)
         near = self.at(moved.reshape(-1, joints)).jacobian
         plus, minus = near.reshape(2, rows, joints, -1)
-        slope = np.einsum("rjk,rk->rj", plus - minus, outer) / (2.0 * STEP)
+        slope = np.einsum("rjk,rk->rj", plus - minus, outer) / (2.0 * DIFFERENCE)
         return self.index.value(linearisation), slope
 
     def climb(self, q: Float[np.ndarray, "rows n"]) -> Climbed:

@@ -223,7 +223,7 @@ def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str
     )
 
 
-STARTS = 30
+GREEDY_STARTS = 30
 """Candidates from which a greedy choice is begun before the limits count as conflicting."""
 
 
@@ -271,7 +271,7 @@ def feasible_start(
 
 def _longest(blocks, number, clash, follow, rng) -> np.ndarray:
     """The longest of several greedy choices; the first that is long enough."""
-    firsts = [None, *rng.permutation(len(blocks))[:STARTS].tolist()]
+    firsts = [None, *rng.permutation(len(blocks))[:GREEDY_STARTS].tolist()]
     best = np.zeros(0, np.int64)
     for first in firsts:
         found = greedy_choice(blocks, number, clash=clash, follow=follow, first=first)

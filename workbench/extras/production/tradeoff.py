@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 WORK = ("printed", "breadboard", "machined", "ball-bar")
 """Ways to make plates, the cheapest first."""
 FRONT_TEXT = "●: Pareto-optimal in work and error; open: a ball gives no orientation"
-FEW = 3
+FEW_SHAPES = 3
 """Number of block shapes if few are requested."""
 
 
@@ -181,7 +181,7 @@ def weigh_choices(
         (name, number, shapes)
         for name in methods
         for number in numbers
-        for shapes in ((None, FEW) if METHODS[name].reading == "seat" else (None,))
+        for shapes in ((None, FEW_SHAPES) if METHODS[name].reading == "seat" else (None,))
     ]
     choices: list[Choice] = []
     missing: list[str] = []

@@ -134,7 +134,7 @@ def _limits(values: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
 
 GRID = 800
 COLUMNS = 2
-SURE = 2.0
+BAND_ERRORS = 2.0
 """Half-width of the band in standard errors."""
 
 
@@ -181,13 +181,13 @@ def _shape(axes: Axes, result: Diagnosis, joint: int, effects: list[AbstractEffe
     scale, unit = (float(np.rad2deg(1.0)), "°") if turns(chain, joint) else (1e3, "mm")
     x = scale * grid_q
     axes.fill_between(
-        x, shape - SURE * std, shape + SURE * std, color=COLOURS[4], alpha=0.45, lw=0,
-        label=f"± {SURE:g} standard errors",
+        x, shape - BAND_ERRORS * std, shape + BAND_ERRORS * std, color=COLOURS[4], alpha=0.45, lw=0,
+        label=f"± {BAND_ERRORS:g} standard errors",
     )  # fmt: skip
     axes.plot(x, shape, color=COLOURS[1], lw=1.8, label="error of the joint")
     axes.axhline(0.0, color=INK, lw=0.6)
-    low = float(min((shape - SURE * std).min(), 0.0))
-    height = max(float((shape + SURE * std).max()) - low, 1e-12)
+    low = float(min((shape - BAND_ERRORS * std).min(), 0.0))
+    height = max(float((shape + BAND_ERRORS * std).max()) - low, 1e-12)
     axes.plot(
         scale * q, np.full(len(q), low - 0.08 * height), "|", color=INK, ms=5, mew=0.5, label="measured there"
     )

@@ -47,7 +47,7 @@ SPINS = np.deg2rad([0.0, 90.0, 180.0, 270.0])
 """Rotations about the tool's z axis to try if the arm holds it too [rad]."""
 STILL = 1e-3
 """Angle from the requested direction that counts as zero [deg]."""
-MIN_ROWS = 8
+MIN_CURVE_ROWS = 8
 """Minimum number of rows of a trajectory."""
 
 
@@ -97,9 +97,9 @@ def plan(
         axis: Direction of the tool's z axis; into the curve's plane from above if None.
         max_speed: Maximum speed of any joint [rad/s or m/s]; not checked if None.
     """
-    if not (duration > 0.0 and np.isfinite(duration)) or rows < MIN_ROWS:
+    if not (duration > 0.0 and np.isfinite(duration)) or rows < MIN_CURVE_ROWS:
         raise OptionError(
-            f"duration must be above 0 s and rows at least {MIN_ROWS}, got {duration:g} s and {rows}"
+            f"duration must be above 0 s and rows at least {MIN_CURVE_ROWS}, got {duration:g} s and {rows}"
         )
     time = np.linspace(0.0, duration, rows)
     wanted = _above(curve) if axis is None else _unit(axis)

@@ -27,7 +27,7 @@ from workbench.extras.trajectories.curves import Curve, Shares
 
 KNOTS = 41
 """Number of optimised postures; those between follow a spline."""
-EXACT = 1e4
+POINT_GAIN = 1e4
 """Weight of the positions [1/m]."""
 SMOOTH = 3.0
 """Weight s of the curvature of the joints' paths."""
@@ -41,7 +41,7 @@ ITERATIONS = 60
 """Maximum number of steps."""
 RIDGE = 1e-6
 """Added to the Hessian, which is singular along some directions in posture space."""
-STARTS = 4
+START_POSTURES = 4
 """Number of postures at the first point from which the search starts."""
 TOLERANCE = 1e-6
 """Relative decrease of the sum below which it has converged."""
@@ -84,7 +84,7 @@ def _starts(robot: Robot, point: Vector3, wanted: Vector3) -> list[np.ndarray]:
     free = inverse.solve(robot, pose, task=Task.POSITION)
     postures = [b.q for b in (*(exact.within_limits if exact else ()), *free.within_limits)]
     pointing = [float(tool_poses(robot, Motion(q[None]))[0, :3, 2] @ wanted) for q in postures]
-    return [postures[i] for i in np.argsort(pointing)[::-1][:STARTS]]
+    return [postures[i] for i in np.argsort(pointing)[::-1][:START_POSTURES]]
 
 
 def _aims(points: Positions) -> Float[np.ndarray, "rows 4 4"]:
@@ -135,7 +135,7 @@ def _bends(rows: int, closed: bool) -> Float[np.ndarray, "bends rows"]:
         return plain
     over, same = np.zeros(rows), np.zeros(rows)
     over[[-2, 0, 1]] = 1.0, -2.0, 1.0
-    same[[0, -1]] = EXACT, -EXACT
+    same[[0, -1]] = POINT_GAIN, -POINT_GAIN
     return np.vstack([plain, over, same])
 
 
@@ -148,7 +148,7 @@ def _terms(
     pointing = tool[:, :, 2]
     lever = np.cross(axes, tool[:, None, :, 3] - places)
     slides = arm.slides[None, :, None]
-    moves = EXACT * np.where(slides, axes, lever)
+    moves = POINT_GAIN * np.where(slides, axes, lever)
     turns = np.where(slides, 0.0, np.cross(axes, pointing[:, None]))
     low, high = LIMIT_MARGIN - (x - limits[:, 0]), LIMIT_MARGIN - (limits[:, 1] - x)
     near = np.where(low > 0.0, low, np.where(high > 0.0, -high, 0.0))
@@ -156,7 +156,7 @@ def _terms(
     own = np.concatenate([np.swapaxes(moves, 1, 2), np.swapaxes(turns, 1, 2), push[:, None] * np.eye(n)], 1)
     jacobian = np.zeros((rows, own.shape[1], rows, n))
     jacobian[np.arange(rows), :, np.arange(rows)] = own
-    value = np.concatenate([EXACT * (tool[:, :, 3] - points), pointing - wanted, LIMIT_WEIGHT * near], 1)
+    value = np.concatenate([POINT_GAIN * (tool[:, :, 3] - points), pointing - wanted, LIMIT_WEIGHT * near], 1)
     deflected = SMOOTH * np.einsum("br,ij->birj", bends, np.eye(n))
     return (
         np.concatenate([value.ravel(), SMOOTH * (bends @ x).ravel()]),

@@ -40,7 +40,7 @@ SHORT = {
     Purpose.STANDOFF: "stand-off",
     Purpose.ROBOT: "robot's foot",
 }
-MAX_ROWS = 50
+MAX_TABLE_ROWS = 50
 """Of a plate's table of holes; holes.csv has them all."""
 Rows = list[tuple[str, ...]]
 
@@ -85,8 +85,8 @@ def slab_sheet(fixture: Fixture, slab: Slab) -> Sheet:
         (bore.label, f"{x:z.3f}", f"{y:z.3f}", bore.size.split(" (core")[0], SHORT[bore.purpose])
         for (x, y), bore in zip(places, slab.bores, strict=True)
     ]
-    if len(rows) > MAX_ROWS:
-        rows = [*rows[:MAX_ROWS], ("…", "", "", "", f"{len(rows) - MAX_ROWS} more in holes.csv")]
+    if len(rows) > MAX_TABLE_ROWS:
+        rows = [*rows[:MAX_TABLE_ROWS], ("…", "", "", "", f"{len(rows) - MAX_TABLE_ROWS} more in holes.csv")]
     base = [
         "Robot's base frame: origin at the centre of R1–R4, x to the right, y up.",
         "All holes: position Ø0.2 to the lower and the left edge.",

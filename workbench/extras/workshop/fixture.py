@@ -239,7 +239,7 @@ DEPTHS = (0.012, 0.010)
 """How deep the probe's pins are pressed in, seat and index [m]."""
 FLANGE = 0.008
 """Thickness of the probe's flange [m]."""
-LEVEL = 1e-6
+MAX_LEAN = 1e-6
 """A plate leans if its normal is off the vertical by more [rad]."""
 MIN_STANDOFF = 0.025
 """Minimum length of a stand-off: two threads and a wall [m]."""
@@ -294,10 +294,10 @@ def base_parts(pose: Matrix4, slab: Slab, stock: Stock) -> tuple[Slab | None, Tu
     lean = float(np.arccos(np.clip(pose[2, 2], -1.0, 1.0)))
     height = float(pose[2, 3] - slab.size[2])
     mounts = [bore for bore in slab.bores if bore.purpose is Purpose.MOUNTING]
-    if lean > LEVEL or height < MIN_STANDOFF or len(mounts) < 3:
+    if lean > MAX_LEAN or height < MIN_STANDOFF or len(mounts) < 3:
         why = (
             f"the plate leans by {np.rad2deg(lean):.2f}°"
-            if lean > LEVEL
+            if lean > MAX_LEAN
             else f"the plate's underside is {1e3 * height:.0f} mm above the robot's foot, a stand-off needs "
             f"{1e3 * MIN_STANDOFF:.0f} mm"
             if height < MIN_STANDOFF

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from workbench.extras.workshop.drawing import TEXT, View
 from workbench.extras.workshop.fixture import overlap
 
-AROUND = 24
+LABEL_DIRECTIONS = 24
 """Directions that are tried about a block."""
 GAPS = (1.2, 2.5, 4.0, 6.0, 9.0, 13.0, 18.0, 25.0, 35.0)
 """Distances of a label from its block that are tried [mm of paper]."""
@@ -41,7 +41,7 @@ def label_blocks(view: View, labels: Sequence[str], feet: Sequence[Polygon]) -> 
 
 
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-ANGLES = np.pi / 4 + np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
+ANGLES = np.pi / 4 + np.linspace(0.0, 2.0 * np.pi, LABEL_DIRECTIONS, endpoint=False)
 
 
 def _place(foot: Polygon, box: Polygon, gap: float, angle: float) -> Place:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
 Part = Slab | Block | Turned
-AROUND = 96
+HOLE_SIDES = 96
 """Corners of a round hole."""
 OVERSHOOT = 1.0
 """How far cutting tools extend beyond the material [mm]."""
@@ -30,7 +30,7 @@ def mesh_of(part: Part) -> "Trimesh":
     if isinstance(part, Turned):
         widen = 0.5 * _equal_area()
         pieces = [
-            manifold.cylinder(length, widen * diameter, widen * diameter, AROUND).translate((0.0, 0.0, z))
+            manifold.cylinder(length, widen * diameter, widen * diameter, HOLE_SIDES).translate((0.0, 0.0, z))
             for z, diameter, length in cylinders(part)
         ]
         return _drilled(manifold.batch_boolean(pieces, _add()), part.bores)
@@ -71,7 +71,7 @@ def _drilled(body: Any, bores: tuple[Bore, ...]) -> "Trimesh":
 def _cutter(bore: Bore) -> Any:
     equal_area = _equal_area()
     start, mouth, end, length = cut(bore)
-    tool = _manifold().cylinder(length, mouth * equal_area, end * equal_area, AROUND)
+    tool = _manifold().cylinder(length, mouth * equal_area, end * equal_area, HOLE_SIDES)
     return tool.transform(np.column_stack([turned_to(bore.direction), start]).tolist())
 
 
@@ -89,7 +89,7 @@ def cut(bore: Bore) -> tuple[Vector3, float, float, float]:
 
 def _equal_area() -> float:
     """Radius of a polygon's corners by that of the circle of its area."""
-    return float(np.sqrt(2.0 * np.pi / (AROUND * np.sin(2.0 * np.pi / AROUND))))
+    return float(np.sqrt(2.0 * np.pi / (HOLE_SIDES * np.sin(2.0 * np.pi / HOLE_SIDES))))
 
 
 def _manifold() -> Any:

@@ -11,7 +11,7 @@ ALGORITHMS: Registry[AbstractIdentifier] = Registry(
     "algorithm", AbstractIdentifier, Ols(), Opt1(), Opt2(), InfluenceBased(), group="workbench.algorithms"
 )
 """The identification algorithms by their names in files and commands."""
-USUAL = ("ols", "opt1", "opt2")
+DEFAULT_ALGORITHMS = ("ols", "opt1", "opt2")
 """The paper's three algorithms, which run by default."""
 
 __all__ = ["ALGORITHMS", "USUAL", "AbstractIdentifier"]

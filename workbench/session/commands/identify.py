@@ -8,7 +8,7 @@ from workbench.base.errors import OptionError
 from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.identify_with_effects import identify
-from workbench.identification.algorithms import ALGORITHMS, USUAL
+from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.result import Identification, judged
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask, computed
@@ -35,7 +35,7 @@ class Identify(AbstractTask[IdentifiedRows]):
 
     title = "Identify the parameters"
 
-    algorithms: tuple[str, ...] = USUAL
+    algorithms: tuple[str, ...] = DEFAULT_ALGORITHMS
     held_out: float = 0.2
     frames: str = "auto"
     seed: int = 0

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from workbench.base import se3
 from workbench.base.types import Matrix4, Vector3
 
-AROUND = 28
+TURNED_CORNERS = 28
 """Corners of a turned part."""
 BANDS = 8
 """Rings of faces of a ball."""
@@ -47,7 +47,7 @@ def turned(*profiles: list[tuple[float, float]]) -> Solid:
         profiles: Runs of (radius, height) [m] from bottom to top, each smooth in itself, with a sharp edge
             between one and the next.
     """
-    angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
+    angles = np.linspace(0.0, 2.0 * np.pi, TURNED_CORNERS, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], -1)
     parts = []
     for profile in profiles:
@@ -55,13 +55,13 @@ def turned(*profiles: list[tuple[float, float]]) -> Solid:
         rings = np.concatenate(
             [
                 radii[:, None, None] * circle[None],
-                np.broadcast_to(heights[:, None, None], (len(radii), AROUND, 1)),
+                np.broadcast_to(heights[:, None, None], (len(radii), TURNED_CORNERS, 1)),
             ],
             -1,
         )
-        i, j = np.meshgrid(np.arange(len(radii) - 1), np.arange(AROUND), indexing="ij")
-        a, b = i * AROUND + j, i * AROUND + (j + 1) % AROUND
-        c, d = b + AROUND, a + AROUND
+        i, j = np.meshgrid(np.arange(len(radii) - 1), np.arange(TURNED_CORNERS), indexing="ij")
+        a, b = i * TURNED_CORNERS + j, i * TURNED_CORNERS + (j + 1) % TURNED_CORNERS
+        c, d = b + TURNED_CORNERS, a + TURNED_CORNERS
         faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
         parts.append(Solid(rings.reshape(-1, 3), faces))
     return merged(parts)

@@ -22,7 +22,7 @@ LONGEST = 0.2
 """Longest that a step is drawn [m]."""
 ABOVE = 0.04
 """Height of the words over their place [m]; those of each further event stand so much higher."""
-CLEAR = 0.15
+ARROW_DISTANCE = 0.15
 """Distance from the base's axis at which its arrow begins, beside the body, in reaches."""
 THICK = 3.0
 
@@ -74,7 +74,7 @@ def _ends(robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray) -
     """Where its arrow begins and ends; one place where there is none."""
     place, step = place_and_step(robot, q, event, base)
     if step.any() and not isinstance(event, ToolStep):
-        place = place + CLEAR * robot.reach * step / np.linalg.norm(step)
+        place = place + ARROW_DISTANCE * robot.reach * step / np.linalg.norm(step)
     return place, place + times_drawn(event) * step
 
 

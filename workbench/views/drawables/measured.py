@@ -21,7 +21,7 @@ from workbench.views.appearance.shapes import Solid, ball
 from workbench.views.drawables.drawable import Arrows, Axes, Colour, Mesh, Points
 from workbench.views.drawables.sink import Item
 
-MAX_ROWS = 120
+MAX_ARROW_ROWS = 120
 """Rows with arrows or frames at most; of more, evenly chosen ones."""
 RADIUS, SMALLEST, FEW = 0.005, 0.0018, 300
 """Radius of each of few measured points, and of each of very many [m]: together they cover the same area."""
@@ -144,7 +144,7 @@ def _axes(rows: Comparison) -> Axes | None:
 def _chosen(rows: Comparison) -> np.ndarray:
     """Numbers of the rows with arrows and frames."""
     known = np.flatnonzero(np.isfinite(rows.measured).all(1))
-    return known[:: max(1, -(-len(known) // MAX_ROWS))]
+    return known[:: max(1, -(-len(known) // MAX_ARROW_ROWS))]
 
 
 @lru_cache(maxsize=4)

@@ -24,7 +24,7 @@ from workbench.views.drawables.sink import Item
 
 ABOVE = 0.003
 """Height of a layer over the plate that it is drawn on [m]."""
-LEVEL = 0.999
+LEVEL_COSINE = 0.999
 """Cosine of the slope up to which a plate is level."""
 
 
@@ -71,7 +71,7 @@ def _level(session: Session) -> float:
     room = float(region.size[cut] / region.shape[cut])
     low = float(region.min[cut]) + room * shown_layer(session)
     top = plate_surface(plate) + ABOVE
-    is_on_plate = cut == 2 and plate.pose[2, 2] > LEVEL and low <= top <= low + room
+    is_on_plate = cut == 2 and plate.pose[2, 2] > LEVEL_COSINE and low <= top <= low + room
     return top if is_on_plate else low + 0.5 * room
 
 

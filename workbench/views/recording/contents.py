@@ -30,7 +30,7 @@ from workbench.views.recording.rerun_sink import RecordingSink, markdown, quater
 from workbench.views.recording.sentences import about, diagnosis_markdown, parameters_markdown
 from workbench.views.recording.timelines import TIMELINES
 
-MAX_ROWS = 2000
+MAX_ARM_ROWS = 2000
 """Rows for which the arms are drawn at most."""
 log = logging.getLogger(__name__)
 
@@ -79,7 +79,7 @@ def _guarded(item: Item) -> Item:
 
 def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:
     """The timeline of the measured rows: the scene as it was when they came, the arms at every row."""
-    q = rows.q[:MAX_ROWS]
+    q = rows.q[:MAX_ARM_ROWS]
     arms = {"nominal": (nominal_arm(session.robot, q[0]), body_frames(session.robot, q))}
     if session.results.calibrated is not None and session.results.identification is not None:
         robot, aligned = session.results.calibrated, session.results.identification.aligned

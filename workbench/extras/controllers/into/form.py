@@ -24,7 +24,7 @@ from workbench.extras.controllers.joint_names import joint_names
 
 FAR, ANGLE = 2e-3, np.deg2rad(0.5)
 """Distance [m] and angle [rad] of an axis from nominal that rounding in a model file explains."""
-STEPS = 20
+GAUSS_NEWTON_STEPS = 20
 """Gauss–Newton steps; they converge in about five."""
 SAME = 1e-12
 """Change of a pose [m or rad] that is none."""
@@ -208,7 +208,7 @@ def _base(own: list[Line], found: list[Line], turning: list[bool]) -> Matrix4:
     tries = []
     for start in Rotation.create_group("O").as_matrix():
         here = se3.pose(start, np.zeros(3))
-        for _ in range(STEPS):
+        for _ in range(GAUSS_NEWTON_STEPS):
             before, here = here, _nearer(here, own, found, turning)
             if np.abs(here - before).max() < SAME:
                 break

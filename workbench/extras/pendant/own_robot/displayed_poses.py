@@ -72,7 +72,7 @@ ORIENTATIONS = (
     Orientation("rotation matrix", 9, False, lambda v: nearest_rotation(v.reshape(-1, 3, 3))),
 )
 """All of them, the likeliest first."""
-USUAL = tuple(kind for kind in ORIENTATIONS if kind.text.endswith(")"))
+USUAL_ORIENTATIONS = tuple(kind for kind in ORIENTATIONS if kind.text.endswith(")"))
 """Those that makers show."""
 
 

@@ -31,7 +31,7 @@ from workbench.plate.argument_types import checked_arguments
 MIN_POSES = 3
 WEIGHT = 0.25
 """Length at which an angle counts, as a share of the arm's."""
-NEAR = (0.005, float(np.deg2rad(0.5)))
+MAX_READING_ERROR = (0.005, float(np.deg2rad(0.5)))
 """Maximum error of a reading that fits: position, as a share of the arm's length, and angle [rad]."""
 SAME_READING = 0.01
 """Two readings that differ by less than this share of the arm's length are one."""
@@ -104,7 +104,7 @@ class _Fit:
     def fits(self) -> bool:
         """Whether no pose is farther off than production errors and rounding explain."""
         length = compile_arm(self.reading.robot).length
-        return self.errors[0] < NEAR[0] * length and self.errors[1] < NEAR[1]
+        return self.errors[0] < MAX_READING_ERROR[0] * length and self.errors[1] < MAX_READING_ERROR[1]
 
     @property
     def changes(self) -> float:

@@ -12,7 +12,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base.errors import FileError
 from workbench.base.types import frozen
-from workbench.extras.pendant.own_robot.displayed_poses import SIZES, USUAL, meanings, possible
+from workbench.extras.pendant.own_robot.displayed_poses import SIZES, USUAL_ORIENTATIONS, meanings, possible
 from workbench.plate.argument_types import checked_arguments
 
 
@@ -98,5 +98,5 @@ def typed_readings(numbers: Float[np.ndarray, "m k"], slides: Sequence[bool]) ->
         slides: Which joints slide.
     """
     joints, xyz, turn = np.split(numbers, [len(slides), len(slides) + 3], axis=1)
-    found = meanings(joints, xyz, turn, slides, kinds=USUAL)
+    found = meanings(joints, xyz, turn, slides, kinds=USUAL_ORIENTATIONS)
     return [Typed(frozen(m.q), frozen(m.poses), m.assumptions) for m in found]

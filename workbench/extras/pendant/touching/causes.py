@@ -12,7 +12,7 @@ from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.extras.pendant.touching.touches import EXACT, Touches, flanges, tips
+from workbench.extras.pendant.touching.touches import EXACT_SCATTER, Touches, flanges, tips
 
 FALSE_ALARM = 0.01
 """Chance of an alarm though nothing moved."""
@@ -137,7 +137,7 @@ def tested(cause: PossibleCause, clear: np.ndarray, y: np.ndarray, spare: int) -
         return None
     part = u[:, kept].T @ y
     whole = float(y @ y)
-    left = max(whole - float(part @ part), (spare - rank) * EXACT**2)
+    left = max(whole - float(part @ part), (spare - rank) * EXACT_SCATTER**2)
     ratio = (float(part @ part) / rank) / (left / (spare - rank))
     chance = float(special.fdtrc(rank, spare - rank, ratio))
     root = vt[kept].T / s[kept] / np.where(scale > 0.0, scale, 1.0)[:, None]

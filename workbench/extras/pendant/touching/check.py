@@ -37,7 +37,13 @@ from workbench.extras.pendant.touching.causes import (
     groups_of,
     tested,
 )
-from workbench.extras.pendant.touching.touches import EXACT, Touches, checked_length, read_touches, tips
+from workbench.extras.pendant.touching.touches import (
+    EXACT_SCATTER,
+    Touches,
+    checked_length,
+    read_touches,
+    tips,
+)
 from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
@@ -249,7 +255,7 @@ def check(
     y = clear @ tips(robot, q).ravel()
     judged = [t for c in causes if (t := tested(c, clear, y, spare)) is not None]
     found = sorted((t for t in judged if t.is_found), key=lambda t: t.score)
-    noise = found[0].noise if found else max(float(np.sqrt(y @ y / spare)), EXACT)
+    noise = found[0].noise if found else max(float(np.sqrt(y @ y / spare)), EXACT_SCATTER)
     if (scatter := noise if before is None else _scatter(robot, before)) > SCATTERED * robot.reach:
         raise DataError(
             f"{(before or today).source}: touches of one seat disagree by {in_mm(scatter)}: choose "

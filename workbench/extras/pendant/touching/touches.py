@@ -34,11 +34,11 @@ CHANCE = 0.01
 """Probability of setting a good touch aside in a file without bad ones."""
 MAX_SHARE_SLIPPED = 0.25
 """Share of the touches that may be set aside."""
-EXACT = 1e-7
+EXACT_SCATTER = 1e-7
 """Scatter below which touches agree exactly [m]."""
 SCATTERED = 0.01
 """Scatter, as a part of the reach, that no point explains."""
-LEVEL = 0.95
+CONFIDENCE = 0.95
 """Probability of the intervals that are shown."""
 NOMINAL = "the arm is nominal: its own errors add, often 1 mm; a calibrated one gives a better result"
 
@@ -136,8 +136,10 @@ class TouchSolution:
         """Half of the 95 % intervals, Student's; infinite where no number is to spare."""
         if self.spare < 1:
             return np.full(len(self.covariance), np.inf)
-        variance = max(float(self.left @ self.left), self.spare * EXACT**2) / self.spare
-        return special.stdtrit(self.spare, 0.5 + 0.5 * LEVEL) * np.sqrt(variance * np.diag(self.covariance))
+        variance = max(float(self.left @ self.left), self.spare * EXACT_SCATTER**2) / self.spare
+        return special.stdtrit(self.spare, 0.5 + 0.5 * CONFIDENCE) * np.sqrt(
+            variance * np.diag(self.covariance)
+        )
 
 
 def solve_without_slipped(
@@ -160,7 +162,7 @@ def solve_without_slipped(
             if rest is not None and 1 <= rest.spare < whole.spare:
                 own, left = whole.spare - rest.spare, float(rest.left @ rest.left)
                 more = max(float(whole.left @ whole.left) - left, 0.0)
-                ratio = more / own / (max(left, rest.spare * EXACT**2) / rest.spare)
+                ratio = more / own / (max(left, rest.spare * EXACT_SCATTER**2) / rest.spare)
                 tests.append((float(special.fdtrc(own, rest.spare, ratio)), each, rest))
         if not tests or min(tests, key=lambda t: t[:2])[0] * len(tests) > CHANCE:
             break

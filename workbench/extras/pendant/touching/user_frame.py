@@ -27,7 +27,7 @@ from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import read_fields
 from workbench.extras.pendant.touching.touches import (
-    EXACT,
+    EXACT_SCATTER,
     NOMINAL,
     TouchErrors,
     Touches,
@@ -167,7 +167,7 @@ def frame(
     if not 0.0 <= radius < 0.1:
         raise OptionError(f"the radius must be 0–100 mm, got {radius:g} m")
     given = read_touches(touches, robot)
-    if not flange and np.linalg.norm(robot.tool.xyz) < EXACT:
+    if not flange and np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
         raise DataError(
             f"{robot.name} has no tool: find its tip with 'workbench tcp … --save', or give --tool x,y,z in "
             "mm (0,0,0 if the flange itself touched)"
@@ -219,7 +219,7 @@ def _begin(
         target = np.array([points[name] for name in touches.names])
         _require_spread(touches, target)
         drawn, touched = (float(np.linalg.norm(np.ptp(p, axis=0))) for p in (target, tips))
-        if not 1.0 / MISREAD < drawn / max(touched, EXACT) < MISREAD:
+        if not 1.0 / MISREAD < drawn / max(touched, EXACT_SCATTER) < MISREAD:
             raise DataError(
                 f"{touches.source}: the touches span {in_mm(touched)}, their points in the drawing "
                 f"{in_mm(drawn)}; check the units of both and the names"
@@ -250,7 +250,7 @@ def _begin(
 def _require_spread(touches: Touches, points: np.ndarray) -> None:
     """Refuse points on one line."""
     sizes = np.linalg.svd(points - points.mean(0), compute_uv=False)
-    if len(points) < 3 or sizes[1] < FLAT * max(sizes[0], EXACT):
+    if len(points) < 3 or sizes[1] < FLAT * max(sizes[0], EXACT_SCATTER):
         raise DataError(
             f"{touches.source}: {len(points)} points on one line don't determine the rotation about it; "
             "touch three or more that span a plane"
@@ -270,7 +270,7 @@ def _solve(
         residual = (local - target).ravel()[counts]
         jacobian = np.concatenate([np.tile(np.eye(3), (len(tips), 1, 1)), -se3.skew(local)], axis=2)
         jacobian = jacobian.reshape(-1, 6)[counts]
-        scale = np.repeat([1.0, max(float(np.abs(local).max()), EXACT)], 3)
+        scale = np.repeat([1.0, max(float(np.abs(local).max()), EXACT_SCATTER)], 3)
         if len(jacobian) < 6 or np.linalg.svd(jacobian / scale, compute_uv=False)[-1] < 1e-6:
             return None
         step = np.linalg.lstsq(jacobian, residual, rcond=None)[0]

@@ -49,7 +49,7 @@ GOALS = 4
 """Values of O that are tried."""
 EQUAL = 1e-9
 """Relative difference below which O is equal."""
-STEP = 1e-6
+DIFFERENCE = 1e-6
 """Half-width of the central differences of O [rad or m]."""
 
 
@@ -287,9 +287,9 @@ def _levelled(pool: _Pool, home: Cluster, goal: float) -> np.ndarray:
 def _o_and_slope(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """O of each pose, and its derivative by the pose's joint positions."""
     rows, joints = q.shape
-    moved = q[None, :, None, :] + STEP * np.array([1.0, -1.0])[:, None, None, None] * np.eye(joints)
+    moved = q[None, :, None, :] + DIFFERENCE * np.array([1.0, -1.0])[:, None, None, None] * np.eye(joints)
     near = O().per_pose(linearise(robot, moved.reshape(-1, joints))).reshape(2, rows, joints)
-    return O().per_pose(linearise(robot, q)), (near[0] - near[1]) / (2.0 * STEP)
+    return O().per_pose(linearise(robot, q)), (near[0] - near[1]) / (2.0 * DIFFERENCE)
 
 
 def _turned(pool: _Pool, q: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ ALLOWED = 1e-4
 """Displacement of the tool by a drift after which to measure again, by default [m]."""
 POSES = 40
 """Poses over which the tool's displacement is averaged."""
-SURE = 1.645
+SAFE_ERRORS = 1.645
 """Standard errors by which a rate is taken larger, to be on the safe side."""
 MAX_DAYS_AHEAD = 3650
 """Days beyond which no date is named."""
@@ -150,7 +150,7 @@ def _report(history: History, moved: Sequence[Movement], allowed: float) -> ArmR
     rng = np.random.default_rng(0)
     at = varied_state(history.robot, random_poses(history.robot, POSES, rng=rng), rng=rng)
     shifts = {m.name: m.shift for m in moved}
-    fast = {m.name: m.rate * (1.0 + SURE * m.std / abs(m.shift)) for m in moved if m.rate != 0.0}
+    fast = {m.name: m.rate * (1.0 + SAFE_ERRORS * m.std / abs(m.shift)) for m in moved if m.rate != 0.0}
     span = max(float(history.days[-1]), 1.0)
     rate = _displacement(history.robot, at, {name: span * value for name, value in fast.items()}) / span
     left = allowed / rate if rate > 0.0 else np.inf

@@ -41,7 +41,7 @@ SIGNIFICANT = 0.3
 """A zero known to less than this part of what it was before the rows counts as determined."""
 CHANCE = 0.01
 """Probability that some joint is reported to have moved though none has."""
-NEAR = 0.02
+MAX_OFF = 0.02
 """Part of the reach within which rows must lie for zeros to be sought before the frames, or believed."""
 FARTHEST = np.deg2rad(120.0)
 """A zero that moved farther is that of another arm, or of a search that went astray."""
@@ -155,7 +155,7 @@ def _astray(shifts: tuple[JointShift, ...], ready: Prepared, fit: Optimum) -> tu
     far = max(shifts, key=lambda s: abs(s.shift) * (s.unit == "rad"))
     if far.unit == "rad" and abs(far.shift) > FARTHEST:
         text = f"the search diverged, joint {far.joint + 1} to {np.rad2deg(far.shift):+.0f}°"
-    elif off > 1e3 * NEAR * robot.reach:
+    elif off > 1e3 * MAX_OFF * robot.reach:
         text = f"no zeros explain the rows, which are still {off:.0f} mm off"
     else:
         return ()
@@ -179,7 +179,7 @@ def _near(robot: Robot, data: Dataset) -> Robot:
         return robot
     search = Opt2(limit=60).search(problem)
     off = problem.physical(problem.residual(search.x))[~problem.component_channels]
-    near = not len(off) or np.sqrt(3.0 * (off**2).mean()) < NEAR * robot.reach
+    near = not len(off) or np.sqrt(3.0 * (off**2).mean()) < MAX_OFF * robot.reach
     return problem.robot_at(search.x) if near and np.isfinite(search.x).all() else robot
 
 

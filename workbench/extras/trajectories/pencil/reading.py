@@ -38,11 +38,11 @@ DARK = 0.15
 """Minimum share of red light that the pencil absorbs."""
 MIN_DOTS = 500
 """Red dots below which there is no print."""
-AROUND = 0.8
+MIN_RAYS = 0.8
 """Share of the rays that must show the printed line."""
 WIDE = 0.06
 """Half the width of the ring that is searched, as a share of the radius."""
-NEAR = 0.012
+LINE_HALF_WIDTH = 0.012
 """Half the width about the darkest place that belongs to a line, as a share of the radius."""
 OVAL = 0.02
 """Maximum share by which a scan may be oval."""
@@ -228,7 +228,7 @@ def _refined(
     for _ in range(2):
         found = _crossings(inked, middle, np.full(RAYS, size), INKED)
         seen = np.isfinite(found)
-        if seen.mean() < AROUND:
+        if seen.mean() < MIN_RAYS:
             raise DataError(
                 f"{source} shows no recognisable circle: the printed line is seen along "
                 f"{100 * seen.mean():.0f} % of it only; scan the whole sheet"
@@ -248,7 +248,7 @@ def _crossings(ink: np.ndarray, middle: np.ndarray, ring: np.ndarray, minimum: f
     offset = np.arange(-WIDE * size, WIDE * size, 0.5)
     seen = _sampled(ink, middle, ring[:, None] + offset)
     peak = seen.argmax(axis=1)
-    own = np.abs(offset - offset[peak][:, None]) <= NEAR * size
+    own = np.abs(offset - offset[peak][:, None]) <= LINE_HALF_WIDTH * size
     weight = np.clip(seen - 0.5 * minimum, 0.0, None) * own
     found = ring + (weight * offset).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-9)
     return np.where(seen.max(axis=1) >= minimum, found, np.nan)

@@ -9,7 +9,7 @@ import viser
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
-from workbench.identification.algorithms import ALGORITHMS, USUAL
+from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.fit import Fit
 from workbench.identification.report.changed_constants import constant_bars
 from workbench.identification.result import Identification, judged
@@ -43,7 +43,7 @@ from workbench.views.page.panels.result_card import result_card
 READY = "Ready. Press Identify to fit the geometry."
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
 WHY = "Why? How far each change of the geometry moves the tool [mm]"
-STEPS = (
+HOW_TO_FIT = (
     "Identify: fit the geometry to the measurements. Diagnose: find what geometry can't explain; it needs at "
     "least 20 rows. Add causes: fit the effects found together with the geometry; comparisons and the saved "
     "arm then include them."
@@ -91,7 +91,7 @@ class FitPanel(AbstractPanel):
             "Diagnose": self._diagnose,
             "Add causes": AddEffects,
         }
-        self._steps = gui.add_button_group("Calculate", tuple(steps), visible=False, hint=STEPS)
+        self._steps = gui.add_button_group("Calculate", tuple(steps), visible=False, hint=HOW_TO_FIT)
         self.sends_one_of(self._steps, steps)
         with gui.add_folder("Options", expand_by_default=False):
             self._build_options(gui)
@@ -117,7 +117,7 @@ class FitPanel(AbstractPanel):
         self.sends(self._rows, lambda: LeaveRowsOut(read_rows(self._rows.value)))
         with gui.add_folder("Algorithms", expand_by_default=False):
             self._chosen = {
-                name: gui.add_checkbox(algorithm.title, name in USUAL, hint=algorithm.summary)
+                name: gui.add_checkbox(algorithm.title, name in DEFAULT_ALGORITHMS, hint=algorithm.summary)
                 for name, algorithm in ALGORITHMS.items()
             }
         self._free = gui.add_folder("Free parameters", expand_by_default=False)

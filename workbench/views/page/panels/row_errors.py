@@ -15,7 +15,7 @@ from workbench.views.appearance.colours import EVENT, LEFT_OUT, css, stage_colou
 from workbench.views.page.html import badge, block, heading
 from workbench.views.page.panels.panel import AbstractPanel, RepeatingSend
 
-MAX_ROWS = 250
+MAX_BARS = 250
 """Rows that are drawn at most; of more, evenly chosen ones."""
 PACE = 0.3
 """Time for each row while the rows are played [s]."""
@@ -64,7 +64,7 @@ class RowErrorsPanel(AbstractPanel):
 def shown(rows: Comparison) -> list[int]:
     """Rows of the chart, in the order of measuring."""
     order = np.argsort(rows.number, kind="stable")
-    return order[:: max(1, -(-len(order) // MAX_ROWS))].tolist()
+    return order[:: max(1, -(-len(order) // MAX_BARS))].tolist()
 
 
 def chart(

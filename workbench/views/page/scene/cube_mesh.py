@@ -30,7 +30,7 @@ NORMALS = np.concatenate([-np.eye(3), np.eye(3)])
 """Outward directions of a cube's six faces."""
 ACROSS = np.roll(np.abs(NORMALS), 1, axis=1)
 """The axis along a face's first edge."""
-TURNS = np.stack([ACROSS, np.cross(NORMALS, ACROSS), NORMALS], axis=-1)
+FACE_ROTATIONS = np.stack([ACROSS, np.cross(NORMALS, ACROSS), NORMALS], axis=-1)
 """Rotation that takes the square to each face."""
 
 
@@ -41,7 +41,7 @@ def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
         name,
         SQUARE,
         HALVES,
-        batched_wxyzs=se3.matrix_to_quaternion(TURNS)[side],
+        batched_wxyzs=se3.matrix_to_quaternion(FACE_ROTATIONS)[side],
         batched_positions=_places(cubes, numbers, side),
         batched_scales=_edges(cubes, numbers, side),
         batched_colors=linear(cubes.colours)[numbers],
@@ -88,7 +88,7 @@ def _edges(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndar
     share = np.where(
         numbers == (-1 if cubes.picked is None else cubes.picked), PICKED, FILL if cubes.cut is None else TILE
     )
-    return share[:, None].astype(np.float32) * np.abs(np.swapaxes(TURNS, 1, 2) @ room)[side].astype(
+    return share[:, None].astype(np.float32) * np.abs(np.swapaxes(FACE_ROTATIONS, 1, 2) @ room)[side].astype(
         np.float32
     )
 
@@ -100,7 +100,7 @@ def cube_under(cubes: Cubes, origin: Vector3, direction: Vector3) -> tuple[float
     towards = NORMALS[side] @ direction
     with np.errstate(divide="ignore", invalid="ignore"):
         along = np.einsum("ij,ij->i", off, NORMALS[side]) / towards
-        met = np.einsum("ijk,ij->ik", TURNS[side], along[:, None] * direction - off)
+        met = np.einsum("ijk,ij->ik", FACE_ROTATIONS[side], along[:, None] * direction - off)
     inside = (np.abs(met[:, :2]) <= 0.5 * _edges(cubes, numbers, side)[:, :2]).all(axis=1)
     hit = np.flatnonzero(inside & ((towards < 0.0) | (cubes.cut is not None)) & (along > 0.0))
     if not len(hit):

@@ -19,7 +19,7 @@ from workbench.views.page.scene.node import Ray
 
 POINTER = 0.008
 """Angle about the pointer in which points are clicked [rad]."""
-AROUND = 0.02
+MAX_BEHIND = 0.02
 """How far behind a target's face the points at it may lie [m]."""
 EDGE = 1e-9
 """How far beyond its edges a triangle is still met, as a share: no ray passes between two of them."""
@@ -46,7 +46,7 @@ def picked(
     if nearest is None or nearest[-1] is not Mesh:
         nearest = min((*solid, *points) or cubes, default=None, key=itemgetter(0))
     elif points_first:
-        seen = [point for point in points if point[0] < nearest[0] + AROUND]
+        seen = [point for point in points if point[0] < nearest[0] + MAX_BEHIND]
         nearest = min(seen, default=nearest, key=itemgetter(0))
     return None if nearest is None else (nearest[2], nearest[1])
 
