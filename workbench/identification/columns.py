@@ -71,7 +71,7 @@ class Columns:
         whole = np.concatenate([self.plain, products], axis=2)
         out = np.empty_like(whole)
         out[:, :, self.order] = whole
-        return out.reshape(-1, out.shape[2])
+        return out.reshape(out.shape[0] * out.shape[1], out.shape[2])
 
     def times(self, sizes: Float[np.ndarray, " dl"]) -> Float[np.ndarray, "rows m"]:
         """Their linear combination with these weights."""

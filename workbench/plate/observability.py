@@ -221,16 +221,16 @@ _OF_SETS = (
         of_spectrum=lambda s, m: s[:, -1],
         by_value=lambda value, s, m: _ends(s, 1.0),
     ),
-    SetIndex(  # O2 · O3: a large and a round ellipsoid at once
+    SetIndex(  # a large and a round ellipsoid
         "O4",
-        "noise amplification index: smallest singular value times inverse condition number [1/m]",
+        "noise amplification index: O2 times O3 [1/m]",
         "Nahvi & Hollerbach, IEEE Int. Conf. Robotics and Automation, 1996",
         of_spectrum=lambda s, m: s[:, -1] ** 2 / s[:, 0],
         by_value=lambda value, s, m: _ends(s, 2.0 * s[-1] / s[0], -((s[-1] / s[0]) ** 2)),
     ),
     SetIndex(  # near to A-optimality, which sums 1/σ²
         "O5",
-        "inverse sum of inverse singular values: standard errors (close to A-optimality) [1/m]",
+        "inverse sum of inverse singular values (close to A-optimality) [1/m]",
         "Sun & Hollerbach, IEEE Int. Conf. Robotics and Automation, 2008",
         of_spectrum=lambda s, m: 1.0 / (1.0 / s).sum(-1),
         by_value=lambda value, s, m: (value / s) ** 2,

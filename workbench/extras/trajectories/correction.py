@@ -255,4 +255,4 @@ def _notes(method, errors: PathErrors, worse, speed, max_speed) -> Iterable[str]
         )
     if speed is not None and max_speed is None:
         joint = int(np.argmax(speed))
-        yield f"joint {joint + 1} is the fastest, {speed[joint]:.3g} (rad/s or m/s); no limit was given"
+        yield f"maximum speed: {speed[joint]:.3g} (rad/s or m/s) at joint {joint + 1}; no limit was given"

@@ -157,7 +157,7 @@ def compensation_table(found: Compensation) -> RenderableType:
         table.add_row(text, *(short(v) for v in (position.mean, position.max, turn.mean, turn.max)))
     own = found.commanded.expected or Expected(np.nan, np.nan)
     cells = (*_own(1e3 * own.position), *_own(np.rad2deg(own.rotation)))
-    table.add_row("error of the model itself, held out", *cells)
+    table.add_row("corrected (model error on held-out rows)", *cells)
     head = f"{found.commanded.calibrated.name}: {plural(len(found.q), 'row')}"
     return headed(head, table, notes=found.notes)
 

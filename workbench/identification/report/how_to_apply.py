@@ -68,9 +68,9 @@ class Use:
     def table(self) -> list[tuple[str, list[str]]]:
         """For each variant and for no numbers: what is entered, and the four remaining errors."""
         first = self.variants[0]
-        lines = [("nothing (its best base and tool)", _errors(first.before))]
+        lines = [("nothing (best base and tool)", _errors(first.before))]
         for text, variant in zip(TEXT, self.variants, strict=True):
-            lines.append((text if variant.is_better else f"{text}: don't", _errors(variant.after)))
+            lines.append((text if variant.is_better else f"{text}: not advised", _errors(variant.after)))
         return [*lines, (self.reference, ["0"] * 4)]
 
     @property
@@ -103,11 +103,11 @@ class Use:
     def summary(self) -> RenderableType:
         """What to enter into a controller, and what that leaves, as tables for the terminal."""
         errors = ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]")
-        left = new_table(f"What remains, against {self.reference}", folded("entered"), *errors)
+        left = new_table(f"Remaining error relative to {self.reference}", folded("entered"), *errors)
         for text, values in self.table:
             left.add_row(text, *values)
         added = new_table(
-            "Added to each joint's reading", unbroken("joint"), "with tool and base", "offsets only"
+            "Joint offsets, added to each reading", unbroken("joint"), "with tool and base", "offsets only"
         )
         for row in self.offsets:
             added.add_row(*row)
