@@ -30,12 +30,6 @@ def test_a_dent_is_a_map_and_no_cause():
     assert "names no cause" in found.message
 
 
-def test_no_cause_where_nothing_is_hidden():
-    case = make("none", 6)
-    found = diagnose(case.robot, case.data)
-    assert found.causes == ()
-
-
 def test_a_joint_that_scatters_alone_is_not_named_after_a_part_of_its_error():
     """A drive that winds up follows its joint's motion in part, as a scale or backlash would."""
     case = make("wind-up", 203)

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -23,13 +24,18 @@ from workbench.plate.plate_toml import load_plate
 from workbench.session.start import start
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")
-POSTURES = [state.q for state in start(ARM, PLATE).states]
 QUICK = DrivePace(rate=20.0, dwell=0.8)
+
+
+@cache
+def postures() -> list[np.ndarray]:
+    """Joints at the targets."""
+    return [state.q for state in start(ARM, PLATE).states]
 
 
 def still(k: int, *, start: float, q=None, pose: bool = True, flag: bool = False, count: int = 40):
     """Samples of an arm that stands at its k-th target, counted from 0."""
-    q = POSTURES[k] if q is None else q
+    q = postures()[k] if q is None else q
     found = tool_poses(ARM, Motion(q[None]))[0]
     for i in range(count):
         yield Sample(
@@ -124,7 +130,7 @@ def test_a_row_is_not_booked_for_a_target_where_the_tool_is_not(pose):
 @pytest.mark.parametrize("pose", [True, False])
 def test_at_no_target_nothing_is_stored_unless_told_so(pose):
     acquisition = plate_acquisition(ARM, PLATE)
-    fed(acquisition, still(0, start=0.0, q=POSTURES[0] + 0.3, pose=pose))
+    fed(acquisition, still(0, start=0.0, q=postures()[0] + 0.3, pose=pose))
     place = acquisition.status().place
     assert (place.is_known, place.looks_like) == (False, None)
     assert not acquisition.store().changed
@@ -139,7 +145,7 @@ def test_a_tool_is_at_its_target_within_30_mm_and_5_degrees(millimetres, degrees
     pose = np.array(PLATE.targets[0].pose)
     turn = se3.rotvec_to_matrix(np.array([0.0, 0.0, np.deg2rad(degrees)]))
     place = pose[:3, 3] + [1e-3 * millimetres, 0.0, 0.0]
-    q = POSTURES[0] + 0.3  # the joints say nothing
+    q = postures()[0] + 0.3  # the joints say nothing
     for k in range(20):
         acquisition.update(Sample(time=0.1 * k, q=q, position=place, rotation=turn @ pose[:3, :3]))
     assert acquisition.store().changed is known
