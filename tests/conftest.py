@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable
 from functools import cache
+from importlib.util import find_spec
 from itertools import groupby
 from pathlib import Path, PurePath
 from typing import Any
@@ -74,7 +75,11 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What takes long first."""
+    """What takes long first; what uses an extra that isn't there is skipped."""
+    for item in items:
+        for mark in item.iter_markers("extra"):
+            if not has_extra(mark.args[0]):
+                item.add_marker(pytest.mark.skip(reason=f"the extra {mark.args[0]} is not installed"))
 
     def rank(item: pytest.Item) -> int:
         text = {
@@ -85,6 +90,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
     ranks = {path: min(map(rank, group)) for path, group in groupby(items, key=lambda item: item.path)}
     items.sort(key=lambda item: ranks[item.path])
+
+
+@cache
+def has_extra(name: str) -> bool:
+    return find_spec(f"workbench.extras.{name}") is not None
 
 
 def pytest_collection_finish() -> None:

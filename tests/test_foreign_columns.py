@@ -110,6 +110,7 @@ def test_a_driver_is_written_read_previewed_mapped_and_found_by_the_diagnosis(he
     assert found["after"]["held_out"]["position_mm"]["mean"] < 0.5 * before["position_mm"]["mean"]
 
 
+@pytest.mark.extra("trajectories")
 def test_a_row_without_it_and_a_file_without_it_are_told(here, diagnosed):
     code = """
         import numpy as np
@@ -139,6 +140,7 @@ def test_a_row_without_it_and_a_file_without_it_are_told(here, diagnosed):
     assert last == "[0.9, 0.9, 0.9] temperature [°C]"
 
 
+@pytest.mark.extra("review")
 def test_it_drives_the_page_its_journal_and_the_recording(here, table):
     code = """
         from dataclasses import replace

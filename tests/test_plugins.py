@@ -229,6 +229,7 @@ def log(tmp_path):
     return tmp_path / "log.csv"
 
 
+@pytest.mark.extra("reports")
 def test_parts_of_another_package_through_the_command_line(here, log, tmp_path):
     lines = (
         f"identify {log} --robot ur5 --algorithm theirs --json r.json --save out.toml --report page",

@@ -64,6 +64,7 @@ def test_one_algorithm_prints_as_its_parameters(fit):
     assert "<table>" in fit.runs["ols"]._repr_html_()
 
 
+@pytest.mark.extra("trajectories")
 def test_a_plate_and_a_corrected_path_print_in_a_few_lines(fit):
     text = "targets made exactly, no play in the seats"
     assert repr(wb.load_plate("table2")) == f"<Plate Table 2: 10 targets; {text}>"
@@ -88,6 +89,7 @@ def test_an_evaluation_prints_and_is_drawn(fit, rows):
     assert found.plot()._repr_png_().startswith(b"\x89PNG")
 
 
+@pytest.mark.extra("reports")
 def test_pictures_are_chosen_by_name(fit):
     assert fit.plot("corrections").axes
     with pytest.raises(OptionError, match="before-after"):

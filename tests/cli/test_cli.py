@@ -146,6 +146,7 @@ def test_hidden_effects_are_simulated(run):
     assert json.loads(Path("e.json").read_text())["errors"]["position_mm"]["max"] < 1e-6
 
 
+@pytest.mark.extra("trajectories")
 def test_a_trajectory_is_corrected(run, refused):
     """Joints of the nominal arm, and poses, in; joints of the calibrated one out, in the same form."""
     simulated = ("--poses", 5, "--effect", "joint-compliance:2:2e-4", "--effect", "backlash:4")
@@ -185,6 +186,7 @@ def test_a_trajectory_is_corrected(run, refused):
     np.testing.assert_allclose(reached[:, :3, 3], wanted[:, :3, 3], atol=1e-8)
 
 
+@pytest.mark.extra("poses")
 def test_plates_and_poses(run):
     assert run("simulate", "--robot", "aria", "--plate", "table2", "--out", "p.csv", "--seed", 3)[0] == 0
     assert len(read_measurements("p.csv", joints=6)) == 10
@@ -214,7 +216,7 @@ def test_the_version_is_that_of_the_package(run):
 def test_every_command_has_help(run):
     status, out, _ = run("--help")
     assert status == 0
-    for command in ("serve", "identify", "evaluate", "simulate", "poses", "export"):
+    for command in ("serve", "identify", "evaluate", "simulate", "export"):
         assert command in out
         assert run(command, "--help")[0] == 0
 
@@ -299,7 +301,7 @@ SHOWN = ("turned base", "too few rows")
 def test_bad_data(refused, measured, command, case):
     make, robot, text = BAD_DATA[case]
     data = make(measured)
-    options = ["--save", "c.toml", "--report", "report"] if command == "identify" else []
+    options = ["--save", "c.toml"] if command == "identify" else []
     refused(text, command, data, "--robot", robot, "--json", "r.json", *options)
 
 
@@ -342,7 +344,9 @@ def test_bad_options(refused, measured, case):
     refused(text, "identify", data, "--robot", "aria", "--json", "r.json", *options)
 
 
-@pytest.mark.parametrize("option", ["--save", "--json", "--report"])
+@pytest.mark.parametrize(
+    "option", ["--save", "--json", pytest.param("--report", marks=pytest.mark.extra("reports"))]
+)
 @pytest.mark.parametrize("place", ["/proc/nowhere/x.json", "taken.csv/x.json"])
 def test_unwritable_places(refused, measured, option, place):
     Path("taken.csv").write_text("a file, no folder")
@@ -357,12 +361,6 @@ OTHER_COMMANDS = {
     "unknown branch": (f"{SIMULATE} d.csv --plate table2 --branch upside", ["upside"]),
     "unwritable simulation": (f"{SIMULATE} /proc/nowhere/d.csv --poses 9", ["/proc/nowhere/d.csv"]),
     "unknown plate": (f"{SIMULATE} d.csv --plate table3", ["table3", "table2"]),
-    "unknown index": ("poses --robot aria --number 4 --index O7", ["O7", "O1"]),
-    "no number": ("poses --robot aria --number 0", ["0"]),
-    "unwritable poses": (
-        "poses --robot aria --number 4 --index O1 --out /proc/nowhere/q.csv",
-        ["/proc/nowhere/q.csv"],
-    ),
     "nothing to export": ("export aria", ["--urdf", "--toml"]),
     "unwritable export": ("export aria --urdf /proc/nowhere/a.urdf", ["/proc/nowhere/a.urdf"]),
     "controller without nominal": ("export aria --controller c.json", ["--nominal"]),

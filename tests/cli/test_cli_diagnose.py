@@ -77,7 +77,7 @@ def test_found_saved_and_used(run, soft):
     ("options", "message"),
     [
         (("--save", "c.txt"), ".toml"),
-        (("--report", "file"), "file: "),
+        pytest.param(("--report", "file"), "file: ", marks=pytest.mark.extra("reports")),
         (("--exclude", "70"), "70"),
         (("--exclude", "a"), "whole numbers"),
         (("--held-out", "1.5"), "held"),

@@ -19,15 +19,10 @@ WRITTEN += ("--urdf", "--toml", "--controller")
 COMMANDS = (
     "simulate --robot aria --poses 5 --out out.csv --actual arm.toml",
     "preview rows.csv --save-mapping map.toml",
-    "identify rows.csv --robot aria --algorithm ols --save cal.toml --json r.json --report out",
-    "diagnose rows.csv --robot aria --save cal.toml --json r.json --report out",
+    "identify rows.csv --robot aria --algorithm ols --save cal.toml --json r.json",
+    "diagnose rows.csv --robot aria --save cal.toml --json r.json",
     "evaluate rows.csv --robot aria --json r.json",
-    "poses --robot aria --number 6 --index O1 --out q.csv --json r.json",
     "export given.toml --urdf a.urdf --toml a.toml --controller c.json --nominal aria",
-    "compensate circle.csv --robot given.toml --nominal aria --out q.csv --json r.json",
-    "path circle --robot aria --through 0.4,0.1,0.4 --through 0.4,0,0.5 --through 0.4,-0.1,0.4 "
-    "--out q.csv --picture p.png --json r.json",
-    "path line --robot aria --from 0.4,0.1,0.4 --to 0.4,-0.1,0.4 --out q.csv --json r.json",
     "plate score table2 --robot aria --json r.json",
     "plate compare table2 table2 --robot aria --json r.json",
 )
@@ -35,6 +30,10 @@ OF_EXTRAS = {
     "new": "aria --poses typed.csv --out own.toml --json r.json",
     "redundancy": "--robot aria --json r.json",
     "axes": "turned.csv --robot aria --json r.json",
+    "poses": "--robot aria --number 6 --index O1 --out q.csv --json r.json",
+    "compensate": "circle.csv --robot given.toml --nominal aria --out q.csv --json r.json",
+    "path": "circle --robot aria --through 0.4,0.1,0.4 --through 0.4,0,0.5 --through 0.4,-0.1,0.4 "
+    "--out q.csv --picture p.png --json r.json",
     "plate export": "table2 --formats csv --out out",
     "plate yield": "table2 --robot aria --arms 20 --poses 20 --json r.json",
 }

@@ -48,7 +48,7 @@ def test_an_interrupted_command_says_so(run, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(built_in_arms, "load_robot", interrupted)
-    status, _, errors = run("poses", "--robot", "aria", "--number", "6")
+    status, _, errors = run("evaluate", "none.csv", "--robot", "aria")
     assert (status, errors) == (130, "workbench: stopped\n")
 
 
@@ -107,7 +107,7 @@ def test_a_result_on_standard_output_is_alone_there(run, tmp_path):
     ("command", "status"),
     [
         ("--help", 0),
-        ("poses --robot ur5 --number 6 --index O1", 0),
+        ("plate score table2 --robot aria", 0),
         ("evaluate none.csv --robot aria", 1),
         ("evaluate fresh.csv --robot none.toml", 1),
         ("evaluate fresh.csv --robot panda", 1),
@@ -159,7 +159,7 @@ def test_a_number_without_a_unit_is_answered_with_that_number_in_units(run):
 
 
 def test_a_folder_that_is_made_is_said(run, tmp_path):
-    options = "poses --robot ur5 --number 6 --index O1 --json no/such/r.json"
+    options = "plate score table2 --robot aria --json no/such/r.json"
     status, out, _ = run(*options.split())
     assert status == 0
     assert (tmp_path / "no" / "such" / "r.json").is_file()
@@ -196,11 +196,10 @@ def test_files_are_the_same_whatever_the_home_and_the_locale(tmp_path):
 
 
 WRITERS = (
-    "diagnose rows.csv --robot aria --report x",
+    "diagnose rows.csv --robot aria --json x",
     "simulate --robot aria --poses 60 --out x.csv",
     "identify rows.csv --robot aria --save x.toml",
     "identify rows.csv --robot aria --json x",
-    "identify rows.csv --robot aria --report x",
     "export aria --toml x.toml",
 )
 FULL = """

@@ -237,6 +237,7 @@ def test_a_session_that_was_over_before_an_event_keeps_its_frames(name, frames, 
     assert errors[41 : made.truth[0].row - NEAR].mean() > 4.0 * now, "they share a session with rows after it"
 
 
+@pytest.mark.extra("reports")
 @pytest.mark.parametrize("clock", ["none", "begins anew", "later"])
 def test_rows_of_another_file_are_judged_by_the_arm_as_it_is_now(clock):
     """They were judged with the frame before the event, whose row or time their own were below."""
@@ -267,6 +268,7 @@ def test_rows_that_one_run_was_divided_into_are_judged_by_their_times():
     assert not is_over[np.isin(found.held_out_data.time, other.time[before])].any()
 
 
+@pytest.mark.extra("reports")
 def test_the_report_draws_a_line_with_its_name_where_something_happened(slipped):
     made, found = slipped
     (event,) = found.events

@@ -124,6 +124,7 @@ def test_what_decays_does_not_step(pace):
     assert (found.step is not None) is (pace == 0.0)
 
 
+@pytest.mark.extra("reports")
 def test_the_picture_in_the_order_of_the_rows_names_sessions():
     case = make("none", 3, "katana")
     names = np.where(case.data.row < 50, "before noon", "after noon")

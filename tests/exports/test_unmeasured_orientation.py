@@ -127,6 +127,7 @@ def test_a_file_says_what_was_observed(cell):
     assert seen.q.shape[1] == 6
 
 
+@pytest.mark.extra("trajectories")
 def test_a_corrected_trajectory_leaves_orientations_as_they_were(cell):
     arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
     found = wb.compensate(arm, trajectory(cell.q), nominal=nominal)
@@ -211,6 +212,7 @@ def test_how_far_the_flange_is_from_nominal_is_that_of_the_file(cell):
     assert sizes == pytest.approx([own, *2 * [turned_in_file(table)]], rel=0.06)
 
 
+@pytest.mark.extra("trajectories")
 def test_a_corrected_path_says_how_far_its_arm_is_from_the_saved_model(cell):
     arm = wb.load_robot(cell.saved)
     path = wb.compensate(arm, trajectory(cell.q), nominal=wb.load_robot("ur5"))
@@ -248,6 +250,7 @@ def test_controller_numbers_that_are_advised_help(cell, run, tmp_path):
     assert out
 
 
+@pytest.mark.extra("trajectories")
 def test_a_corrected_path_is_not_said_to_have_no_error(cell, run, tmp_path):
     rows = "\n".join(",".join(map(repr, row)) for row in cell.q[:20].tolist())
     (tmp_path / "t.csv").write_text(",".join(f"q{k + 1}[rad]" for k in range(6)) + "\n" + rows + "\n")
@@ -263,6 +266,7 @@ def test_a_corrected_path_is_not_said_to_have_no_error(cell, run, tmp_path):
     assert run(*options, "--orientations")[0] == 64
 
 
+@pytest.mark.extra("trajectories")
 def test_an_older_file_without_a_record_is_taken_for_positions_alone(cell, tmp_path):
     table = tomllib.loads(Path(cell.saved).read_text())
     for key in ("observed", "nominal", "error"):

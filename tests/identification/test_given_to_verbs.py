@@ -79,6 +79,7 @@ def test_the_rest_is_refused_by_name(robot, data, options, name):
         fit(robot, data, **options)
 
 
+@pytest.mark.extra("trajectories")
 def test_every_verb_has_the_same_door(csv):
     assert wb.evaluate("aria", csv).errors == wb.evaluate(ARM, wb.read_measurements(csv)).errors
     path = csv.with_name("path.csv")
@@ -102,9 +103,11 @@ def test_every_verb_has_the_same_door(csv):
         (lambda: wb.evaluate(ROWS, ARM), "robot"),
         (lambda: wb.evaluate(ARM, ROWS, fit_frames="yes"), "fit_frames"),
         (lambda: wb.score(ARM, 3), "plate"),
-        (lambda: wb.compensate(ARM, ROWS), "trajectory"),
+        pytest.param(lambda: wb.compensate(ARM, ROWS), "trajectory", marks=pytest.mark.extra("trajectories")),
         (lambda: wb.measure_poses(ARM, "many"), "number"),
-        (lambda: wb.choose_poses(ARM, 8, method="luck"), "method"),
+        pytest.param(
+            lambda: wb.choose_poses(ARM, 8, method="luck"), "method", marks=pytest.mark.extra("poses")
+        ),
         (lambda: wb.diagnose(ARM, ROWS, seed="one"), "seed"),
         (lambda: wb.show(3, open_browser=False), "robot"),
         (lambda: ARM.with_effects("backlash"), "effects"),

@@ -64,6 +64,7 @@ def test_inclinometers_alone_give_no_position(run, tmp_path):
     assert len(evaluation.plot().axes) == 1
 
 
+@pytest.mark.extra("reports")
 @pytest.mark.parametrize("command", ["identify", "diagnose"])
 def test_a_fit_reports_the_held_out_points_alone(command, run, tmp_path):
     """Held out: 15 points and 15 inclinometer rows; the mean is recomputed from the saved file."""
@@ -87,6 +88,7 @@ def test_a_fit_reports_the_held_out_points_alone(command, run, tmp_path):
     assert after["held_out"]["orientation_deg"] is None
 
 
+@pytest.mark.extra("reports")
 @pytest.mark.parametrize("command", ["identify", "diagnose"])
 def test_a_fit_of_inclinometers_alone_reports_their_angles(command, run, tmp_path):
     """No position anywhere: neither a number nor a picture of one, in any of the outputs."""

@@ -315,6 +315,7 @@ def _waited(app):
     return app.worker.wait(60.0)
 
 
+@pytest.mark.extra("reports")
 def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
     def write_report(page, found, folder, *, wanted):
         assert (found, wanted) == (session.results.identification, session.choices.wanted)

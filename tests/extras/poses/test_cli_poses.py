@@ -32,9 +32,12 @@ def test_poses_with_limits(run, tmp_path):
         (("--towards", "1,2"), "roll,pitch,yaw"),
         (("--method", "magic"), "exchange, greedy"),
         (("--index", "I"), "give a region"),
+        (("--index", "O7"), "O1"),
+        (("--number", "0"), "0"),
+        (("--out", "/proc/nowhere/q.csv"), "/proc/nowhere/q.csv"),
         (("--region", "5,5,5:6,6,6"), "rarely reaches"),
     ],
 )
 def test_bad_input(refused, options, message):
-    status = 1 if message in ("conflict", "rarely reaches") else 64
+    status = 1 if message in ("conflict", "rarely reaches") or message.startswith("/") else 64
     refused([message], "poses", "--robot", "aria", "--number", "8", *options, status=status)
