@@ -367,7 +367,7 @@ def _around_rows(session: Session, rows: Comparison) -> Session:
     )
     size = " × ".join(f"{1e3 * side:.0f}" for side in region.size)
     text = f"the region is now the bounding box of the rows, {size} mm; change it in the Plate tab"
-    return session.tell(Severity.INFO, text)
+    return session.tell(Severity.LOG, text)  # the Plate tab names it
 
 
 def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:
