@@ -26,8 +26,6 @@ FORMATS = (
     "without effects; the report as an HTML page with tables and figures."
 )
 SAVED = {"URDF": calibrated_urdf, "TOML": calibrated_toml, "Report": report_zip}
-OTHERS, OURS = "for other programs", "for workbench"
-"""Whom a format is for."""
 PICTURE = (1200, 1920)
 """Height and width of a saved picture."""
 EMPTY_NOTE = "Identify the arm first; then it is saved here."
@@ -58,8 +56,8 @@ def _errors(found: Identification, shown: str) -> str:
         return ""
     added, told = run.fit.calibrated.effects, sizes(file_errors(found, run))
     holds = {
-        "URDF": f"the geometry alone, {OTHERS}" if added else OTHERS,
-        "TOML": f"with all effects, {OURS}" if added else OURS,
+        "URDF": "geometry alone: it can't hold effects" if added else "for other programs",
+        "TOML": "with all effects" if added else "for workbench",
     }
     lines = (
         f'<div><b>{text(told[name])}</b> <span style="color:{MUTED}">{what}</span></div>'

@@ -42,7 +42,7 @@ from workbench.views.page.panels.result_card import result_card
 
 READY = "Ready. Press Identify to fit the geometry."
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
-WHY = "Why? How far each change of the geometry moves the tool [mm]"
+WHY = "Why? Each change, in mm at the tool"
 HOW_TO_FIT = (
     "Identify: fit the geometry to the measurements. Diagnose: find what geometry can't explain; it needs at "
     "least 20 rows. Add causes: fit the effects found together with the geometry; comparisons and the saved "
