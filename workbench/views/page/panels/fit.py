@@ -40,7 +40,6 @@ from workbench.views.page.panels.index import WantedPanel
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 from workbench.views.page.panels.result_card import result_card
 
-READY = "Ready. Press Identify to fit the geometry."
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
 WHY = "Why? Each change, in mm at the tool"
 HOW_TO_FIT = (
@@ -137,8 +136,8 @@ class FitPanel(AbstractPanel):
             set_value(box, name not in session.choices.fixed)
         for part in (self._requirement, self._zeros, self._changes, self._warnings):
             part.visible = found is not None
-        ready = note(EMPTY_NOTE if session.measurements.loaded is None else READY, "result", margin="6px 0")
-        self._card.content = ready if found is None else result_card(session)
+        missing = note(EMPTY_NOTE, "result", margin="6px 0") if session.measurements.loaded is None else ""
+        self._card.content = missing if found is None else result_card(session)
         if found is not None:
             self._requirement.content = _requirement(session)
             self._zeros.content = joint_zeros(found, session.results.fit, session.choices.fixed)
