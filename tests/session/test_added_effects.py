@@ -52,7 +52,7 @@ def the_law_of_the_cause_is_laid_over_the_errors(session):
     assert all("±" in line[6] for line in lines[1:])
     text = joint_plots(session, rows)
     assert text.count("◄") == len(effect.joints)
-    assert f"Law of {effect.label}" in text
+    assert f"Law of {effect.plain}" in text
     glowing = {item.path for item in blame(session)}
     assert {f"arm/blame/{joint + 1}" for joint in effect.joints} <= glowing
     tried = next(e for e in candidates(found) if e.label != effect.label)

@@ -1,5 +1,6 @@
 """Dragging, typing, undo: what happens to the targets and their numbers."""
 
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -51,14 +52,17 @@ def test_every_arm_begins_with_room_at_every_target_and_may_be_tried_there(name)
     assert (left >= planned_margins(robot.limits) - 1e-9).all()
 
 
-def test_branches_are_looked_for_only_where_the_arm_gets(monkeypatch):
-    """The SO-101 holds no target of a circle: seconds went into the proof, place by place."""
-    module = import_module("workbench.session.start")
-    solved = []
-    monkeypatch.setattr(module, "solve_many", lambda robot, poses: solved.append(poses) or [])
-    plate = module.default_circle.__wrapped__(load_robot("so101"))
-    assert solved == []
-    assert {target.kind for target in plate.targets} == {Kind.SOCKET}
+def test_no_branch_is_looked_for_where_a_small_arm_gets_at_no_distance(monkeypatch):
+    """Seconds went into a start of arms whose plate lies beyond their reach, place by place."""
+    module, robot = import_module("workbench.session.start"), load_robot("so101")
+    plate, looked_at = default_plate(robot), []
+    real = module.branches_to
+    monkeypatch.setattr(module, "branches_to", lambda arm, t: looked_at.append(t) or real(arm, t))
+    far = replace(plate.targets[0], xyz=plate.targets[0].xyz + [3.0, 0.0, 0.0])
+    assert module._met(robot, plate, 0, far).kind is Kind.SOCKET
+    assert looked_at == []
+    assert module._met(robot, plate, 0, plate.targets[0]).kind is Kind.SOCKET
+    assert looked_at
 
 
 def test_an_arm_of_a_urdf_leaves_nothing_undetermined_that_any_pose_could_show(tmp_path):

@@ -6,7 +6,7 @@ so is turned about the vertical, and moved in or out if need be, until it does; 
 that the tool has there. Arms with fewer than six joints, which fit no seat, get sockets.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -20,7 +20,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.base.types import Poses, Rotations, frozen
+from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import default_requirement
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.collision import unobstructed
@@ -139,9 +139,9 @@ def _met(robot: Robot, plate: Plate, number: int, placed: Target) -> Target:
     found: list[tuple[bool, float, Target]] = []
     places = [replace(placed, xyz=frozen(placed.xyz * [share, share, 1.0])) for share in DISTANCES]
     is_free = robot.dof >= int(Task.POSE)  # fewer joints don't fit a seat
-    for target, poses in zip(places, _reached(robot, places, turns), strict=True) if is_free else ():
-        found_here = solve_many(robot, poses) if len(poses) else []
-        branches = [branch for result in found_here for branch in result.within_limits]
+    for target in places if is_free else ():
+        poses = robot.base.pose @ se3.pose(turns @ target.pose[:3, :3], np.tile(target.xyz, (TURNS, 1)))
+        branches = [branch for result in solve_many(robot, poses) for branch in result.within_limits]
         if not branches:
             continue
         clear = unobstructed(robot, plate, number, branches)
@@ -154,16 +154,7 @@ def _met(robot: Robot, plate: Plate, number: int, placed: Target) -> Target:
     if found:
         return max(found, key=lambda one: one[:2])[2]
     sockets = [replace(target, kind=Kind.SOCKET) for target in places]
-    near = _reached(robot, sockets, turns[:1], Task.POSITION)
-    open_ = (s for s, poses in zip(sockets, near, strict=True) if len(poses))
+    poses = robot.base.pose @ np.stack([socket.pose for socket in sockets])
+    near, _ = reachable(robot, poses, task=Task.POSITION)  # far quicker than all branches
+    open_ = (socket for socket, is_near in zip(sockets, near, strict=True) if is_near)
     return next((s for s in open_ if _has_room(robot, plate, number, branches_to(robot, s))), sockets[0])
-
-
-def _reached(
-    robot: Robot, places: Sequence[Target], turns: Rotations, task: Task | None = None
-) -> Iterator[Poses]:
-    """Which turns of each place the arm reaches, in the measuring frame: far quicker than its branches."""
-    turned = np.stack([se3.pose(turns @ p.pose[:3, :3], np.tile(p.xyz, (len(turns), 1))) for p in places])
-    poses = robot.base.pose @ turned
-    mask, _ = reachable(robot, poses.reshape(-1, 4, 4), task=task, certain=False)
-    return (some[met] for some, met in zip(poses, mask.reshape(len(places), -1), strict=True))
