@@ -58,7 +58,7 @@ def test_no_branch_is_looked_for_where_a_small_arm_gets_at_no_distance(monkeypat
     plate, looked_at = default_plate(robot), []
     real = module.branches_to
     monkeypatch.setattr(module, "branches_to", lambda arm, t: looked_at.append(t) or real(arm, t))
-    far = replace(plate.targets[0], xyz=plate.targets[0].xyz + [3.0, 0.0, 0.0])
+    far = replace(plate.targets[0], xyz=plate.targets[0].xyz + np.array([3.0, 0.0, 0.0]))
     assert module._met(robot, plate, 0, far).kind is Kind.SOCKET
     assert looked_at == []
     assert module._met(robot, plate, 0, plate.targets[0]).kind is Kind.SOCKET
