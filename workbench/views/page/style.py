@@ -32,7 +32,7 @@ PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
 CHARTS = ", ".join(
     f'[data-testid="{name}"]'
-    for name in ("index", "history", "verdict", "row-chart", "joints", "result", "rezero")
+    for name in ("index", "history", "changes", "verdict", "row-chart", "joints", "result", "rezero")
 )
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
