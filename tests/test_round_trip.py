@@ -137,7 +137,7 @@ def saved_in_python(measured: Measured, diagnosed: bool) -> trip.Saved:
     )  # balls in sockets show no turn: 60 steps were too few
     files = [Path(result.robot.save(folder / f"arm.{kind}")) for kind in ("toml", "urdf")]
     to_the_last_digit(found, *files, measured.rows)
-    return trip.Saved(*files, file_text(found, found.best), found.held_out_data.row, refitted_rows(found))
+    return trip.Saved(*files, file_text(found.best), found.held_out_data.row, refitted_rows(found))
 
 
 def refitted_rows(found: Identification) -> np.ndarray | None:
@@ -147,7 +147,7 @@ def refitted_rows(found: Identification) -> np.ndarray | None:
 def to_the_last_digit(found: Identification, toml: Path, urdf: Path, rows: trip.Rows) -> None:
     """What is shown rounded, exactly; and the record in the file is the number that was shown."""
     saved = trip.Saved(toml, urdf, "", found.held_out_data.row, refitted_rows(found))
-    own = refitted_errors(found, found.best) or file_errors(found, found.best)
+    own = refitted_errors(found.best) or file_errors(found.best)
     numbers = saved.held_out if saved.refitted is None else saved.refitted
     for name, path in (("TOML", toml), ("URDF", urdf)):
         file = trip.errors(saved.arm(path), rows.take(numbers))
@@ -193,7 +193,7 @@ def on_the_page(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> tr
         paths.append(folder / f"arm.{kind}")
         paths[-1].write_bytes(make(session)[1])
     found = session.results.identification
-    text = file_text(found, found.runs[session.results.fit])
+    text = file_text(found.runs[session.results.fit])
     return trip.Saved(*paths, text, found.held_out_data.row, refitted_rows(found))
 
 

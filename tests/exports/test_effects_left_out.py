@@ -44,11 +44,11 @@ def test_a_urdf_after_a_diagnosis_is_as_good_as_geometry_alone(diagnosed, tmp_pa
     geometry = diagnosed.before.held_out.position_mm.mean
     assert diagnosed.after.held_out.position_mm.mean < 0.6 * geometry
     assert missed.mean() < 1.05 * geometry
-    found = diagnosed.identification()
-    shown = file_errors(found, found.best)
+    run = diagnosed.identification().best
+    shown = file_errors(run)
     assert shown["URDF"].position_mm.mean == pytest.approx(missed.mean(), rel=0.05)
     assert shown["TOML"].position_mm.mean == diagnosed.after.held_out.position_mm.mean
-    text = file_text(found, found.best)
+    text = file_text(run)
     assert text.index("URDF") < text.index("TOML")
 
 

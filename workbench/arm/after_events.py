@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.events import FrameStep, ToolStep
+from workbench.arm.effects.events import AbstractEvent, FrameStep, ToolStep
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.mounting import Mounting
@@ -15,30 +15,36 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Matrix4
 
+STEPS = (FrameStep, ToolStep)
+"""Events that change base or tool, which may differ between sessions."""
 
-def after_events(
-    robot: Robot,
-    motion: Motion | None = None,
-    sessions: Mapping[str, Bool[np.ndarray, " rows"]] | None = None,
-) -> Robot:
+
+def events_of(robot: Robot) -> list[AbstractEvent]:
+    """Events during the measurements of an arm, in their order."""
+    events = (e for e in robot.effects if isinstance(e, AbstractEvent))
+    return sorted(events, key=lambda e: e.moment)
+
+
+def after_events(robot: Robot, sessions: Mapping[str, Motion]) -> Robot:
     """The arm in its present state, without the events during the measurements.
 
-    A session that ended before base or tool stepped keeps the base and the tool of its time.
+    A session that ended before base or tool stepped keeps the base and the tool of its time; the present
+    ones come first.
 
     Args:
         robot: The arm with its events.
-        motion: The rows that determine them.
-        sessions: Rows of each session.
+        sessions: The rows that determine them, by session.
     """
-    gone = {n for e in robot.effects if e.is_event for n in e.names}
+    gone = {n for e in events_of(robot) for n in e.names}
     if not gone:
         return robot
-    rows = {} if motion is None else {s: motion.take(mine) for s, mine in (sessions or {}).items()}
-    now = _after(robot, robot.mounting)
-    own = {
-        name: _after(robot, robot.sessions.get(name, robot.mounting), rows.get(name))
-        for name in dict.fromkeys([*robot.sessions, *rows])
-    }
+    now = _after(robot, robot.mounting, Motion(np.zeros((1, robot.dof))))
+    own, seen = {}, {}
+    for name in dict.fromkeys([*robot.sessions, *sessions]):
+        last = _last(robot, sessions.get(name))
+        own[name] = _after(robot, robot.sessions.get(name, robot.mounting), last)
+        seen[name] = sum(bool(e.is_over(last)[0]) for e in _steps(robot))
+    differ = bool(robot.sessions) or not all(_same(m, now) for m in own.values())
     record = robot.calibration
     if record is not None:
         record = replace(record, std={n: s for n, s in record.std.items() if n not in gone})
@@ -46,19 +52,41 @@ def after_events(
         robot,
         mounting=now,
         effects=tuple(e for e in robot.effects if not e.is_event),
-        sessions={n: m for n, m in own.items() if n in robot.sessions or not _same(m, now)},
+        sessions={n: own[n] for n in sorted(own, key=lambda n: -seen[n])} if differ else {},
         calibration=record,
     )
 
 
-def _after(robot: Robot, own: Mounting, motion: Motion | None = None) -> Mounting:
-    """The mounting at the last of its rows; the present one without rows."""
-    steps = [e for e in robot.effects if isinstance(e, FrameStep | ToolStep)]
-    last = Motion(np.zeros((1, robot.dof)))
-    if motion is not None and steps:
-        latest = int(np.argmax(np.sum([e.is_over(motion) for e in steps], axis=0)))
-        last = replace(motion.take(slice(latest, latest + 1)), q=last.q)
-    acting = [e for e in steps if e.law(robot.chain, last, None).any()]
+def is_valid_after(robot: Robot, rows: Motion, fitted: Motion | None) -> Bool[np.ndarray, " rows"]:
+    """Rows of a session for which the arm of `after_events` is valid.
+
+    Args:
+        robot: The arm with its events.
+        rows: Some rows of the session.
+        fitted: Its rows that determine the events; None if there are none.
+    """
+    out, last = np.ones(len(rows), bool), _last(robot, fitted)
+    for event in events_of(robot):
+        out &= event.is_over(rows) == (not isinstance(event, STEPS) or bool(event.is_over(last)[0]))
+    return out
+
+
+def _steps(robot: Robot) -> list[AbstractEvent]:
+    return [e for e in events_of(robot) if isinstance(e, STEPS)]
+
+
+def _last(robot: Robot, motion: Motion | None) -> Motion:
+    """The row of a session after most of the steps; one after all events without rows."""
+    steps = _steps(robot)
+    if motion is None or not len(motion) or not steps:
+        return Motion(np.zeros((1, robot.dof)))
+    latest = int(np.argmax(np.sum([e.is_over(motion) for e in steps], axis=0)))
+    return replace(motion.take(slice(latest, latest + 1)), q=np.zeros((1, robot.dof)))
+
+
+def _after(robot: Robot, own: Mounting, last: Motion) -> Mounting:
+    """The mounting in a row."""
+    acting = [e for e in _steps(robot) if e.law(robot.chain, last, None).any()]
     if not acting:
         return own
     plain = replace(robot, mounting=own, sessions={}, effects=())

@@ -41,7 +41,7 @@ def identify(
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import posed_arm
     from workbench.data.accuracy_requirement import default_requirement
-    from workbench.identification.file_errors import file_text, judging_rows
+    from workbench.identification.file_errors import file_text
     from workbench.identification.pass_or_fail import judge
     from workbench.identification.prior import read_prior
     from workbench.identification.report import results_json as reports
@@ -82,7 +82,7 @@ def identify(
     doubts = run.doubts(run.best)
     if out.save is not None and (fit.force or not doubts):
         opt.say(f"calibrated robot ({run.best.fit.title}): {opt.save_robot(run.robot, out.save)}")
-        opt.say(f"mean error of the files on {judging_rows(run)}: {file_text(run, run.best)}")
+        opt.say(f"mean error of the files on {file_text(run.best)}")
     if doubts:
         kept = opt.not_written(out.save, forced=fit.force)
         opt.fail(f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}{kept}")
@@ -120,7 +120,7 @@ def diagnose(
     """Find the effects missing from the model, add them, and report the held-out error before and after."""
     from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
-    from workbench.identification.file_errors import file_text, judging_rows
+    from workbench.identification.file_errors import file_text
     from workbench.report.result_page import page_of
 
     arm = wb.load_robot(robot)
@@ -134,8 +134,7 @@ def diagnose(
     opt.show(diagnosis_tables(run))
     if out.save is not None and (fit.force or run.harm is None):
         opt.say(f"calibrated robot: {opt.save_robot(run.robot, out.save)}")
-        found = run.identification()
-        opt.say(f"mean error of the files on {judging_rows(found)}: {file_text(found, found.best)}")
+        opt.say(f"mean error of the files on {file_text(run.identification().best)}")
     opt.write_result(out.json, diagnosis_json(run))
     if out.report is not None and page is not None:
         opt.say(f"report: {page.write(run, out.report)}")

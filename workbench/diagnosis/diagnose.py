@@ -158,7 +158,7 @@ def _saved_arm(search: CauseSearch, advice: Advice) -> _Saved:
     std = StandardErrors(final, hidden_variance(last, missing))
     alone, after = (judged(v.errors) for v in (search.before, search.after))
     effects = _accepted(last, final, trial, std, advice, alone=alone, after=after)
-    now = arm_now(ready, final, suspect_rows)
+    now = arm_now(final)
     return _Saved(final, suspect_rows, note, missing, std, effects, trial, now)
 
 

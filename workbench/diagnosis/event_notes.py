@@ -1,19 +1,15 @@
 """Consequences of events for the judging rows and for the saved arm."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool
 
-from workbench.arm.after_events import after_events
-from workbench.arm.effects.events import AbstractEvent
+from workbench.arm.after_events import events_of
 from workbench.arm.motion import Motion
-from workbench.data.dataset import Dataset
 from workbench.diagnosis.rounds import Searched
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
-from workbench.identification.row_errors import Spread
+from workbench.identification.saved_arm import SavedArm
 from workbench.identification.undecided_rows import UNDECIDED
 
 
@@ -24,7 +20,7 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
     """
     held, fitted = Motion.of(ready.held), Motion.of(last.stage.fitted.problem.data)
     between = np.zeros(len(ready.held), bool)
-    for event in _events(last.stage.fitted.fit.arm.effects):
+    for event in events_of(last.stage.fitted.fit.arm):
         here, there = event.clock(held), event.clock(fitted)
         if event.is_step and here is not None and there is not None and (there < event.moment).any():
             between |= (here > there[there < event.moment].max()) & (here < event.moment)
@@ -45,7 +41,7 @@ class Now:
 
     Args:
         row: The first row of the file in this state.
-        mean_mm: Its mean error on the rows from there on, fitted and held-out ones without suspects [mm].
+        mean_mm: Its mean error on the fitted rows from there on [mm].
     """
 
     row: int
@@ -57,22 +53,11 @@ class Now:
         return f"The saved arm is that after the last event, from row {self.row} on{size}."
 
 
-def arm_now(ready: Prepared, final: Fit, left_out: Bool[np.ndarray, " held"]) -> Now | None:
+def arm_now(final: Fit) -> Now | None:
     """The saved arm and its errors; None without events."""
-    events = list(_events(final.arm.effects))
-    if not events:
+    saved = SavedArm(final.calibrated, final.problem.data)
+    if not saved.events:
         return None
-    arm, places = after_events(final.calibrated), final.problem.instrument(final.x)
-    parts = [
-        ready.errors_on(rows.take(_after(events, rows) & wanted), arm, places).position
-        for rows, wanted in ((ready.problem.data, True), (ready.held, ~left_out))
-    ]
-    return Now(max(events, key=lambda e: e.moment).row, 1e3 * Spread.of(np.concatenate(parts)).mean)
-
-
-def _events(effects) -> Iterator[AbstractEvent]:
-    return (e for e in effects if isinstance(e, AbstractEvent))
-
-
-def _after(events: list[AbstractEvent], rows: Dataset) -> Bool[np.ndarray, " rows"]:
-    return np.all([event.is_over(Motion.of(rows)) for event in events], axis=0)
+    rows = saved.fitted.take(saved.is_now(saved.fitted))
+    errors = saved.errors(rows, {**final.problem.known, **final.problem.instrument(final.x)})
+    return Now(saved.events[-1].row, errors.position_mm.mean)

@@ -21,8 +21,8 @@ from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
-from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged, with_error
-from workbench.identification.row_errors import Errors, RowErrors, row_errors
+from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged
+from workbench.identification.row_errors import Errors, RowErrors
 from workbench.report.result_display import AbstractShown, tables_of
 from workbench.report.result_page import page_figure
 
@@ -204,7 +204,7 @@ class Diagnosis(AbstractShown):
     @cached_property
     def calibrated(self) -> Robot:
         """The arm with identified geometry and accepted effects, fitted to all rows."""
-        return with_error(self.final_fit, judged(self.after))
+        return self.identification().best.calibrated
 
     @property
     def robot(self) -> Robot:
@@ -257,13 +257,10 @@ class Diagnosis(AbstractShown):
         return BeforeAfter(judged(self.before), judged(self.after))
 
     @cached_property
-    def saved_errors(self) -> Errors | None:
-        """Errors of the saved arm on the rows to which it was fitted; None after events, as it is valid for
-        few."""
-        if self.now is not None:
-            return None
-        fit = self.final_fit
-        return row_errors(fit.calibrated, fit.problem.data, known=fit.problem.instrument(fit.x)).summary
+    def saved_errors(self) -> Errors:
+        """Errors of the saved arm on those fitted rows for which it is valid."""
+        run = self.identification().best
+        return run.saved.errors(run.fit.problem.data, run.places)
 
     def identification(self) -> Identification:
         """The arm as the result of an identification, with the errors before the refit to all rows."""
@@ -273,6 +270,7 @@ class Diagnosis(AbstractShown):
             self.after.train,
             self.after.held_out,
             *self.after_rows,
+            self.held_out_data,
             judged=self.after_fit.calibrated,
         )
         return Identification(

@@ -5,62 +5,60 @@ import numpy as np
 from workbench.arm.calibration_record import MAX_POSITION, MAX_ROTATION
 from workbench.arm.robot import Robot
 from workbench.arm.usable import unobserved_text, usable_arm
-from workbench.base.wording import in_mm, plural
+from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.identification.result import Identification, Run, judged
-from workbench.identification.row_errors import Errors, row_errors
+from workbench.identification.result import Run, judged
+from workbench.identification.row_errors import Errors
+from workbench.identification.saved_arm import SavedArm
 
 
-def file_errors(found: Identification, run: Run) -> dict[str, Errors]:
-    """Errors of each format's arm on held-out rows, or on the fitted ones if none were held out.
+def file_errors(run: Run) -> dict[str, Errors]:
+    """Errors of each format's arm on the judging rows.
 
     A format is omitted where its error is unknown: held-out sessions without any fitted row.
     """
-    rows = found.held_out_data if len(found.held_out_data) else found.data.take(found.train_rows)
-    return _errors(found, run, run.as_measured, rows)
-
-
-def refitted_errors(found: Identification, run: Run) -> dict[str, Errors]:
-    """Errors of the files after the final fit to all rows, on these rows; empty if there was none."""
-    return {} if run.judged is None else _errors(found, run, run.fit.calibrated, run.fit.problem.data)
-
-
-def _errors(found: Identification, run: Run, arm: Robot, rows: Dataset) -> dict[str, Errors]:
-    """Errors of each format's arm on some rows."""
-    problem = run.fit.problem
-    if found.frames.base_per_session and set(rows.sessions) - set(problem.data.sessions):
+    if run.is_on_new_sessions:
         return {"TOML": judged(run)}
-    places = {**problem.known, **problem.instrument(run.fit.x)}
-    whole = Errors.of(row_errors(arm, rows, known=places))
+    return _errors(run, SavedArm(run.as_measured, run.fit.problem.data), run.judging)
+
+
+def refitted_errors(run: Run) -> dict[str, Errors]:
+    """Errors of the files after the final fit to all rows, on these rows; empty if there was none."""
+    return {} if run.judged is None else _errors(run, run.saved, run.fit.problem.data)
+
+
+def _errors(run: Run, saved: SavedArm, rows: Dataset) -> dict[str, Errors]:
+    """Errors of each format's arm on those of some rows for which it is valid."""
+    arm, whole = saved.robot, saved.errors(rows, run.places)
     carried = _files(arm)["URDF"]
     if carried.elements == arm.elements and not arm.effects:
         return {"TOML": whole, "URDF": whole}
-    return {"TOML": whole, "URDF": Errors.of(row_errors(carried, rows, known=places))}
+    return {"TOML": whole, "URDF": saved.errors(rows, run.places, carried)}
 
 
 def _files(arm: Robot) -> dict[str, Robot]:
     return {"TOML": arm, "URDF": usable_arm(arm, effects=False).robot}
 
 
-def judging_rows(found: Identification) -> str:
-    """Name of the rows on which the files' errors are computed."""
-    return "held-out rows" if len(found.held_out_data) else "fitted rows"
+def file_text(run: Run) -> str:
+    """Which rows these are, the errors, and notes, in one line."""
+    errors = " · ".join(sizes(file_errors(run)).values())
+    return "; ".join((f"{judging_text(run)}: {errors or 'not known'}", *file_notes(run)))
 
 
-def file_text(found: Identification, run: Run) -> str:
-    """These errors in one line, with notes."""
-    return "; ".join(
-        filter(None, (" · ".join(sizes(file_errors(found, run)).values()), *file_notes(found, run)))
-    )
+def judging_text(run: Run) -> str:
+    """The rows on which `file_errors` are: `24 held-out rows`."""
+    kind = "held-out row" if run.judging is run.held_out_data else "fitted row"
+    return run.saved.rows_text(run.judging, kind)
 
 
-def file_notes(found: Identification, run: Run) -> list[str]:
+def file_notes(run: Run) -> list[str]:
     """Notes on the files, as clauses: the final fit, sessions, the flange apart from the measured point."""
     notes = []
-    if again := " · ".join(sizes(refitted_errors(found, run)).values()):
-        rows = plural(len(run.fit.problem.data), "row")
-        notes.append(f"after the final fit to all {rows}: {again}")
-    arm = run.fit.calibrated
+    if again := " · ".join(sizes(refitted_errors(run)).values()):
+        where = run.saved.rows_text(run.fit.problem.data, "fitted row")
+        notes.append(f"after the final fit to all rows: {again} on {where}")
+    arm = run.saved.robot
     if arm.sessions:
         first = next(iter(arm.sessions))
         notes.append(f"each session with its own base; a URDF holds only that of '{first}'")

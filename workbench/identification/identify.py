@@ -124,7 +124,7 @@ def _runs(
         train, held = ready.errors(fit.calibrated, fit.problem.instrument(fit.x))
         if decided is not None:
             train, held = (errors.widened(*decided.uncertainty) for errors in (train, held))
-        runs[algorithm.name] = Run(fit, Errors.of(train), held.summary, train, held)
+        runs[algorithm.name] = Run(fit, Errors.of(train), held.summary, train, held, ready.held)
     return runs
 
 

@@ -1,16 +1,13 @@
 """Results of an identification or evaluation: data, decisions, parameters and errors."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 from rich.console import RenderableType
 
-from workbench.arm.after_events import after_events
-from workbench.arm.calibration_record import Expected
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
@@ -29,6 +26,7 @@ from workbench.identification.row_errors import (
     errors_frame,
     residuals_frame,
 )
+from workbench.identification.saved_arm import SavedArm
 from workbench.identification.set_apart import suspect_note
 from workbench.report.result_display import AbstractShown, figures_of, tables_of
 from workbench.report.result_page import page_figure
@@ -93,6 +91,7 @@ class Run(AbstractShown):
         held_out: Errors on the rows that were not.
         train_rows: Errors row by row, in the order of `Identification.train_rows`.
         held_out_rows: Likewise of the held-out rows.
+        held_out_data: These rows.
         judged: The arm with these errors, if `fit` was afterwards made on all rows.
     """
 
@@ -101,6 +100,7 @@ class Run(AbstractShown):
     held_out: Errors | None
     train_rows: RowErrors
     held_out_rows: RowErrors
+    held_out_data: Dataset
     judged: Robot | None = None
 
     def summary(self) -> RenderableType:
@@ -108,8 +108,37 @@ class Run(AbstractShown):
 
     @cached_property
     def calibrated(self) -> Robot:
-        """The robot with the identified values and its errors on record."""
-        return with_error(self.fit, judged(self))
+        """The robot with the identified values, after all events, with its errors on record."""
+        return self.saved.recorded(self.judged_errors)
+
+    @cached_property
+    def saved(self) -> SavedArm:
+        """What its files hold."""
+        return SavedArm(self.fit.calibrated, self.fit.problem.data)
+
+    @cached_property
+    def judging(self) -> Dataset:
+        """Held-out rows if the saved arm is valid for some of them, else the fitted rows."""
+        held = self.held_out_data
+        return held if len(self.saved.valid_for(held)) else self.fit.problem.data
+
+    @cached_property
+    def judged_errors(self) -> Errors:
+        """Its errors; after events those of its file, on the judging rows for which that is valid."""
+        if not self.saved.events or self.is_on_new_sessions:
+            return judged(self)
+        return SavedArm(self.as_measured, self.fit.problem.data).errors(self.judging, self.places)
+
+    @property
+    def is_on_new_sessions(self) -> bool:
+        """Whether held-out sessions have bases that were found from their own rows."""
+        per_session = self.fit.problem.frames.base_per_session
+        return per_session and not self.as_measured.sessions.keys() >= set(self.judging.sessions)
+
+    @property
+    def places(self) -> dict[str, float]:
+        """Known and identified places of anchors, contacts or markers [m]."""
+        return {**self.fit.problem.known, **self.fit.problem.instrument(self.fit.x)}
 
     def agrees_with(self, other: "Run") -> bool:
         """Whether another run has the same errors (within 1 %) and constants (within `NOTICED`)."""
@@ -409,17 +438,6 @@ def error_rows(models: Iterable[tuple[str, Validation | Run]]) -> list[tuple[str
 def judged(errors: Validation | Run) -> Errors:
     """Errors on the held-out rows; on the fitted ones if there are none."""
     return errors.held_out or errors.train
-
-
-def with_error(fit: Fit, errors: Errors) -> Robot:
-    """A fit's robot in its state after all events, with its mean errors on record."""
-    data = fit.problem.data
-    robot = after_events(fit.calibrated, Motion.of(data), {s: data.in_session(s) for s in data.sessions})
-    if robot.calibration is None:
-        return robot
-    turned = np.nan if errors.orientation_deg is None else np.deg2rad(errors.orientation_deg.mean)
-    error = Expected(1e-3 * errors.position_mm.mean, float(turned))
-    return replace(robot, calibration=replace(robot.calibration, error=error))
 
 
 def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:

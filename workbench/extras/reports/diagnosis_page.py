@@ -134,20 +134,14 @@ def _effect(result: Diagnosis, place: int) -> dict[str, object]:
 def _facts(result: Diagnosis) -> list[tuple[str, str]]:
     fitted = len(result.after_fit.problem.data)
     rows = f"{fitted} fitted, {len(result.held_out_data)} held out, {plural(len(result.outliers), 'outlier')}"
+    shown = result.identification().best.saved.rows_text(result.final_fit.problem.data, "fitted row")
     facts = [
         ("Robot", f"{result.robot.name} ({result.robot.convention}, {result.robot.dof} joints)"),
         ("Measurements", result.data.source),
         ("Rows", f"{rows}, {len(result.excluded)} excluded"),
         ("Remaining error", f"{result.noise.text} per axis"),
+        ("Saved arm", f"mean error {result.saved_errors.text('mean')} on {shown}"),
     ]
-    if result.saved_errors is not None:
-        count = len(result.final_fit.problem.data)
-        facts.append(
-            (
-                "Saved arm",
-                f"mean error {result.saved_errors.text('mean')} on all {count} rows it was fitted to",
-            )
-        )
     if result.known_noise is not None:
         facts.append(("Known noise", f"{result.known_noise.text} per axis"))
     if result.joint_noise is not None:

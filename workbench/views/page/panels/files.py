@@ -7,7 +7,7 @@ import viser
 from PIL import Image
 
 from workbench.base.wording import capital
-from workbench.identification.file_errors import file_errors, file_notes, sizes
+from workbench.identification.file_errors import file_errors, file_notes, judging_text, sizes
 from workbench.identification.result import Identification
 from workbench.session.export import (
     calibrated_toml,
@@ -54,7 +54,7 @@ def _errors(found: Identification, shown: str) -> str:
     run = found.runs[shown]
     if found.identifiability is not None and found.identifiability.refused:
         return ""
-    added, told = run.fit.calibrated.effects, sizes(file_errors(found, run))
+    added, told = run.saved.robot.effects, sizes(file_errors(run))
     holds = {
         "URDF": "geometry alone: it can't hold effects" if added else "for other programs",
         "TOML": "with all effects" if added else "for workbench",
@@ -64,9 +64,8 @@ def _errors(found: Identification, shown: str) -> str:
         for name, what in holds.items()
         if name in told
     )
-    kind = "held-out" if len(found.held_out_data) else "fitted"
-    notes = folded("About these files", bullets(text(capital(note)) for note in file_notes(found, run)))
-    content = heading(f"Mean error of each file on {kind} poses") + "".join(lines) + notes
+    notes = folded("About these files", bullets(text(capital(note)) for note in file_notes(run)))
+    content = heading(f"Mean error of each file on {judging_text(run)}") + "".join(lines) + notes
     return block(content, testid="file-errors", style="margin:2px 0 6px")
 
 

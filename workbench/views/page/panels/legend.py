@@ -212,7 +212,7 @@ def events(happened: Sequence[AbstractEvent], rows: Comparison) -> str:
     """What happened, in the colour of its arrow, and which points were measured before it."""
     if not happened:
         return ""
-    small = "; small points were measured before it" if rows.is_earlier.any() else ""
+    small = "; small points: before it, compared with the arm as it was" if rows.is_earlier.any() else ""
     marked = " ".join(badge(event.mark, css(EVENT)) for event in happened)
     return f'<div data-testid="events">{marked}<span style="color:{MUTED}">{small}</span></div>'
 
