@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import workbench as wb
+from workbench.identification.file_errors import file_errors
 
 ORIGINS = np.array(
     [[0, 0, 0.166], [0, 0, 0.124], [0, 0, 0.27], [0.134, 0, 0.07], [0.168, 0, 0], [0.072, 0, 0]]
@@ -58,11 +59,21 @@ def own(tmp_path_factory):
     head = [f"q{k}[rad]" for k in range(1, 7)] + [f"{axis}[m]" for axis in "xyz"]
     rows = path.with_name("rows.csv")
     rows.write_text("\n".join([",".join(head), *(",".join(f"{v:.9f}" for v in row) for row in table)]))
-    return path, wb.diagnose(str(path), str(rows))
+    return path, wb.read_measurements(rows)
 
 
-def test_frames_do_not_slide_along_their_axes_with_the_masses(own):
-    path, found = own
+def diagnosed(own, held_out):
+    path, rows = own
+    if held_out != "another file":
+        return wb.diagnose(str(path), rows, held_out=held_out)
+    other = np.arange(len(rows)) % 5 == 2
+    return wb.diagnose(str(path), rows.take(~other), held_out=rows.take(other))
+
+
+@pytest.mark.parametrize("held_out", [0.2, 0.0, "another file"])
+def test_frames_do_not_slide_along_their_axes_with_the_masses(own, held_out):
+    """Where no held-out row could be fitted, nothing was fitted again, and they slid by 150 mm."""
+    path, found = own[0], diagnosed(own, held_out)
     assert [c.kind for c in found.causes] == ["joint-compliance"]
     nominal = {e.name: e.value for e in wb.load_robot(str(path)).chain.elements}
     moved = {
@@ -73,3 +84,7 @@ def test_frames_do_not_slide_along_their_axes_with_the_masses(own):
     assert len(moved) == 18
     assert max(moved.values()) < 5e-3, max(moved, key=lambda n: moved[n])
     assert found.calibrated.tool.xyz == pytest.approx(TIP, abs=3e-3)
+    run = found.identification().best
+    judged = found.after.held_out or found.after.train
+    assert (run.judged is None) == (held_out != 0.2)
+    assert file_errors(run)["TOML"].position_mm.mean == pytest.approx(judged.position_mm.mean, rel=1e-9)

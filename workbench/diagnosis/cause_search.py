@@ -15,9 +15,11 @@ from workbench.base.progress import progress
 from workbench.diagnosis.claimed_causes import odds_of_events
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.event_notes import without_undecided
+from workbench.diagnosis.final_fit import held_fit
 from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
 from workbench.diagnosis.structure import structure_of
 from workbench.diagnosis.verdict import explains_little, too_few_rows
+from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.result import Validation
 from workbench.identification.row_errors import Errors, RowErrors
@@ -42,9 +44,10 @@ class CauseSearch:
         ready: The rows, without held-out ones that may lie on either side of an event.
         first: The geometry alone.
         rounds: The searches, first to last.
+        fit: The last round's arm; as it is saved, if there are no held-out rows to be fitted to it.
         too_few: Why no search was made; None if one was.
         before: Errors of the geometry on the judging rows.
-        after: Errors of the last round's arm on them.
+        after: Errors of that arm on them.
         nominal: Errors of the nominal arm on them.
     """
 
@@ -52,6 +55,7 @@ class CauseSearch:
     ready: Prepared
     first: Stage
     rounds: Sequence[Searched]
+    fit: Fit
     too_few: str | None
     before: JudgedArm
     after: JudgedArm
@@ -102,8 +106,9 @@ def _validated_search(
 ) -> CauseSearch:
     """A search with its errors on rows that lie on a known side of its events."""
     ready = without_undecided(ready, found[-1])
-    before, after = _validated(ready, first), _validated(ready, found[-1].stage)
-    return CauseSearch(robot, ready, first, found, too_few, before, after, _nominal(ready))
+    fit = found[-1].stage.fitted.fit if len(ready.held_out_rows) else held_fit(found[-1])
+    before, after = _validated(ready, first.fitted.fit), _validated(ready, fit)
+    return CauseSearch(robot, ready, first, found, fit, too_few, before, after, _nominal(ready))
 
 
 def _nominal(ready: Prepared) -> Validation:
@@ -112,9 +117,7 @@ def _nominal(ready: Prepared) -> Validation:
     return Validation(Errors.of(fitted), held.summary)
 
 
-def _validated(ready: Prepared, stage: Stage) -> JudgedArm:
+def _validated(ready: Prepared, fit: Fit) -> JudgedArm:
     """Errors on the fitted rows without outliers, and on the held-out rows."""
-    fit = stage.fitted.fit
-    arm = fit.arm
-    train, held = replace(ready, problem=fit.problem).errors(arm, fit.problem.instrument(fit.x))
+    train, held = replace(ready, problem=fit.problem).errors(fit.arm, fit.problem.instrument(fit.x))
     return JudgedArm(Validation(Errors.of(train), held.summary), (train, held))

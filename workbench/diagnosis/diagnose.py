@@ -150,7 +150,7 @@ def _saved_arm(search: CauseSearch, advice: Advice) -> _Saved:
     last, ready, geometry = search.rounds[-1], search.ready, search.first.fitted
     fit = last.stage.fitted.fit
     suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.fit.x))
-    final, note = fitted_on_all(ready, last, suspect_rows)
+    final, note = fitted_on_all(ready, last, search.fit, suspect_rows)
     motion, trial = Motion.of(fit.problem.data), Trial(ready, last)
     missing = advice.ask(
         "unobservable effects", lambda: () if search.too_few else undetectable(last, fit.arm, motion), ()
@@ -298,8 +298,7 @@ def _diagnosis(
     advice: Advice,
 ) -> Diagnosis:
     """Compute the remaining fields and collect the result; `gross` are rows excluded before any fit."""
-    ready, stage = search.ready, search.rounds[-1].stage
-    fit = stage.fitted.fit
+    ready, stage, fit = search.ready, search.rounds[-1].stage, search.fit
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
     noise = claims.noise if fit.problem.sees_rotation else claims.noise._replace(rotation=np.nan)
     poses, reasons = next_ones

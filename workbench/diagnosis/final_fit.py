@@ -1,6 +1,7 @@
 """The result that a diagnosis saves: its model refitted on all rows except those that no arm explains.
 
-Held-out errors are those before this refit, which takes place after all decisions.
+Held-out errors are those before this refit, which takes place after all decisions. If the file has no
+held-out rows, the refit is to the same rows, and the errors are those after it.
 """
 
 from dataclasses import replace
@@ -8,33 +9,62 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool
 
+from workbench.data.dataset import Dataset
 from workbench.diagnosis.refit import LAST_STEPS, refit
 from workbench.diagnosis.rounds import Searched
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
+from workbench.identification.problem import Problem
+
+
+def held_fit(last: Searched) -> Fit:
+    """The last search's arm on the same rows, with constants that a rigid arm leaves open held near nominal.
+
+    It is the search's own where masses are no unknowns, or where this does not converge.
+    """
+    before = last.stage.fitted.fit
+    if not any(p.unit == "kg" for p in before.problem.parameters):
+        return before
+    found = _again(last, last.stage.geometric, before.problem.data)
+    return before if before.outcome.ok and not found.outcome.ok else found
 
 
 def fitted_on_all(
-    ready: Prepared, last: Searched, left_out: Bool[np.ndarray, " rows"]
+    ready: Prepared, last: Searched, before: Fit, left_out: Bool[np.ndarray, " rows"]
 ) -> tuple[Fit, str | None]:
     """The last arm refitted to training and held-out rows, and a note.
 
-    Held-out rows of another file are not used: then, and if the fit does not converge, it is the last arm
-    itself.
+    Held-out rows of another file are not used.
 
     Args:
         ready: The rows.
         last: The last search, at the fit to be repeated.
+        before: The arm that was judged.
         left_out: Held-out rows that are not fitted.
     """
-    stage = last.stage
-    before = stage.fitted.fit
-    if not len(ready.held_out_rows) or left_out.all():
+    if not len(ready.held_out_rows):
         return before, None
+    if left_out.all():
+        return held_fit(last), None
     own = np.concatenate([before.problem.data.row, ready.held.row[~left_out]])
-    rows = ready.data.take(np.isin(ready.data.row, own))
-    found = refit(
-        replace(stage.geometric, robot=ready.with_new_session_bases(stage.geometric.robot, ready.held)),
+    rows, geometric = ready.data.take(np.isin(ready.data.row, own)), last.stage.geometric
+    robot = ready.with_new_session_bases(geometric.robot, ready.held)
+    found = _again(last, replace(geometric, robot=robot), rows)
+    if before.outcome.ok and not found.outcome.ok:
+        text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is saved"
+        return held_fit(last), text
+    out = ", except suspects" if left_out.any() else ""
+    return found, (
+        f"the saved arm was refitted to all {len(rows)} rows, held-out ones included{out}; held-out errors "
+        "are those before this refit"
+    )
+
+
+def _again(last: Searched, geometric: Problem, rows: Dataset) -> Fit:
+    """The last model fitted to some rows, constants that a rigid arm leaves open held near nominal."""
+    before = last.stage.fitted.fit
+    return refit(
+        geometric,
         last.grams,
         last.found.model,
         data=rows,
@@ -42,13 +72,3 @@ def fitted_on_all(
         steps=LAST_STEPS,
         holds=True,
     ).fit
-    if before.outcome.ok and not found.outcome.ok:
-        return (
-            before,
-            f"the refit to all rows did not converge ({found.outcome}); the arm without it is saved",
-        )
-    out = ", except suspects" if left_out.any() else ""
-    return found, (
-        f"the saved arm was refitted to all {len(rows)} rows, held-out ones included{out}; held-out errors "
-        "are those before this refit"
-    )

@@ -271,7 +271,7 @@ class Diagnosis(AbstractShown):
             self.after.held_out,
             *self.after_rows,
             self.held_out_data,
-            judged=self.after_fit.calibrated,
+            judged=None if self.after_fit is self.final_fit else self.after_fit.calibrated,
         )
         return Identification(
             nominal_robot=self.nominal_robot,
