@@ -196,7 +196,6 @@ def test_capsules_are_what_they_were(plate):
     aria = load_robot("aria")
     arm = arm_shape(aria, 0.01)
     assert isinstance(arm, CapsuleArm)
-    assert arm.source == "clearance is that of capsules along the arm's links"
     q = np.array(
         [
             [0.345, -0.149, -5.403, 0.556, -2.04, 0.668],

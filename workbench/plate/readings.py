@@ -8,13 +8,12 @@
 | contacts | three perpendicular faces, 3-2-1        | the pose, by six contacts of a cube on the tool      |
 | ball-bar | a place in the air                      | distances of a ball on the tool from three anchors   |
 
-A reading looks at the tool's pose and says how its m components change with the tool's twist [v; w] and with
-unknowns of its own, such as where a ball-bar's anchor stands; the derivatives are those of the observations
-that identification uses:
+A reading gives the derivative of its m components in the tool's twist [v; w] and in its own unknowns, such as
+the position of a ball-bar's anchor; these are the derivatives of the observations in identification:
 
     y = B ξ + U u + noise,      ξ = J δp + e_target,      Σ = diag(σ²/visits) + B diag(σ_t²) Bᵀ
 
-The target itself is uncertain by σ_t, as it was made or measured; repeated visits lower the noise, not that.
+The target itself is uncertain by σ_t, from manufacture or measurement; repeated visits reduce the noise only.
 Rows are whitened with the Cholesky factor of Σ. Unknowns of the reading are projected out of the rows of a
 whole set together with what is known of them beforehand, which is exact for a linear model (Golub & Pereyra's
 variable projection). `linearise_targets` is for a plate whose targets are of different kinds.
@@ -55,16 +54,16 @@ class Look(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TargetReading:
-    """What is read at a target, and how exactly.
+    """Reading at a target, and its accuracy.
 
     Args:
-        kind: What the target constrains of the tool.
+        kind: Degrees of freedom of the tool constrained by the target.
         look: Derivatives of the components at poses of the tool in the measuring frame.
         sigma: Standard deviation of every component at one visit [m or rad].
-        unknown_sigma: How well each of its own unknowns is known beforehand [m].
+        unknown_sigma: Prior standard deviation of each of its own unknowns [m].
         visits: How often each target is visited.
         blocks: Whether a block stands under each target.
-        anchors: Places from which a ball-bar measures, in the plate's frame [m]; none if None.
+        anchors: Anchors of a ball-bar, in the plate's frame [m]; none if None.
     """
 
     name: str
@@ -94,7 +93,7 @@ class TargetReading:
         Args:
             poses: Of the tool in the measuring frame.
             twists: Of the tool per parameter.
-            target_sigma: How well each target is known: position [m] and rotation [rad].
+            target_sigma: Standard deviation of each target: position [m] and rotation [rad].
         """
         by_twist, by_unknown = self.look(poses)
         made = np.repeat(target_sigma**2, 3, axis=1)
@@ -117,8 +116,8 @@ def linearise_reading(
 
     Args:
         q: Joint positions at the targets [rad or m].
-        reading: What is read there.
-        target_sigma: How well each target is known [m], [rad].
+        reading: The reading there.
+        target_sigma: Standard deviation of each target [m], [rad].
     """
     poses, twists = sensitivity(robot, Motion(q), names)
     jacobian, unknown = reading.rows(poses, twists, target_sigma)
@@ -144,12 +143,12 @@ Maker = Callable[[Robot, Plate, float, float], TargetReading]
 HALF_CUBE = 0.02
 """Half the side of the cube on the tool that is pressed against six contacts [m]."""
 REACH_OUT = 0.75
-"""Where contacts lie on a face, from its middle, as a share of half its side."""
+"""Distance of contacts from the centre of a face, as a share of half its side."""
 INSET, LIFT = 0.06, 0.05
-"""How far a ball-bar's anchors stand from the plate's edges, and how high their balls lie over it [m]."""
+"""Distance of a ball-bar's anchors from the plate's edges, and height of their balls above it [m]."""
 
 SEAT = (1e-4, float(np.deg2rad(0.02)))
-"""Standard deviations where nothing else is said: position [m], rotation about an axis [rad]."""
+"""Default standard deviations: position [m], rotation about an axis [rad]."""
 SIGMAS: Mapping[str, tuple[float, float | None]] = MappingProxyType(
     {
         "seat": SEAT,
@@ -235,7 +234,7 @@ MAKERS: Mapping[str, Maker] = MappingProxyType(
         "ball-bar": _ball_bar,
     }
 )
-"""What makes each reading."""
+"""Functions that create each reading."""
 
 
 def contact_rows() -> Float[np.ndarray, "6 6"]:
@@ -298,7 +297,7 @@ def usual_reading(plate: Plate) -> str:
 
 
 def usual_sigma(plate: Plate) -> tuple[float, float]:
-    """Usual standard deviations of what is read at the targets [m], [rad]."""
+    """Default standard deviations of the reading at the targets [m], [rad]."""
     return SIGMAS[usual_reading(plate)][0], SEAT[1]
 
 

@@ -38,11 +38,11 @@ def choose_poses(
     tool: bool | None = None,
     seed: int = 0,
 ) -> PoseSet:
-    """Joint positions with a large observability index, in an order of measuring.
+    """Joint positions with a large observability index, in measuring order.
 
     Args:
         robot: Nominal arm with limits.
-        number: How many.
+        number: Number of poses.
         index: `O` (ARIA eqs. 17, 18, pose by pose), `O1` … `O5`, `A`, `D` of the whole set, or `I`: the
             predicted error in the limits' region.
         candidates: A file of measurements or joint rows to choose from.
@@ -104,13 +104,13 @@ def poses_table(robot: Robot, poses: PoseSet) -> RenderableType:
     if poses.bound is not None:
         share = 100.0 * (1.0 - poses.after / poses.bound)
         sentences.append(
-            f"no choice of these candidates has more than {poses.bound:.6g} (convex bound): "
-            f"at most {share:.2g} % are missing"
+            f"no choice of these candidates exceeds {poses.bound:.6g} (convex bound): this one is "
+            f"within {share:.2g} %"
         )
     if len(poses.q) > 1:
         longest, mean = np.rad2deg(poses.travels.max()), np.rad2deg(poses.travels.mean())
-        of = "turning joints as a rule" if sliding(robot).any() else "the joint that travels most"
-        sentences.append(f"from pose to pose ({of}): {longest:.0f}° at most, {mean:.0f}° on average")
+        of = "revolute joints, in general" if sliding(robot).any() else "the joint that travels most"
+        sentences.append(f"travel between poses ({of}): {longest:.0f}° maximum, {mean:.0f}° mean")
     return Group(table, Text("\n".join(sentences)))
 
 

@@ -5,13 +5,13 @@ block B_j, the determinant grows by det(I + V_j) when candidate j is added. With
 
     det(I − Vᵢ) det(I + V_j + W_j (I − Vᵢ)⁻¹ W_jᵀ)
 
-after chosen block i has made way for candidate j, so a pass over all candidates costs one product with C Aᵢᵀ
+when candidate j replaces chosen block i, so a pass over all candidates costs one product with C Aᵢᵀ
 and small determinants. C and all V_j follow each change by the same low-rank update; nothing is inverted but
 matrices of one block's size.
 
-The greedy choice starts from a ridge and inverts the information anew at each step, as an update that
-overcomes the ridge leaves only rounding. The exchange replaces every chosen candidate in turn by the best one
-until a round changes nothing.
+The greedy choice starts from a ridge and inverts the information at each step, as updates from the ridge
+would lose all digits. The exchange replaces every chosen candidate in turn by the best one until a round
+changes nothing.
 
 The bound: log det is concave in the candidates' weights w (Σ w = 1), so no choice of m candidates exceeds
 log det(m M(w)) + max_j tr(M(w)⁻¹ B_jᵀB_j) − p, for any w; multiplicative steps make it tight.
@@ -29,11 +29,11 @@ from workbench.base.errors import OptionError
 from workbench.plate.exchange import Exchanged, descend
 
 RIDGE = 1e-10
-"""Information known beforehand, as a share of the candidates' mean."""
+"""Prior information, as a share of the candidates' mean."""
 
 
 def prior(blocks: Float[np.ndarray, "options r p"]) -> Float[np.ndarray, "p p"]:
-    """Information known beforehand, so that C exists before the first measurement."""
+    """Prior information, so that C exists before the first measurement."""
     count, _, size = blocks.shape
     return RIDGE * (blocks**2).sum() / (count * size) * np.eye(size)
 
@@ -61,7 +61,7 @@ def with_block(
 ) -> Float[np.ndarray, "p p"]:
     """C with one more block; every V_j is updated in place.
 
-    C is kept symmetric: each update doubles what rounding has made of it that is not.
+    C is symmetrised, since each update would double its asymmetry due to rounding.
     """
     count, rows, _ = blocks.shape
     reach = inverse @ blocks[new].T
@@ -95,16 +95,16 @@ def greedy_choice(
     follow: Bool[np.ndarray, "options options"] | None = None,
     first: int | None = None,
 ) -> Int[np.ndarray, " chosen"]:
-    """Choose options one by one, as many as the limits leave open.
+    """Choose options one by one, as many as the limits allow.
 
     Args:
         blocks: Scaled, whitened Jacobian of each option.
         clash: Which options must not be chosen together; those alike must not if None.
         follow: Which options may follow each other; any if None.
-        first: The option to begin with; the one that tells most if None.
+        first: The first option; the most informative one if None.
 
     Returns:
-        Numbers of the options in the order of choice; fewer than asked where nothing is left.
+        Numbers of the options in the order of choice; fewer than requested if none is left.
     """
     count, rows, _ = blocks.shape
     flat, information = flattened(blocks), prior(blocks)
@@ -132,7 +132,7 @@ HASTE = 2.0
 def d_exchange(
     blocks: Float[np.ndarray, "options r p"], number: int, *, start: Int[np.ndarray, " number"] | None = None
 ) -> Exchanged:
-    """Choose different candidates so that det(JᵀJ) is greatest.
+    """Choose different candidates so that det(JᵀJ) is maximal.
 
     Args:
         blocks: Scaled, whitened Jacobian of each candidate.

@@ -2,8 +2,8 @@
 
 The gradient by the joint positions is that of the index by the Jacobian's entries, through central
 differences of the Jacobian. Free poses climb log(index) by L-BFGS within the joint limits. Poses that must
-stay in a region, apart from each other or within reach of the one before climb by steps along the gradient,
-in which every pose that a step would take beyond its limits stays where it is.
+stay in a region, apart from each other or within a maximum travel climb by steps along the gradient, in
+which every pose that would violate its limits keeps its place.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class PoseClimb:
     """An index of an arm's poses as a function of their joint positions.
 
     Args:
-        index: What is to become large.
+        index: The index to maximise.
         options: Of `linearise`: names, standard deviations.
         basis: Combinations of constants that the index is of, see `plate.free_constants`.
         view: What the instrument sees; full poses or points everywhere if None.
@@ -103,7 +103,7 @@ class PoseClimb:
         return best[1], [*history, best[0]], outcome
 
     def climb_within(self, q: Float[np.ndarray, "rows n"], limits: PoseLimits) -> Climbed:
-        """The same for poses that keep limits, in their order, and go on keeping them."""
+        """The same for an ordered set of poses with limits, which they keep."""
         value, slope = self.value_and_gradient(q)
         history, stride = [value], STRIDE
         for _ in range(POLISH_STEPS):
@@ -124,7 +124,7 @@ class PoseClimb:
         return q, history, Outcome.ITERATION_LIMIT
 
     def _stay(self, q: np.ndarray, trial: np.ndarray, limits: PoseLimits) -> np.ndarray:
-        """The trial with every pose put back that breaks a limit; the poses as they were keep all."""
+        """The trial with every pose that violates a limit put back; the previous poses keep all."""
         low, high = self.robot.search_limits.T
         trial = np.clip(trial, low, high)
         back = np.zeros(len(q), bool)

@@ -1,10 +1,10 @@
 """Informative poses: joint positions whose measurement determines the parameters best.
 
-For `O` this is the paper's way, ARIA eqs. (17), (18) and §4.1.2: random starts, each improved by itself
+For `O` this is the paper's method, ARIA eqs. (17), (18) and §4.1.2: random starts, each improved separately
 within the joint limits. Every pose climbs to the maximum next to its own start, so the starts' spread is
 kept: with one start for all, the maxima would be ten times the same pose. For the indices that judge the set
 as a whole, poses are chosen greedily out of many candidates and exchanged for better ones, and the set is
-then moved continuously within its limits. Whatever happens, the result is never worse than the start.
+then moved continuously within its limits. The result is never worse than the start.
 
 Limits (region, orientation cone, margins, spread, travel) are kept throughout; at the end the poses are put
 in an order of measuring with short moves.
@@ -34,13 +34,13 @@ from workbench.plate.poses.pose_choice import AbstractPoseChoice
 from workbench.plate.poses.sampling import in_base, random_poses
 
 CANDIDATES = 300
-"""Random candidates for a set, where none are given."""
+"""Number of random candidates for a set, if none are given."""
 LIMITED_CANDIDATES = 1000
-"""Random candidates where pairs of poses are limited."""
+"""Number of random candidates if pairs of poses are limited."""
 WALK = 25
-"""Steps of the random walks that candidates come from where the travel is limited."""
+"""Steps of the random walks that generate candidates if the travel is limited."""
 D_OPTIMAL = ("O1", "Ov1", "D")
-"""Indices that the D-optimal choice makes greatest."""
+"""Indices maximised by the D-optimal choice."""
 
 
 class Method(StrEnum):
@@ -52,11 +52,11 @@ class Method(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class PoseTask:
-    """One choice of poses.
+    """One selection of poses.
 
     Args:
         climb: The arm and the index.
-        limits: What else is asked of them.
+        limits: Limits that they must keep.
         candidates: Joint positions to choose from; random ones if None.
         method: How a set is chosen out of candidates.
     """
@@ -97,14 +97,14 @@ class PoseTask:
         return linearisation.scaled.reshape(len(pool), -1, len(linearisation.names))
 
     def pairs(self, pool: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """Which candidates clash, and which may follow each other."""
+        """Which candidates exclude each other, and which may follow each other."""
         places = in_base(self.robot, pool)[:, :3, 3]
         return self.limits.clash(places), self.limits.follow(pool)
 
 
 @dataclass(frozen=True, eq=False)
 class PoseSet:
-    """A set of joint positions and what it is worth.
+    """A set of joint positions and its index.
 
     Args:
         q: Joint positions [rad or m], inside the limits, in an order of measuring with short moves.
@@ -153,13 +153,13 @@ def informative_poses(
         names: Constants to be identified, `base.…` and `tool.…` among them where these are unknown; the
             robot's default free ones if None.
         limits: Region, orientation cone, room, spread and travel.
-        evaluation_poses: Poses that matter, for the index `I` [rad or m].
+        evaluation_poses: Evaluation poses for the index `I` [rad or m].
         method: Exchange after the greedy choice, or the greedy choice alone; both are then improved.
         sigma_position: Standard deviation of a measured coordinate [m].
         sigma_rotation: Standard deviation of a measured rotation [rad]; None for points.
     """
     if index == "I" and evaluation_poses is None:
-        raise OptionError("index I is the predicted error over poses that matter; give a region or a plate")
+        raise OptionError("index I is the predicted error over evaluation poses; give a region or a plate")
     if number < 1:
         raise OptionError(f"the number of poses must be at least 1, got {number}")
     if candidates is not None:
@@ -176,7 +176,7 @@ def informative_poses(
     aim = goal_index(goal, robot, middle, basis)
     if aim is OV1 and limits.view is None:
         raise OptionError(
-            "index Ov1 needs what an instrument sees, such as --camera with --target and --camera-at; or "
+            "index Ov1 needs an instrument's view, such as --camera with --target and --camera-at; or "
             "use index O1"
         )
     climb = PoseClimb(robot, aim, options, basis, limits.view)
@@ -192,8 +192,8 @@ def _check_enough(number: int, parameters: int, sigma_rotation: float | None) ->
     minimum = -(-parameters // rows)
     if number < minimum:
         raise OptionError(
-            f"{number} poses give {number * rows} equations for {parameters} parameters; ask for at least "
-            f"{minimum} poses, or for the index O, which looks at single poses"
+            f"{number} poses give {number * rows} equations for {parameters} parameters; use at least "
+            f"{minimum} poses, or the index O of single poses"
         )
 
 

@@ -1,8 +1,7 @@
-"""The order in which poses are measured: short moves from each to the next.
+"""Measuring order of poses: short moves from each to the next.
 
-A move is as long as the travel of the joint that travels most, as all joints move together. A
-path through all poses with the smallest sum of moves is sought: from every pose the nearest that is left, the
-best such path, then stretches of it are turned round as long as that shortens it (2-opt).
+The length of a move is the largest joint travel, as all joints move together. The path through all poses with
+the smallest total length is approximated by the best nearest-neighbour path, improved by 2-opt.
 
 Source: Croes, Operations Research 6(6), 1958 (2-opt).
 """
@@ -26,7 +25,7 @@ def measuring_order(
         longest: Maximum travel of any joint from one pose to the next [rad or m]; any if None.
 
     Returns:
-        Row numbers in the order of measuring; never a longer sum of moves than as the rows came.
+        Row numbers in measuring order; the total length never exceeds that of the given order.
     """
     moves = np.abs(q[:, None] - q[None]).max(2)
     if longest is not None:
@@ -52,7 +51,7 @@ def _nearest_first(moves: np.ndarray, start: int) -> np.ndarray:
 
 
 def _two_opt(moves: np.ndarray, path: np.ndarray) -> np.ndarray:
-    """2-opt of an open path: the best turn of a stretch, until none shortens it."""
+    """2-opt of an open path: reverse the best stretch until none shortens it."""
     count = len(path)
     if count < 3:
         return path

@@ -1,4 +1,4 @@
-"""Limits on chosen poses: where the tool is, how it is turned, margins, how far apart the poses are.
+"""Limits on chosen poses: position and orientation of the tool, margins, distances between poses.
 
 Region, orientation cone and margins concern each pose alone, the spread concerns every two of them, and the
 travel every two that follow each other in the order of measuring. Margins are what an arm with manufacturing
@@ -33,17 +33,17 @@ class PoseLimits:
     """Limits of chosen poses, in the robot's base frame.
 
     Args:
-        region: Where the tool is; anywhere if None.
-        towards: Orientations of the tool about which the cone opens; any orientation if None.
+        region: Region for the tool; anywhere if None.
+        towards: Orientations of the tool at the axis of the cone; any orientation if None.
         cone: Maximum angle between the tool's orientation and the nearest of them [rad].
         margin: Minimum distance of a turning joint from its limits [rad].
         dexterity: Minimum singular value of the geometric Jacobian, lengths in units of the arm's reach.
         spread: Minimum distance between the tool's places in two poses [m].
         travel: Maximum travel of any joint from one pose to the next [rad or m]; any if None.
-        view: What the instrument has to see; nothing if None.
-        clearance: Minimum distance of the arm from itself, and from the table [m]; not looked at if None.
+        view: What the instrument must see; no condition if None.
+        clearance: Minimum distance of the arm from itself, and from the table [m]; not checked if None.
         floor: Height of the table that the arm stands on, in the robot's base [m]; none if None.
-        solid: A plate whose solid the arm must not run into; none if None.
+        solid: A plate whose solid the arm must not touch; none if None.
 
     Raises:
         OptionError: a cone or travel that is not positive, or a negative spread, margin or dexterity.
@@ -154,7 +154,7 @@ def sample_poses(
     """Random joint positions with the tool in the region and the cone.
 
     Args:
-        limits: Of which those of single poses are kept.
+        limits: Limits, of which those of single poses apply.
     """
     if not limits.single:
         return random_poses(robot, number, rng=rng)
@@ -176,8 +176,8 @@ def walks(
     """Random walks from poses that keep the limits, no step longer than the travel: candidates in reach.
 
     Args:
-        starts: Where the walks begin [rad or m].
-        steps: How many steps each makes; one that would leave the limits is not made.
+        starts: Starts of the walks [rad or m].
+        steps: Number of steps of each; steps outside the limits are skipped.
         limits: With a travel.
     """
     low, high = robot.search_limits.T
@@ -193,7 +193,7 @@ def walks(
 
 
 def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str:
-    """Which limits conflict, by how many random poses keep each alone."""
+    """Which limits conflict, by the number of random poses that keep each alone."""
     if limits.view is not None:
         q = random_poses(robot, tries, rng=np.random.default_rng(0))
         seen = int(limits.view.admits(robot, q).sum())
@@ -205,7 +205,7 @@ def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str
     if region is None:
         return (
             f"robot '{robot.name}' rarely keeps the {cone} with a margin of "
-            f"{np.rad2deg(limits.margin):.3g}° to its limits ({found} of {tries} tries); ask for less"
+            f"{np.rad2deg(limits.margin):.3g}° to its limits ({found} of {tries} tries); relax them"
         )
     box = f"region {region.min.tolist()} to {region.max.tolist()} m"
     q = random_poses(robot, tries, rng=np.random.default_rng(0))
@@ -224,7 +224,7 @@ def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str
 
 
 GREEDY_STARTS = 30
-"""Candidates from which a greedy choice is begun before the limits count as conflicting."""
+"""Number of greedy starts before the limits count as conflicting."""
 
 
 def feasible_start(
@@ -240,7 +240,7 @@ def feasible_start(
 
     Args:
         blocks: Scaled, whitened Jacobian of each candidate.
-        limits: What is asked, for the words where it can't be had.
+        limits: The limits, for the message if they can't be met.
         clash: Which candidates must not be chosen together.
         follow: Which may follow each other; any if None.
     """
@@ -256,7 +256,7 @@ def feasible_start(
     if spread_alone < number:
         raise DataError(
             f"{number} poses with {spread} and {where} conflict: at most {spread_alone} were found to fit; "
-            "ask for fewer poses or less spread"
+            "use fewer poses or less spread"
         )
     if travel_alone < number:
         raise DataError(

@@ -2,8 +2,9 @@
 measure.
 
 They come from many random blocks on a plate, in every branch that reaches them. Two candidates may still
-conflict: the arm at one touches the block of the other. That is checked only for the pairs that a search
-considers, and remembered.
+conflict: the arm at one touches the block of the other. This is checked only for pairs that a search
+    considers,
+and cached.
 """
 
 from collections.abc import Iterable
@@ -40,9 +41,9 @@ from workbench.plate.readings import TargetReading
 from workbench.plate.tolerances import Production
 
 RETREATS = np.array([0.5, 1.0])
-"""Where the retreat of the probe is checked, as shares of it."""
+"""Positions along the probe's retreat that are checked, as shares of it."""
 HAIR = 1e-4
-"""A distance is measured up to the clearance and so much more [m]."""
+"""Distances are measured up to the clearance plus this [m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -54,7 +55,7 @@ class Candidates:
         poses: Of the tool in the robot's base.
         q: Joint positions [rad or m].
         branches: Names of the inverse-kinematics branches.
-        placements: Where the arm's pieces are at the target and during the retreat from it.
+        placements: Placements of the arm's pieces at the target and during the retreat.
         rows: Whitened rows per scaled parameter, and per unknown of the reading.
     """
 
@@ -85,10 +86,10 @@ class Setting:
     """Everything about a fixture that its search does not change.
 
     Args:
-        plate: Where the plate lies, and how large it is.
+        plate: Pose and size of the plate.
         arm: The arm's shape.
-        reading: What is read at a target.
-        scales: What one metre of each scaled parameter is in its own unit.
+        reading: Reading at a target.
+        scales: One metre of each scaled parameter in its own unit.
     """
 
     robot: Robot
@@ -107,7 +108,7 @@ class Setting:
 
     @property
     def surroundings(self) -> Surroundings:
-        """What stands there whatever the targets are."""
+        """Static obstacles independent of the targets."""
         solid, anchors = plate_hull(self.plate), self.reading.anchors
         posts = () if anchors is None else replace(self.plate, anchors=anchors).mounted
         bodies = block_hulls(self.plate, np.array([post.pose for post in posts])) if posts else []
@@ -119,14 +120,14 @@ class Setting:
         return max(self.constraints.spacing, float(np.sqrt(2.0)) * SIDE if self.reading.blocks else 0.0)
 
     def sigma(self, places: Places) -> Float[np.ndarray, "rows 2"]:
-        """How well the tool's pose at such targets is known [m], [rad]."""
+        """Standard deviation of the tool's pose at such targets [m], [rad]."""
         play = self.production.play_sigma if self.reading.kind is Kind.SEAT else 0.0
         return np.hypot(self.production.sigma(places[:, 2]), play)
 
     def examine(
         self, places: Places, q: Float[np.ndarray, "rows n"], branches: np.ndarray
     ) -> tuple[Candidates, dict[str, np.ndarray]]:
-        """Those targets that keep all constraints for themselves, and which of all kept each constraint.
+        """Targets that keep all constraints on their own, and which of all kept each constraint.
 
         Args:
             places: Blocks.
@@ -155,12 +156,12 @@ class Setting:
         return self._candidates(places[good], poses[good], q[good], branches[good], stops), kept
 
     def _around(self, placements: Placements) -> np.ndarray:
-        """Distances from itself, the table and the plate, exact enough to tell whether clearance is kept."""
+        """Distances from itself, the table and the plate, exact enough to check clearance."""
         clearance = self.constraints.clearance
         return self.surroundings.distances(placements, far=clearance + HAIR, minimum=clearance)
 
     def _retreats(self, poses, q, placements) -> tuple[np.ndarray, np.ndarray]:
-        """Where the arm is at the target and during its retreat, and whether that is possible and clear."""
+        """Where the arm is at the target and during its retreat, and whether this is possible and clear."""
         stops, free = [placements], np.ones(len(q), bool)
         clearance = self.constraints.clearance
         for share in RETREATS if self.constraints.retreat > 0.0 else []:
@@ -196,7 +197,7 @@ class Setting:
 
 
 def _spread(kept: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
-    """Flags of some rows among all; rows that were not checked count as kept."""
+    """Flags of some rows as an array over all; unchecked rows count as kept."""
     result = np.ones(count, bool)
     result[rows] = kept
     return result
@@ -204,10 +205,10 @@ def _spread(kept: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Neighbours:
-    """Which candidates can stand on one plate.
+    """Which candidates can be on one plate together.
 
     Args:
-        setting: What they have in common.
+        setting: Their common setting.
     """
 
     setting: Setting
@@ -219,7 +220,7 @@ class Neighbours:
         return block_hulls(self.setting.plate, self.pool.poses)
 
     def spaced(self, others: Iterable[int]) -> Bool[np.ndarray, " rows"]:
-        """Candidates that are far enough from all the others."""
+        """Candidates that are far enough from all others."""
         xy = self.pool.places[:, :2]
         result = np.ones(len(xy), bool)
         for other in others:
@@ -250,7 +251,7 @@ class Neighbours:
 
 
 BATCH = 50
-"""Blocks that are solved between two checks of `cancelled`."""
+"""Number of blocks solved between two checks of `cancelled`."""
 
 
 class BlockSolutions(NamedTuple):
@@ -270,7 +271,7 @@ class BlockSolutions(NamedTuple):
 
 
 class Pool(NamedTuple):
-    """Candidates, and what became of the other solutions.
+    """Candidates, and constraint statistics of the other solutions.
 
     Args:
         candidates: Those that keep all constraints.
@@ -284,7 +285,7 @@ class Pool(NamedTuple):
 def draw_pool(
     setting: Setting, blocks: Blocks, half: np.ndarray, number: int, *, rng: np.random.Generator
 ) -> Pool:
-    """Candidates from so many random blocks whose centres lie within ±half [m]."""
+    """Candidates from random blocks whose centres lie within ±half [m]."""
     found: Candidates | None = None
     kept: dict[str, list[np.ndarray]] = {}
     done = 0
@@ -321,7 +322,7 @@ def solutions_at(setting: Setting, places: Places) -> BlockSolutions:
 
 
 def given_solutions(setting: Setting, plate: Plate) -> BlockSolutions:
-    """The solutions of the given plate's targets; of a target with joint positions only the nearest ones."""
+    """Solutions of the given plate's targets; for a target with joint positions only the nearest ones."""
     solutions = solutions_at(setting, places_of(plate, plate.poses))
     keep = np.ones(len(solutions.q), bool)
     for slot, target in enumerate(plate.targets):

@@ -1,9 +1,9 @@
 """An arm as capsules along its links, for arms that come without meshes.
 
-Every link is a row of capsules between the points where its line bends (`arm.kinematics.skeleton`), as thick
-as the app draws it; the end of the last link is the probe, slender and alone allowed to touch the block that
-it visits. Distances of their lines from hulls and from each other are compiled (`segments`); how deep a line
-is inside a hull is measured by coal, which takes one pair at a time.
+Every link is a row of capsules between the corner points of its polyline (`arm.kinematics.skeleton`), as
+thick as drawn in the app; the end of the last link is the slender probe, which alone may touch the visited
+block. Distances of their lines from hulls and from each other are compiled (`segments`); penetration depth is
+computed by coal, one pair at a time.
 
 Neighbouring links touch by design. Of two links with a path of length L between them, each is checked only
 beyond t = max(0, 3/2 (r₁ + r₂) − L/2) from its end of that path: two neighbours may fold up to about 40°.
@@ -38,7 +38,7 @@ PROBE_LENGTH = 4.0
 PROBE_RADIUS = 0.3
 """Radius of the probe in radii of the last link."""
 FOLD = 1.5
-"""Neighbouring links are checked beyond so many times the sum of their radii."""
+"""Neighbouring links are checked beyond this multiple of the sum of their radii."""
 
 
 class Capsule(NamedTuple):
@@ -49,7 +49,7 @@ class Capsule(NamedTuple):
         start: End nearer to the base, in the body's frame [m].
         end: The other end.
         radius: [m].
-        probe: Whether it may touch the block that it visits.
+        probe: Whether it may touch the visited block.
     """
 
     body: int
@@ -79,7 +79,7 @@ class CapsuleArm(AbstractArmShape):
 
     robot: Robot
     capsules: tuple[Capsule, ...]
-    source: str = "clearance is that of capsules along the arm's links"
+    source: str = "clearance is computed for capsules along the arm's links"
 
     @cached_property
     def radii(self) -> Float[np.ndarray, " capsules"]:
@@ -164,7 +164,7 @@ def capsule_arm(robot: Robot) -> CapsuleArm:
 
 
 def _with_probe(last: Capsule) -> tuple[Capsule, ...]:
-    """The last part of the arm, and the probe that it ends in."""
+    """The last part of the arm, and the probe at its end."""
     along = last.end - last.start
     length = float(np.linalg.norm(along))
     slender = min(0.5 * length, PROBE_LENGTH * last.radius)
@@ -178,7 +178,7 @@ def _with_probe(last: Capsule) -> tuple[Capsule, ...]:
 
 
 def capsule_to_hull(line: Float[np.ndarray, "2 3"], radius: float, hull: Hull) -> float:
-    """Distance of a capsule from a hull; negative by how deep it is inside [m]."""
+    """Distance of a capsule from a hull; negative penetration depth inside [m]."""
     import coal
 
     along = line[1] - line[0]

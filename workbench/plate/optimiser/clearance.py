@@ -1,7 +1,7 @@
-"""Clearance: how far an arm keeps from plate, blocks, table and itself.
+"""Clearance of an arm from plate, blocks, table and itself.
 
-An arm that was read from a URDF with meshes is its meshes (`mesh_arm`); any other one is capsules along its
-links (`capsule_arm`). Distances are negative, or 0, where bodies overlap. Everything is in the robot's base.
+An arm from a URDF with meshes is represented by these (`mesh_arm`), any other one by capsules along its links
+(`capsule_arm`). Distances are negative, or 0, where bodies overlap. Everything is in the robot's base.
 """
 
 from dataclasses import dataclass, replace
@@ -22,10 +22,10 @@ from workbench.plate.optimiser.shapes import (
 
 
 def arm_shape(robot: Robot, clearance: float) -> AbstractArmShape:
-    """The shape that an arm's clearance is judged by.
+    """The collision shape of an arm.
 
     Args:
-        clearance: Distance that will be asked for [m].
+        clearance: Required distance [m].
     """
     found, capsules = mesh_arm(robot, clearance), capsule_arm(robot)
     if found is not None or robot.urdf is None:
@@ -36,7 +36,7 @@ def arm_shape(robot: Robot, clearance: float) -> AbstractArmShape:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What an arm must keep clear of whatever the blocks are: the plate, the table, itself.
+    """Static obstacles independent of the blocks: the plate, the table, the arm itself.
 
     Args:
         arm: The arm's shape.
@@ -56,7 +56,7 @@ class Surroundings:
         Args:
             placements: Where the arm's pieces are.
             far: Maximum distance of interest [m].
-            minimum: Where only more or less than this matters: rows with less may be given as 0 [m].
+            minimum: Rows with a smaller distance than this may be given as 0 [m].
         """
         arm = self.arm
         result = np.full((len(placements), 3), far)

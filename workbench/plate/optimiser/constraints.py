@@ -1,4 +1,4 @@
-"""Constraints of a fixture, and clear messages for infeasible ones."""
+"""Constraints of a fixture, and messages for infeasible ones."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.plate import Plate
 
 OWN_BLOCK = "clearance from its own block"
-"""The constraint that a flange without a probe breaks: it touches the block that the target stands on."""
+"""The constraint violated by a flange without a probe: it touches its own block."""
 DENSEST = np.pi / np.sqrt(12.0)
-"""Share of the plane that equal circles cover at most (Thue)."""
+"""Maximum share of the plane that equal circles can cover (Thue)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,8 @@ class Constraints:
         errors: Maximum manufacturing errors, length [m] and angle [rad], of arms that reach every target.
         spacing: Minimum distance of two targets on the plate [m].
         edge: Minimum distance of a target from the plate's edge [m].
-        retreat: The probe must be able to go back so far along its axis with the same clearance [m].
+        retreat: Distance over which the probe must be able to retract along its axis with the same clearance
+            [m].
         floor: Height of the table in the robot's base [m]; None if there is none.
     """
 
@@ -55,7 +56,7 @@ def half_size(plate: Plate, constraints: Constraints) -> Float[np.ndarray, "2"]:
     """How far from the plate's centre targets may lie along its length and width [m]."""
     if plate.size is None:
         raise OptionError(
-            f"plate '{plate.name}' has no size, so there is nothing to put targets on; give "
+            f"plate '{plate.name}' has no size to place targets on; give "
             "size = [length, width, thickness] in m"
         )
     half = 0.5 * plate.size[:2] - constraints.edge
@@ -76,7 +77,7 @@ def check_room(plate: Plate, number: int, half: Float[np.ndarray, "2"], spacing:
     if number > fits:
         raise OptionError(
             f"plate size and spacing conflict: {number} targets {1e3 * spacing:.0f} mm apart don't fit on "
-            f"plate '{plate.name}', at most {fits} do; ask for fewer or for less spacing"
+            f"plate '{plate.name}', at most {fits} do; use fewer targets or less spacing"
         )
 
 
@@ -89,18 +90,18 @@ def check_base(arm: AbstractArmShape, plate: Plate, hull: Hull | None, clearance
     gap = float(arm.hull_distances(placements, [hull], checked=fixed)[0])
     if gap <= 0.0:
         raise OptionError(
-            f"plate '{plate.name}' stands {-1e3 * gap:.0f} mm inside the base of robot '{arm.robot.name}'; "
+            f"plate '{plate.name}' overlaps the base of robot '{arm.robot.name}' by {-1e3 * gap:.0f} mm; "
             "move it away"
         )
     if gap < clearance:
         raise OptionError(
             f"clearance and the plate's place conflict: plate '{plate.name}' is {1e3 * gap:.0f} mm from the "
-            f"base of robot '{arm.robot.name}', {1e3 * clearance:.0f} mm are needed; move one of them"
+            f"base of robot '{arm.robot.name}', {1e3 * clearance:.0f} mm are required; change one of them"
         )
 
 
 def is_clear_of(robot: Robot, plate: Plate) -> bool:
-    """Whether a plate stands where it could be improved for this robot: outside its base."""
+    """Whether a plate is outside the robot's base, so that it can be optimised."""
     clearance = Constraints().clearance
     try:
         check_base(arm_shape(robot, clearance), plate, plate_hull(plate), clearance)
@@ -110,10 +111,10 @@ def is_clear_of(robot: Robot, plate: Plate) -> bool:
 
 
 def conflict(plate: Plate, number: int, kept: Mapping[str, Bool[np.ndarray, " rows"]]) -> DataError:
-    """The mistake of a plate on which too few targets keep all constraints: names two that conflict.
+    """The error for a plate with too few targets that keep all constraints: names two that conflict.
 
     Args:
-        number: How many targets are needed.
+        number: Number of targets required.
         kept: Which of the tried targets (in one branch each) keep each constraint.
     """
     rows = len(next(iter(kept.values()))) if kept else 0

@@ -7,9 +7,9 @@
 | ball-bar   | three balls on posts, a telescoping bar to a ball on the tool           | anchors ±0.05 mm   |
 | breadboard | posts and angle plates on an optical breadboard, M6 holes 25 mm apart   | ±0.30 mm, ±0.3°    |
 
-A printed or bolted target is where it is, only not where it was drawn: measured once it is as good as the
-machine that measures it, so that the tolerance stands for plates that are used as they are. Printers of
-filament keep 0.1 to 0.3 mm on 100 mm; an M6 screw in its hole of 6.6 mm leaves ±0.3 mm.
+A printed or bolted target is stable but displaced: once measured it is as accurate as the measuring machine,
+so the tolerance applies to plates used without measuring. Filament printers keep 0.1 to 0.3 mm on 100 mm; an
+M6 screw in its 6.6 mm hole allows ±0.3 mm.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.tolerances import EXACT, Production
 
 IN_THE_AIR = (0.05, 0.35)
-"""Heights above the plate of targets that need no block [m]."""
+"""Heights above the plate of targets without blocks [m]."""
 DEGREE = float(np.deg2rad(1.0))
 
 
@@ -31,14 +31,14 @@ class ManufacturingMethod:
     """A manufacturing method.
 
     Args:
-        production: How exact it is; the play of seats comes on top where there are pins.
-        reading: What is read at a target.
-        afterwards: What to measure when it stands.
-        grid: Distance of the holes [m]; 0 for none.
-        levels: Heights that can be bought [m]; any if empty.
-        tilts: Angles that can be bought [rad]; any if empty.
+        production: Its tolerances; the play of seats is added if there are pins.
+        reading: Reading at a target.
+        afterwards: What to measure after assembly.
+        grid: Pitch of the holes [m]; 0 for none.
+        levels: Available heights [m]; any if empty.
+        tilts: Available angles [rad]; any if empty.
         turn: Directions are multiples of this [rad]; any if 0.
-        heights: Of targets above the plate [m]; as asked if None.
+        heights: Of targets above the plate [m]; as requested if None.
     """
 
     production: Production
@@ -51,7 +51,7 @@ class ManufacturingMethod:
     heights: tuple[float, float] | None = None
 
     def blocks(self, blocks: Blocks) -> Blocks:
-        """The blocks that can be had in this way, of those that were asked for."""
+        """The available blocks among the requested ones."""
         return replace(
             blocks,
             heights=self.heights or blocks.heights,
@@ -91,4 +91,4 @@ METHODS: Mapping[str, ManufacturingMethod] = MappingProxyType(
         ),
     }
 )
-"""Every way by name; an outsider's table is `{**METHODS, "mine": ManufacturingMethod(…)}`."""
+"""All methods by name; an external table is `{**METHODS, "mine": ManufacturingMethod(…)}`."""

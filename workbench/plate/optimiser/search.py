@@ -1,14 +1,15 @@
 """Search: exchange among candidates, then polish, for the smallest predicted error in the region.
 
-The exchange changes one target at a time to the candidate that lowers the criterion most among those that are
-far enough from the other targets and collide with nothing, until a round changes nothing. The polish is the
-same exchange with small changes of the present targets as candidates, in the same branch, ever smaller.
-Neither ever raises the criterion
+The exchange replaces one target at a time by the candidate that lowers the criterion most among those that
+are far enough from the other targets and free of collisions, until a round changes nothing. The polish is the
+same exchange with ever smaller changes of the current targets as candidates, in the same branch. Neither ever
+raises the criterion
 
-    tr W (G + P)⁻¹,      P = 1/σ_vague²: next to nothing is known before anything is measured.
+    tr W (G + P)⁻¹,      P = 1/σ_vague²: a very weak prior.
 
-P tells sets below full rank apart; results are judged without it. With C = (G + P)⁻¹ of the targets that stay
-and B_j the whitened rows of candidate j, Woodbury's identity gives the criterion with the candidate added,
+P makes sets below full rank comparable; results are evaluated without it. With C = (G + P)⁻¹ of the targets
+that stay and B_j the whitened rows of candidate j, Woodbury's identity gives the criterion with the candidate
+added,
 
     tr W (C⁻¹ + B_jᵀB_j)⁻¹ = tr W C − tr (I + B_j C B_jᵀ)⁻¹ (B_j C W C B_jᵀ),
 
@@ -33,15 +34,15 @@ from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
 MAX_EXCHANGE_ROUNDS = 30
 """Maximum number of rounds of an exchange."""
 TRIES = 400
-"""Candidates checked for collisions in one exchange, best first."""
+"""Maximum number of candidates checked for collisions in one exchange, best first."""
 BETTER = 1e-6
 """An exchange must lower the criterion by more than this share."""
 POLISH_STEP_SIZES = (1.0, 0.35, 0.12, 0.04)
-"""Sizes of the polish's changes in turn, in units of `CHANGE`."""
+"""Sizes of the polish's successive changes, in units of `CHANGE`."""
 CHANGE = np.array([0.05, 0.05, 0.03, np.deg2rad(12.0), np.deg2rad(40.0), np.deg2rad(40.0)])
 """Standard deviation of the changes of u, v, h [m], tilt, azimuth, spin [rad]."""
 VARIANTS = 100
-"""Changes of a target that are tried at once."""
+"""Number of changes of a target tried at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +50,9 @@ class Search:
     """One search.
 
     Args:
-        setting: What it does not change.
+        setting: Everything that it does not change.
         weight: W: mean square position error over the region per covariance of scaled parameters [m²].
-        prior: Diagonal of P: what is known beforehand of each scaled parameter and unknown [1/m²].
+        prior: Diagonal of P: prior precision of each scaled parameter and unknown [1/m²].
     """
 
     setting: Setting
@@ -78,7 +79,7 @@ class Search:
         return chosen
 
     def exchange(self, near: Neighbours, chosen: list[int], locked: int = 0) -> list[int]:
-        """Exchange targets until none can be changed for the better; the first so many are locked."""
+        """Exchange targets until no exchange improves the criterion; the first ones are locked."""
         chosen = list(chosen)
 
         def improve(slot: int, cost: float) -> float:
@@ -93,7 +94,7 @@ class Search:
     def polish(
         self, blocks: Blocks, half: Float[np.ndarray, "2"], targets: Candidates, locked: int = 0
     ) -> Candidates:
-        """Move every target a little where that lowers the criterion; the first so many are locked."""
+        """Move every target slightly where that lowers the criterion; the first ones are locked."""
         for step in POLISH_STEP_SIZES:
             for slot in range(locked, len(targets)):
                 near = Neighbours(
@@ -124,7 +125,7 @@ class Search:
         return cost
 
     def _best(self, near: Neighbours, values: np.ndarray, others: list[int], *, minimum: float) -> int | None:
-        """The candidate of largest value above `minimum` that goes with the others."""
+        """The candidate of largest value above `minimum` that is compatible with the others."""
         fit = near.spaced(others) & (values > minimum)
         rows = np.flatnonzero(fit)
         for candidate in rows[np.argsort(-values[rows], kind="stable")][:TRIES]:
@@ -161,11 +162,11 @@ def gains(
     covariance: Float[np.ndarray, "p p"],
     weight: Float[np.ndarray, "p p"],
 ) -> Float[np.ndarray, " options"]:
-    """By how much each candidate lowers tr(weight · covariance).
+    """Decrease of tr(weight · covariance) by each candidate.
 
     Args:
         blocks: Whitened rows of each candidate.
-        covariance: C of what stays.
+        covariance: C of the remaining targets.
         weight: W.
     """
     flat, across = blocks.reshape(-1, blocks.shape[2]), blocks.transpose(0, 2, 1)

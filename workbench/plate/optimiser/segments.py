@@ -45,7 +45,7 @@ def hull_distances(
         lines: Ends of the segments.
         corners: Four of the body's foot and four of its top, anticlockwise from above; one body for all rows,
             or one for each.
-        far: What is farther away than this is given by a lower bound that is not below it [m].
+        far: Larger distances than this may be given as a lower bound that is not below it [m].
     """
     result = np.empty(lines.shape[:2])
     _hulls(np.ascontiguousarray(lines), np.ascontiguousarray(corners), far, FACES, EDGES, result)

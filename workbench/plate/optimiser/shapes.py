@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 MAX_MEASURED_DISTANCE = 0.5
 """Distances above this are not measured [m]."""
 ON_THE_TABLE = 1
-"""Bodies up to this one stand on the table: the base's post and the link after the first joint."""
+"""Last body that may touch the table: the base's post and the link after the first joint."""
 Placements = Float[np.ndarray, "rows pieces ..."]
-"""Where the pieces of an arm are, in a form of their own."""
+"""Placements of the pieces of an arm, in a format of the shape."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,10 +75,10 @@ def block_hulls(plate: Plate, poses: Float[np.ndarray, "rows 4 4"]) -> list[Hull
 
 
 class AbstractArmShape(ABC):
-    """An arm's pieces, and how far they are from each other, from hulls and from the table.
+    """An arm's pieces, and their distances from each other, from hulls and from the table.
 
     Attributes:
-        source: What the pieces are, as a sentence for the notes of a result.
+        source: Description of the pieces, a sentence for the notes of a result.
     """
 
     robot: Robot
@@ -96,7 +96,7 @@ class AbstractArmShape(ABC):
 
     @abstractmethod
     def placements(self, q: Float[np.ndarray, "rows n"]) -> Placements:
-        """Where the pieces are at joint positions [rad or m]."""
+        """Placements of the pieces at joint positions [rad or m]."""
 
     @abstractmethod
     def lowest(self, placements: Placements) -> Float[np.ndarray, "rows pieces"]:
@@ -111,7 +111,7 @@ class AbstractArmShape(ABC):
         Args:
             placements: Where the pieces are.
             far: Maximum distance of interest [m].
-            minimum: Where only more or less than this matters: rows with less may be given as 0 [m].
+            minimum: Rows with a smaller distance than this may be given as 0 [m].
         """
 
     @abstractmethod

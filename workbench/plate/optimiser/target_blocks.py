@@ -1,7 +1,7 @@
 """Blocks that stand on a plate and locate the tool, as numbers that a search can vary.
 
-A block has six numbers on its plate: where its face's centre lies (u, v from the plate's centre, h above its
-top), how far the face leans (tilt) and to which side (azimuth), and how the tool is turned about the face's
+A block has six numbers on its plate: position of its face's centre (u, v from the plate's centre, h above its
+top), inclination of the face (tilt) and its direction (azimuth), and rotation of the tool about the face's
 normal (spin). With a = azimuth, t = tilt, s = spin the tool's rotation in the plate's frame is
 
     R = Rz(a) Ry(t) Rz(s) Rx(π),
@@ -21,27 +21,27 @@ from workbench.base.errors import OptionError
 from workbench.plate.plate import SQUARE, Plate
 
 SIDE = 0.046
-"""Side of the square bar that blocks are cut from [m]."""
+"""Side of the square bar from which blocks are cut [m]."""
 STEEPEST = float(np.deg2rad(65.0))
-"""Maximum tilt of a block that stands on the plate [rad]."""
+"""Maximum tilt of a block on the plate [rad]."""
 FOOT = 0.012
 """Minimum height of a block's lower edge: thread and dowels need it [m]."""
 FLAT_HEIGHT = 0.05
 """Height of flat blocks [m]."""
 
 SHAPE = [2, 3, 5]
-"""Columns of a block's numbers that its drawing depends on: height, tilt, spin."""
+"""Columns of a block's numbers that determine its drawing: height, tilt, spin."""
 UNLIKE = np.array([0.03, np.deg2rad(12.0), np.deg2rad(40.0)])
-"""Differences of them that count alike [m], [rad]."""
+"""Differences of them with equal weight [m], [rad]."""
 SAME_SHAPE = 1e-4
-"""Distance below which two shapes are one."""
+"""Distance below which two shapes count as the same."""
 
 Places = Float[np.ndarray, "_ 6"]
 """u, v, h [m], tilt, azimuth, spin [rad] of each block."""
 
 
 class BlockStyle(StrEnum):
-    """What the blocks may look like."""
+    """Style of the blocks."""
 
     FLAT = "flat"
     STEPPED = "stepped"
@@ -56,10 +56,10 @@ class Blocks:
         style: Flat, stepped or tilted.
         heights: Minimum and maximum height of a face's centre above the plate [m].
         max_tilt: Of a face [rad].
-        tilts: The only tilts that may be made, for cheap making; any up to the maximum if empty [rad].
+        tilts: The only tilts allowed, to reduce cost; any up to the maximum if empty [rad].
         turn: Azimuths and spins are multiples of this [rad]; any if 0.
         grid: Distance of the holes that blocks stand on, about the plate's centre [m]; anywhere if 0.
-        levels: The only heights there are, such as those of posts [m]; any within `heights` if empty.
+        levels: The only heights available, such as those of posts [m]; any within `heights` if empty.
         shapes: The only blocks that may be made, as height [m], tilt and spin [rad]; any if empty. Blocks of
             one shape differ in where they stand and which way they face, and need one drawing.
     """
@@ -99,7 +99,7 @@ class Blocks:
         return self.makeable(places, half)
 
     def makeable(self, places: Places, half: Float[np.ndarray, "2"]) -> Places:
-        """The nearest blocks that may be made."""
+        """The nearest blocks that can be made."""
         made = places.copy()
         made[:, :2] = np.clip(made[:, :2], -half, half)
         if self.grid > 0.0:
@@ -137,7 +137,7 @@ class Blocks:
 def shape_distances(
     some: Float[np.ndarray, "a 3"], others: Float[np.ndarray, "b 3"]
 ) -> Float[np.ndarray, "a b"]:
-    """How unlike shapes are: heights in units of 3 cm, tilts of 12°, spins of 40°."""
+    """Dissimilarity of shapes: heights in units of 3 cm, tilts of 12°, spins of 40°."""
     difference = some[:, None] - others[None]
     difference[..., 2] = np.arctan2(np.sin(difference[..., 2]), np.cos(difference[..., 2]))
     return np.linalg.norm(difference / UNLIKE, axis=2)
@@ -153,7 +153,7 @@ def shapes_of(places: Places) -> Float[np.ndarray, "shapes 3"]:
 
 
 def few_shapes(places: Places, number: int) -> tuple[tuple[float, float, float], ...]:
-    """So many of the blocks' shapes, from which the others are least unlike (greedily, then exchanged)."""
+    """A small number of the blocks' shapes, chosen to be closest to the others (greedily, then exchanged)."""
     distance = shape_distances(places[:, SHAPE], places[:, SHAPE]) ** 2
     chosen: list[int] = []
     for _ in range(min(number, len(places))):

@@ -11,23 +11,23 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import OptionError
 
 MIN_CIRCLE_POINTS = 5
-"""Points of a circle at least."""
+"""Minimum number of points per circle."""
 ARC = float(np.deg2rad(240.0))
 """Longest arc [rad], centred in the joint's range."""
 POSTURES = 400
-"""Random postures of which the one with the longest levers is taken."""
+"""Number of random postures, of which the one with the longest lever arms is used."""
 MIN_LEVER = 1e-3
-"""Levers count from here [m]: a point on an axis describes no circle, whatever the posture."""
+"""Minimum lever arm [m]: a point on an axis describes no circle, whatever the posture."""
 
 
 def circle_poses(robot: Robot, number: int, *, rng: np.random.Generator) -> Float[np.ndarray, "number n"]:
     """Joint positions that turn one joint after the other, equally many of each (the first ones one more).
 
     Args:
-        number: How many poses; at least five for each joint.
+        number: Number of poses; at least five per joint.
     """
     if sliding := [i for i, j in enumerate(robot.moving, start=1) if j.kind is not JointKind.REVOLUTE]:
-        raise OptionError(f"joint {sliding[0]} of robot '{robot.name}' slides and describes no circle")
+        raise OptionError(f"joint {sliding[0]} of robot '{robot.name}' is prismatic and describes no circle")
     if number < MIN_CIRCLE_POINTS * robot.dof:
         raise OptionError(
             f"circle points need {MIN_CIRCLE_POINTS} poses per joint, "

@@ -1,4 +1,4 @@
-"""Joint positions at random, anywhere within the limits or with the tool in a region."""
+"""Random joint positions, anywhere within the limits or with the tool in a region."""
 
 from collections.abc import Callable
 
@@ -13,7 +13,7 @@ from workbench.base.errors import DataError
 from workbench.plate.region import Region
 
 TRIES = 400
-"""A region that fewer than one in so many random tries reaches counts as out of reach."""
+"""Number of random tries per hit above which a region counts as out of reach."""
 BLOCK = 2000
 """Random joint positions tried at a time."""
 
@@ -55,7 +55,7 @@ def poses_satisfying(
 
     Args:
         keep: Which of a stack of joint positions are kept.
-        complaint: What to say where practically none is kept, from how many of how many tries were.
+        complaint: Message if practically none is kept, from the number kept and tried.
     """
     low, high = robot.search_limits.T
     found = np.zeros((0, robot.dof))

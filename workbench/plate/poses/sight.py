@@ -1,4 +1,4 @@
-"""What an instrument must see of an arm's poses, and what it then tells of them."""
+"""What an instrument must see of an arm's poses, and the information it then gives."""
 
 from abc import ABC, abstractmethod
 
@@ -10,12 +10,12 @@ from workbench.arm.robot import Robot
 
 
 class AbstractSight(ABC):
-    """An instrument and what it looks at, roughly where they stand."""
+    """An instrument and its object, with approximate poses."""
 
     condition: str
-    """What joint positions have to do to be seen: "show the target in the picture"."""
+    """Condition on joint positions, as in "show the target in the picture"."""
     remedy: str
-    """What to correct where too few of them do."""
+    """What to correct if too few meet it."""
 
     @abstractmethod
     def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
