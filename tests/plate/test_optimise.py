@@ -287,7 +287,7 @@ def far(plate):
             lambda p: replace(p, xyz=np.array([0.1, 0.0, 0.1])),
             DesignRequest(),
             OptionError,
-            "stands .* mm inside the base of robot 'ARIA'",
+            "overlaps the base of robot 'ARIA' by .* mm",
         ),
         (
             lambda p: p,

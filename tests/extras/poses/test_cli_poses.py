@@ -13,7 +13,7 @@ def test_poses_with_limits(run, tmp_path):
     more = ("--travel", "120deg", "--unknown", "base", "--out", "q.csv", "--json", "q.json")
     status, out, _ = run("poses", "--robot", "aria", "--number", "8", *options, *more)
     assert status == 0
-    assert "from pose to pose" in out
+    assert "travel between poses" in out
     found = json.loads((tmp_path / "q.json").read_text())
     assert found["travel"]["max"] <= np.deg2rad(120) + 1e-9
     assert found["index"]["after"] >= found["index"]["before"]
