@@ -24,6 +24,7 @@ from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import default_requirement
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.collision import unobstructed
+from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.patterns import CENTRE, CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
@@ -87,6 +88,8 @@ TURNS = 6
 """Turns about the vertical that are tried at a place."""
 CENTRES = (CENTRE, (0.55, 0.25), (0.5, 0.25), (0.5, 0.35), (0.5, 0.15), (0.6, 0.35), (0.6, 0.15))
 """Where the middle of the circle is tried, as shares of the reach."""
+APART = float(np.sqrt(2.0)) * SIDE
+"""Blocks at this distance don't overlap, however they are turned [m]."""
 DISTANCES = (1.0, 0.95, 0.9, 0.85, 1.05, 1.1, 1.2)
 """Shares of a place's distance from the base at which they are tried."""
 
@@ -133,11 +136,20 @@ def _has_room(robot: Robot, plate: Plate, number: int, branches: Sequence[Branch
     return any(branch.is_roomy for branch in unobstructed(robot, plate, number, branches))
 
 
+def _stands_free(plate: Plate, number: int, target: Target) -> bool:
+    """Whether the block of a target, however turned, stands on the plate and beside all others."""
+    assert plate.size is not None
+    others = np.delete(plate.poses[:, :2, 3], number, axis=0)
+    inside = np.abs(target.xyz[:2] - plate.xyz[:2]) <= 0.5 * (plate.size[:2] - APART)
+    return bool(inside.all() and np.linalg.norm(others - target.xyz[:2], axis=1).min() > APART)
+
+
 def _met(robot: Robot, plate: Plate, number: int, placed: Target) -> Target:
     """The target, turned, nearer or farther, as the arm meets it; a socket where it can't hold any."""
     turns = se3.rotvec_to_matrix(np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)[:, None] * [0, 0, 1])
     found: list[tuple[bool, float, Target]] = []
     places = [replace(placed, xyz=frozen(placed.xyz * [share, share, 1.0])) for share in DISTANCES]
+    places = [placed, *(place for place in places[1:] if _stands_free(plate, number, place))]
     is_free = robot.dof >= int(Task.POSE)  # fewer joints don't fit a seat
     for target in places if is_free else ():
         poses = robot.base.pose @ se3.pose(turns @ target.pose[:3, :3], np.tile(target.xyz, (TURNS, 1)))

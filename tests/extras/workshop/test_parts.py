@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.extras.workshop.fixture import fixture_of
@@ -10,6 +11,7 @@ from workbench.extras.workshop.parts import Purpose
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.stock import Stock
+from workbench.session.start import default_circle
 
 
 def bores(part, purpose):
@@ -73,6 +75,24 @@ def test_mounting_holes_keep_clear_of_blocks(plate_of):
     assert np.isclose(moved, [0.13, 0.08]).sum() == 1
     assert np.abs(moved - [0.12, 0.07]).max() >= 0.5 * Stock().side
     assert "left out" not in " ".join(fixture.notes)
+
+
+@pytest.mark.parametrize("name", ["ar4", "katana450", "panda", "so101"])
+def test_the_plate_that_an_arm_begins_on_can_be_made(name):
+    """A Katana's targets were moved nearer until their blocks overlapped, or beyond the plate."""
+    fixture = fixture_of(default_circle(load_robot(name)))
+    assert len(fixture.blocks) == 10
+    assert len(bores(fixture.slab, Purpose.MOUNTING)) == 4
+
+
+def test_stand_offs_reach_down_to_the_foot_of_an_arm_whose_base_is_above_it():
+    """A Katana's plate lies below its base's origin: it was said to be under the robot's foot."""
+    katana = load_robot("katana450")
+    plate = default_circle(katana)
+    assert fixture_of(plate).standoff is None
+    post = fixture_of(plate, robot=katana).standoff
+    height = plate.xyz[2] - plate.size[2] + katana.base.xyz[2]
+    assert sum(length for _, length in post.steps) == pytest.approx(height)
 
 
 @pytest.mark.parametrize(

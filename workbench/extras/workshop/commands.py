@@ -65,15 +65,11 @@ def export(
     given, made = wb.load_plate(plate), "printed" if printed else made
     opt.choice_of(METHODS, made, "--made")
     given, stock = replace(given, production=production_of(given, tolerance, None)), Stock.named(made)
-    fixture = fixture_of(given, stock=stock)
+    arm = None if robot is None else wb.load_robot(robot)
+    fixture = fixture_of(given, stock=stock, robot=arm)
     with opt.progress_bar("plate"):
         files, missing, _ = export_plate(
-            given,
-            out,
-            formats=wanted,
-            robot=None if robot is None else wb.load_robot(robot),
-            sigma=sigma_of(noise),
-            stock=stock,
+            given, out, formats=wanted, robot=arm, sigma=sigma_of(noise), stock=stock
         )
     shapes = ", ".join(f"{len(shape.numbers)} × {shape.letter}" for shape in fixture.shapes)
     opt.say(f"{fixture.name}: plate and {plural(len(fixture.blocks), 'block')} ({shapes}) in {out}")

@@ -7,7 +7,7 @@ centre. A block's screw is under its target, so that blocks meant for a grid of 
 
 The probe is a cylinder on the arm's flange (ISO 9409-1-50-4-M6) with two dowel pins in its face: one at the
 centre for the seat and one on the tool's x axis for the index hole (ARIA Fig. 6). Its z axis is the tool's.
-The bottom plate lies in the plane of the robot's foot, z = 0 of its base, and carries plate and robot: holes
+The bottom plate lies in the plane of the robot's foot, mostly z = 0 of its base, and carries both: holes
 for the foot's screws about the base's z axis, and four for the stand-offs under the plate's mounting holes.
 """
 
@@ -15,6 +15,8 @@ from itertools import combinations
 
 import numpy as np
 
+from workbench.arm.kinematics.skeleton import height_above_floor
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3, frozen
@@ -30,12 +32,13 @@ WALL = 0.002
 """Minimum material between bores that face each other, and between a bore and an edge [m]."""
 
 
-def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
+def fixture_of(plate: Plate, *, stock: Stock | None = None, robot: Robot | None = None) -> Fixture:
     """The parts of a plate.
 
     Args:
         plate: Targets over the plate; the tool's z axis points into each face.
         stock: What the blocks are made with.
+        robot: Whose foot it is tied to; one whose base is in its foot if None.
     """
     stock = stock or Stock()
     if not len(plate):
@@ -55,7 +58,8 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
         notes.append(f"{left_out} of 4 mounting holes would lie under a block and are left out")
     bores = tuple(bore for block in blocks for bore in _under(block, size[2], stock)) + mounting
     slab = Slab(size=size, bores=bores)
-    bottom, standoff, remarks = base_parts(plate.pose, slab, stock)
+    foot = 0.0 if robot is None else -height_above_floor(robot)
+    bottom, standoff, remarks = base_parts(plate.pose, slab, stock, foot)
     return Fixture(
         name=plate.name,
         pose=plate.pose,
@@ -284,15 +288,18 @@ def _probe(stock: Stock, neck: float, *tip: Bore) -> Turned:
     return Turned(name="probe", steps=steps, bores=(*tip, *screws))
 
 
-def base_parts(pose: Matrix4, slab: Slab, stock: Stock) -> tuple[Slab | None, Turned | None, tuple[str, ...]]:
+def base_parts(
+    pose: Matrix4, slab: Slab, stock: Stock, foot: float
+) -> tuple[Slab | None, Turned | None, tuple[str, ...]]:
     """Bottom plate and stand-off, or why there are none.
 
     Args:
         pose: Of the plate's top centre in the robot's base.
         slab: The plate with its mounting holes.
+        foot: Height of the robot's foot there [m].
     """
     lean = float(np.arccos(np.clip(pose[2, 2], -1.0, 1.0)))
-    height = float(pose[2, 3] - slab.size[2])
+    height = float(pose[2, 3] - slab.size[2]) - foot
     mounts = [bore for bore in slab.bores if bore.purpose is Purpose.MOUNTING]
     if lean > MAX_LEAN or height < MIN_STANDOFF or len(mounts) < 3:
         why = (
@@ -305,8 +312,8 @@ def base_parts(pose: Matrix4, slab: Slab, stock: Stock) -> tuple[Slab | None, Tu
         )
         return None, None, (f"{why}: no bottom plate and stand-offs are drawn to tie it to the robot",)
     places = np.array([se3.apply(pose, bore.mouth) for bore in mounts]) * [1.0, 1.0, 0.0]
-    foot = _circle(stock.foot[0])
-    reach = np.concatenate([places, foot])[:, :2]
+    screws = _circle(stock.foot[0])
+    reach = np.concatenate([places, screws])[:, :2]
     low, high = reach.min(axis=0) - RIM, reach.max(axis=0) + RIM
     low, high = np.floor(200.0 * low) / 200.0, np.ceil(200.0 * high) / 200.0
     middle = np.array([*(0.5 * (low + high)), 0.0])
@@ -317,7 +324,7 @@ def base_parts(pose: Matrix4, slab: Slab, stock: Stock) -> tuple[Slab | None, Tu
     ]
     bores += [
         Bore(f"R{i}", Purpose.ROBOT, place - middle, DOWN, stock.foot[1], stock.bottom, through=True)
-        for i, place in enumerate(foot, start=1)
+        for i, place in enumerate(screws, start=1)
     ]
     diameter, core, depth = stock.post
     depth = min(depth, 0.5 * height - 0.002)

@@ -26,7 +26,7 @@ from workbench.plate.stock import made_as_drawn
 @lru_cache(maxsize=1)
 def parts_of(job: PlateJob) -> Fixture:
     """The parts of its plate, once for all formats."""
-    return fixture_of(job.plate, stock=job.stock)
+    return fixture_of(job.plate, stock=job.stock, robot=job.robot)
 
 
 def _solids(job: PlateJob) -> dict[str, bytes]:
