@@ -331,7 +331,8 @@ def _design(session: Session) -> GuideStep:
             text = f"{text}. No better plate was found{blame}. Require less, or measure more exactly."
             return GuideStep(text, judged.tone, MAKE, LOAD)
         return GuideStep(f"{text}.", judged.tone, improve, MAKE if session.tried is not None else LOAD)
-    return GuideStep(f"{text}: {judged.text}.", judged.tone, trial or LOAD, LOAD if trial else improve)
+    text = f"{text}: {judged.text}. Good enough?"
+    return GuideStep(text, judged.tone, trial or LOAD, LOAD if trial else improve)
 
 
 @cache
