@@ -86,7 +86,7 @@ def test_points_without_held_out_rows(points, replaced):
 def test_an_arm_is_judged_by_what_its_user_wants_and_else_not_at_all(result, points, tmp_path, monkeypatch):
     """The report used eq. (3) of ARIA for every arm, whatever was wanted of it."""
     monkeypatch.setattr(html_report, "all_figures", lambda *args, **options: ())
-    assert "no wanted error was given" in write_report(points, tmp_path).read_text()
+    assert "--wanted" in write_report(points, tmp_path).read_text()
     norms = judge(result, Wanted(position=1e-2))
     assert norms.verdict == f"✓ Meets 10 mm on all {len(result.held_out_data)} held-out rows"
     strict = judge(result, Wanted(position=1e-2, rotation=1e-7))

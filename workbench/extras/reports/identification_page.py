@@ -105,8 +105,8 @@ def _facts(result: Identification) -> list[tuple[str, str]]:
     seen = ["orientation" if n == "rotation" else n for n in columns if getattr(data, n) is not None]
     facts = [
         ("Robot", f"{result.robot.name} ({result.robot.convention}, {result.robot.dof} joints)"),
-        ("Measurements", data.source),
-        ("What was measured", ", ".join(seen) or "nothing"),
+        ("File", data.source),
+        ("Quantities", ", ".join(seen) or "nothing"),
         (
             "Rows",
             f"{len(result.train_rows)} fitted, {len(held_out)} held out, {len(result.excluded)} excluded",
