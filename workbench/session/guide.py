@@ -311,7 +311,8 @@ def _design(session: Session) -> GuideStep:
         is_there = session.page.tab is Tab.MEASURE
         return GuideStep(UNMEASURED, next=None if is_there else LOAD, other=PLATE if is_there else None)
     judged, trial = plate_judgement(session), _trial()
-    if not session.history.done or (judged is None and session.plate is session.history.first_plate):
+    is_untouched = session.plate is session.history.first_plate and session.searched is not session.plate
+    if is_untouched and (judged is None or not session.history.done):
         text = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
         return GuideStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
     text = capital(_predicted(session))

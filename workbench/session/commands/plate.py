@@ -27,10 +27,11 @@ ROOM = 1.3
 """How much more than the least distance of targets there is to be where more are advised."""
 
 
-class ImprovePlate(AbstractTask[PlateDesign]):
+class ImprovePlate(AbstractTask[PlateDesign | str]):
     """Let the program place all targets but the locked ones for the smallest predicted error in the region.
 
-    The plate itself is moved, too, where it is the one that the arm began on, or not good enough.
+    The plate itself is moved, too, where it is the one that the arm began on, or not good enough. Where no
+    plate keeps the constraints, the result is why.
 
     Args:
         seed: Of the search.
@@ -48,7 +49,7 @@ class ImprovePlate(AbstractTask[PlateDesign]):
         if all(target.locked for target in session.plate.targets):
             raise OptionError("all targets are locked; unlock those that may be moved")
 
-    def compute(self, session: Session) -> PlateDesign:
+    def compute(self, session: Session) -> PlateDesign | str:
         from workbench.plate.design import optimise_plate
 
         noise, judged = session.noise, plate_judgement(session)
@@ -63,15 +64,19 @@ class ImprovePlate(AbstractTask[PlateDesign]):
             moves=is_default_plate(session) or is_bad or is_lacking,
             seed=self.seed,
         )
-        try:
-            return search(number=self.targets)
-        except DataError:
-            if self.targets is None:
-                raise
-            return search(number=(self.targets + len(session.plate)) // 2)  # so many don't go together
+        fewer = None if self.targets is None else (self.targets + len(session.plate)) // 2
+        wrong = ""
+        for number in dict.fromkeys((self.targets, fewer)):
+            try:
+                return search(number=number)
+            except DataError as error:  # so many don't go together, or no target keeps what it must
+                wrong = wrong or str(error)
+        return wrong
 
-    def finish(self, session: Session, result: PlateDesign) -> Session:
+    def finish(self, session: Session, result: PlateDesign | str) -> Session:
         check_free(session)
+        if isinstance(result, str):
+            return replace(session, searched=session.plate).tell(Severity.WARNING, result)
         old = session.plate
         kept = {i: target for i, target in enumerate(old.targets) if target.locked}
         targets = tuple(kept.get(i, target) for i, target in enumerate(result.plate.targets))
