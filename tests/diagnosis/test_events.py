@@ -72,6 +72,17 @@ def test_a_base_or_a_tool_that_was_known_until_it_moved(name, seed):
     assert not found["false"], found["message"]
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("name", ["knock-known", "slip-known"])
+def test_a_base_or_a_tool_that_is_known_since_it_moved(name, seed):
+    """As if it were known until then, a second step among the first rows was certain."""
+    made = make(CASES[name], seed, "aria")
+    backwards = replace(made.data, time=made.data.time.max() - made.data.time)
+    (cause,) = diagnose(made.robot, backwards, held_out=0.2).causes
+    assert cause.kind == made.truth[0].kind
+    assert abs(cause.row - (made.truth[0].row - 1)) <= NEAR
+
+
 @pytest.mark.parametrize(("name", "seed"), [("zero", 910003), ("slip-markers", 0), ("slip-markers", 3)])
 def test_an_event_is_named_where_joints_scatter_and_where_places_on_the_tool_are_unknown(name, seed):
     """A step no larger than ten times what its joint scatters was called a residual map."""

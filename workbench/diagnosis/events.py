@@ -44,8 +44,8 @@ PACES = np.geomspace(1.0 / 30.0, 0.4, 9)
 
 @dataclass(frozen=True, eq=False)
 class Changeable:
-    """What an event may change: its columns in the history, the latest time of the event, and whether it was
-    known until then."""
+    """What an event may change: its columns in the history, the latest time of the event, and whether the file
+    declares it known, which it then is on one side of a step."""
 
     event: AbstractStep
     columns: slice
@@ -90,13 +90,13 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
     for kind in kinds:
         mine = kind.columns
         if len(steps):
-            sums = grams.running[steps - 1, mine]
-            if kind.is_known:
-                sums = grams.running[-1, mine] - sums
-            gains = search.gains(sums, sums[:, :, search.size :][:, :, mine])
-            best = int(np.argmax(gains))
-            if gains[best] > 0.0:
-                found.append(Candidate(_step(kind, line, int(steps[best])), tries=RARE * len(steps)))
+            before = grams.running[steps - 1, mine]
+            sides = [before, grams.running[-1, mine] - before] if kind.is_known else [before]
+            gains = np.stack([search.gains(s, s[:, :, search.size :][:, :, mine]) for s in sides])
+            side, best = np.unravel_index(np.argmax(gains), gains.shape)
+            if gains[side, best] > 0.0:
+                step = _step(kind.event, line, int(steps[best]), known_before=bool(side))
+                found.append(Candidate(step, tries=RARE * gains.size))
         if len(weights) and not isinstance(kind.event, ToolStep):
             sums, squares = (np.tensordot(w, grams.history[:, mine], 1) for w in (weights, weights**2))
             gains = search.gains(sums, squares[:, :, search.size :][:, :, mine])
@@ -146,11 +146,11 @@ class _EventSearch:
         return np.where(promising, 0.5 * self.left.freedom * ratio - charge, -np.inf)
 
 
-def _step(kind: Changeable, line: Timeline, piece: int) -> AbstractStep:
+def _step(event: AbstractStep, line: Timeline, piece: int, *, known_before: bool) -> AbstractStep:
     first = line.first[piece]
     time = float(line.clock[first]) if line.is_timed else 0.0
     return replace(
-        kind.event, row=int(line.row[first]), time_s=time, is_timed=line.is_timed, known_before=kind.is_known
+        event, row=int(line.row[first]), time_s=time, is_timed=line.is_timed, known_before=known_before
     )
 
 
