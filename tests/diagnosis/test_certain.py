@@ -30,6 +30,7 @@ from workbench.diagnosis.refit import refit
 from workbench.diagnosis.rounds import Searched, Stage
 from workbench.diagnosis.smooth_part import smooth_part
 from workbench.diagnosis.stepwise_search import as_found
+from workbench.diagnosis.structure import Structure
 from workbench.diagnosis.survival import Survival, survival
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.joint_reading_noise import Readings
@@ -73,7 +74,7 @@ def test_joints_that_rows_show_at_fifteen_standard_errors_are_named():
 
 def test_a_cause_is_not_certain_while_more_than_a_third_of_it_is_left_smooth(soft, monkeypatch):
     case, _ = soft
-    monkeypatch.setattr(claimed_causes, "smooth_part", lambda problem, x: 1e3)
+    monkeypatch.setattr(claimed_causes, "smooth_part", lambda *fitted: 1e3)
     found = diagnose(case.robot, case.data, held_out=0.0)
     assert [c.confidence for c in found.causes] == [Confidence.PROBABLE]
 
@@ -83,12 +84,22 @@ def test_the_smooth_part_is_what_neighbours_share(ordered):
     """A wave over a joint, or over time, beside noise of one standard deviation."""
     case = make("none", 3)
     fit = fitted(case).fit
-    assert smooth_part(fit.problem, fit.x) == 0.0
+    assert smooth_part(fit, fit.problem.noise, Structure()) == 0.0
     along = case.data.time if ordered == "time" else case.data.q[:, 0]
     wave = 1e-4 * np.sqrt(2.0) * np.sin(2.0 * np.pi * np.argsort(np.argsort(along)) / len(along))
     data = replace(case.data, position=case.data.position + wave[:, None])
-    left = fit.problem.again(data=data)
-    assert smooth_part(left, fit.x) == pytest.approx(np.sqrt(0.5 * 2.0**2), rel=0.35)
+    left = replace(fit, problem=fit.problem.again(data=data))
+    assert smooth_part(left, fit.problem.noise, Structure()) == pytest.approx(np.sqrt(0.5 * 2.0**2), rel=0.35)
+
+
+def test_a_cause_is_not_certain_while_what_it_leaves_follows_a_joint():
+    """A wave in the room that no effect has: neighbours in posture and in time share little of it."""
+    case = make("compliance", 2)
+    position = case.data.position.copy()
+    position[:, 2] += 3e-4 * np.sin(5.0 * case.data.q[:, 0])
+    waved = diagnose(case.robot, replace(case.data, position=position, rotation=None), held_out=0.0)
+    assert {c.kind: c.confidence for c in waved.causes} == {"joint-compliance": Confidence.PROBABLE}
+    assert waved.structure.found[0].name == "the angle of joint 1"
 
 
 def test_drift_is_certain_only_where_postures_come_again_later():

@@ -17,8 +17,8 @@ A cause preferred by every fold is at least probable; one that might be too smal
 However large the odds, a cause is only probable (of 546 claims capped this way on virtual arms with
 incomplete files, 92 % were true)
 
-- if the residual is smooth over postures or row order by a third of what the cause explains, or a residual
-map of its joint predicts as much: another law may then explain the same, and rows that share an error
+- if the residual is smooth along any axis by a third of what the cause explains, or a residual map of its
+joint predicts as much: another law may then explain the same, and rows that share an error
 carry less information than independent ones;
 - if a rival that contains it as a special case does nearly as well despite having more coefficients;
 - if, for an error over one joint's position, a smooth map is within the odds of "certain": friction and wear
@@ -59,6 +59,7 @@ from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.smooth_part import smooth_part
 from workbench.diagnosis.standard_errors import StandardErrors
 from workbench.diagnosis.stepwise_search import kind_of
+from workbench.diagnosis.structure import Structure
 from workbench.diagnosis.survival import Survival, survival
 from workbench.diagnosis.wandering import leads
 from workbench.identification.joint_reading_noise import Readings, readings
@@ -221,6 +222,7 @@ def find_causes(
     motion: Motion,
     known_noise: Noise | None,
     std: StandardErrors,
+    structure: Structure,
     *,
     together_mm: float,
 ) -> tuple[Cause, ...]:
@@ -231,13 +233,13 @@ def find_causes(
         arm: The identified arm.
         known_noise: Noise known beforehand.
         std: Standard errors of its coefficients.
+        structure: Of the residuals.
         together_mm: What all effects together explain at the tool, rms over the fitted rows [mm].
     """
     sized = {e.names: e for e in arm.effects}
     weighing = searched.stage.geometric.typical_noise
     scatter = readings(searched.stage.geometric)
-    fitted = searched.stage.fitted
-    smooth = smooth_part(fitted.problem.with_noise(searched.stage.geometric.noise), fitted.fit.x)
+    smooth = smooth_part(searched.stage.fitted.fit, searched.stage.geometric.noise, structure)
     maximum = _largest_loads(arm, motion)
     after = validated(searched.grams, searched.found.model)
     count = searched.grams.count

@@ -182,11 +182,12 @@ def _claims(
     noise = noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise
     known_noise = noises.stated(ready.problem) or known or noises.from_repeats(ready.problem.data)
     joint_noise = readings(fit.problem.with_noise(geometric.noise))
-    causes = (*_found_causes(search, saved, known_noise), *standing_causes(saved.fit, given, noise))
-    residual_map = _residual_map(last.found.model, saved.effects, causes, saved.trial, search)
     structure = Structure()
     if search.too_few is None:
         structure = advice.ask("the structure of the residuals", lambda: structure_of(fit, rng), structure)
+    found = _found_causes(search, saved, known_noise, structure)
+    causes = (*found, *standing_causes(saved.fit, given, noise))
+    residual_map = _residual_map(last.found.model, saved.effects, causes, saved.trial, search)
     verdict, message = conclude(
         causes,
         residual_map,
@@ -207,7 +208,9 @@ def _claims(
     return _Claims(causes, residual_map, structure, noise, known_noise, joint_noise, verdict, message)
 
 
-def _found_causes(search: CauseSearch, saved: _Saved, known_noise: Noise | None) -> tuple[Cause, ...]:
+def _found_causes(
+    search: CauseSearch, saved: _Saved, known_noise: Noise | None, structure: Structure
+) -> tuple[Cause, ...]:
     """The causes among the accepted effects."""
     if not saved.effects:
         return ()
@@ -215,7 +218,9 @@ def _found_causes(search: CauseSearch, saved: _Saved, known_noise: Noise | None)
     motion = Motion.of(last.stage.fitted.problem.data)
     alone_mm, all_mm = (v.errors.train.position_mm.rms for v in (search.before, search.after))
     together_mm = float(np.sqrt(max(alone_mm**2 - all_mm**2, 0.0)))
-    return find_causes(last, saved.fit.arm, motion, known_noise, saved.std, together_mm=together_mm)
+    return find_causes(
+        last, saved.fit.arm, motion, known_noise, saved.std, structure, together_mm=together_mm
+    )
 
 
 def _additions(search: CauseSearch, saved: _Saved, advice: Advice) -> Iterator[str]:

@@ -44,8 +44,8 @@ PACES = np.geomspace(1.0 / 30.0, 0.4, 9)
 
 @dataclass(frozen=True, eq=False)
 class Changeable:
-    """What an event may change: its columns in the history, the latest time of the event, and whether the file
-    declares it known, which it then is on one side of a step."""
+    """What an event may change: its columns in the history, the latest time of the event, and whether the
+    file declares it known, which it then is on one side of a step."""
 
     event: AbstractStep
     columns: slice

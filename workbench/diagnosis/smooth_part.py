@@ -1,13 +1,14 @@
-"""Part of a model's residual that is smooth over postures or row order.
+"""How much of what a model leaves is smooth over postures, in the order of rows, or along another axis.
 
 The mean product of neighbours' residuals estimates the variance of their common part. Noise has none.
 """
 
 import numpy as np
+from jaxtyping import Float
 
-from workbench.data.order import clock_of
-from workbench.diagnosis.structure import neighbours
-from workbench.identification.problem import Problem
+from workbench.diagnosis.structure import RowRemainder, Structure, neighbours
+from workbench.identification.fit import Fit
+from workbench.identification.problem import Noise
 
 EVIDENT = 3.0
 """Standard errors by which neighbours must agree to be significant."""
@@ -15,18 +16,22 @@ MIN_ROWS = 20
 """Minimum number of rows."""
 
 
-def smooth_part(problem: Problem, x: np.ndarray) -> float:
-    """Standard deviation of the smooth part of a whitened component at x; 0 if it is not significant."""
-    data = problem.data
-    if len(data) < MIN_ROWS:
+def smooth_part(fit: Fit, noise: Noise, structure: Structure) -> float:
+    """Standard deviation of the smooth part of a component, whitened by a noise; 0 where it may be chance.
+
+    Args:
+        structure: Along which axes neighbours agree in what the fit leaves.
+    """
+    if len(fit.problem.data) < MIN_ROWS:
         return 0.0
-    rows = np.zeros((len(data), max(b.inverse_sigma.shape[1] for b in problem.blocks)))
-    residual = problem.residual(x)
-    for block in problem.blocks:
-        part = residual[block.start : block.stop].reshape(len(block.rows), -1)
-        rows[block.rows, : part.shape[1]] = part
-    q = data.q / np.maximum(np.ptp(data.q, axis=0), 1e-9)
-    in_order = rows[np.argsort(clock_of(data)[0], kind="stable")]
-    products = (rows * rows[neighbours(q, 1)[:, 0]]).sum(1), (in_order[1:] * in_order[:-1]).sum(1)
-    alike = [p.sum() / problem.count for p in products if p.sum() > EVIDENT * np.sqrt(p @ p)]
-    return float(np.sqrt(max(alike, default=0.0)))
+    left = RowRemainder(fit, noise)
+    rows, q = left.views["frame"], left.data.q / np.maximum(np.ptp(left.data.q, axis=0), 1e-9)
+    products = (rows * rows[neighbours(q, 1)[:, 0]]).sum(1), _in_turn(rows)
+    alike = [float(p.mean()) for p in products if p.sum() > EVIDENT * np.sqrt(p @ p)]
+    alike += [float(_in_turn(left.views[a.view][np.argsort(a.value)]).mean()) for a in structure.found]
+    return float(np.sqrt(max([0.0, *alike]) * len(fit.problem.data) / fit.problem.count))
+
+
+def _in_turn(rows: Float[np.ndarray, "rows w"]) -> Float[np.ndarray, " pairs"]:
+    """Products of rows with the next ones."""
+    return (rows[1:] * rows[:-1]).sum(1)

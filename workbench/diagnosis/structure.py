@@ -25,6 +25,7 @@ from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.base.wording import joint_list
 from workbench.data.order import clock_of
 from workbench.identification.fit import Fit
+from workbench.identification.problem import Noise
 
 LEVEL = 0.01
 """Share of arms for which pure noise may be called structured, all axes together."""
@@ -125,7 +126,7 @@ def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
     """Test every axis that the rows have."""
     if fit.spare < SPARE or len(fit.problem.data) < MIN_ROWS:
         return Structure()
-    left = _RowRemainder(fit)
+    left = RowRemainder(fit)
     nulls: dict[str, np.ndarray] = {}
     axes = []
     for name, label, value, view in _sorted_by(left):
@@ -161,11 +162,12 @@ def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
     )
 
 
-class _RowRemainder:
-    """Residuals of a fit, row by row."""
+class RowRemainder:
+    """Residuals of a fit, row by row, whitened as they were fitted or by another noise."""
 
-    def __init__(self, fit: Fit):
-        problem, data = fit.problem, fit.problem.data
+    def __init__(self, fit: Fit, noise: Noise | None = None):
+        data = fit.problem.data
+        problem = fit.problem if noise is None else fit.problem.with_noise(noise)
         clock, is_timed = clock_of(data)
         order = np.argsort(clock, kind="stable")
         self._rows = rows = order[:: max(1, -(-len(data) // MAX_ROWS))]
@@ -174,7 +176,7 @@ class _RowRemainder:
         self.motion = Motion.of(self.data)
         name, label = (TIME, "time [min]") if is_timed else (ORDER, "row of the file")
         self.order = StructureAxis(name, label, clock[rows] / (60.0 if is_timed else 1.0), "frame", 1.0)
-        components = problem.physical(fit.whitened)
+        components = fit.problem.physical(fit.whitened)
         width = max(b.inverse_sigma.shape[1] for b in problem.blocks)
         shape = (len(data), width)
         self._size, sigma, by_joint = np.zeros(shape), np.ones(shape), np.zeros((*shape, data.joints))
@@ -254,7 +256,7 @@ class _RowRemainder:
         return out
 
 
-def _sorted_by(left: _RowRemainder) -> Iterator[tuple[str, str, np.ndarray, str]]:
+def _sorted_by(left: RowRemainder) -> Iterator[tuple[str, str, np.ndarray, str]]:
     """Axes along which rows can be sorted: name, label, values, view."""
     joints = [j for j in range(left.data.joints) if f"joint {j + 1}" in left.views]
     for view in left.views:
@@ -279,7 +281,7 @@ def _sorted_by(left: _RowRemainder) -> Iterator[tuple[str, str, np.ndarray, str]
                 yield "the temperature", "temperature [°C]", warm, view
 
 
-def _neighbours(left: _RowRemainder) -> Iterator[tuple[str, np.ndarray]]:
+def _neighbours(left: RowRemainder) -> Iterator[tuple[str, np.ndarray]]:
     """Indices of the rows nearest to every row, in joint space and in Cartesian space."""
     q = left.data.q / np.maximum(np.ptp(left.data.q, axis=0), 1e-9)
     yield "the posture", neighbours(q, NEAREST[-1])
@@ -295,7 +297,7 @@ def neighbours(points: Float[np.ndarray, "rows d"], count: int) -> Int[np.ndarra
     return places[~mine].reshape(len(points), count)
 
 
-def _directions(left: _RowRemainder) -> Iterator[StructureAxis]:
+def _directions(left: RowRemainder) -> Iterator[StructureAxis]:
     """The direction from which each joint came."""
     if left.data.direction is None:
         return
@@ -311,7 +313,7 @@ def _directions(left: _RowRemainder) -> Iterator[StructureAxis]:
             )
 
 
-def _sessions(left: _RowRemainder, rng: np.random.Generator) -> Iterator[StructureAxis]:
+def _sessions(left: RowRemainder, rng: np.random.Generator) -> Iterator[StructureAxis]:
     """Session or group of every row."""
     for name, labels in (("the session", left.data.session), ("the group", left.data.group)):
         names, place = np.unique(np.zeros(0) if labels is None else labels, return_inverse=True)
