@@ -64,6 +64,17 @@ def test_joints_with_other_zeros_are_the_arms_own(monkeypatch):
     assert {name.split(",")[0] for name in searched} == {"ARIA"}  # and its variants
 
 
+@pytest.mark.parametrize("mistaken", ["position", "q"])
+def test_rows_with_other_units_than_the_rest_are_named(ur5_rows, mistaken):
+    """They bent base and tool so far that all rows were called another arm's."""
+    values = getattr(ur5_rows, mistaken).copy()
+    values[10:22] *= 1e-3 if mistaken == "position" else np.rad2deg(1.0)
+    found = arm_match(load_robot("ur5"), replace(ur5_rows, **{mistaken: values}))
+    assert found.is_foreign
+    assert found.rows == tuple(range(10, 22))
+    assert found.mistake_error < 0.005
+
+
 def test_the_page_refuses_to_fit_another_arms_rows_and_offers_that_arm(do, ur5_file):
     loaded = do(LoadData("ur5.csv", ur5_file))
     assert loaded.page.messages[-1].severity is Severity.WARNING

@@ -19,7 +19,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import RobotError, ShapeError
-from workbench.base.wording import in_mm
+from workbench.base.wording import in_mm, plural, ranges
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import spread_rows
@@ -28,6 +28,7 @@ from workbench.identification.likely_mistakes import (
     BETTER,
     FRAME_STEPS,
     aligned,
+    distances,
     explained,
     median_error,
     rough_error,
@@ -44,6 +45,8 @@ MISREAD = 0.01
 """Misfit as a share of the reach above which mistakes in the file are looked for."""
 OUTSIDE = 0.2
 """Share of rows outside the joint limits above which half that misfit suffices."""
+MOST, TRIMS = 0.65, 8
+"""Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
 SLACK = 0.05
 """Tolerance on the joint limits [rad or m]."""
 SAME_GEOMETRY = 1e-3
@@ -70,6 +73,7 @@ class ArmMatch:
         mistake_error: Median distance once it is corrected [m].
         is_foreign: Whether the rows clearly belong to another arm, or need a correction of the file.
         joints: Number of joints of the rows and of the arm, where they differ.
+        rows: Rows that alone need a correction, where most others fit.
     """
 
     robot: str
@@ -83,6 +87,7 @@ class ArmMatch:
     headings: Mapping[str, str] = field(default_factory=dict)
     is_foreign: bool = False
     joints: tuple[int, int] = (0, 0)
+    rows: tuple[int, ...] = ()
 
     @property
     def text(self) -> str:
@@ -105,6 +110,8 @@ class ArmMatch:
 
     @property
     def remedy(self) -> str:
+        if self.rows:
+            return "correct the units or joints of these rows, or exclude them"
         if self.mistake:
             return "correct the file's headings"
         return f"choose the robot '{self.rival}'" if self.rival else "choose the robot that was measured"
@@ -139,6 +146,10 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
             headings=reading.headings,
             is_foreign=True,
         )
+    if error > some * robot.reach and not found.rival and (few := _without_some(_bare(robot), data)):
+        rows = few[0].row.tolist()
+        text = f"{plural(len(rows), 'row')} ({ranges(rows)}) don't fit the others"
+        return replace(found, mistake=text, mistake_error=few[1], is_foreign=True, rows=tuple(rows))
     much = error > MUCH * robot.reach or (outside > OUTSIDE and error > 0.5 * MUCH * robot.reach)
     return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(at, seen, error)))
 
@@ -195,15 +206,33 @@ def _outside(robot: Robot, data: Dataset) -> float:
 
 
 def _some(data: Dataset) -> Dataset | None:
+    """Some of the rows with points; None if there are too few."""
+    rows = _with_points(data)
+    return None if rows is None else rows.take(spread_rows(rows, LOOKED_AT))
+
+
+def _with_points(data: Dataset) -> Dataset | None:
     """Rows with points, of the session that has most of them; None if there are too few."""
     if data.position is None:
         return None
     has_point = data.included & np.isfinite(data.position).all(1)
     session = max(data.sessions, key=lambda name: int((has_point & data.in_session(name)).sum()))
     rows = np.flatnonzero(has_point & data.in_session(session))
-    if len(rows) < MIN_MATCHED_ROWS:
-        return None
-    return data.take(rows[spread_rows(data.take(rows), LOOKED_AT)])
+    return data.take(rows) if len(rows) >= MIN_MATCHED_ROWS else None
+
+
+def _without_some(robot: Robot, data: Dataset) -> tuple[Dataset, float] | None:
+    """The rows that stand off from an arm that most others fit, and what it leaves of these [m]."""
+    rows = _with_points(data)
+    assert rows is not None, "the rows were aligned to"
+    off = np.zeros(len(rows))
+    for _ in range(TRIMS):
+        most = rows.take(np.flatnonzero(off <= np.quantile(off, MOST)))
+        off = distances(aligned(robot, most.take(spread_rows(most, LOOKED_AT))), rows)
+    fits = off < SOME * robot.reach
+    error = float(np.median(off[fits])) if fits.any() else np.inf
+    is_clear = MOST <= fits.mean() < 1.0 and error < MISREAD * robot.reach
+    return (rows.take(np.flatnonzero(~fits)), error) if is_clear else None
 
 
 def _bare(robot: Robot) -> Robot:

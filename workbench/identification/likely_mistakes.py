@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
@@ -97,8 +98,13 @@ def rough_error(robot: Robot, seen: Dataset) -> float:
 
 def median_error(robot: Robot, seen: Dataset) -> float:
     """Median distance of measured from predicted points [m]."""
+    return float(np.median(distances(robot, seen)))
+
+
+def distances(robot: Robot, seen: Dataset) -> Float[np.ndarray, " rows"]:
+    """Of measured from predicted points [m]."""
     assert seen.position is not None
-    return float(np.median(np.linalg.norm(predict(robot, seen)[:, :3, 3] - seen.position, axis=1)))
+    return np.linalg.norm(predict(robot, seen)[:, :3, 3] - seen.position, axis=1)
 
 
 def _readings(robot: Robot, seen: Dataset) -> Iterator[CorrectedRows]:
