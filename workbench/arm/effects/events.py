@@ -4,8 +4,8 @@
 
 for elements of the base (the measuring frame), of the tool, or of a joint's drive; t is the time, or the row
 in the file without times, and c [rad, m] the final change of the value. Constants are those after the event:
-a saved arm needs no events, and poses outside any file have none. A base or tool declared as known was known
-before the event: w = 0 before its step, and −1 from it on.
+a saved arm needs no events, and poses outside any file have none. A base or tool declared as known may be so
+only before the event: w = 0 before its step, and −1 from it on.
 """
 
 from abc import abstractmethod
