@@ -42,6 +42,17 @@ def test_noisy_readings_are_recognised(arm, seed):
     assert found.share > 0.8
 
 
+def test_readings_that_a_file_rounds_are_told_from_readings_that_scatter():
+    """The arm was to settle, though the file held its joints to a tenth of a degree."""
+    case = make("none", 1, "aria")
+    rounded = replace(case, data=replace(case.data, q=np.deg2rad(np.round(np.rad2deg(case.data.q), 1))))
+    assert joint_noise(fitted(rounded)).digit == 0.1
+    assert joint_noise(fitted(trembling(rounded, READINGS, 1))).digit == 0.0
+    trembled = trembling(case, READINGS, 1).data.q
+    both = replace(case, data=replace(case.data, q=np.deg2rad(np.round(np.rad2deg(trembled), 2))))
+    assert joint_noise(fitted(both)).digit == 0.0
+
+
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_of_the_instrument_is_not_taken_for_it(arm, seed):

@@ -136,6 +136,8 @@ def _joint_noise(noise: Readings | None, chain: Chain, is_structured: bool) -> t
     if noise.share <= LEADS:
         return "", f"; noise of the joint readings ({size}) accounts for {part} of it"
     advice = CHECK_DRIVES if noise.joints_that_scatter else LET_SETTLE
+    if noise.digit:
+        advice = f"the file gives them to {noise.digit:g}° only, so record more digits"
     return f"The joint readings scatter by {size}, {part} of the remaining error: {advice}. ", ""
 
 

@@ -49,6 +49,11 @@ WORST_READING = 0.01
 SMOOTH = 3.0
 """Standard deviations by which errors at neighbouring joint angles must agree to count as an effect, not
 noise."""
+DIGITS = (1.0, 0.5, 0.1, 0.05, 0.02, 0.01)
+"""Last digits of joint angles that are looked for [deg] …"""
+EXACT, ROUNDED = 1e-4, 1.5
+"""… the tolerance on multiples of one, as a share of it, and the scatter that counts as rounding, as a multiple
+of its own."""
 MAX_SCORING_STEPS, HALVINGS, TOLERANCE = 30, 6, 3e-3
 """Maximum number of scoring steps, of halvings of each, and the gain in log likelihood that ends them."""
 
@@ -59,10 +64,12 @@ class Readings(NamedTuple):
     Args:
         sigma: Standard deviation of every joint's reading [rad or m].
         share: Share of the position variance that it causes; of the rotation variance without positions.
+        digit: Last digit of the joint angles in the file, if rounding causes most of the noise [deg]; else 0.
     """
 
     sigma: tuple[float, ...]
     share: float
+    digit: float = 0.0
 
     @property
     def joints_that_scatter(self) -> tuple[int, ...]:
@@ -116,7 +123,19 @@ def readings(problem: Problem) -> Readings | None:
         return None
     mine = live & ~turned if (live & ~turned).any() else live
     alone = (problem.inverse_sigma[mine] ** -2.0).sum()
-    return Readings(problem.noise.joints, float(1.0 - alone / (problem.sigma[mine] ** 2).sum()))
+    share = float(1.0 - alone / (problem.sigma[mine] ** 2).sum())
+    return Readings(problem.noise.joints, share, _last_digit(problem))
+
+
+def _last_digit(problem: Problem) -> float:
+    """Last digit of all joint angles [deg], if rounding to it makes most of their noise; else 0."""
+    turning = np.array([turns(problem.blocks[0].chain, j) for j in range(problem.data.joints)])
+    angles, scatter = np.rad2deg(problem.data.q[:, turning]), np.array(problem.noise.joints)[turning]
+    for digit in DIGITS:
+        if angles.size and np.abs(angles / digit - np.round(angles / digit)).max() < EXACT:
+            rounding = np.deg2rad(digit) / np.sqrt(12.0)
+            return digit if scatter.max() < ROUNDED * rounding else 0.0
+    return 0.0
 
 
 def with_joint_readings(
