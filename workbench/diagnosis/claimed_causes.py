@@ -190,18 +190,31 @@ class ResidualMap:
         return tuple(sorted({j for e in self.effects for j in e.joints}))
 
     @property
+    def is_better(self) -> bool:
+        """Whether the rows that judge it agree that it predicts."""
+        return not self.after.position_mm.mean >= self.before.position_mm.mean
+
+    @property
     def claim(self) -> str:
         """Statement that it names no cause."""
         where = f" of {joint_list(self.joints)}" if self.joints else ""
-        return f"A residual map{where} predicts the rest, but names no cause"
+        return (
+            f"A residual map{where} {'predicts' if self.is_better else 'fits'} the rest, but names no cause"
+        )
 
     @property
     def sentence(self) -> str:
         where = f" of {joint_list(self.joints)}" if self.joints else ""
         without = " with the causes alone" if self.beside_causes else ""
+        before, after = (e.text("mean") for e in (self.before, self.after))
+        if not self.is_better:
+            return (
+                f"A residual map{where} was fitted, but the rows that judge it are no better for it: "
+                f"{before}{without}, {after} with the map"
+            )
         return (
             f"A residual map{where}, which predicts but names no cause, takes the error from "
-            f"{self.before.text('mean')}{without} to {self.after.text('mean')}"
+            f"{before}{without} to {after}"
         )
 
 
