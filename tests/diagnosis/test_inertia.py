@@ -12,7 +12,7 @@ from workbench.arm.effects.bearing_compliance import BearingCompliance
 from workbench.arm.effects.clearance_tilt import ClearanceTilt
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.base.errors import FileError
-from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.diagnose import NO_PAYLOAD, diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.identification.problem import Problem
 
@@ -42,6 +42,13 @@ def misjudged():
     """All joints of an arm give way, and the file's masses are up to 30 % off."""
     case = under(CONDITIONS["masses30"], "compliance-all", 100)
     return case, diagnose(case.robot, case.data)
+
+
+def test_sizes_are_said_to_hold_for_the_stated_weight_alone(misjudged):
+    """A tool of a tenth of the arm's weight that no column tells makes compliances up to a half too large."""
+    case, found = misjudged
+    assert NO_PAYLOAD not in found.notes
+    assert NO_PAYLOAD in diagnose(case.robot, replace(case.data, payload=None)).notes
 
 
 def test_wrong_masses_are_no_cause(misjudged):

@@ -63,6 +63,11 @@ NO_DIRECTION = (
     "add time[s] if they are in the order of measurement, or else direction1 …"
 )
 
+NO_PAYLOAD = (
+    "no row has a payload: what gives way is sized as if the arm carried no more than its own links, and too "
+    "large if there is a heavy tool; if so, add payload[kg]"
+)
+
 
 @checked_arguments(FitChoices)
 @one_thread()
@@ -288,6 +293,8 @@ def _notes(
     yield from standing_notes(saved.fit, given)
     motion = Motion.of(fit.problem.data)
     yield from (text for e in effects if (text := e.caveat(motion)))
+    if given.has_masses and motion.payload is None and any(e.loads for e in effects):
+        yield NO_PAYLOAD
     if motion.direction is None:
         yield NO_DIRECTION
 
