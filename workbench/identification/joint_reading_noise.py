@@ -52,8 +52,8 @@ noise."""
 DIGITS = (1.0, 0.5, 0.1, 0.05, 0.02, 0.01)
 """Last digits of joint angles that are looked for [deg] …"""
 EXACT, ROUNDED = 1e-4, 1.5
-"""… the tolerance on multiples of one, as a share of it, and the scatter that counts as rounding, as a multiple
-of its own."""
+"""… the tolerance on multiples of one, as a share of it, and the scatter up to which it is rounding, as a
+multiple of what rounding makes."""
 MAX_SCORING_STEPS, HALVINGS, TOLERANCE = 30, 6, 3e-3
 """Maximum number of scoring steps, of halvings of each, and the gain in log likelihood that ends them."""
 
