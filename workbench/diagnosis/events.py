@@ -93,9 +93,9 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
             before = grams.running[steps - 1, mine]
             sides = [before, grams.running[-1, mine] - before] if kind.is_known else [before]
             gains = np.stack([search.gains(s, s[:, :, search.size :][:, :, mine]) for s in sides])
-            side, best = np.unravel_index(np.argmax(gains), gains.shape)
-            if gains[side, best] > 0.0:
-                step = _step(kind.event, line, int(steps[best]), known_before=bool(side))
+            side, place = divmod(int(np.argmax(gains)), len(steps))
+            if gains[side, place] > 0.0:
+                step = _step(kind.event, line, int(steps[place]), known_before=bool(side))
                 found.append(Candidate(step, tries=RARE * gains.size))
         if len(weights) and not isinstance(kind.event, ToolStep):
             sums, squares = (np.tensordot(w, grams.history[:, mine], 1) for w in (weights, weights**2))
