@@ -20,6 +20,7 @@ from workbench.plate.plate_toml import load_plate
 from workbench.session import Session
 from workbench.session.command import AbstractChange
 from workbench.views.page.app import App
+from workbench.views.page.render import FIRST
 
 PROGRAMS = ("chromium-headless-shell", "chromium")
 """Debian's Chromium without a window, and the whole one, whose window nobody sees: twice as costly."""
@@ -79,6 +80,7 @@ def app(running: App, untouched: Session) -> Iterator[App]:
     running.worker.wait()
     running.worker.submit(StartAgain(untouched))
     running.worker.wait()
+    running.view._tabs._opened = FIRST  # not the tab that an earlier test made the program open last
     yield running
     assert running.view._failed == set()
 
@@ -115,6 +117,7 @@ class Screen:
     def open(cls, app: App, chromium: Browser) -> "Screen":
         """A page of a user of its own."""
         context = chromium.new_context(viewport=SIZE, device_scale_factor=SHARPNESS, accept_downloads=True)
+        context.set_default_timeout(60_000)
         page = context.new_page()
         errors: list[str] = []
         page.on("pageerror", lambda error: errors.append(str(error)))
@@ -126,8 +129,8 @@ class Screen:
     @staticmethod
     def _drawn(page: Page, app: App, known: set[int]) -> viser.ClientHandle:
         """What the server has to do with the page, once the page is drawn."""
-        page.wait_for_selector('[data-testid="index"]', timeout=60_000)
-        page.wait_for_function(DRAWN, timeout=60_000)
+        page.wait_for_selector('[data-testid="index"]')
+        page.wait_for_function(DRAWN)
         page.evaluate(UNCOVERED)
         return next(c for i, c in app.server.get_clients().items() if i not in known)
 
@@ -150,7 +153,7 @@ class Screen:
         sign = f"settled-{next(SIGNS)}"
         shown = self.app.server.gui.add_html(f'<i data-testid="{sign}"></i>')
         self.app.server.flush()
-        self.page.wait_for_selector(f'[data-testid="{sign}"]', state="attached", timeout=60_000)
+        self.page.wait_for_selector(f'[data-testid="{sign}"]', state="attached")
         shown.remove()
 
     def text(self, testid: str) -> str:
@@ -162,7 +165,6 @@ class Screen:
         found = self.page.wait_for_function(
             "css => document.querySelector(css)?.getBoundingClientRect().toJSON()",
             arg=f'[data-testid="{testid}"] {inside}',
-            timeout=60_000,
         )
         return found.json_value()
 
@@ -193,7 +195,8 @@ class Screen:
         chooser.value.set_files(file)
 
     def choose(self, label: str, option: str) -> None:
-        """Choose in a drop-down list."""
+        """Choose in a drop-down list; it is not made anew meanwhile."""
+        self.settle()
         self.page.get_by_label(label, exact=True).click()
         self.page.get_by_role("option", name=option, exact=True).click()
 
@@ -204,20 +207,20 @@ class Screen:
             timeout=timeout,
         )
 
-    def until(self, holds: Callable[[Session], bool], timeout: float = 30.0) -> Session:
+    def until(self, holds: Callable[[Session], bool], timeout: float = 60.0) -> Session:
         """The session once a gesture has had its effect on it."""
         self.wait(lambda: holds(self.app.worker.session), timeout)
         self.app.worker.wait()
         return self.app.worker.session
 
-    def wait(self, holds: Callable[[], bool], timeout: float = 30.0) -> None:
+    def wait(self, holds: Callable[[], bool], timeout: float = 60.0) -> None:
         """Until something is so that the page has no event for."""
         end = time.monotonic() + timeout
         while not holds():
             assert time.monotonic() < end, "it did not come"
             self.page.wait_for_timeout(50)
 
-    def wait_node(self, name: str, place: np.ndarray, timeout: float = 30_000) -> None:
+    def wait_node(self, name: str, place: np.ndarray, timeout: float = 60_000) -> None:
         """Until the page has a node there, to a hundredth of a millimetre."""
         self.page.wait_for_function(
             "([n, p]) => window.__viserMutable.nodePoseData[n]?.position"

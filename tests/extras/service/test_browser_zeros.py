@@ -46,7 +46,7 @@ def test_the_card_names_the_joint_that_moved(app, look, tmp_path, aria):
     screen.page.get_by_text("Joint zeros after a collision").click()
     screen.wait_text("knocked", "After a collision or a new motor")
     screen.press("Find moved joints")
-    screen.wait_text("rezero", "Joint 3 by", timeout=60_000)
+    screen.wait_text("rezero", "Joint 3 by")
     assert screen.text("rezero").count("Moved") == 1
     assert "joint 5 by −0.2" in screen.text("rezero")
     screen.page.get_by_test_id("zeros").scroll_into_view_if_needed()

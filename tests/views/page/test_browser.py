@@ -98,7 +98,7 @@ def test_drag_changes_numbers_and_arm(app, look):
     for k in range(1, 5):  # how soon: `tests/benchmarks/drag.py`
         shown = screen.text("index")
         page.mouse.move(*(at - metre * 0.016 * k))
-        page.wait_for_function(changed, arg=shown, timeout=30_000)
+        page.wait_for_function(changed, arg=shown)
     screen.wait_text("hint", "Release")
     screen.shoot("dragging")
     page.mouse.up()
@@ -208,10 +208,9 @@ def errors_are_mapped_where_the_rows_are(screen):
     screen.choose("Cubes show", "Measured error")
     screen.wait_text("key", "Measured error")
     assert "1 000+" not in screen.text("key")
-    screen.page.wait_for_timeout(1500)  # names are given once a second
     ends = [screen.page.get_by_label(f"{end} [mm]", exact=True) for end in ("From", "To")]
+    screen.wait(lambda: all(end.count() == 3 for end in ends))  # names are given once a second
     low, high = (np.array(end.evaluate_all("all => all.map(one => +one.value)")) for end in ends)
-    assert len(low) == len(high) == 3
     measured = 1e3 * screen.app.worker.session.results.comparison.measured
     assert (low <= measured.min(0) + 1.0).all()
     assert (high >= measured.max(0) - 1.0).all()
@@ -301,13 +300,12 @@ def test_who_drags_holds_the_target(app, look):
         "p => window.__viserMutable.nodePoseData['/handles/arrows'].position"
         ".every((v, i) => Math.abs(v - p[i]) < 2e-3)",
         arg=put_back,
-        timeout=30_000,
     )
     app.worker.wait()
     assert app.worker.session.plate is held.plate
 
     first.page.context.close()
-    second.wait_text("hint", "Good enough?", timeout=30_000)
+    second.wait_text("hint", "Good enough?")
     assert app.worker.session.drag is None
     assert np.allclose(app.worker.session.plate.targets[0].xyz, held.plate.targets[0].xyz)
 
@@ -330,7 +328,7 @@ def test_a_page_is_as_dark_as_its_system_until_somebody_chooses(app, look):
 
     def becomes(scheme):
         shown = "scheme => document.documentElement.dataset.mantineColorScheme === scheme"
-        page.wait_for_function(shown, arg=scheme, timeout=30_000)
+        page.wait_for_function(shown, arg=scheme)
 
     for scheme in ("dark", "light"):
         page.emulate_media(color_scheme=scheme)

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.browser
 
 
 def saved(screen, button: str, path):
-    with screen.page.expect_download(timeout=60_000) as download:
+    with screen.page.expect_download() as download:
         screen.press(button)
     download.value.save_as(path)
     return path

@@ -38,7 +38,7 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
     app.play_demo(0.06)
     screen.until(lambda session: session.page.caption.startswith("Found: "), timeout=400.0)
     app.worker.submit(SteerDemo(Steer.PAUSE))  # or else a page that is late would never show it
-    screen.page.wait_for_function(f"() => {FIGURE}.split('→').length === 3", timeout=60_000)
+    screen.page.wait_for_function(f"() => {FIGURE}.split('→').length === 3")
     app.worker.submit(SteerDemo(Steer.ON))
     screen.wait_text("caption", END[:40], timeout=120_000)
     the_last_picture_is_the_bare_arm_with_its_three_numbers(screen)
@@ -107,7 +107,7 @@ def suggested_poses_that_are_blocked_become_no_targets(screen, found):
 def test_touching_anything_ends_the_demo(app, look):
     screen = look()
     slow = Demo(app.worker, pace=1.0)
-    screen.wait_text("caption", "data sheet", timeout=60_000)
+    screen.wait_text("caption", "data sheet")
     screen.shoot("demo")
     screen.press("Stop the demo")
     slow.join(20.0)
