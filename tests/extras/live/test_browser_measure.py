@@ -12,6 +12,8 @@ from workbench.arm.motion import Motion
 from workbench.extras.live.sample import Sample, format_sample
 from workbench.extras.live.session import Measuring, UseRows
 from workbench.extras.live.sources import LiveSource
+from workbench.session.commands.messages import OpenTab
+from workbench.session.state import Tab
 from workbench.views.appearance.bodies import body_frames
 
 pytestmark = pytest.mark.browser
@@ -87,3 +89,5 @@ def follow_and_measure_a_real_arm(app, screen):
     screen.wait_text("message", "has ended")
     screen.press("Stop measuring")
     screen.until(lambda session: session.part(Measuring) is None)
+    app.worker.submit(OpenTab(Tab.PLATE))  # where pages of later tests open
+    app.worker.wait()
