@@ -137,7 +137,7 @@ def _facts(result: Diagnosis) -> list[tuple[str, str]]:
     shown = result.identification().best.saved.rows_text(result.final_fit.problem.data, "fitted row")
     facts = [
         ("Robot", f"{result.robot.name} ({result.robot.convention}, {result.robot.dof} joints)"),
-        ("Measurements", result.data.source),
+        ("File", result.data.source),
         ("Rows", f"{rows}, {len(result.excluded)} excluded"),
         ("Remaining error", f"{result.noise.text} per axis"),
         ("Saved arm", f"mean error {result.saved_errors.text('mean')} on {shown}"),
