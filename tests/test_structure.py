@@ -207,6 +207,14 @@ def test_the_package_hands_out_names_that_exist():
         assert getattr(workbench, name) is not None
 
 
+def test_modules_hand_out_names_that_exist():
+    exporting = [module(p) for p in FILES if "\n__all__ = " in p.read_text(encoding="utf-8")]
+    assert exporting
+    for name in exporting:
+        home = import_module(name)
+        assert not [own for own in home.__all__ if not hasattr(home, own)], name
+
+
 def test_libraries_stay_where_their_idea_lives():
     wrong = [
         f"{label(path)}, line {line}: imports {name}"

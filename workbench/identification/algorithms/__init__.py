@@ -13,5 +13,3 @@ ALGORITHMS: Registry[AbstractIdentifier] = Registry(
 """The identification algorithms by their names in files and commands."""
 DEFAULT_ALGORITHMS = ("ols", "opt1", "opt2")
 """The paper's three algorithms, which run by default."""
-
-__all__ = ["ALGORITHMS", "USUAL", "AbstractIdentifier"]
