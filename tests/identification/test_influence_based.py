@@ -6,7 +6,7 @@ from studies.katana_printed import CONSTANTS
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.kinematics.influence_of_constants import ANGLE, LENGTH, influence
+from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH, influence
 from workbench.arm.motion import Motion
 from workbench.base.progress import running
 from workbench.base.types import Outcome

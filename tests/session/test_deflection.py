@@ -8,7 +8,7 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_poses
-from workbench.arm.kinematics.influence_of_constants import ANGLE, LENGTH, influence
+from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH, influence
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.motion import Motion
 from workbench.base import se3

@@ -25,7 +25,7 @@ from studies.katana_tracking import TrackingStudy, tracking_study
 from studies.katana_tracking_claims import tracking_findings
 from studies.page import Sheet
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.influence_of_constants import Influence, influence
+from workbench.arm.kinematics.katana_influence import Influence, influence
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.base.progress import part_of

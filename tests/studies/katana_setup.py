@@ -7,7 +7,7 @@ from studies.finding import Finding, checked, judged
 from studies.page import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, tool_poses
-from workbench.arm.kinematics.influence_of_constants import ANGLE, LENGTH, Influence, influence
+from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH, Influence, influence
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3

@@ -29,7 +29,7 @@ from typing import final
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.kinematics.influence_of_constants import ANGLE, LENGTH
+from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome, descend
 from workbench.identification.problem import LinearisedProblem, Problem

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from workbench.arm.kinematics.influence_of_constants import Influence, influence
+from workbench.arm.kinematics.katana_influence import Influence, influence
 from workbench.arm.motion import Motion
 from workbench.identification.report.parameters import unseen
 from workbench.identification.result import Identification, Run
