@@ -21,7 +21,7 @@ from workbench.data.writer import write_measurements
 from workbench.diagnosis import rounds
 from workbench.diagnosis.candidates import catalogue
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.events import changeable, promising
+from workbench.diagnosis.event_search import changeable, promising
 from workbench.diagnosis.evidence import left_by, offer
 from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.report.results_json import diagnosis_json

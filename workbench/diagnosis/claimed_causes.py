@@ -48,7 +48,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.wording import joint_list
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
-from workbench.diagnosis.events import PART
+from workbench.diagnosis.event_search import PART
 from workbench.diagnosis.evidence import SURE, Model, drop, jackknifed, standard_error, validated
 from workbench.diagnosis.explained import explained
 from workbench.diagnosis.named_joints import CLEAR, clearness, sentence_of, without_joints

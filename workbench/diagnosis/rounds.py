@@ -16,7 +16,7 @@ from workbench.base.progress import cancelled, progress
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.candidates import Catalogue, catalogue
-from workbench.diagnosis.events import Changeable, changeable, promising
+from workbench.diagnosis.event_search import Changeable, changeable, promising
 from workbench.diagnosis.evidence import Model, drop, rescaled, solve, validated
 from workbench.diagnosis.flanks import holding_likeliest
 from workbench.diagnosis.gram_matrices import Grams, compress

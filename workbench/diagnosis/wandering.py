@@ -17,7 +17,7 @@ from jaxtyping import Float
 from workbench.arm.effects.events import NEVER, AbstractEvent, AbstractStep, FrameStep, ZeroStep
 from workbench.arm.motion import Motion
 from workbench.diagnosis.candidate_columns import candidate_columns
-from workbench.diagnosis.events import PACES, RARE
+from workbench.diagnosis.event_search import PACES, RARE
 from workbench.diagnosis.rounds import Searched
 
 PATHS = np.array([0.0, *np.logspace(-2.0, 0.5, 11)])
