@@ -16,11 +16,11 @@ from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
 from workbench.plate.plate import Kind, Target
 from workbench.plate.plate_toml import write_plate
-from workbench.plate.readings import SIGMAS
 from workbench.plate.report.design import design_tables
 from workbench.plate.report.plates import comparison_table
 from workbench.plate.score import alike, score_plates
 from workbench.plate.stock import Stock
+from workbench.plate.target_readings import SIGMAS
 from workbench.plate.tolerances import EXACT, Production
 from workbench.report.result_display import AbstractShown
 from workbench.session.commands.plate import ImprovePlate

@@ -27,9 +27,9 @@ from workbench.plate.optimiser.target_blocks import (
 )
 from workbench.plate.plate import Kind
 from workbench.plate.reach_margin import with_reach_margin
-from workbench.plate.readings import Look, TargetReading
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches
+from workbench.plate.target_readings import Look, TargetReading
 from workbench.plate.tolerances import Production
 
 

@@ -18,7 +18,7 @@ from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import read_plate, write_plate
-from workbench.plate.readings import MAKERS, anchors_of, contact_rows, linearise_reading, reading_named
+from workbench.plate.target_readings import MAKERS, anchors_of, contact_rows, linearise_reading, reading_named
 from workbench.session.start import default_circle
 
 STEP = 1e-6

@@ -9,11 +9,17 @@ from workbench.arm.linearisation import linearise
 from workbench.base.errors import DataError
 from workbench.plate.free_constants import identified_names, visible, visible_basis
 from workbench.plate.plate import Kind, Target
-from workbench.plate.readings import SIGMAS, linearise_reading, linearise_targets, reading_named, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.report.plates import score_json
 from workbench.plate.score import score_plate
 from workbench.plate.target_branches import measurable
+from workbench.plate.target_readings import (
+    SIGMAS,
+    linearise_reading,
+    linearise_targets,
+    reading_named,
+    usual_sigma,
+)
 
 # theta, d, a, alpha, beta of ARIA Table 1; beta of joint 2 is free instead of d, as axes 2 and 3 are parallel
 TABLE_1 = np.array(

@@ -13,8 +13,8 @@ from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Kind
-from workbench.plate.readings import reading_named
 from workbench.plate.target_branches import choose_branches, plate_solutions
+from workbench.plate.target_readings import reading_named
 from workbench.plate.tolerances import EXACT
 
 

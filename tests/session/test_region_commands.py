@@ -13,10 +13,10 @@ from workbench.base import se3
 from workbench.base.progress import cancelled
 from workbench.plate.cube_map import map_cubes
 from workbench.plate.predicted_error import predicted_error
-from workbench.plate.readings import assumptions, usual_sigma
 from workbench.plate.region import Region
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import score_plate
+from workbench.plate.target_readings import assumptions, usual_sigma
 from workbench.session import Worker
 from workbench.session.command import AbstractChore
 from workbench.session.commands.compare import ShowRow

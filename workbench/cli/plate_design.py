@@ -104,8 +104,8 @@ def optimise(
     from workbench.plate import design as plate_design
     from workbench.plate.optimiser.manufacturing import METHODS
     from workbench.plate.optimiser.optimise import DesignRequest, Postures
-    from workbench.plate.readings import usual_reading
     from workbench.plate.report.design import design_json, design_tables
+    from workbench.plate.target_readings import usual_reading
 
     opt.check_writable(out, json)
     base, tool = opt.unknown_frames(unknown)

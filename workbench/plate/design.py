@@ -22,9 +22,9 @@ from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.shapes import ON_THE_TABLE
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
 from workbench.plate.plate import Plate
-from workbench.plate.readings import TargetReading, reading_named, usual_reading
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
 from workbench.plate.stock import Stock
+from workbench.plate.target_readings import TargetReading, reading_named, usual_reading
 from workbench.plate.tolerances import Production
 
 NARROW = Constraints(clearance=0.005, spacing=0.06, retreat=0.025)

@@ -27,9 +27,9 @@ from workbench.plate.free_constants import identified_names, visible, visible_ba
 from workbench.plate.observability import I, O, evaluate
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import PredictedError, position_weight, predicted_error
-from workbench.plate.readings import SEAT, linearise_targets, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import Measurable, choose_branches, measurable, single_branches
+from workbench.plate.target_readings import SEAT, linearise_targets, usual_sigma
 from workbench.plate.tolerances import EXACT, Production
 from workbench.report.result_display import AbstractShown, figures_of, tables_of
 

@@ -27,7 +27,7 @@ from workbench.plate.optimality_criterion import criterion_of, goal_index
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error
-from workbench.plate.readings import SEAT, linearise_targets
+from workbench.plate.target_readings import SEAT, linearise_targets
 
 THERE = 1e-6
 """Joint angles put the tool there if no entry of its pose is off by more [m, 1]."""

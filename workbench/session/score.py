@@ -20,8 +20,8 @@ from workbench.plate.free_constants import identified_names, visible, visible_ba
 from workbench.plate.observability import INDICES, O, evaluate
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import position_weight, predicted_error, rise_without_each
-from workbench.plate.readings import linearise_targets
 from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.target_readings import linearise_targets
 from workbench.session.target_state import Score, TargetState
 
 WORST = 3

@@ -28,8 +28,8 @@ from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.patterns import CENTRE, CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.readings import usual_sigma
 from workbench.plate.stock import made_as_drawn
+from workbench.plate.target_readings import usual_sigma
 from workbench.session.reach import branches_to, solve_all_targets
 from workbench.session.score import draw_region, score
 from workbench.session.state import Choices, PlateHistory, Session

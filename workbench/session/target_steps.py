@@ -7,8 +7,8 @@ import numpy as np
 from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate
-from workbench.plate.readings import usual_sigma
 from workbench.plate.stock import made_as_drawn
+from workbench.plate.target_readings import usual_sigma
 from workbench.plate.tolerances import EXACT
 from workbench.session.command import AbstractChange
 from workbench.session.reach import branches_to, with_clear_branches, with_obstacles

@@ -43,10 +43,10 @@ from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Kind, Target
 from workbench.plate.plate_toml import load_plate, read_plate
 from workbench.plate.predicted_error import predicted_error
-from workbench.plate.readings import SIGMAS, linearise_reading, reading_named, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import alike
 from workbench.plate.target_branches import choose_branches
+from workbench.plate.target_readings import SIGMAS, linearise_reading, reading_named, usual_sigma
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.region import SetRegion, ShowCubes

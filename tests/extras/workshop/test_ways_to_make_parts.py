@@ -21,9 +21,9 @@ from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks, block_corners, tool_poses_at
 from workbench.plate.plate import Kind, Target
 from workbench.plate.plate_toml import read_plate, write_plate
-from workbench.plate.readings import linearise_targets, reading_named
 from workbench.plate.stock import Stock
 from workbench.plate.target_branches import choose_branches, plate_solutions
+from workbench.plate.target_readings import linearise_targets, reading_named
 
 
 def test_a_printed_cone_holds_ball_and_magnet(plate_of):

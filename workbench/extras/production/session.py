@@ -12,7 +12,7 @@ from workbench.extras.production.tradeoff import Choice, Tradeoff, weigh_choices
 from workbench.extras.production.trial import try_plate
 from workbench.extras.production.yield_inputs import check_seats
 from workbench.plate.plate import AUTO
-from workbench.plate.readings import usual_sigma
+from workbench.plate.target_readings import usual_sigma
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.commands.target_placement import place_plate

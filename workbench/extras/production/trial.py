@@ -16,9 +16,9 @@ from workbench.extras.production.yield_inputs import ErrorSizes, YieldJob, const
 from workbench.plate.argument_types import checked_arguments
 from workbench.plate.plate import ANCHOR_SIGMA, Plate
 from workbench.plate.poses.sampling import in_base
-from workbench.plate.readings import assumptions, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable
+from workbench.plate.target_readings import assumptions, usual_sigma
 from workbench.plate.tolerances import Production
 
 JUDGED_POSES = 500

@@ -37,7 +37,7 @@ from workbench.plate.optimiser.shapes import (
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Places, places_of, tool_poses_at
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.reach_margin import with_reach_margin
-from workbench.plate.readings import TargetReading
+from workbench.plate.target_readings import TargetReading
 from workbench.plate.tolerances import Production
 
 RETREATS = np.array([0.5, 1.0])

@@ -37,7 +37,7 @@ from workbench.plate.optimiser.shapes import plate_hull
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import position_weight
-from workbench.plate.readings import TargetReading
+from workbench.plate.target_readings import TargetReading
 from workbench.plate.tolerances import Production
 
 VAGUE = 3.0

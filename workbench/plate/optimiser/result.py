@@ -13,7 +13,7 @@ from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.optimiser.target_blocks import SHAPE, Places, places_of, shapes_of
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.predicted_error import PredictedError, predicted_error
-from workbench.plate.readings import linearise_reading
+from workbench.plate.target_readings import linearise_reading
 from workbench.report.result_display import AbstractShown, figures_of, tables_of
 
 NOTHING = frozen(np.zeros(0))

@@ -11,9 +11,9 @@ from rich.text import Text
 from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import Parameter
 from workbench.plate.observability import INDICES, I
-from workbench.plate.readings import assumptions
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.score import PlateScore, SetScore
+from workbench.plate.target_readings import assumptions
 from workbench.report.tables import new_table
 
 Json = dict[str, Any]

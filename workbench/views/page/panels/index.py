@@ -5,9 +5,9 @@ import viser
 
 from workbench.base.wording import plural
 from workbench.plate.observability import INDICES
-from workbench.plate.readings import assumptions
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.stock import made_as_drawn
+from workbench.plate.target_readings import assumptions
 from workbench.report.chart import UprightBar, columns
 from workbench.session.commands.identify import SetWanted
 from workbench.session.commands.plate import AbstractPlateTrial
