@@ -16,7 +16,7 @@ from workbench.base.columns import COLUMNS
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
-from workbench.data.columns import known_columns
+from workbench.data.known_columns import known_columns
 from workbench.data.readings import AbstractReadings
 from workbench.data.rotation_form import RotationForm
 

@@ -17,8 +17,8 @@ from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.base.types import Matrix4
 from workbench.base.units import parse_heading
 from workbench.base.wording import plural
-from workbench.data.columns import known_columns
 from workbench.data.dataset import Dataset
+from workbench.data.known_columns import known_columns
 from workbench.data.plausibility import repeated_rows
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields, in_base

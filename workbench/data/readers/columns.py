@@ -10,7 +10,7 @@ from workbench.base.errors import FileError, UnitError, WorkbenchError
 from workbench.base.remedy import remedy
 from workbench.base.units import EXAMPLES, REMARKS, Conversion, Quantity, conversion, parse_heading
 from workbench.base.wording import listed, span
-from workbench.data.columns import known_columns
+from workbench.data.known_columns import known_columns
 from workbench.data.readers.headings import is_commanded, meaning, quantities_of, split_ending
 from workbench.data.readers.table import NUMBER, Table
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from workbench.base.columns import Column, Per
 from workbench.base.errors import UnitError
 from workbench.base.units import Quantity, conversion, parse_heading
-from workbench.data.columns import known_columns
+from workbench.data.known_columns import known_columns
 
 JOINT = (Quantity.ANGLE, Quantity.LENGTH)
 PIXEL_LABELS = ("image", "camera", "id", "corner")
