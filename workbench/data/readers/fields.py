@@ -15,7 +15,7 @@ from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError, FileError
 from workbench.base.wording import of_cell
-from workbench.data.readers.columns import TableColumn, decisions, interpret_columns, problems
+from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.table import Table
 
 MISSING = frozenset({"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "missing"})

@@ -9,7 +9,7 @@ from workbench.base.errors import WorkbenchError
 from workbench.base.types import Matrix4
 from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
-from workbench.data.readers.columns import TableColumn, decisions, interpret_columns, problems
+from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import Joints, Naming
 from workbench.data.readers.fields import Fields, convert
 from workbench.data.readers.headings import quantities_of

@@ -16,7 +16,7 @@ from workbench.base.errors import DataError, FileError, OptionError, WorkbenchEr
 from workbench.base.progress import progress
 from workbench.base.wording import plural
 from workbench.data.plausibility import checked
-from workbench.data.readers.columns import CHOOSE_ON_PAGE
+from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.data.readers.layouts import file_endings
 from workbench.data.readers.preview import Preview
 from workbench.data.simulation.hidden_effects import hidden_effects, surprise
