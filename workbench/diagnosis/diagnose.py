@@ -29,10 +29,10 @@ from workbench.diagnosis.gravity_direction import standing_causes, standing_note
 from workbench.diagnosis.named_joints import sentence_of
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, harm_done, judged
+from workbench.diagnosis.rivals import Trial
 from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.standard_errors import StandardErrors
 from workbench.diagnosis.structure import Structure, structure_of
-from workbench.diagnosis.trial import Trial
 from workbench.diagnosis.undetectable import (
     Undetectable,
     describe,
