@@ -5,7 +5,7 @@ information h_i. With and without events it may also follow a random walk,
 
     y_i = z_i + N(0, 1/h_i),      z_{i+1} = z_i + N(0, q),
 
-with the most likely q, by a Kalman filter. Events and q are penalised as in `events.py`.
+with the most likely q, by a Kalman filter. Events and q are penalised as in `event_search.py`.
 """
 
 from collections.abc import Sequence
