@@ -91,7 +91,7 @@ PARTS = {
     "panels": """
         from workbench.session.command import AbstractChange, AbstractLoad, computed
         from dataclasses import dataclass, replace
-        from workbench.session.guide import GuideStep
+        from workbench.session.next_step import NextStep
         from workbench.session.part import AbstractPart
         from workbench.session.state import Severity, Tab
         from workbench.views.page.panels.panel import AbstractPanel
@@ -110,7 +110,7 @@ PARTS = {
             number: int
 
             def step(self):
-                return GuideStep(f"{self.number} counted by them")
+                return NextStep(f"{self.number} counted by them")
 
         class Count(AbstractChange):
             title = "Count one more"
@@ -299,14 +299,14 @@ def test_a_panel_with_its_command_in_page_journal_and_reopened_session(here):
     code = """
         import json
         from pathlib import Path
-        from workbench.session.guide import guide
+        from workbench.session.next_step import next_step
         from workbench.session.journal.reader import read_recording
         from workbench.session.journal.restore import restore
 
         again = restore(read_recording(Path("rec"))).session
         lines = map(json.loads, Path("rec/journal.jsonl").read_text().splitlines())
         reach = [line["numbers"]["reach"] for line in lines if "reach" in line.get("numbers", {})]
-        print(f"{1e3 * again.noise.position:.3f}", guide(again).sentence, [round(r, 2) for r in reach])
+        print(f"{1e3 * again.noise.position:.3f}", next_step(again).sentence, [round(r, 2) for r in reach])
         """
     reopened = python(code, **here)
     assert reopened.startswith("0.300 2 counted by them [")

@@ -14,8 +14,8 @@ import workbench as wb
 from workbench.session import Worker, start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.identify import Identify
-from workbench.session.guide import guide
 from workbench.session.journal.numbers import changed_numbers
+from workbench.session.next_step import next_step
 from workbench.views.page.panels.result_card import result_card
 
 
@@ -124,8 +124,8 @@ def test_the_page_says_no_number_of_what_nobody_measured(tmp_path):
         assert session.results.identification is not None, session.page.messages[-1].text
         shown = (
             session.page.messages[-1].text,
-            guide(session).sentence,
-            guide(session).figure,
+            next_step(session).sentence,
+            next_step(session).figure,
             result_card(session),
         )
         assert not any("nan" in text or "0 mm" in text for text in shown), shown

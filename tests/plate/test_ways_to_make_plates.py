@@ -35,7 +35,7 @@ def test_blocks_on_a_breadboard_stand_on_its_holes():
 
 
 def test_the_search_keeps_clear_of_a_ball_bar_s_posts(aria, plate):
-    """What the guide calls blocked by the post of an anchor is never a candidate."""
+    """A target called blocked by the post of an anchor is never a candidate."""
     reading = reading_named("ball-bar", aria, plate)
     setting = Setting(
         robot=aria,

@@ -24,8 +24,8 @@ from workbench.session.commands.region import SetRegion
 from workbench.session.commands.undo import Undo
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml, columns_toml
-from workbench.session.guide import guide
 from workbench.session.journal.codec import decode
+from workbench.session.next_step import next_step
 from workbench.session.state import Focus, Severity
 from workbench.views.page.panels.index import predicted_heading
 
@@ -84,7 +84,7 @@ def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_i
         assert session.results.identification is None
         warned = [m for m in session.page.messages if m.severity is Severity.WARNING]
         assert "one.csv" in warned[-1].text
-        assert other == ForgetData() or guide(session).other.command == Undo()
+        assert other == ForgetData() or next_step(session).other.command == Undo()
         back = do(Undo(), Dismiss())
         assert back.measurements.loaded is before.measurements.loaded
         assert back.results.identification is before.results.identification

@@ -17,7 +17,7 @@ from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.undo import Redo, Undo
-from workbench.session.guide import Tone, guide
+from workbench.session.next_step import Tone, next_step
 from workbench.session.state import Severity
 from workbench.views.page.panels.data import _preview
 
@@ -79,7 +79,7 @@ def test_the_page_refuses_to_fit_another_arms_rows_and_offers_that_arm(do, ur5_f
     loaded = do(LoadData("ur5.csv", ur5_file))
     assert loaded.page.messages[-1].severity is Severity.WARNING
     assert "UR5 (CB3) fits to" in loaded.page.messages[-1].text
-    step = guide(loaded)
+    step = next_step(loaded)
     assert step.next.command == ChooseRobot("ur5", keep=True)
     refused = do(Identify())
     assert refused.results.identification is None
@@ -100,8 +100,8 @@ def test_what_was_fitted_all_the_same_is_called_implausible(do, ur5_file):
     found = session.results.identification
     assert "UR5 (CB3) fits to" in found.warnings[0]
     assert found.doubts(found.best)
-    assert guide(session).tone is Tone.CAREFUL
-    assert guide(session).sentence.startswith("Implausible")
+    assert next_step(session).tone is Tone.CAREFUL
+    assert next_step(session).sentence.startswith("Implausible")
 
 
 def test_a_constant_that_no_arm_can_have_is_called_implausible():
@@ -137,7 +137,7 @@ def test_rows_of_an_arm_with_more_joints_offer_that_arm_too(do):
     rows += [",".join(f"{v:.9f}" for v in (*a, *p)) for a, p in zip(q, arm.predict(q)[:, :3, 3], strict=True)]
     loaded = do(LoadData("seven.csv", "\n".join(rows).encode()))
     assert loaded.measurements.loaded is None
-    step = guide(loaded)
+    step = next_step(loaded)
     assert "7 joints in the file, 6 in the arm" in step.sentence
     assert "Franka Emika Panda" in step.sentence
     assert step.tone is Tone.BAD
@@ -146,11 +146,11 @@ def test_rows_of_an_arm_with_more_joints_offer_that_arm_too(do):
     assert changed.robot.name == arm.name
     assert len(changed.measurements.loaded.dataset) == 30
     assert changed.measurements.unread is None
-    assert guide(changed).next.label == "Identify the geometry"
+    assert next_step(changed).next.label == "Identify the geometry"
     own = do(ChooseRobot("aria"), MeasureVirtualArm(1), LoadData("seven.csv", "\n".join(rows).encode()))
     assert own.measurements.loaded.virtual  # what is there stays, and so does the way on from it
-    assert guide(own).next.label == "Identify the geometry"
-    offered = guide(own).other.command
+    assert next_step(own).next.label == "Identify the geometry"
+    offered = next_step(own).other.command
     assert offered == ChooseRobot("panda", keep=True)
     assert "seven.csv was not read" in _preview(own.measurements.loaded, own.measurements.unread)
     changed = do(offered)
@@ -194,7 +194,7 @@ def test_headings_that_are_wrong_are_corrected_by_one_click(do, ur5_file, wrong)
     head = ",".join(wrong.get(name, name) for name in head.split(","))
     session = do(LoadData("rows.csv", f"{head}\n{rest}".encode()))
     assert session.measurements.loaded.is_foreign
-    corrected = do(guide(session).next.command)
+    corrected = do(next_step(session).next.command)
     assert not corrected.measurements.loaded.is_foreign
     np.testing.assert_allclose(corrected.measurements.loaded.dataset.q, right.q, atol=1e-12)
     np.testing.assert_allclose(corrected.measurements.loaded.dataset.position, right.position, atol=1e-12)

@@ -1,4 +1,4 @@
-"""What is said of the instrument's z axis reaches every fit, from the page and from the guide."""
+"""What is said of the instrument's z axis reaches every fit, from the page and from the next step."""
 
 from tests.session.direct_commands import done
 from workbench.plate.plate_toml import write_plate
@@ -7,8 +7,8 @@ from workbench.session.commands.data import ForgetData, MeasureVirtualArm
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.identify import Identify, SetLevelled
 from workbench.session.commands.sessions import MakeSession
-from workbench.session.guide import CAUSE, TAKE, GuideStep, _levelled, guide
 from workbench.session.journal.codec import decode, encode
+from workbench.session.next_step import CAUSE, TAKE, NextStep, _levelled, next_step
 
 
 def test_fits_know_whether_the_instrument_is_levelled(first):
@@ -21,10 +21,10 @@ def test_fits_know_whether_the_instrument_is_levelled(first):
 
 def test_the_guides_buttons_say_what_the_box_says(first):
     session = done(first, MeasureVirtualArm(3, more=20))
-    assert guide(session).next.command == Identify()
+    assert next_step(session).next.command == Identify()
     session = done(session, SetLevelled(True))
-    assert guide(session).next.command == Identify(levelled=True)
-    assert _levelled(GuideStep("", next=TAKE, other=CAUSE), True).other.command == Diagnose(levelled=True)
+    assert next_step(session).next.command == Identify(levelled=True)
+    assert _levelled(NextStep("", next=TAKE, other=CAUSE), True).other.command == Diagnose(levelled=True)
 
 
 def test_it_is_said_of_these_measurements(first):

@@ -15,7 +15,7 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import ImprovePlate
-from workbench.session.guide import guide
+from workbench.session.next_step import next_step
 from workbench.session.state import Severity
 from workbench.session.target_state import TargetState
 from workbench.views.page.panels.selected_target import near_limit
@@ -50,7 +50,7 @@ def test_more_targets_are_searched_or_fewer_and_a_plate_that_was_good_stays(firs
     session = ImprovePlate().finish(first, ImprovePlate().compute(first))
     assert session.page.messages[-1].text == "nothing keeps the margins"
     assert session.searched is session.plate is first.plate
-    assert not isinstance(guide(session).next.command, ImprovePlate)  # it can't help
+    assert not isinstance(next_step(session).next.command, ImprovePlate)  # it can't help
 
 
 def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first, monkeypatch):

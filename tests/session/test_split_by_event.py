@@ -18,7 +18,7 @@ from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.commands.sessions import MakeSession, new_frames
 from workbench.session.commands.undo import Redo, Undo
-from workbench.session.guide import guide
+from workbench.session.next_step import next_step
 from workbench.session.start import default_plate
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
@@ -44,7 +44,7 @@ def test_with_a_session_of_their_own_nothing_happens_any_more(name, kind, tmp_pa
         (event,) = found.events
         assert isinstance(event, kind)
         assert list(new_frames(found)) == [event.row]
-        assert guide(worker.session).next.command == MakeSession(event.row)
+        assert next_step(worker.session).next.command == MakeSession(event.row)
         if kind is FrameStep:
             a_known_base_becomes_no_sessions_own(worker.session, event.row)
         for command in (MakeSession(event.row), Diagnose()):

@@ -20,10 +20,10 @@ from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtual
 from workbench.session.commands.identify import Identify, SetWanted
 from workbench.session.commands.undo import Undo
 from workbench.session.export import fixture_zip
-from workbench.session.guide import Tone, guide
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.judgement import PASSING_SHARE, arm_judgement, plate_judgement
+from workbench.session.next_step import Tone, next_step
 from workbench.session.score import PlateTrial
 from workbench.session.start import default_circle
 from workbench.session.state import Severity, UndoStep
@@ -63,7 +63,7 @@ def test_the_guide_and_the_panel_judge_a_predicted_error_alike(first, position, 
     session = replace(
         first, score=score, history=replace(first.history, done=(UndoStep(first.plate, first.states),))
     )
-    judged, step = plate_judgement(session), guide(session)
+    judged, step = plate_judgement(session), next_step(session)
     assert judged.tone is step.tone is (Tone.PLAIN if good else Tone.CAREFUL)
     assert "1 mm per axis and 0.66°" in judged.text
     assert judged.text in step.sentence
@@ -81,7 +81,7 @@ def test_the_yield_judges_the_plate_once_it_is_known(first, share, tone, positio
         trial=trial,
         history=replace(first.history, done=(UndoStep(first.plate, first.states),)),
     )
-    judged, step = plate_judgement(session), guide(session)
+    judged, step = plate_judgement(session), next_step(session)
     assert judged.tone is step.tone is tone
     assert judged.text in step.sentence
     assert f"{100 * share:.3g} %" in judged.text
@@ -95,7 +95,7 @@ def test_the_yield_judges_the_plate_once_it_is_known(first, share, tone, positio
 def test_strip_and_panel_judge_the_arm_by_its_held_out_rows(do, worst):
     """Green "Save the arm …" stood above a red "Fails 16 of 40"."""
     session = do(MeasureVirtualArm(3), Identify(("opt2",)), SetWanted(worst))
-    judged, step = arm_judgement(session), guide(session)
+    judged, step = arm_judgement(session), next_step(session)
     assert judged.tone is step.tone is (Tone.GOOD if worst == 1.0 else Tone.BAD)
     assert judged.text in step.sentence
     assert judged.text in _requirement(session)
@@ -155,14 +155,14 @@ def test_a_recording_knows_that_its_plate_was_given(first, tmp_path):
 def test_the_plate_is_judged_by_what_is_wanted(first):
     moved = replace(first, history=replace(first.history, done=(UndoStep(first.plate, first.states),)))
     strict = replace(moved, choices=replace(moved.choices, wanted=Wanted(position=1e-4)))
-    assert guide(strict).tone is Tone.CAREFUL
-    assert guide(strict).next.command.title == "Improve this plate"
+    assert next_step(strict).tone is Tone.CAREFUL
+    assert next_step(strict).next.command.title == "Improve this plate"
     changed = replace(moved, plate=replace(first.plate, name="changed"))
-    assert "Good enough?" in guide(replace(changed, choices=replace(moved.choices, wanted=None))).sentence
+    assert "Good enough?" in next_step(replace(changed, choices=replace(moved.choices, wanted=None))).sentence
     tried = replace(moved, trial=trial_of(first, 0.97))
-    assert guide(tried).tone is Tone.GOOD
-    assert guide(tried).next.save is fixture_zip  # in view, without scrolling
-    few = guide(replace(moved, trial=trial_of(first, 0.5)))
+    assert next_step(tried).tone is Tone.GOOD
+    assert next_step(tried).next.save is fixture_zip  # in view, without scrolling
+    few = next_step(replace(moved, trial=trial_of(first, 0.5)))
     assert few.tone is Tone.CAREFUL
     assert few.other.save is fixture_zip
     assert replace(tried, choices=replace(tried.choices, wanted=None)).tried is None

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 if TYPE_CHECKING:
-    from workbench.session.guide import GuideStep
+    from workbench.session.next_step import NextStep
 
 
 class AbstractPart:
@@ -16,8 +16,8 @@ class AbstractPart:
     is_mode: ClassVar[bool] = False
     """Whether the page is its own until it ends: panels without a tab stand in place of the tabs."""
 
-    def step(self) -> "GuideStep | None":
-        """What the guide says while it stands; None: as without it."""
+    def step(self) -> "NextStep | None":
+        """The next step while it stands; None: as without it."""
         return None
 
 

@@ -24,9 +24,9 @@ from workbench.extras.camera.target import charuco_target, prints_of
 from workbench.extras.camera.templates import Board, across_down
 from workbench.extras.camera.thumbnails import thumbnails
 from workbench.identification.identify import identify
-from workbench.session.guide import guide
 from workbench.session.journal.codec import decode, encode
 from workbench.session.judgement import Tone
+from workbench.session.next_step import next_step
 from workbench.views.page.html import BAD
 
 cv2 = pytest.importorskip("cv2")
@@ -169,4 +169,4 @@ def test_poses_of_the_tool_in_place_of_joints_give_camera_and_board_alone(first,
     name, content = camera_json(session)
     assert name == "camera.json"
     assert json.loads(content)["camera"]["poses"]["camera[camera]"]["mounted"] == "world"
-    assert guide(session).tone is Tone.GOOD
+    assert next_step(session).tone is Tone.GOOD

@@ -23,9 +23,9 @@ from workbench.extras.live.session import (
 from workbench.extras.live.sources import VirtualDriver
 from workbench.session import Worker, replay
 from workbench.session.commands.drag import SelectTarget
-from workbench.session.guide import Tone, guide
 from workbench.session.journal import Ending
 from workbench.session.journal.codec import decode, encode
+from workbench.session.next_step import Tone, next_step
 from workbench.session.state import Focus, Severity, Tab
 
 STILL = np.linspace(0.0, 0.6, 13)
@@ -61,7 +61,7 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
         assert np.linalg.norm(off) < 3e-3
         assert do(StoreRow()).part(Measuring).acquisition.rows == k + 1
     complete = worker.session
-    step = guide(complete)
+    step = next_step(complete)
     assert (step.tone, step.next.command, step.next.tab) == (Tone.GOOD, UseRows(), Tab.CALIBRATE)
     shown = _status(complete.part(Measuring).acquisition.status(), complete.part(Measuring))
     assert "All targets are stored" in shown
@@ -105,7 +105,7 @@ def test_a_row_is_kept_for_the_target_at_which_the_arm_stands(do, begun):
     session = do(*samples(begun, begun.virtual.postures[3], begin=0.0), StoreRow())
     assert session.part(Measuring).acquisition.rows == 0
     assert "target 4" in session.page.messages[-1].text
-    assert guide(session).next.command == StoreRow(target=3)
+    assert next_step(session).next.command == StoreRow(target=3)
     assert do(StoreRow(target=5)).part(Measuring).acquisition.rows == 0
     assert do(StoreRow(target=99)).part(Measuring).acquisition.rows == 0
     assert do(StoreRow(target=3)).part(Measuring).target == 4
@@ -175,7 +175,7 @@ def test_news_stay_until_the_user_goes_on(do, begun):
 
 
 def test_the_guide_counts_the_rows(do):
-    assert "0 of 10" in guide(do(BeginMeasuring(1))).sentence
+    assert "0 of 10" in next_step(do(BeginMeasuring(1))).sentence
     assert do(EndMeasuring()).mode is None
 
 

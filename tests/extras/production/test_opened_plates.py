@@ -15,7 +15,7 @@ from workbench.plate.plate import Kind
 from workbench.plate.score import score_plate
 from workbench.plate.tolerances import Production
 from workbench.session.commands.undo import Redo, Undo
-from workbench.session.guide import _trial
+from workbench.session.next_step import _trial
 from workbench.session.score import score
 from workbench.session.start import start
 

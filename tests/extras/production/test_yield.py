@@ -51,7 +51,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_values import values
-from workbench.session.guide import guide
+from workbench.session.next_step import next_step
 from workbench.session.start import default_plate, start
 from workbench.session.state import CubeView, Field, Severity, Tab, UndoStep
 
@@ -434,7 +434,7 @@ def test_a_plate_with_a_target_out_of_reach_is_not_tried(aria, plate):
 
 def test_the_guide_suggests_a_trial_only_where_an_error_is_wanted(first):
     moved = replace(first, history=replace(first.history, done=(UndoStep(first.plate, first.states),)))
-    step = guide(moved)
+    step = next_step(moved)
     assert "not yet tried against the required 1 mm per axis" in step.sentence
     assert (step.next.command, step.next.tab, step.other.label) == (TryPlate(), Tab.PLATE, "Measure")
     with pytest.raises(OptionError, match="required error"):

@@ -11,7 +11,7 @@ from workbench.session import Worker, start
 from workbench.session.commands.compare import FollowSystem, SetOverlay
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.messages import SetCaption, Steer, SteerDemo
-from workbench.session.guide import guide
+from workbench.session.next_step import next_step
 from workbench.session.state import Tab
 from workbench.views.page import demo
 from workbench.views.page.demo import Demo, DemoScene, story
@@ -86,7 +86,7 @@ def test_anything_else_ends_it_even_where_it_waits(film):
 def test_the_tabs_follow_and_the_number_is_beside_the_caption(film):
     playing, worker = film("two")
     until(lambda: worker.session.page.opened.tab is Tab.MEASURE)
-    assert guide(worker.session).figure == f"{1e3 * worker.session.score.position:.3f} mm rms predicted"
+    assert next_step(worker.session).figure == f"{1e3 * worker.session.score.position:.3f} mm rms predicted"
     worker.submit(SteerDemo(Steer.ON))
     until(lambda: playing.is_finished)
     worker.wait()

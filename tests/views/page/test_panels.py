@@ -49,9 +49,9 @@ from workbench.session.export import (
     plate_toml,
     report_zip,
 )
-from workbench.session.guide import guide
 from workbench.session.journal.codec import decode
 from workbench.session.loaded_measurements import MeasurementFile
+from workbench.session.next_step import next_step
 from workbench.session.state import Focus, Severity, Tab, Units
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SKY
@@ -210,7 +210,7 @@ def test_a_saved_picture_has_the_sky_of_the_page(app):
 
 
 def test_the_first_hint_is_there(app):
-    assert "Drag an arrow" in guide(app.worker.session).sentence
+    assert "Drag an arrow" in next_step(app.worker.session).sentence
 
 
 @pytest.mark.parametrize(

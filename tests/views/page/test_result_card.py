@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.report.chart import WIDTH
-from workbench.session.guide import StageErrors
+from workbench.session.next_step import StageErrors
 from workbench.views.page.panels.fit import shown_parameter
 from workbench.views.page.panels.result_card import HEIGHT, histogram, numbers, weighed
 

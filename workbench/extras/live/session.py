@@ -35,10 +35,10 @@ from workbench.session.commands.data import (
     reached_postures,
     with_other_data,
 )
-from workbench.session.guide import Action, GuideStep
 from workbench.session.journal.numbers import Subject
 from workbench.session.judgement import Tone
 from workbench.session.loaded_measurements import Loaded, observation_text
+from workbench.session.next_step import Action, NextStep
 from workbench.session.part import AbstractPart
 from workbench.session.state import Focus, Session, Severity, Source, Tab
 from workbench.session.target_steps import with_branches
@@ -71,13 +71,13 @@ class Measuring(AbstractPart):
         """The target of the plate that is wanted, counted from 0."""
         return self.numbers[self.acquisition.capture.current]
 
-    def step(self) -> GuideStep:
+    def step(self) -> NextStep:
         """Where the arm stands, and the rows stored so far."""
         acquisition, stored = self.acquisition, self.acquisition.rows
         is_complete = stored == len(self.numbers)
         done = Action(USE, Tab.CALIBRATE if is_complete else Tab.MEASURE, UseRows()) if stored else None
         if is_complete:
-            return GuideStep(
+            return NextStep(
                 f"All {stored} targets are stored. Use their rows to calibrate the arm.", Tone.GOOD, done
             )
         seen = acquisition.place().looks_like
@@ -85,9 +85,9 @@ class Measuring(AbstractPart):
             number = self.numbers[seen]
             text = f"The arm is at target {number + 1}, not at the current target {self.target + 1}."
             here = Action(f"Store it as target {number + 1}", Tab.MEASURE, StoreRow(target=number))
-            return GuideStep(text, Tone.CAREFUL, here, done)
+            return NextStep(text, Tone.CAREFUL, here, done)
         text = "Drive the arm to the current target, wait until it is still, store the row"
-        return GuideStep(f"{text}; {stored} of {len(self.numbers)} stored.", next=done)
+        return NextStep(f"{text}; {stored} of {len(self.numbers)} stored.", next=done)
 
 
 class BeginMeasuring(AbstractTask[Measuring]):

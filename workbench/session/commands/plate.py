@@ -126,7 +126,7 @@ def more_targets(session: Session) -> int | None:
 
 
 class AbstractPlateTrial(AbstractTask[PlateTrial]):
-    """Try the plate on virtual arms, as an extra does: the guide suggests the first such command."""
+    """Try the plate on virtual arms, as an extra does: the next step is the first such command."""
 
     def finish(self, session: Session, result: PlateTrial) -> Session:
         return replace(session, trial=result).tell(Severity.LOG, result.text)

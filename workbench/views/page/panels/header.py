@@ -8,7 +8,7 @@ import viser
 
 from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.plate import AbstractPlateTrial
-from workbench.session.guide import Action, GuideStep, guide
+from workbench.session.next_step import Action, NextStep, next_step
 from workbench.session.state import Message, Session, Severity
 from workbench.session.worker import Worker
 from workbench.views.page.html import INKS, MUTED, block, text
@@ -30,11 +30,11 @@ class HeaderVerdict(AbstractPanel):
     """The state of the session, and two buttons for the next step."""
 
     keeps_typed = True
-    depends = (guide, "page.caption")
+    depends = (next_step, "page.caption")
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
-        self._step = GuideStep("")
+        self._step = NextStep("")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._sentence = gui.add_html("")
@@ -42,7 +42,7 @@ class HeaderVerdict(AbstractPanel):
         self._other = self._button(gui, "other", "An alternative next step.", "gray")
 
     def show(self, session: Session) -> None:
-        before, self._step = self._step, guide(session)
+        before, self._step = self._step, next_step(session)
         shown = replace(self._step, sentence=PLAYING, figure="") if session.page.caption else self._step
         self._sentence.content = _verdict(shown)
         pairs = ((self._next, before.next, self._step.next), (self._other, before.other, self._step.other))
@@ -80,7 +80,7 @@ class Header(AbstractPanel):
         "page.messages",
         "page.chore",
         "page.job",
-        guide,
+        next_step,
     )
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -124,7 +124,7 @@ class Header(AbstractPanel):
             button.visible = bool(session.page.caption)
         self._pause.label = Steer.ON if session.page.is_paused else Steer.PAUSE
         newest = _newest(session.page.messages)
-        advice = guide(session).sentence.rstrip(".").lower()
+        advice = next_step(session).sentence.rstrip(".").lower()
         if newest is not None and newest.severity is not Severity.ERROR and advice in newest.text.lower():
             newest = None  # the strip says it; a refusal is said all the same
         self._message.content = "" if newest is None else _message(newest)
@@ -141,7 +141,7 @@ class Header(AbstractPanel):
             set_value(self._bar, 100.0 * min(max(job.fraction, 0.02), 1.0))
 
 
-def _verdict(step: GuideStep) -> str:
+def _verdict(step: NextStep) -> str:
     style = f"margin:0 12px;padding:1px 10px;border-left:3px solid {INKS[step.tone]};font-size:13px"
     figure = (
         f'<div data-testid="figure-now" style="{FIGURE}">{text(step.figure)}</div>' if step.figure else ""
@@ -181,7 +181,7 @@ class CaptionPanel(AbstractPanel):
     """Large words where one looks, and a link that does `leave`; the scene behind can be turned."""
 
     keeps_typed = True
-    depends = (guide, "page.caption")
+    depends = (next_step, "page.caption")
 
     def __init__(self, worker: Worker, leave: Callable[[], None]):
         super().__init__(worker)
@@ -197,7 +197,7 @@ class CaptionPanel(AbstractPanel):
 
 def caption(session: Session, address: str) -> str:
     """The overlay in HTML."""
-    figure = guide(session).figure
+    figure = next_step(session).figure
     number = f'<div data-testid="figure-now" class="figure">{text(figure)}</div>' if figure else ""
     way_out = f'<a href="{text(address)}">{WITH_MY_ROBOT}</a>' if address else ""
     content = f'<div data-testid="caption">{text(session.page.caption)}</div>'

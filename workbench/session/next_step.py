@@ -1,4 +1,4 @@
-"""The guide: the state of a session in one sentence, and what to do next. Nothing here computes or draws.
+"""The next step: the state of a session in one sentence, and what to do next. Nothing here computes or draws.
 
 Drag → measure → identify → diagnose → add → compare → take away; the second button of a step leads back.
 """
@@ -45,7 +45,7 @@ BEYOND_NOISE = 1.5
 
 @dataclass(frozen=True)
 class Action:
-    """What a button of the guide does.
+    """What a button of the step does.
 
     Args:
         label: On the button.
@@ -61,7 +61,7 @@ class Action:
 
 
 @dataclass(frozen=True)
-class GuideStep:
+class NextStep:
     """The state of a session.
 
     Args:
@@ -95,10 +95,10 @@ OTHER_ARM = Action("Choose the robot", Tab.ROBOT)
 POSES = Action("Add the next poses as targets", Tab.PLATE, TakeNextPoses())
 
 
-def guide(session: Session) -> GuideStep:
+def next_step(session: Session) -> NextStep:
     """The state of this session; where it advises to save the arm, the tone is no better than the verdict."""
     measured, file = session.measurements, session.measurements.unread
-    step = _levelled(_guide(session), measured.levelled)
+    step = _levelled(_next_step(session), measured.levelled)
     if measured.loaded is not None and session.is_idle and file is not None and file.match is not None:
         step = replace(step, other=_change_to(file.match))
     judged = arm_judgement(session) if step.next == TAKE else None
@@ -108,7 +108,7 @@ def guide(session: Session) -> GuideStep:
     return replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
 
 
-def _levelled(step: GuideStep, levelled: bool) -> GuideStep:
+def _levelled(step: NextStep, levelled: bool) -> NextStep:
     """The step whose buttons know whether the instrument is levelled."""
 
     def with_level(action: Action | None) -> Action | None:
@@ -119,28 +119,28 @@ def _levelled(step: GuideStep, levelled: bool) -> GuideStep:
     return replace(step, next=with_level(step.next), other=with_level(step.other))
 
 
-def _guide(session: Session) -> GuideStep:
+def _next_step(session: Session) -> NextStep:
     if session.page.caption:
-        return GuideStep(session.page.caption, figure=_figure(session))
+        return NextStep(session.page.caption, figure=_figure(session))
     if session.page.job is not None:
-        return GuideStep(f"{session.page.job.title} … You can keep working.")
+        return NextStep(f"{session.page.job.title} … You can keep working.")
     if session.drag is not None:
-        return GuideStep(f"Release to keep this position; {_predicted(session)}.")
+        return NextStep(f"Release to keep this position; {_predicted(session)}.")
     if session.mode is not None and (step := session.mode.step()) is not None:
         return step
     source, file, loaded = session.choices.source, session.measurements.unread, session.measurements.loaded
     if source is not None and source.is_followed and session.focus is Focus.JOG:
-        return GuideStep("The displayed arm follows the real one. Store a row at each target.", next=LOAD)
+        return NextStep("The displayed arm follows the real one. Store a row at each target.", next=LOAD)
     if session.focus is Focus.TRACK:
-        return GuideStep(
+        return NextStep(
             "The solid arm moves as commanded, the orange one as the calibrated model predicts.", next=COMPARE
         )
     if concluded := next((part.conclusion for part in session.parts.values() if part.conclusion), ""):
-        return GuideStep(concluded, Tone.GOOD, LOAD)
+        return NextStep(concluded, Tone.GOOD, LOAD)
     if loaded is None and file is not None and file.match is not None and file.match.rival:
         return _foreign(file.match)
     if file is not None and file.match is None and (loaded is None or loaded.is_foreign):
-        return GuideStep(f"{file.name} has not been read yet: assign its columns.", Tone.CAREFUL, COLUMNS)
+        return NextStep(f"{file.name} has not been read yet: assign its columns.", Tone.CAREFUL, COLUMNS)
     if loaded is None or _takes_next_poses(session):
         return _design(session)
     if session.page.tab is Tab.PLATE:
@@ -150,14 +150,14 @@ def _guide(session: Session) -> GuideStep:
         if loaded.match is not None and loaded.is_foreign:
             return _foreign(loaded.match, loaded.file)
         if lack := _lack(session.robot, loaded.dataset):
-            return GuideStep(f"{capital(lack)}.", Tone.CAREFUL, MORE, FIT)
+            return NextStep(f"{capital(lack)}.", Tone.CAREFUL, MORE, FIT)
         other = KEEP if _is_put_away(session) else LOAD
-        return GuideStep(
+        return NextStep(
             f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}.", next=FIT, other=other
         )
     if results.accepted:
         left, tone = _rest(found)
-        return GuideStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)
+        return NextStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)
     if found is not None:
         return _diagnosed(session, found)
     assert results.identification is not None
@@ -170,12 +170,12 @@ def _is_put_away(session: Session) -> bool:
     return before is not None and before.results.identification is not None
 
 
-def _plate_beside_rows(session: Session) -> GuideStep:
+def _plate_beside_rows(session: Session) -> NextStep:
     """The step for the plate while rows are loaded: it leads back to these."""
     if not session.shows_plate:
         show = Action("Show the plate", Tab.PLATE, SelectTarget(session.selected))
         text = f"The scene shows the measured rows. For the plate: {_predicted(session)}."
-        return GuideStep(text, next=show, other=BACK)
+        return NextStep(text, next=show, other=BACK)
     step = _design(session)
     following, other = (BACK if action == LOAD else action for action in (step.next, step.other))
     return replace(step, next=following, other=other)
@@ -202,7 +202,7 @@ def _rest(found: Diagnosis | None) -> tuple[str, Tone]:
     return "No known effect explains the rest", Tone.CAREFUL
 
 
-def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> GuideStep:
+def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
     """Rows of another arm, or of a file with wrong headings: what is to be changed, if it is known."""
     anyway = OTHER_ARM
     if match.joints[0] == match.joints[1]:
@@ -213,7 +213,7 @@ def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> GuideStep:
         change = Action(
             "Read with corrected headings", Tab.MEASURE, LoadData(file.name, file.content, mapping)
         )
-    return GuideStep(f"{capital(match.text)}.", Tone.BAD, change, anyway)
+    return NextStep(f"{capital(match.text)}.", Tone.BAD, change, anyway)
 
 
 def _change_to(match: ArmMatch) -> Action:
@@ -294,7 +294,7 @@ def _figure(session: Session) -> str:
     return f"{predicted:.3f} mm rms predicted" if is_plate else ""
 
 
-def _design(session: Session) -> GuideStep:
+def _design(session: Session) -> NextStep:
     """The step for the plate, before anything is measured on it."""
     seed = len(session.history.scores)
     improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(seed))
@@ -304,22 +304,22 @@ def _design(session: Session) -> GuideStep:
         why = "is out of reach" if not state.reached else f"is blocked: {state.hit}"
         text = f"{count - len(bad)} of {count} targets can be measured; target {first + 1} {why}."
         fix = Action(f"Show target {first + 1}", Tab.PLATE, SelectTarget(first))
-        return GuideStep(text, Tone.BAD, fix, improve)
+        return NextStep(text, Tone.BAD, fix, improve)
     if _takes_next_poses(session):
-        return GuideStep("The suggested poses are now targets; measure them.", next=LOAD, other=FIT)
+        return NextStep("The suggested poses are now targets; measure them.", next=LOAD, other=FIT)
     if session.page.tab in (Tab.MEASURE, Tab.CALIBRATE, Tab.COMPARE, Tab.EXPORT):
         is_there = session.page.tab is Tab.MEASURE
-        return GuideStep(UNMEASURED, next=None if is_there else LOAD, other=PLATE if is_there else None)
+        return NextStep(UNMEASURED, next=None if is_there else LOAD, other=PLATE if is_there else None)
     judged, trial = plate_judgement(session), _trial()
     is_untouched = session.plate is session.history.first_plate and session.searched is not session.plate
     if is_untouched and (judged is None or not session.history.done):
         text = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
-        return GuideStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
+        return NextStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
     text = capital(_predicted(session))
     if judged is None:
-        return GuideStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
+        return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
     if judged.tone is Tone.GOOD:
-        return GuideStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
+        return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     if judged.tone is Tone.CAREFUL:
         text = capital(judged.text) if session.tried is not None else f"{text}: {judged.text}"
         if session.searched is not session.plate:
@@ -330,10 +330,10 @@ def _design(session: Session) -> GuideStep:
         else:
             blame = "" if session.tried is None else f": the {session.tried.blame} dominates"
             text = f"{text}. No better plate was found{blame}. Require less, or measure more exactly."
-            return GuideStep(text, judged.tone, MAKE, LOAD)
-        return GuideStep(f"{text}.", judged.tone, improve, MAKE if session.tried is not None else LOAD)
+            return NextStep(text, judged.tone, MAKE, LOAD)
+        return NextStep(f"{text}.", judged.tone, improve, MAKE if session.tried is not None else LOAD)
     text = f"{text}: {judged.text}. Good enough?"
-    return GuideStep(text, judged.tone, trial or LOAD, LOAD if trial else improve)
+    return NextStep(text, judged.tone, trial or LOAD, LOAD if trial else improve)
 
 
 @cache
@@ -362,55 +362,55 @@ def _takes_next_poses(session: Session) -> bool:
     )
 
 
-def _identified(session: Session, found: Identification) -> GuideStep:
+def _identified(session: Session, found: Identification) -> NextStep:
     run = found.runs[session.results.fit]
     if doubts := found.doubts(run):
         text = f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}"
-        return GuideStep(text, Tone.CAREFUL, COMPARE, LOAD)
+        return NextStep(text, Tone.CAREFUL, COMPARE, LOAD)
     if (identifiability := found.identifiability) is not None and identifiability.refused:
         text = f"No parameter of the arm was identified: {identifiability.advice or identifiability.refused}."
-        return GuideStep(text, Tone.CAREFUL, MORE, COMPARE)
+        return NextStep(text, Tone.CAREFUL, MORE, COMPARE)
     if identifiability is not None:
         text = f"{before_and_after(session)}; {identifiability.title} identified."
-        return GuideStep(text, Tone.GOOD, TAKE, COMPARE)
+        return NextStep(text, Tone.GOOD, TAKE, COMPARE)
     rows, times = len(found.train_rows), share_of_noise(session, found)
     if times <= BEYOND_NOISE:
         text = f"{before_and_after(session)}: the remaining error is instrument noise."
-        return GuideStep(text, Tone.GOOD, TAKE, COMPARE)
+        return NextStep(text, Tone.GOOD, TAKE, COMPARE)
     if rows < MIN_ROWS:
         text = f"{before_and_after(session)}. {rows} rows are too few to look for a cause of the rest; "
         text += f"{MIN_ROWS} are needed."
-        return GuideStep(text, Tone.CAREFUL, MORE, COMPARE)
+        return NextStep(text, Tone.CAREFUL, MORE, COMPARE)
     if np.isnan(times):
         text = f"{before_and_after(session)}. Is the rest noise, or an error beyond geometry?"
-        return GuideStep(text, Tone.PLAIN, CAUSE, TAKE)
+        return NextStep(text, Tone.PLAIN, CAUSE, TAKE)
     text = (
         f"{before_and_after(session)}. Geometry can't explain the rest, {times:.2g} × the instrument noise."
     )
-    return GuideStep(text, Tone.CAREFUL, CAUSE, TAKE)
+    return NextStep(text, Tone.CAREFUL, CAUSE, TAKE)
 
 
-def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
+def _diagnosed(session: Session, found: Diagnosis) -> NextStep:
     left = judged(session.results.run or found.before).text("mean")
     promise = judged(found.after).text("mean").replace(", ", " and ") + " would be left."
     poses = POSES if len(found.measure_next) else MORE
     if steps := splittable(session):
         row, mark = next((e.row, e.mark) for e in found.events if e.row in steps)
         text = f"{capital(mark)}: rows {row} and later need their own base or tool."
-        return GuideStep(text, Tone.CAREFUL, Action(SPLIT, Tab.CALIBRATE, MakeSession(row)), ADD)
+        return NextStep(text, Tone.CAREFUL, Action(SPLIT, Tab.CALIBRATE, MakeSession(row)), ADD)
     if found.harm is not None:
-        return GuideStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
+        return NextStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
         if not found.causes:
             text = f"No cause can be named. With a residual map, {promise}"
-            return GuideStep(text, Tone.CAREFUL, ADD, poses)
+            return NextStep(text, Tone.CAREFUL, ADD, poses)
         first, more = found.causes[0], len(found.causes) - 1
         others = f" and {more} more" if more else ""
         tone = Tone.GOOD if found.is_named else Tone.CAREFUL
         whole = "these" if more or found.residual_map is not None else "it"
         text = f"{capital(first.plain)} ({first.confidence}){others}. With {whole}, {promise}"
-        return GuideStep(text, tone, ADD, poses)
+        return NextStep(text, tone, ADD, poses)
     if found.verdict is Verdict.UNEXPLAINED:
-        return GuideStep(f"{left} left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
+        return NextStep(f"{left} left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
     text = f"{left} left, all of it noise: the geometric model is sufficient."
-    return GuideStep(text, Tone.GOOD, TAKE, COMPARE)
+    return NextStep(text, Tone.GOOD, TAKE, COMPARE)

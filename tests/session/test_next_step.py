@@ -1,4 +1,4 @@
-"""The guide, over all states of a session: its sentence, its tone, and where its buttons lead."""
+"""The next step, over all states of a session: its sentence, its tone, and where its buttons lead."""
 
 import re
 from dataclasses import replace
@@ -18,7 +18,7 @@ from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.commands.plate import ImprovePlate
-from workbench.session.guide import (
+from workbench.session.next_step import (
     ADD,
     CAUSE,
     COMPARE,
@@ -30,7 +30,7 @@ from workbench.session.guide import (
     TAKE,
     Action,
     Tone,
-    guide,
+    next_step,
     share_of_noise,
     stages,
 )
@@ -45,7 +45,7 @@ TRIAL = Action("Try this plate", Tab.PLATE)
 @pytest.fixture(autouse=True)
 def trial(monkeypatch):
     """A plate can be tried, whichever extras are there."""
-    monkeypatch.setattr("workbench.session.guide._trial", lambda: TRIAL)
+    monkeypatch.setattr("workbench.session.next_step._trial", lambda: TRIAL)
 
 
 @pytest.fixture(scope="module")
@@ -204,7 +204,7 @@ def leads(action: Action | None, wanted) -> bool:
 def test_every_state_says_where_it_stands_and_what_is_next(
     walked, before, change, text, tone, following, other
 ):
-    step = guide(change(walked[before]))
+    step = next_step(change(walked[before]))
     assert text in step.sentence
     assert step.sentence.endswith((".", "?"))
     assert "nan" not in step.sentence
@@ -218,14 +218,14 @@ def test_an_action_opens_the_tab_where_its_outcome_is_seen(walked):
     for tab, actions in (tabs | {Tab.EXPORT: (TAKE,), Tab.COMPARE: (COMPARE,)}).items():
         assert {action.tab for action in actions} == {tab}
     for session in (walked["first"], unreached(walked["first"], reached=False)):
-        assert guide(session).next.tab is Tab.PLATE
+        assert next_step(session).next.tab is Tab.PLATE
 
 
 def test_rows_that_are_too_few_for_the_arm_are_said_at_once(walked):
     session = walked["loaded"]
     loaded = session.measurements.loaded
     few = replace(loaded, dataset=loaded.dataset.take(np.arange(3)))
-    step = guide(replace(session, measurements=replace(session.measurements, loaded=few)))
+    step = next_step(replace(session, measurements=replace(session.measurements, loaded=few)))
     assert "3 rows" in step.sentence
     assert step.tone is Tone.CAREFUL
     assert step.next.tab is Tab.MEASURE
@@ -235,7 +235,7 @@ def test_what_its_buttons_do_makes_sense_there(walked):
     """Every command that is offered passes its own check in the state that offers it."""
     for before, change, *_ in STATES:
         session = change(walked[before])
-        step = guide(session)
+        step = next_step(session)
         for action in (step.next, step.other):
             if isinstance(action, Action) and action.command is not None:
                 action.command.check(session)
@@ -246,7 +246,7 @@ def test_errors_fall_stage_by_stage_on_the_same_rows(walked):
     errors = [stage.error for stage in stages(walked["added"])]
     assert titles == ["nominal", "geometry", "with causes"]
     assert errors[0] > errors[1] > errors[2]
-    assert guide(walked["added"]).sentence.startswith(pair_of(walked["added"]))
+    assert next_step(walked["added"]).sentence.startswith(pair_of(walked["added"]))
     assert stages(walked["loaded"]) == ()
 
 
@@ -266,7 +266,7 @@ def test_there_is_one_error_before_and_one_after(walked, step):
     card = texts_of(result_card(session))
     figures = [compared(s.error) for s in (stages(session)[0], stages(session)[-1])]
     assert re.findall(r"\d*\.\d+", card.split(" poses")[0].split("mm")[0]) == figures
-    told = re.findall(r"[\d.]+ → [\d.]+ mm", guide(session).sentence)
+    told = re.findall(r"[\d.]+ → [\d.]+ mm", next_step(session).sentence)
     assert told == ([] if step == "diagnosed" else [pair_of(session)])
 
 
@@ -277,7 +277,7 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
     assert stages(identified)[0].error == pytest.approx(nominal, rel=1e-9)
     assert stages(identified)[1].error == stages(diagnosed)[1].error == geometry
     left = judged(diagnosed.results.diagnosis.after).position_mm.mean
-    assert f"With it, {compared(left)} mm" in guide(diagnosed).sentence
+    assert f"With it, {compared(left)} mm" in next_step(diagnosed).sentence
     figures = [compared(error) for error in (nominal, geometry, causes)]
     assert re.findall(r"[\d.]+", texts_of(numbers(stages(added)))) == figures
     assert added.results.diagnosis.before.held_out.position_mm.mean != geometry  # it fits it for itself
@@ -286,7 +286,7 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
         shown = session.results.comparison.stage_errors[:, 2 if session is added else 1]
         assert np.array_equal(shown, calibrated, equal_nan=True)  # beside the scene and on the Compare tab
         assert (
-            guide(replace(session, page=replace(session.page, caption="as_diagnosed"))).figure
+            next_step(replace(session, page=replace(session.page, caption="as_diagnosed"))).figure
             == f"{' → '.join(figures)} mm"
         )
     fitted = identified.results.identification.frames
@@ -323,8 +323,8 @@ def test_the_same_tab_can_be_opened_again(first):
 def test_a_drag_tells_its_outcome_meanwhile(first):
     x, y, z = first.plate.targets[0].xyz.tolist()
     moved = MoveTarget(0, (x, y, z + 0.02), (-2.6, 0.0, 0.0), 1).apply(GrabTarget(0, 1).apply(first))
-    assert f"{1e3 * moved.score.position:.3g} mm" in guide(moved).sentence
-    assert guide(Tell("no").apply(moved)).sentence == guide(moved).sentence
+    assert f"{1e3 * moved.score.position:.3g} mm" in next_step(moved).sentence
+    assert next_step(Tell("no").apply(moved)).sentence == next_step(moved).sentence
 
 
 def test_rows_of_a_real_arm_stand_without_the_plate_until_it_is_asked_for(walked):
