@@ -183,10 +183,10 @@ def check_derivative(robot: Robot):
         moved = robot.with_values(dict(zip(names, x.tolist(), strict=True)))
         return forward.tool_poses(moved, motion)
 
-    seen, twists = forward.sensitivity(robot, motion, names)
+    seen, twists = forward.identification_jacobian(robot, motion, names)
     np.testing.assert_allclose(seen, poses(x), atol=1e-13)
     checks.check_jacobian(poses, twists, x, difference=checks.pose_change, tolerance=1e-6)
-    blocks = list(forward.sensitivity_blocks(robot, motion, names, block=4))
+    blocks = list(forward.identification_jacobian_blocks(robot, motion, names, block=4))
     np.testing.assert_allclose(np.concatenate([t for _, _, t in blocks]), twists, atol=1e-9)
 
 
@@ -273,7 +273,7 @@ def test_torques_stand_in_for_masses(arms):
     np.testing.assert_allclose(shift[:, bare.chain.index["joint2.theta"]], -1e-3 * torque[:, 1])
     names = ("joint2.compliance", "joint1.theta")
     motion = Motion(q, torque=torque)
-    _, twists = forward.sensitivity(bare, motion, names)
+    _, twists = forward.identification_jacobian(bare, motion, names)
     checks.check_jacobian(
         lambda x: forward.tool_poses(bare.with_values(dict(zip(names, x.tolist(), strict=True))), motion),
         twists,

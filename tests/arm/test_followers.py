@@ -9,7 +9,7 @@ from generator import move, turn
 
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.joint_frames import joint_frames
-from workbench.arm.kinematics.forward import geometric_jacobian, sensitivity, tool_poses
+from workbench.arm.kinematics.forward import geometric_jacobian, identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.wrenches import motion_wrenches, own_axis
@@ -80,7 +80,7 @@ def test_derivatives_by_joints_and_constants(robot):
         lambda x: tool_poses(robot.with_values(dict(zip(names, x.tolist(), strict=True))), Motion(q[None]))[
             0
         ],
-        sensitivity(robot, Motion(q[None]))[1][0],
+        identification_jacobian(robot, Motion(q[None]))[1][0],
         np.zeros(len(names)),
         difference=pose_change,
     )
@@ -108,7 +108,7 @@ def test_deflections_of_such_an_arm_have_the_right_derivative(robot):
     start = np.array([*np.zeros(len(robot.default_free)), *soft.coefficients.values()])
     check_jacobian(
         lambda x: tool_poses(soft.with_values(dict(zip(names, x.tolist(), strict=True))), Motion(Q[:3])),
-        sensitivity(soft, Motion(Q[:3]), names)[1],
+        identification_jacobian(soft, Motion(Q[:3]), names)[1],
         start,
         difference=pose_change,
         tolerance=1e-6,

@@ -11,10 +11,10 @@ from workbench.arm.chain import Axis
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import (
     geometric_jacobian,
+    identification_jacobian,
+    identification_jacobian_blocks,
     joint_elements,
     link_frames,
-    sensitivity,
-    sensitivity_blocks,
     tool_poses,
 )
 from workbench.arm.motion import Motion
@@ -107,7 +107,7 @@ def rows(robot, number=3, seed=0):
 def check_columns(robot, q):
     """Every constant of the full chain, base and tool included, by differences of the whole robot."""
     names = tuple(e.name for e in robot.chain.elements if e.axis is not Axis.CONSTANT)
-    poses, twists = sensitivity(robot, Motion(q), names)
+    poses, twists = identification_jacobian(robot, Motion(q), names)
     np.testing.assert_allclose(poses, tool_poses(robot, Motion(q)), atol=1e-13)
 
     def moved(values):
@@ -185,7 +185,7 @@ def test_hayati_columns_are_aria_13(seed, tmp_path):
     end = tool_poses(robot, Motion(q))[0, :3, 3]
 
     def column(name):
-        return sensitivity(robot, Motion(q), (name,))[1][0, :, 0]
+        return identification_jacobian(robot, Motion(q), (name,))[1][0, :, 0]
 
     for i in range(1, 7):
         beta = table[i - 1, 4]
@@ -212,7 +212,7 @@ def test_printed_13_holds_where_beta_is_zero():
     q = rows(robot, 1)
     frames = link_frames(robot, Motion(q))[0]
     end = frames[-1, :3, 3]
-    columns = sensitivity(robot, Motion(q), tuple(f"joint{i}.alpha" for i in range(1, 7)))[1][0]
+    columns = identification_jacobian(robot, Motion(q), tuple(f"joint{i}.alpha" for i in range(1, 7)))[1][0]
     for i in range(6):
         x = frames[i + 1, :3, 0]
         expected = np.r_[np.cross(x, end - frames[i + 1, :3, 3]), x]
@@ -222,13 +222,13 @@ def test_printed_13_holds_where_beta_is_zero():
 def test_blocks_are_the_whole(tmp_path):
     robot = table_arm("hayati", tmp_path, 0)
     q = rows(robot, 23)
-    poses, twists = sensitivity(robot, Motion(q))
+    poses, twists = identification_jacobian(robot, Motion(q))
     names = robot.default_free
     for block in (1, 7, 23, 100):
-        for part, p, t in sensitivity_blocks(robot, Motion(q), names, block=block):
+        for part, p, t in identification_jacobian_blocks(robot, Motion(q), names, block=block):
             np.testing.assert_array_equal(p, poses[part])
             np.testing.assert_array_equal(t, twists[part])
-    assert list(sensitivity_blocks(robot, Motion(q[:0]), names)) == []
+    assert list(identification_jacobian_blocks(robot, Motion(q[:0]), names)) == []
 
 
 def test_link_frames_end_in_the_tool(tmp_path):
@@ -255,7 +255,7 @@ def test_moving_a_frame_by_its_parts_is_exact(tmp_path):
     )
 
 
-@pytest.mark.parametrize("function", [tool_poses, link_frames, sensitivity, geometric_jacobian])
+@pytest.mark.parametrize("function", [tool_poses, link_frames, identification_jacobian, geometric_jacobian])
 def test_other_joint_counts_are_refused(function):
     q = np.zeros((2, 7))
     with pytest.raises(ShapeError) as caught:

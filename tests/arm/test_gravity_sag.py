@@ -84,7 +84,7 @@ def test_the_total_derivative(pair):
         moved = deflected.with_values(dict(zip(names, x.tolist(), strict=True)))
         return forward.tool_poses(moved, motion)
 
-    _, twists = forward.sensitivity(deflected, motion, names)
+    _, twists = forward.identification_jacobian(deflected, motion, names)
     x = np.array([known[n] for n in names])
     checks.check_jacobian(poses, twists, x, difference=checks.pose_change, tolerance=1e-6)
 

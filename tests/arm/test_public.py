@@ -22,9 +22,11 @@ def test_one_pose_gives_one_answer(arm, given):
     assert np.array_equal(wb.tool_poses(arm, given), wb.tool_poses(arm, rows)[0])
     assert np.array_equal(arm.predict(given), wb.tool_poses(arm, given))
     assert np.array_equal(wb.link_frames(arm, given), wb.link_frames(arm, rows)[0])
-    for one, many in zip(wb.sensitivity(arm, given), wb.sensitivity(arm, rows), strict=True):
+    for one, many in zip(
+        wb.identification_jacobian(arm, given), wb.identification_jacobian(arm, rows), strict=True
+    ):
         assert np.array_equal(one, many[0])
-    ((_, poses, twists),) = wb.sensitivity_blocks(arm, given, arm.default_free)
+    ((_, poses, twists),) = wb.identification_jacobian_blocks(arm, given, arm.default_free)
     assert np.array_equal(poses[0], wb.tool_poses(arm, given))
     assert twists.shape == (1, 6, len(arm.default_free))
 
@@ -38,7 +40,9 @@ def test_several_poses_give_several(arm):
 @pytest.mark.parametrize(
     "given", [np.zeros(5), [0.0] * 5, np.zeros((3, 5)), np.zeros((2, 2, 5))], ids=np.shape
 )
-@pytest.mark.parametrize("function", [wb.tool_poses, wb.link_frames, wb.sensitivity, wb.Robot.predict])
+@pytest.mark.parametrize(
+    "function", [wb.tool_poses, wb.link_frames, wb.identification_jacobian, wb.Robot.predict]
+)
 def test_another_number_of_joints_is_refused_with_both_numbers(arm, function, given):
     with pytest.raises(ShapeError) as caught:
         function(arm, given)

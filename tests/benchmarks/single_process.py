@@ -42,13 +42,13 @@ def middle(*series):
 
 def growth():
     from workbench.arm.built_in_arms import load_robot
-    from workbench.arm.kinematics.forward import sensitivity_blocks
+    from workbench.arm.kinematics.forward import identification_jacobian_blocks
 
     robot = load_robot("aria")
     rng = np.random.default_rng(0)
 
     def through(q):
-        for _ in sensitivity_blocks(robot, Motion(q), robot.default_free):
+        for _ in identification_jacobian_blocks(robot, Motion(q), robot.default_free):
             pass
 
     through(rng.uniform(-1, 1, (100, robot.dof)))
@@ -69,14 +69,14 @@ def first():
     import worker_workbench as worker
 
     imported = time.perf_counter() - started
-    from workbench.arm.kinematics.forward import sensitivity
+    from workbench.arm.kinematics.forward import identification_jacobian
     from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 
     robot = worker.nominal()
     arrays = task.make(seed=1, train=100, held_out=1)
     names = worker.between_the_frames(robot)
     data = worker.table(arrays["q"], arrays["plain"])
-    jacobian = timed(lambda: sensitivity(robot, Motion(data.q)))[0]
+    jacobian = timed(lambda: identification_jacobian(robot, Motion(data.q)))[0]
     identified = timed(lambda: worker.searched(robot, data, names, Opt2()))[0]
     return {"imports": imported, "jacobian": jacobian, "identification": identified}
 

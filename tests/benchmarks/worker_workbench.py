@@ -5,7 +5,7 @@ import task
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import sensitivity_blocks, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian_blocks, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
@@ -73,7 +73,7 @@ def body(arrays, folder, repeats):
     many = np.tile(q, (ROWS // len(q), 1))
 
     def derivative():
-        for _ in sensitivity_blocks(robot, Motion(many), problem.names):
+        for _ in identification_jacobian_blocks(robot, Motion(many), problem.names):
             pass
 
     count = len(problem.names)
@@ -90,7 +90,10 @@ def body(arrays, folder, repeats):
         ],
         "rates": [
             task.rate(
-                "sensitivity_blocks", f"{count} columns", len(many), task.repeat(derivative, repeats)[0]
+                "identification_jacobian_blocks",
+                f"{count} columns",
+                len(many),
+                task.repeat(derivative, repeats)[0],
             )
         ],
     }

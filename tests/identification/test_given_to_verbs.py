@@ -137,11 +137,12 @@ def test_names_of_the_root_that_the_package_calls_as_they_are_have_it_too(tmp_pa
     q = np.full(6, 0.1)
     np.testing.assert_array_equal(wb.tool_poses("aria", q), wb.tool_poses(ARM, q))
     np.testing.assert_array_equal(
-        wb.sensitivity(ARM, q, "joint1.theta")[1], wb.sensitivity(ARM, q, ("joint1.theta",))[1]
+        wb.identification_jacobian(ARM, q, "joint1.theta")[1],
+        wb.identification_jacobian(ARM, q, ("joint1.theta",))[1],
     )
     assert wb.solve("aria", wb.tool_poses(ARM, q)).branches
     assert wb.tool_poses is wb.tool_poses
-    assert list(signature(wb.sensitivity).parameters) == ["robot", "at", "names"]
+    assert list(signature(wb.identification_jacobian).parameters) == ["robot", "at", "names"]
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.base.types import frozen
@@ -24,7 +24,7 @@ def test_against_sampled_parameters(aria, q):
     error = predicted_error(linearisation, aria, q[10:])
     rng = np.random.default_rng(0)
     sampled = rng.multivariate_normal(np.zeros(24), linearisation.covariance, 20000)
-    _, twists = sensitivity(aria, Motion(q[10:]))
+    _, twists = identification_jacobian(aria, Motion(q[10:]))
     moves = np.einsum("rij,sj->sri", twists, sampled)
     lengths, angles = np.linalg.norm(moves[..., :3], axis=2), np.linalg.norm(moves[..., 3:], axis=2)
     assert np.allclose(np.sqrt((lengths**2).mean(0)), error.position, rtol=0.03)
@@ -37,7 +37,11 @@ def test_against_sampled_parameters(aria, q):
 
 def test_the_region_is_linearised_once_for_all_moves_of_a_drag(aria, q, monkeypatch):
     requested, weights = [], []
-    monkeypatch.setattr(accuracy, "sensitivity", lambda *args: requested.append(1) or sensitivity(*args))
+    monkeypatch.setattr(
+        accuracy,
+        "identification_jacobian",
+        lambda *args: requested.append(1) or identification_jacobian(*args),
+    )
     region = frozen(q[10:].copy())
     fresh = predicted_error(linearise(aria, q[:10]), aria, q[10:])
     for move in range(3):

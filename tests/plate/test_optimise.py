@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.inverse import solve as inverse
-from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, link_frames, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
@@ -101,10 +101,10 @@ def single(aria, plate, goal):
 
 def predicted(robot, q, goal):
     """Root mean square predicted position error, from the definition."""
-    _, twists = sensitivity(robot, Motion(q))
+    _, twists = identification_jacobian(robot, Motion(q))
     rows = (twists / SIGMA[:, None]).reshape(-1, twists.shape[2])
     covariance = np.linalg.inv(rows.T @ rows)
-    _, moves = sensitivity(robot, Motion(goal))
+    _, moves = identification_jacobian(robot, Motion(goal))
     return np.sqrt(np.einsum("rip,pq,riq->r", moves[:, :3], covariance, moves[:, :3]).mean())
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.motion import Motion
 from workbench.base import se3
@@ -78,7 +78,7 @@ def test_six_contacts_locate_a_cube_in_all_six_directions(aria, plate):
 
 def test_visits_lower_the_noise_but_not_the_target_s_own_error(aria, plate):
     q = np.zeros((1, 6)) + 0.4
-    poses, twists = sensitivity(aria, Motion(q))
+    poses, twists = identification_jacobian(aria, Motion(q))
     one, many = (reading_named("seat", aria, plate, visits=n) for n in (1, 10**9))
     made = np.array([[5e-5, 1e-4]])
     rows, _ = many.rows(poses, twists, made)
@@ -93,7 +93,7 @@ def test_unknown_anchors_are_solved_with_the_arm(aria, plate):
     q = np.random.default_rng(0).uniform(-1.0, 1.0, (14, 6))
     names = aria.default_free[4:12]
     found = linearise_reading(aria, q, reading, target_sigma=np.zeros((14, 2)), names=names)
-    poses, twists = sensitivity(aria, Motion(q), names)
+    poses, twists = identification_jacobian(aria, Motion(q), names)
     look = reading.look(poses)
     rows = np.concatenate([look.by_twist @ twists, look.by_unknown], axis=2).reshape(-1, 8 + 9) / 5e-6
     prior = np.diag(np.concatenate([np.zeros(8), np.full(9, 5e-5**-2.0)]))

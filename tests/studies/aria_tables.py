@@ -8,7 +8,7 @@ from studies.aria_arms import TITLES, Acquisition, identified, mean_errors
 from studies.finding import Finding, between, checked, judged, without
 from studies.page import Sheet
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, link_frames, tool_poses
 from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -67,7 +67,7 @@ def jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> tuple[Finding, ...
             spin, arm = frame[:, :3, axis], tool - frame[:, :3, 3]
             turns = column in ("theta", "alpha", "beta")
             both = (np.cross(spin, arm), spin) if turns else (spin, np.zeros_like(spin))
-            exact = sensitivity(actual, Motion(q), (name,))[1][:, :, 0]
+            exact = identification_jacobian(actual, Motion(q), (name,))[1][:, :, 0]
             gap = max(gap, float(np.abs(np.concatenate(both, 1) - exact).max()))
         agrees = gap < 1e-9
         reason = (

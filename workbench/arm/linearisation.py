@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError, ShapeError
@@ -179,7 +179,7 @@ def linearise(
         if value is not None and not value > 0:
             raise OptionError(f"{what} is {value:g}; give a positive number")
     names = robot.default_free if names is None else names
-    _, twists = sensitivity(robot, Motion(q), names)
+    _, twists = identification_jacobian(robot, Motion(q), names)
     deviations = np.full(3 if sigma_rotation is None else 6, sigma_position)
     deviations[3:] = sigma_position if sigma_rotation is None else sigma_rotation
     whitened = twists[:, : len(deviations)] / deviations[:, None]

@@ -21,7 +21,7 @@ from jaxtyping import Float
 from workbench.arm.calibration_record import Calibration, Expected
 from workbench.arm.effects import AbstractEffect, Loads
 from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
@@ -320,10 +320,10 @@ def _fitted(
     own = np.array([not n.startswith("base.") for n in names])
 
     def at(arm: Robot) -> tuple[np.ndarray, np.ndarray]:
-        poses, twists = sensitivity(arm, here, names)
+        poses, twists = identification_jacobian(arm, here, names)
         error = se3.pose_error(wanted, poses)
         if not seen[1]:
-            poses, columns = sensitivity(arm.with_frames(base=Frame()), here, names)
+            poses, columns = identification_jacobian(arm.with_frames(base=Frame()), here, names)
             error[:, 3:] = se3.pose_error(turned, poses)[:, 3:]
             twists[:, 3:] = columns[:, 3:] * own
         return (error / sigma).ravel(), (twists / sigma[:, None]).reshape(-1, len(names))

@@ -23,7 +23,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import joint_elements, sensitivity, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, joint_elements, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.usable import (
@@ -145,7 +145,7 @@ def controller_numbers(
     frames = usable.free_frames
 
     def at(arm: Robot, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-        poses, twists = sensitivity(arm, here, names)
+        poses, twists = identification_jacobian(arm, here, names)
         error = se3.pose_error(wanted, poses) * weight
         return error.ravel(), (twists * weight[:, None]).reshape(-1, len(names))
 

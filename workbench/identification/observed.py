@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from workbench.arm.calibration_record import MAX_POSITION, Expected, Observed, representative_rows
 from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.types import Matrix3, frozen
@@ -76,7 +76,7 @@ def fit_twists(
         f"tool.{part}" for part in FRAME_PARTS if at_flange
     }
     own = {place: name for place, name in own.items() if name in moves}
-    return *sensitivity(arm, motion, tuple(own.values())), list(own)
+    return *identification_jacobian(arm, motion, tuple(own.values())), list(own)
 
 
 def _sizes(

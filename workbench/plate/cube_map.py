@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.kinematics.reachable import reachable
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
@@ -107,7 +107,7 @@ def map_cubes(
 
 def _best(robot: Robot, names: tuple[str, ...], mask: np.ndarray, q_tried: np.ndarray, tried: int):
     """Of the tried orientations of each cube the one with the highest index, with its motion."""
-    _, twists = sensitivity(robot, Motion(np.where(mask[:, None], q_tried, 0.0)), names)
+    _, twists = identification_jacobian(robot, Motion(np.where(mask[:, None], q_tried, 0.0)), names)
     index = np.where(mask, inverse_condition(twists), -np.inf).reshape(-1, tried)
     best = index.argmax(1) + tried * np.arange(len(index))
     found = mask.reshape(-1, tried).sum(1)

@@ -28,7 +28,7 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 from scipy.special import gammaln
 
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -168,9 +168,9 @@ def _rise(rows: np.ndarray, covariance: np.ndarray, weight: np.ndarray) -> float
 def _twists(
     robot: Robot, q: Float[np.ndarray, "rows n"], names: tuple[str, ...]
 ) -> Float[np.ndarray, "rows 6 p"]:
-    """Sensitivity at evaluation poses; cached, since a drag uses the same poses repeatedly."""
+    """Identification Jacobian at evaluation poses; cached, since a drag uses the same poses repeatedly."""
     if q.flags.writeable:
-        return sensitivity(robot, Motion(q), names)[1]
+        return identification_jacobian(robot, Motion(q), names)[1]
     return _kept_twists(robot, _Unchanging(q), names)
 
 
@@ -189,7 +189,7 @@ class _Unchanging:
 
 @lru_cache(maxsize=4)
 def _kept_twists(robot: Robot, q: _Unchanging, names: tuple[str, ...]) -> Float[np.ndarray, "rows 6 p"]:
-    return frozen(sensitivity(robot, Motion(q.array), names)[1])
+    return frozen(identification_jacobian(robot, Motion(q.array), names)[1])
 
 
 @lru_cache(maxsize=4)

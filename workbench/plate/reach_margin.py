@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm.inverse.follow import follow_many
-from workbench.arm.kinematics.forward import geometric_jacobian, sensitivity
+from workbench.arm.kinematics.forward import geometric_jacobian, identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -35,7 +35,7 @@ def with_reach_margin(
     """
     names, elements = robot.default_free, robot.chain.elements
     turns = np.array([elements[i].axis.turns for i in robot.chain.indices(names)], bool)
-    poses, twists = sensitivity(robot, Motion(q), names)
+    poses, twists = identification_jacobian(robot, Motion(q), names)
     off = twists * np.where(turns, errors[1], errors[0]) / np.sqrt(3.0)
     steps = np.linalg.pinv(geometric_jacobian(robot, q)) @ off
     farthest = np.linalg.svd(steps, full_matrices=False)[2][:, 0]

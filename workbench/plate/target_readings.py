@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -119,7 +119,7 @@ def linearise_reading(
         reading: The reading there.
         target_sigma: Standard deviation of each target [m], [rad].
     """
-    poses, twists = sensitivity(robot, Motion(q), names)
+    poses, twists = identification_jacobian(robot, Motion(q), names)
     jacobian, unknown = reading.rows(poses, twists, target_sigma)
     count, components = jacobian.shape[:2]
     prior = reading.unknown_sigma

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.extras.poses.clustering.session import ClusterTargets
 from workbench.plate.collision import solid_clear
@@ -17,7 +17,9 @@ def test_clustering_gives_equal_indices_in_different_cubes(do):
     session = do(ClusterTargets(10))
     q = np.stack([s.q for s in session.states])
     assert len(q) == 10
-    index = inverse_condition(sensitivity(session.robot, Motion(q), session.robot.default_free)[1])
+    index = inverse_condition(
+        identification_jacobian(session.robot, Motion(q), session.robot.default_free)[1]
+    )
     assert np.ptp(index) < 1e-3
     cells = session.plate.region.cells(session.plate.poses[:, :3, 3])
     assert len(set(cells.tolist())) == 10

@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.extras.poses.clustering.design import cluster_region as cluster
@@ -28,7 +28,7 @@ def rng(seed=0):
 
 def ratio(robot, q):
     """σmin/σmax of the stacked, unscaled Jacobian, and the same pose by pose: eq. (17)."""
-    blocks = sensitivity(robot, Motion(q), robot.default_free)[1]
+    blocks = identification_jacobian(robot, Motion(q), robot.default_free)[1]
     whole = np.linalg.svd(blocks.reshape(-1, blocks.shape[2]), compute_uv=False)
     each = np.linalg.svd(blocks, compute_uv=False)
     return whole[-1] / whole[0], each[:, -1] / each[:, 0], int((whole > 1e-9 * whole[0]).sum())

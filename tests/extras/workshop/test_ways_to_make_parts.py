@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.plate.test_fixture import HALF, rng
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.extras.workshop.csv_lists import distances_csv, parts_csv
@@ -85,7 +85,7 @@ def test_a_ball_bar_plate_is_three_sockets_and_the_lengths_of_its_bar(aria, plat
     assert "ball-bar, telescoping" in parts_csv(made)
     q = choose_branches(aria, plate, plate_solutions(aria, plate), goal="O1", rng=np.random.default_rng(0)).q
     rows = linearise_targets(aria, bar, q, sigma=(5e-6, 1e-3), additive=True)
-    _, twists = sensitivity(aria, Motion(q), rows.names)
+    _, twists = identification_jacobian(aria, Motion(q), rows.names)
     assert rows.jacobian.shape == (30, len(rows.names))
     assert np.allclose(rows.jacobian[1] * rows.sigma[1], bar.from_anchors[0, 1] @ twists[0, :3])
     assert np.allclose(rows.sigma, np.hypot(5e-6, 5e-5))

@@ -100,7 +100,7 @@ def link_frames(robot: Robot, at: ArrayLike | Motion) -> Float[np.ndarray, "*row
     return frames[0] if one else frames
 
 
-def sensitivity_blocks(
+def identification_jacobian_blocks(
     robot: Robot, at: ArrayLike | Motion, names: tuple[str, ...], *, block: int = BLOCK
 ) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
     """Poses and identification Jacobians block by block, with memory independent of the number of rows.
@@ -118,7 +118,7 @@ def sensitivity_blocks(
     if robot.effects:
         for start in range(0, size, block):
             rows = slice(start, min(start + block, size))
-            yield (rows, *_deflected_sensitivity(robot, motion.take(rows), names))
+            yield (rows, *_deflected_jacobian(robot, motion.take(rows), names))
         return
     columns = robot.chain.indices(names)
     block = min(block, max(size, 1))
@@ -130,7 +130,7 @@ def sensitivity_blocks(
         yield (rows, *chains.twists(robot.chain, motion.q[rows], columns, out=out))
 
 
-def sensitivity(
+def identification_jacobian(
     robot: Robot, at: ArrayLike | Motion, names: tuple[str, ...] | None = None
 ) -> tuple[Float[np.ndarray, "*rows 4 4"], Float[np.ndarray, "*rows 6 p"]]:
     """Tool poses and the identification Jacobian: the tool's twist per constant.
@@ -144,7 +144,7 @@ def sensitivity(
     motion, one = _rows(robot, at)
     names = robot.default_free if names is None else names
     if robot.effects:
-        poses, twists = _deflected_sensitivity(robot, motion, names)
+        poses, twists = _deflected_jacobian(robot, motion, names)
     else:
         poses, twists = chains.twists(robot.chain, motion.q, robot.chain.indices(names))
     return (poses[0], twists[0]) if one else (poses, twists)
@@ -156,7 +156,7 @@ def geometric_jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np
     return chains.joint_twists(robot.chain, q)[1]
 
 
-def _deflected_sensitivity(
+def _deflected_jacobian(
     robot: Robot, motion: Motion, names: tuple[str, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Poses and twists of an arm with effects, columns in the order of the names."""

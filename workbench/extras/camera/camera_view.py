@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -178,4 +178,6 @@ def _frames_aside(fit: Fit) -> tuple[tuple[str, ...], Float[np.ndarray, "columns
 def _columns(fit: Fit, motion: Motion, names: tuple[str, ...]) -> Float[np.ndarray, "components columns"]:
     frames = tuple(f"{kind}.{part}" for kind in ("base", "tool") for part in FRAME_PARTS)
     robot = fit.calibrated.in_session(fit.problem.data.sessions[0])
-    return sensitivity(robot, motion, (*names, *frames))[1][:, :3].reshape(-1, len(names) + len(frames))
+    return identification_jacobian(robot, motion, (*names, *frames))[1][:, :3].reshape(
+        -1, len(names) + len(frames)
+    )

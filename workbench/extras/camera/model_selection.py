@@ -34,7 +34,7 @@ from jaxtyping import Float
 from scipy.spatial.distance import cdist
 
 from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import in_mm
@@ -296,7 +296,7 @@ class Effect(NamedTuple):
         if not names:
             return cls(np.zeros((0, 0)), np.zeros((0, 0)))
         frames = tuple(f"{kind}.{part}" for kind in ("base", "tool") for part in FRAME_PARTS)
-        _, twists = sensitivity(robot, motion, (*names, *frames))
+        _, twists = identification_jacobian(robot, motion, (*names, *frames))
         found = []
         for axes in (slice(0, 3), slice(3, 6)):
             flat = twists[:, axes].reshape(-1, twists.shape[2])

@@ -17,7 +17,7 @@ from itertools import chain
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -130,7 +130,7 @@ class TargetInView(AbstractSight):
         self, robot: Robot, q: Float[np.ndarray, "rows n"], names: tuple[str, ...] | None = None
     ) -> Linearisation:
         names = robot.default_free if names is None else names
-        poses, twists = sensitivity(robot, Motion(q), names)
+        poses, twists = identification_jacobian(robot, Motion(q), names)
         root = np.linalg.qr(self._by_twist(poses), mode="r")
         return Linearisation(
             jacobian=frozen((root @ twists).reshape(-1, len(names))),

@@ -18,7 +18,7 @@ import numpy as np
 from workbench.arm.confounded_constants import Combination, combinations
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.joint_units import sliding
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
@@ -68,7 +68,7 @@ def redundancy(
     around = tuple(f"{frame}.{part}" for frame in ("base", "tool") for part in FRAME_PARTS)
     names = (*own, *(around if frames else ()))
     q = random_poses(robot, GENERIC, rng=np.random.default_rng(0))
-    twists = sensitivity(robot, Motion(q), names)[1][:, : 3 if points else 6]
+    twists = identification_jacobian(robot, Motion(q), names)[1][:, : 3 if points else 6]
     columns = twists.reshape(-1, len(names))
     free = set(robot.default_free)
     order = sorted(range(len(names)), key=lambda i: names[i] not in free)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from workbench.arm.kinematics.forward import geometric_jacobian, sensitivity
+from workbench.arm.kinematics.forward import geometric_jacobian, identification_jacobian
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -148,7 +148,7 @@ class YieldJob:
     @cached_property
     def linearisation(self) -> Linearisation:
         """Of the targets at the nominal arm, as identified; a ball-bar's anchors are solved for."""
-        _, twists = sensitivity(self.robot, Motion(self.q), self.names)
+        _, twists = identification_jacobian(self.robot, Motion(self.q), self.names)
         like = linearise(self.robot, self.q[:1], names=self.names)
         rows = (twists / self.sigma[:, :, None])[self.constrained]
         anchors = (self.anchored / self.sigma[:, :, None])[self.constrained]
@@ -207,7 +207,7 @@ class YieldJob:
             spread[own, :, own] = steps @ np.swapaxes(steps, 1, 2)
             rows = self.constrained.sum()
             noise[:rows, :rows] += spread[self.constrained][:, self.constrained]
-        _, twists = sensitivity(self.robot, Motion(self.bank), self.names)
+        _, twists = identification_jacobian(self.robot, Motion(self.bank), self.names)
         off = twists @ (pull @ np.linalg.cholesky(noise))
         return np.stack([(off[:, :3] ** 2).sum((1, 2)), (off[:, 3:] ** 2).sum((1, 2))], -1)
 

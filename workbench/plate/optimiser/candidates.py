@@ -19,7 +19,7 @@ from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.follow import follow_many
-from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -187,7 +187,7 @@ class Setting:
 
     def rows(self, q: Float[np.ndarray, "rows n"], places: Places) -> Float[np.ndarray, "rows m p"]:
         """Whitened rows per scaled parameter and per unknown of the reading, for targets in postures."""
-        at, twists = sensitivity(self.robot, Motion(q), self.names)
+        at, twists = identification_jacobian(self.robot, Motion(q), self.names)
         jacobian, unknown = self.reading.rows(at, twists * self.scales, self.sigma(places))
         return np.concatenate([jacobian, unknown], axis=2)
 

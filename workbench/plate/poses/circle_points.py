@@ -5,7 +5,7 @@ describes a circle about each axis (Katana §2.2.4; Santolaria & Ginés 2013).
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import OptionError
@@ -48,7 +48,7 @@ def circle_poses(robot: Robot, number: int, *, rng: np.random.Generator) -> Floa
 def levers(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows n"]:
     """Distance of the tool point from every joint's axis [m]: the length of its offset's velocity."""
     offsets = robot.joint_offsets
-    _, twists = sensitivity(robot, Motion(q), offsets)
+    _, twists = identification_jacobian(robot, Motion(q), offsets)
     return np.linalg.norm(twists[:, :3], axis=1)
 
 
