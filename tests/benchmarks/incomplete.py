@@ -54,7 +54,7 @@ SET_UP = 0.05
 ROUNDED = float(np.deg2rad(0.01)), 1e-4
 """Last digit of joint readings [rad] and of measured positions [m]."""
 KINDS = tuple(k for k in CASES if not k.startswith("misseated"))
-SURE = 3.0
+RIGHT_WITHIN = 3.0
 """Standard errors within which a size is right."""
 CALIBRATED = 0.03
 """By how much stated odds may be off."""
@@ -223,7 +223,7 @@ def _judge_lift(seed: int) -> dict:
 def _tips_by(result: Diagnosis, actual: float) -> bool:
     """Whether the slide's guide is found to tip by what the carriage does where it is retracted."""
     return any(
-        abs(c - actual) < SURE * std
+        abs(c - actual) < RIGHT_WITHIN * std
         for a in result.effects
         if a.effect.name == "bearing-compliance"
         for j, c, std in zip(a.effect.joints, a.effect.coefficients, a.std, strict=True)

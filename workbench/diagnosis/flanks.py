@@ -50,8 +50,8 @@ TWO_SIDED = 1.96
 """Standard deviations either side of a 95 % interval."""
 MEDIAN = 0.455
 """95 % quantile of χ² with one degree of freedom."""
-SURE = 30.0
-"""Log odds above which a flank counts as certain."""
+MAX_LOG_ODDS = 30.0
+"""Log odds beyond which a flank counts as certain."""
 FAR = 8.0
 """Standard deviations of a load from 0 beyond which its row carries no information on the masses."""
 
@@ -250,7 +250,7 @@ def _belief(loads: _Loads, odds: Sides) -> _Belief:
     than stated."""
     wide = np.sqrt(1.0 + (loads.slope**2).sum(2))
     near = np.abs(loads.size) < FAR * wide
-    right = special.expit(np.clip(odds, -SURE, SURE))
+    right = special.expit(np.clip(odds, -MAX_LOG_ODDS, MAX_LOG_ODDS))
     kinds = [Propagated.of(loads.size[near], s * loads.slope[near], right[near]) for s in SCALES]
     best = max(kinds, key=lambda k: k.evidence)
     scale = SCALES[kinds.index(best)]

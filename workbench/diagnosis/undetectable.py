@@ -26,7 +26,7 @@ from workbench.base.wording import joint_list
 from workbench.diagnosis.evidence import coefficients, curvature, left_by
 from workbench.diagnosis.rounds import Searched
 
-SURE = 6.0
+DETECTABLE_FROM = 6.0
 """Size in standard errors that makes an effect certain to be found, by evidence and by all folds …"""
 PART = 0.5
 """… if its size is this share of the largest one found."""
@@ -80,7 +80,7 @@ def undetectable(searched: Searched, robot: Robot, motion: Motion) -> tuple[Unde
         size = sizes.like(candidate.effect, robot.chain)
         if candidate.names[0] in idle:
             out.append(Undetectable(candidate.effect, Reason.UNLOADED, np.inf))
-        elif SURE * std > PART * size > 0.0:
+        elif DETECTABLE_FROM * std > PART * size > 0.0:
             reason = Reason.COVERED if alone < DISTINCT * whole else Reason.FAINT
             weight = size**2 / (size**2 + std**2)
             found = left.inner[column, -1] / (alone * scale) if weight > 0.0 else 0.0

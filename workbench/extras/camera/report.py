@@ -15,7 +15,7 @@ from workbench.extras.camera.rig import owner_in
 from workbench.identification.fit import Fit
 from workbench.report.json import Json
 
-SURE, MIN_MOVED = 3.0, np.deg2rad(0.03)
+MOVED_FROM, MIN_MOVED = 3.0, np.deg2rad(0.03)
 """Standard errors, and an angle [rad], beyond which a joint's zero is said to have moved."""
 
 
@@ -30,7 +30,7 @@ class Zero(NamedTuple):
     @property
     def moved(self) -> bool:
         """Whether it has moved beyond doubt."""
-        return abs(self.change) > max(SURE * self.std, MIN_MOVED)
+        return abs(self.change) > max(MOVED_FROM * self.std, MIN_MOVED)
 
     @property
     def text(self) -> str:
