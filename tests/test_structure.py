@@ -18,7 +18,7 @@ from typing import Any
 from workbench.base.errors import WorkbenchError
 
 ROOT = Path(__file__).resolve().parents[1] / "workbench"
-LADDER = [
+WINGS = [
     "base",
     "report",
     "arm",
@@ -33,7 +33,7 @@ LADDER = [
     "extras",
     "__main__",
 ]
-RUNG = {name: i for i, names in enumerate(LADDER) for name in names.split()}
+PLACE = {name: i for i, name in enumerate(WINGS)}
 HOMES = {
     "viser": {"views/page", "extras"},
     "rerun": {"views/recording", "extras/review"},
@@ -45,7 +45,7 @@ HOMES = {
     "ezc3d": {"extras/logs"},
     "playwright": set(),
 }
-"""With the ladder they keep viewers and the command line out of the numeric core."""
+"""With the order of the wings they keep viewers and the command line out of the numeric core."""
 NOTHING = {"None", "()", "{}", "''", "self", "NONE", "NO_UNKNOWNS"}
 """What a method that says nothing returns."""
 LONGEST = 450
@@ -70,7 +70,7 @@ MODULES = {module(p): p for p in FILES}
 
 
 def part(path: Path) -> str:
-    """The rung's word of a file: the name right below the package."""
+    """The wing of a file: the name right below the package."""
     return path.relative_to(ROOT).parts[0].removesuffix(".py")
 
 
@@ -112,11 +112,11 @@ def imports_of(nodes: Iterable[ast.AST], package: list[str]) -> list[tuple[str, 
     return found
 
 
-def test_every_module_has_a_rung():
-    assert {part(p) for p in FILES} - {"__init__"} <= set(RUNG)
+def test_every_module_belongs_to_a_wing():
+    assert {part(p) for p in FILES} - {"__init__"} <= set(PLACE)
 
 
-def test_imports_climb_one_ladder():
+def test_wings_import_earlier_wings_only():
     wrong = []
     for path in FILES:
         mine = part(path)
@@ -128,7 +128,7 @@ def test_imports_climb_one_ladder():
             # the package itself hands names out by need; commands call its verbs
             if mine == "__init__" or (mine in ("cli", "extras") and other == "__init__"):
                 continue
-            if other != mine and RUNG.get(other, len(LADDER)) >= RUNG[mine]:
+            if other != mine and PLACE.get(other, len(WINGS)) >= PLACE[mine]:
                 wrong.append(f"{label(path)}, line {line}: imports {name}")
     assert not wrong
     at_once = imports_of(tree(ROOT / "__init__.py").body, ["workbench"])

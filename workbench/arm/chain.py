@@ -228,8 +228,8 @@ def twists(
         values: Constants to use instead of the chain's own.
         shift: Increments by effects, per element; an empty array for none.
         out: Arrays to write into, for loops over blocks of rows.
-        part: Elements between the first frame and the one observed instead of the tool, if not all;
-        elements outside have no twist.
+        part: Elements between the first frame and the one observed instead of the tool, if not all; elements
+            outside have no twist.
 
     Returns:
         Poses, and twists [v; w] at the tool's origin in base axes.

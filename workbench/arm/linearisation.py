@@ -164,8 +164,8 @@ def linearise(
         names: Constants to identify, P of them; the robot's default free ones if None. With an unknown
             base or tool its `base.…` and `tool.…` constants belong here.
         sigma_position: Standard deviation of a measured coordinate [m].
-        sigma_rotation: Standard deviation of a measured rotation about an axis [rad]; None if the
-        instrument measures points only. Default 0.02°.
+        sigma_rotation: Standard deviation of a measured rotation about an axis [rad]; None if the instrument
+            measures points only. Default 0.02°.
         length: Characteristic length L [m]; the robot's reach if None.
 
     Returns:

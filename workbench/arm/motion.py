@@ -22,12 +22,12 @@ class Motion:
         payload: Mass at the tool [kg]; none if None.
         torque: Measured joint torques [N m].
         wrench: External [f; τ] at the tool's origin, in the axes of the robot's gravity [N, N m]; none if
-        None.
+            None.
         velocity: Joint velocities [rad/s or m/s]; at rest if None.
         acceleration: Joint accelerations [rad/s² or m/s²]; none if None.
         row: Number of each row in its file; None for poses outside any file, or after its measurements.
         flank: Sign of the flank on which each joint rests in its backlash, if fixed by a fit; NaN if the load
-        decides.
+            decides.
         more: Drivers of other packages, by the name of their column.
     """
 

@@ -27,7 +27,7 @@ class Parameter:
         upper: Maximum value for bounded algorithms.
         is_coefficient: Whether it is a coefficient of an effect, in its own unit.
         is_inertia: Whether it is a link's mass, a coordinate of its centre, or an angle of gravity, which act
-        through loads only.
+            through loads only.
         is_instrument: Whether it belongs to an observation: the place of an anchor, a contact, a marker …
     """
 

@@ -1,4 +1,4 @@
-"""Array aliases with their shapes, and the enumerations that several rungs share.
+"""Array aliases with their shapes, and the enumerations that several wings share.
 
 Shapes are read by jaxtyping; the tests check them at run time with beartype.
 """

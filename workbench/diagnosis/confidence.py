@@ -1,4 +1,7 @@
-"""Confidence in a cause: odds and their names."""
+"""Confidence in a cause: odds and their names.
+
+What else a cause must pass to be certain is decided in `claimed_causes.py`.
+"""
 
 from enum import StrEnum
 

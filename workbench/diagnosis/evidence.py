@@ -136,7 +136,7 @@ def offers(
         left: Residual of the model.
         candidates: The candidates.
         group: Terms that they would replace. Masses and centres that act through these also act through the
-        replacement, so both are evaluated with them.
+            replacement, so both are evaluated with them.
         pushing: Whether free coefficients may act against their load.
     """
     alike: dict[tuple[str, ...], list[Candidate]] = {}

@@ -42,12 +42,12 @@ class Grams:
         basis: The geometric directions in the unknowns that are no coefficients [rad, m].
         count: Number of measured components.
         inertia: By the coefficients of a fitted effect of load, columns of the masses, centres and angles of
-        gravity that act through it. They belong to the effect: without it, masses are unobservable.
+            gravity that act through it. They belong to the effect: without it, masses are unobservable.
         known: Prior standard deviations of these, scaled like the columns.
         reach: Prior standard deviation of each geometric unknown about its fit.
         maximum: Bound of every coefficient, scaled like the columns; unbounded by default.
         history: Inner products of U further columns, which events may change, with all columns and with each
-        other, within each piece of time; None unless requested.
+            other, within each piece of time; None unless requested.
     """
 
     names: tuple[str, ...]

@@ -52,8 +52,7 @@ class Ranked:
         gain: Log evidence that it adds [nat].
         p_value: Probability that chance would add as much, for one try.
         errors: Held-out errors of the arm with it; of the fitted rows if none was held out; None if it was
-            not
-        evaluated.
+            not evaluated.
         shrunk: Whether its coefficients share a variance estimated from the data.
     """
 
@@ -79,7 +78,7 @@ class Accepted:
         gain: Log evidence that it adds to the others [nat].
         p_value: Probability that chance would add as much, for one try; 0 below the smallest float.
         before: Held-out errors of the final model without it, refitted; of the fitted rows if none was held
-        out.
+            out.
         after: Of the final model with all effects, on the same rows.
         alternatives: Effects that would do nearly as well in its place, best first.
         text: Description in one sentence.

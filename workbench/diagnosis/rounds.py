@@ -56,7 +56,7 @@ class Stage:
         geometric: The problem of the geometry on the fitted rows, weighed by what the fit leaves.
         fitted: Geometry and accepted effects.
         spared: Outliers close to each other in time: an event may explain them, so they are not excluded
-        before events were searched.
+            before events were searched.
     """
 
     rows: Dataset

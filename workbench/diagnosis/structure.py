@@ -86,13 +86,12 @@ class Structure:
         tests: Number of tests.
         row: Numbers of the tested rows.
         residual: Their residuals by label, in mm or mrad: in the first axis's view, or that of the order if
-            no
-        axis has structure.
+            no axis has structure.
         shown: That axis.
         step: Rows between which a step lies, if there is one in the order.
         where: Session of both, if there are several; empty otherwise.
         drifts: Drift of sessions from their first to their last row [mm], if there are several and the order
-        has structure.
+            has structure.
     """
 
     axes: tuple[StructureAxis, ...] = ()

@@ -61,15 +61,15 @@ class ArmMatch:
 
     Args:
         robot: Name of the arm.
-        error: Median distance of measured from predicted points with the best base and tool [m]; NaN with
-        too few points, infinite if the numbers of joints differ.
+        error: Median distance of measured from predicted points with the best base and tool [m]; NaN with too
+            few points, infinite if the numbers of joints differ.
         outside: Share of the rows in which a joint is beyond its limits.
         rival: Built-in arm that fits far better, as `load_robot` takes it; empty if there is none.
         rival_name: Its name for display.
         rival_error: Its median distance [m].
         mistake: Mistake in the file that alone explains the misfit; empty if there is none.
         headings: Corrected column headings, as `with_headings_corrected` takes them; empty if no heading
-        corrects it.
+            corrects it.
         mistake_error: Median distance once it is corrected [m].
         is_foreign: Whether the rows clearly belong to another arm, or need a correction of the file.
         joints: Number of joints of the rows and of the arm, where they differ.

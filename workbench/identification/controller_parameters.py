@@ -74,7 +74,7 @@ class ControllerNumbers:
         after: Errors that remain.
         rows: Number of joint positions compared.
         losses: Where these numbers increase the error: at the tool or the flange, at the measured poses or
-        anywhere within the limits; empty where they may be entered.
+            anywhere within the limits; empty where they may be entered.
         notes: What was not observed, one sentence each.
     """
 

@@ -43,7 +43,7 @@ def with_expected_deviation(problem: Problem, deviation: float | str = AUTO) -> 
     Args:
         problem: Whitened rows; the arm's constants among its unknowns.
         deviation: Standard deviation of the constants about nominal [rad, m]; `auto`: estimated from the
-        rows; infinite: no prior.
+            rows; infinite: no prior.
     """
     if isinstance(deviation, str) and deviation != AUTO:
         raise OptionError(

@@ -41,7 +41,7 @@ def expected_error(fit: Fit, motion: Motion) -> Expected:
 
     Args:
         fit: Constants of the arm with their covariance; base and tool, those of the first session, are part
-        of the arm.
+            of the arm.
         motion: Joint positions, and what drives the arm's effects.
     """
     _, twists, places = fit_twists(fit, motion)

@@ -58,15 +58,14 @@ class FitChoices:
     """Which rows are fitted, which constants are free, and how rows are weighted.
 
     Args:
-        held_out: Share of rows to hold out, rows of another file, or names of sessions; they
-        choose nothing.
+        held_out: Share of rows to hold out, rows of another file, or names of sessions; they choose nothing.
         frames: Whether sessions share base and tool, have their own, or the data decide.
         free: Constants to identify; the robot's default ones if None.
         exclude: Rows to exclude, with the reason.
         region: Keep only rows whose nominal tool position lies in this cuboid of the robot's base frame.
         noise: Standard deviations [m], [rad]; from repeats or the fit if None.
         levelled: Whether the z axis of the measuring frame is vertical, so that the base's orientation in it
-        gives the direction of gravity.
+            gives the direction of gravity.
         known: Known places of anchors or contacts [m], such as `anchor[A].x`.
         seed: Chooses the held-out rows (and the folds of a diagnosis).
     """

@@ -52,16 +52,16 @@ def identify(
     """Identify the arm's constants, and its frames where they are unknown.
 
     Args:
-        robot: Nominal arm; its frames say whether they are fixed, free, or decided from the data. May be
-        None if the rows hold tool poses instead of joints, as pictures do; a robot given with these is
-        ignored.
+        robot: Nominal arm; its frames say whether they are fixed, free, or decided from the data. May be None
+            if the rows hold tool poses instead of joints, as pictures do; a robot given with these is
+            ignored.
         data: Measurements.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
         algorithms: Names from `ALGORITHMS`.
         bounds: Minimum and maximum value by name, for OPT1.
         loss: Whether outliers are excluded, or how residuals are weighted.
         deviation: Expected deviation of the arm's constants from nominal [rad, m]; `auto`: estimated from the
-        rows; infinite: no prior, so that only unobservable constants stay nominal.
+            rows; infinite: no prior, so that only unobservable constants stay nominal.
         prior: Knowledge of the arm's constants from an earlier calibration.
         effects: Coefficients of the robot's effects to identify as well; the others keep their values.
         seek: Searches for effects beside the geometry, for readings that support it; None: geometry only.

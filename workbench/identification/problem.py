@@ -116,7 +116,7 @@ class Problem:
             bounds: Minimum and maximum value by name, for bounded algorithms.
             known: Values of the instrument's unknowns that are known, such as `anchor[A].x` [m].
             effects: Coefficients of the robot's effects that are unknown, such as `joint3.compliance`; the
-            others keep their values.
+                others keep their values.
             inertia: Whether the links' masses and centres are unknowns too, with the robot's tolerances as
                 prior.
         """

@@ -44,8 +44,7 @@ class Noise(NamedTuple):
         rotation: Of an orientation about each axis [rad].
         joints: Of the reading of every joint [rad or m]; empty where readings are taken to be exact.
         own: Of a reading in the observation's own unit. Position and rotation are then model errors of the
-            tool
-        in a row, which affect all its readings together.
+            tool in a row, which affect all its readings together.
         tilt: Of an inclinometer beside other observations [rad].
 
     A row's own sigma is the instrument's repeatability. These are added to it in quadrature for model errors;
@@ -128,7 +127,7 @@ class RowBlock:
         chain: Base, arm and tool of the session.
         elements: Elements whose constants are unknown.
         places: Indices in x of the unknown constants, then of masses, then of the angles of gravity if the
-        rows depend on them; those of coefficients of effects are `coefficients`.
+            rows depend on them; those of coefficients of effects are `coefficients`.
         unknowns: Indices of the instrument's unknowns in x, -1 for known ones.
         known: Values of the instrument's unknowns that are known.
         inverse_sigma: Reciprocal standard deviation of every residual component, joint readings exact.

@@ -58,7 +58,7 @@ class RowErrors:
         rotation: Angle between measured and predicted orientation of the tool [rad]; NaN without one.
         tilt: Angle error of a link's inclinometer [rad], the rms of several; NaN without.
         own: Errors of readings in their own unit; position and rotation are then the expected errors at the
-        tool. None without such readings.
+            tool. None without such readings.
     """
 
     position: Float[np.ndarray, " rows"]

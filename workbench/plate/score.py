@@ -186,7 +186,7 @@ def score_plate(
         robot: Nominal arm.
         plate: Its targets and region.
         sigma: Standard deviations of the instrument, position [m] and rotation [rad]; typical ones of what is
-        read at the targets if None.
+            read at the targets if None.
         base: Whether the base is unknown and identified too; as the robot says if None.
         tool: Whether the tool is.
         evaluation_poses: For which the error is predicted [rad or m]; those of the plate's region if None.
@@ -240,7 +240,7 @@ def score_plates(
         robot: Nominal arm.
         plates: At least one; those left when cancelled are not scored.
         sigma: Standard deviations of the instrument, position [m] and rotation [rad]; typical ones of what is
-        read at each plate's targets if None.
+            read at each plate's targets if None.
         base: Whether the base is identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of the mixes of branches that are tried.

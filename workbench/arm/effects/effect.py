@@ -2,7 +2,8 @@
 
 An effect's file contains its law (`law.py`), candidates for a diagnosis (`offers`), a sentence for people,
 its plot data (`plots.py`), an example to hide in a virtual arm, and flags. Other code uses this interface and
-never distinguishes effects by name.
+never distinguishes effects by name. Another package adds its class by an entry point of `workbench.effects`, a
+notebook by `EFFECTS.register` (`base/registry.py`).
 """
 
 from abc import abstractmethod
@@ -36,7 +37,7 @@ UNDRIVEN = 1e-9
 
 @runtime_checkable
 class EffectArm(Protocol):
-    """What an effect may require of its arm: a `Robot`, which is on a higher rung."""
+    """What an effect may require of its arm: a `Robot`, a module that imports this one."""
 
     @property
     def chain(self) -> Chain:
@@ -245,10 +246,10 @@ class Candidate:
 
     Args:
         effect: With zero coefficients.
-        covariance: Of its coefficients up to a common factor, if they are many and shrunk together; None
-        for a few free ones.
+        covariance: Of its coefficients up to a common factor, if they are many and shrunk together; None for
+            a few free ones.
         alike: Whether that covariance follows from the sizes of its laws over the rows: all joints are
-        expected to deflect about equally.
+            expected to deflect about equally.
         tries: Number of times that were searched for it.
     """
 

@@ -48,7 +48,7 @@ class JointHarmonic(AbstractEffect):
     Args:
         order: k, periods per turn; or several, increasing.
         range: Minimum and maximum position of its one joint where it was identified [rad]; valid anywhere if
-        empty.
+            empty.
     """
 
     order: int | tuple[int, ...] = 1

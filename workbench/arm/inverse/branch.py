@@ -131,12 +131,11 @@ class InverseResult:
     Args:
         branches: Those within the limits first, best manipulability first among them.
         finite: False if there are infinitely many solutions (a redundant arm or task, a singular pose) and
-        `branches` are representatives.
+            `branches` are representatives.
         note: A note for the user, such as that the arm is redundant.
         task: Which part of the pose was required.
         explain: Computes `reason` and `nearest` on first use: without a solution within the limits, this
-            takes
-        longer than the branches.
+            takes longer than the branches.
     """
 
     branches: tuple[Branch, ...]
@@ -195,7 +194,7 @@ def choose(
         result: Of `solve`.
         near: Preferred joint coordinates; the turn nearest to them is taken.
         branch: A name; joint coordinates (their nearest branch); or `auto`: the nearest to `near`, or without
-        it the one farthest from singularity and limits.
+            it the one farthest from singularity and limits.
 
     Returns:
         The branch, its q at the right turn; None if `auto` or coordinates find none within the limits. A

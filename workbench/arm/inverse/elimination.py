@@ -58,8 +58,7 @@ def closure_starts(
         targets: Poses of the tool.
         length: Unit of length that brings positions near 1 [m].
         entries: Joints that take the role of joint 1 (from 0) in turn: the closed loop may be entered
-            anywhere,
-        and a target that is degenerate for one entry is not for another. 16 starts each.
+            anywhere, and a target that is degenerate for one entry is not for another. 16 starts each.
         shift: Random change of the constants [rad, and share of `length`].
     """
     fixed, h = constants.copy(), targets.copy()

@@ -85,7 +85,7 @@ def tool_poses(robot: Robot, at: ArrayLike | Motion) -> Float[np.ndarray, "*rows
         ShapeError: another number of joint positions than the robot has joints.
         OptionError: joint positions that are not numbers.
         DataError: an effect of the robot lacks its driver, such as temperature; or positions far beyond a
-        joint's limits, which indicate another unit.
+            joint's limits, which indicate another unit.
     """
     motion, one = _rows(robot, at)
     poses = chains.poses(robot.chain, motion.q, shift=shift_of(robot, motion))

@@ -37,8 +37,7 @@ def reachable(
         poses: Tool poses in the measuring frame [m].
         task: Which part of them must be met; by default as much as the number of joints allows.
         certain: Decide failures by the complete search, at about 0.5 ms each; without it a few reachable
-            poses
-        in a thousand are missed.
+            poses in a thousand are missed.
 
     Returns:
         A mask, and joint coordinates [rad or m], NaN where not reached.

@@ -155,8 +155,8 @@ def effect_columns(
         values: Constants of the chain to use instead of the robot's own.
         effects: The robot's effects with other coefficients, to use instead.
         weights: Masses and gravity to use instead of the robot's own.
-        varying: Which of them vary: indices in `Robot.inertia`, followed by the two angles of gravity; all
-        of the former if None.
+        varying: Which of them vary: indices in `Robot.inertia`, followed by the two angles of gravity; all of
+            the former if None.
         part: Elements between the first frame and the one observed instead of the tool, if not all.
     """
     chain = robot.chain if values is None else robot.chain.with_values(values)

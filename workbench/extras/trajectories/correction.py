@@ -114,8 +114,7 @@ def correct(
 
     Raises:
         DataError: a row that violates a limit or a speed or is singular, with row and joint; or a row for
-            which
-        the iteration finds no correction.
+            which the iteration finds no correction.
     """
     try:
         method = CorrectionMethod(method)

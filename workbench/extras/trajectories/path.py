@@ -74,7 +74,7 @@ def command_joints(
         nominal: The arm as the controller computes it.
         q: Joint positions [rad or m].
         positions_only: Whether to ignore orientations. By default they are met as far as the calibration
-        observed them, otherwise by the arm used (`usable_arm`), near nominal.
+            observed them, otherwise by the arm used (`usable_arm`), near nominal.
         time: Time of every row [s], for messages.
     """
     arms = comparable(calibrated, nominal, positions_only=positions_only)
@@ -108,7 +108,7 @@ def command_poses(
         nominal: The arm as the controller computes it.
         poses: Poses of the tool [m].
         positions_only: Whether to ignore orientations. By default they are met as far as the calibration
-        observed them, otherwise by the arm used (`usable_arm`), near nominal.
+            observed them, otherwise by the arm used (`usable_arm`), near nominal.
         near: Joint positions near the start of the path [rad or m]; the best branch if None.
         time: Time of every row [s], for messages.
     """

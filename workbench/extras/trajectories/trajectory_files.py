@@ -52,15 +52,15 @@ def compensate(
     Args:
         calibrated: The arm that moves, with its effects.
         trajectory: Joint positions, which mean the nominal arm's poses there; or poses in the robot's base
-        frame. If it has both, the joint positions are used.
+            frame. If it has both, the joint positions are used.
         nominal: The arm as the controller computes it. Not required for poses: the calibrated geometry is
-        used then.
+            used then.
         method: `iterated`, or `one-step` (Katana eq. 5.22).
         payload: Mass at the tool [kg]; that of the trajectory if None.
         temperature: Temperature [degC]; that of the trajectory if None.
         max_speed: Maximum speed of any joint [rad/s or m/s]; not checked if None.
         positions_only: Whether to ignore orientations; by default they are corrected if the calibration
-        observed them, and by an arm near nominal if not.
+            observed them, and by an arm near nominal if not.
         moving: Whether to include inertial loads of the links.
     """
     if trajectory.q is not None and nominal is None:
