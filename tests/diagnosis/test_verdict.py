@@ -12,6 +12,7 @@ from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
+from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.result import Verdict
 from workbench.diagnosis.structure import neighbours
@@ -82,6 +83,18 @@ def test_few_rows_are_not_told_that_joints_moved_together(soft):
     found = diagnose(robot, rows.take(np.arange(6)), held_out=0.0)
     assert "more poses" in found.message
     assert not [note for note in found.notes if "together" in note]
+    assert not found.is_tried
+    assert not found.is_good
+
+
+def test_nothing_is_certain_where_structure_could_not_be_tested(soft, monkeypatch):
+    """What fails beside a result costs a warning; what rests on it must not be called certain then."""
+    assert diagnose(*soft).causes[0].confidence == Confidence.CERTAIN
+    monkeypatch.setattr("workbench.diagnosis.diagnose.structure_of", lambda *_: 1 / 0)
+    found = diagnose(*soft)
+    assert found.causes[0].confidence == Confidence.PROBABLE
+    assert found.causes[0].doubt
+    assert "structure" in found.warnings[0]
 
 
 @pytest.mark.parametrize(("count", "looked"), [(18, False), (40, True)])

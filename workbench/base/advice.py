@@ -1,4 +1,7 @@
-"""Advice about a result (poses to measure next, pictures): its failure costs a warning, never the result."""
+"""What is computed beside a result (poses to measure next, alternatives): if it fails, the result stays.
+
+A warning then says what is missing; nothing that rests on it is called certain.
+"""
 
 import traceback
 from collections.abc import Callable

@@ -82,6 +82,7 @@ SMOOTH = 1.0 / 3.0
 explains."""
 UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
+NOT_ROBUST = "without a tenth of the rows, or with wider noise, another claim does nearly as well"
 LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""
 
@@ -235,7 +236,7 @@ def find_causes(
     motion: Motion,
     known_noise: Noise | None,
     std: StandardErrors,
-    structure: Structure,
+    structure: Structure | None,
     *,
     together_mm: float,
 ) -> tuple[Cause, ...]:
@@ -246,13 +247,13 @@ def find_causes(
         arm: The identified arm.
         known_noise: Noise known beforehand.
         std: Standard errors of its coefficients.
-        structure: Of the residuals.
+        structure: Of the residuals; None if it could not be tested.
         together_mm: What all effects together explain at the tool, rms over the fitted rows [mm].
     """
     sized = {e.names: e for e in arm.effects}
     weighing = searched.stage.geometric.typical_noise
     scatter = readings(searched.stage.geometric)
-    smooth = smooth_part(searched.stage.fitted.fit, searched.stage.geometric.noise, structure)
+    smooth = smooth_part(searched.stage.fitted.fit, searched.stage.geometric.noise, structure or Structure())
     maximum = _largest_loads(arm, motion)
     after = validated(searched.grams, searched.found.model)
     count = searched.grams.count
@@ -289,28 +290,31 @@ def find_causes(
         is_strained = 1e3 * float(np.sqrt(3.0)) * weighing.position * size > STRAINED * together_mm
         sizes = clearness(effects, std)
         unclear = [j for j, z in sizes.items() if z < CLEAR]
-        doubt = whole.doubt(motion)
-        if not (arm.has_masses or whole.is_event or all(turns(arm.chain, j) for j in whole.joints)):
-            odds, doubt = min(odds, 1.0), UNTRIED
-        elif not arm.has_masses and isinstance(whole, JointCoupling):
-            doubt = UNTRIED_ACROSS
         others = [together(mine) for _, mine, _, _ in claimed if mine is not effects]
-        if (
-            is_strained
-            or any(share_a_law(whole, other) for other in others)
-            or lead_over_map(searched, group) < np.log(CERTAIN)
-            or _masked_by_scatter(effects, maximum, scatter)
-            or fall.mean() - standard_error(fall) < minimum**2 * count / len(fall)
-            or open_part > SMOOTH * size
-            or len(unclear) == len(sizes)
-            or doubt is not None
-        ):
-            odds = min(odds, PROBABLE)
-        if odds >= CERTAIN:
+        untried = _untried(whole, arm)
+        doubts = {
+            untried or whole.doubt(motion): True,
+            "the residuals could not be tested for structure": structure is None,
+            "it may be an error of the linearised geometry": is_strained,
+            "another cause has the same form": any(share_a_law(whole, other) for other in others),
+            "a smooth error of its joint would do nearly as well": lead_over_map(searched, group)
+            < np.log(CERTAIN),
+            "its joint scatters as much": bool(_masked_by_scatter(effects, maximum, scatter)),
+            "it explains little that is sure beyond the noise": fall.mean() - standard_error(fall)
+            < minimum**2 * count / len(fall),
+            "what remains has structure": open_part > SMOOTH * size,
+            f"no size of it exceeds {CLEAR:.0f} standard errors": len(unclear) == len(sizes),
+        }
+        reasons = [text for text, holds in doubts.items() if text and holds]
+        if untried == UNTRIED:
+            odds = min(odds, 1.0)
+        if not reasons and odds >= CERTAIN:
             kept = survive()
             unclear = [j for j in sizes if j in {*unclear, *kept.lost}]
             if not kept.holds or len(unclear) == len(sizes):
-                odds = min(odds, PROBABLE)
+                reasons = [NOT_ROBUST]
+        if reasons:
+            odds = min(odds, PROBABLE)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
         text = sentence_of(whole, unsure, std, arm, motion)
         found.append(
@@ -322,10 +326,19 @@ def find_causes(
                 text=text,
                 look_alikes=rivals,
                 unsure=unsure,
-                doubt=doubt or "",
+                doubt=next(iter(reasons), ""),
             )
         )
     return tuple(sorted(found, key=lambda c: -np.nan_to_num(c.contribution_mm)))
+
+
+def _untried(whole: AbstractEffect, arm: Robot) -> str | None:
+    """What could not be tried in its place, because masses are missing."""
+    if arm.has_masses or whole.is_event:
+        return None
+    if not all(turns(arm.chain, j) for j in whole.joints):
+        return UNTRIED
+    return UNTRIED_ACROSS if isinstance(whole, JointCoupling) else None
 
 
 def _noise(left: float, weighing: Noise, known_noise: Noise | None) -> float:

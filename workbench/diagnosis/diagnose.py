@@ -114,9 +114,8 @@ class _Saved:
     """The saved arm.
 
     Args:
-        fit: The last model, refitted to all rows of the file except suspects; that of the last search if no
-            row
-        was held out, or if the refit did not converge.
+        fit: The last model, refitted to all rows of the file except suspects; that of the last search if
+            no row was held out, or if the refit did not converge.
         suspects: Which held-out rows no arm explains.
         note: Note on the refit; None without one.
         undetectable: Effects of load that are unobservable in the rows.
@@ -187,10 +186,11 @@ def _claims(
     noise = noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise
     known_noise = noises.stated(ready.problem) or known or noises.from_repeats(ready.problem.data)
     joint_noise = readings(fit.problem.with_noise(geometric.noise))
-    structure = Structure()
+    tested: Structure | None = Structure()
     if search.too_few is None:
-        structure = advice.ask("the structure of the residuals", lambda: structure_of(fit, rng), structure)
-    found = _found_causes(search, saved, known_noise, structure)
+        tested = advice.ask("the structure of the residuals", lambda: structure_of(fit, rng), None)
+    structure = tested or Structure()
+    found = _found_causes(search, saved, known_noise, tested)
     causes = (*found, *standing_causes(saved.fit, given, noise))
     residual_map = _residual_map(last.found.model, saved.effects, causes, saved.trial, search)
     verdict, message = conclude(
@@ -214,7 +214,7 @@ def _claims(
 
 
 def _found_causes(
-    search: CauseSearch, saved: _Saved, known_noise: Noise | None, structure: Structure
+    search: CauseSearch, saved: _Saved, known_noise: Noise | None, structure: Structure | None
 ) -> tuple[Cause, ...]:
     """The causes among the accepted effects."""
     if not saved.effects:
@@ -352,6 +352,7 @@ def _diagnosis(
         now=saved.now,
         verdict=claims.verdict,
         message=claims.message,
+        is_tried=search.too_few is None,
         undetectable=saved.undetectable,
         measure_next=poses,
         next_reasons=reasons,

@@ -153,6 +153,7 @@ class Diagnosis(AbstractShown):
         structure: Tests of the residuals along all axes.
         now: The saved arm, if there were events during the measurements.
         verdict: The verdict.
+        is_tried: Whether effects were tried: the rows were enough for that.
         undetectable: Effects of load that are undetectable in the rows.
         measure_next: Joint positions of poses to measure next [rad or m].
         next_reasons: What each of them would determine.
@@ -193,6 +194,7 @@ class Diagnosis(AbstractShown):
     now: Now | None
     verdict: Verdict
     message: str
+    is_tried: bool
     undetectable: tuple[Undetectable, ...]
     measure_next: Float[np.ndarray, "_ n"]
     notes: tuple[str, ...]
@@ -232,13 +234,15 @@ class Diagnosis(AbstractShown):
     @property
     def is_good(self) -> bool:
         """Whether the verdict is conclusive: noise alone, or named causes."""
-        if self.harm is not None:
+        if self.harm is not None or not self.is_tried:
             return False
         return self.verdict is Verdict.NONE or (self.verdict is Verdict.EXPLAINED and self.is_named)
 
     @property
     def verdict_text(self) -> str:
         """The verdict for people; an error without a named cause is not called explained."""
+        if not self.is_tried:
+            return "too few rows to look for effects"
         if self.residual_map is not None and not self.causes:
             partly = "partly " if self.verdict is Verdict.PARTLY else ""
             return f"{partly}predicted, but no cause is named"

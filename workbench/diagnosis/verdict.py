@@ -92,7 +92,11 @@ def conclude(
     verdict, added = Verdict.PARTLY if is_more else Verdict.EXPLAINED, _added(causes, residual_map)
     if not causes:
         return verdict, f"{opening}{added} What remains {remainder}."
-    fall = "reduces the error"
+    fall = (
+        "does not reduce the error"
+        if after.position_mm.mean >= before.position_mm.mean
+        else "reduces the error"
+    )
     if np.isfinite(after.position_mm.mean):
         fall += f" from {before.text('mean')} to {after.text('mean')}"
     subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding these"

@@ -410,6 +410,8 @@ def _diagnosed(session: Session, found: Diagnosis) -> NextStep:
         whole = "these" if more or found.residual_map is not None else "it"
         text = f"{capital(first.plain)} ({first.confidence}){others}. With {whole}, {promise}"
         return NextStep(text, tone, ADD, poses)
+    if not found.is_tried:
+        return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
     if found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{left} left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
     text = f"{left} left, all of it noise: the geometric model is sufficient."

@@ -82,7 +82,7 @@ def joint_noise_text(result: Diagnosis) -> str:
 def _beginning(result: Diagnosis) -> list[RenderableType]:
     """Robot and rows, verdict, errors before and after."""
     style = STYLES.get(result.verdict, "bold red")
-    if result.verdict is Verdict.EXPLAINED and not result.is_good:
+    if result.verdict in (Verdict.EXPLAINED, Verdict.NONE) and not result.is_good:
         style = STYLES[Verdict.PARTLY]
     verdict = Text(f"{result.verdict_text}: {result.message}", style=style)
     return [Text(heading(result), style="bold"), verdict, errors_table(result)]
