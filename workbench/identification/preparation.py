@@ -42,6 +42,8 @@ from workbench.plate.region import Region
 
 MIN_HELD_OUT_PER_PLACE = 6
 """Minimum number of held-out rows to locate an anchor and judge the arm: twice its three unknowns."""
+ROUNDS, ROUNDS_BEYOND_STATED = 2, 5
+"""Maximum number of fits to estimate the noise: alone, and beyond what the rows state."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -81,6 +83,7 @@ class Prepared:
         readings = None if fitted.readings is None else fitted.readings.joined(held.readings)
         if readings is None:
             return self.errors_on(fitted, robot, instrument), self.errors_on(held, robot, instrument)
+        # such readings, like pictures of one rig, determine a tool's error only together
         both = replace(fitted, readings=None).joined(replace(held, readings=None))
         errors = self.errors_on(replace(both, readings=readings), robot, instrument)
         return errors.take(np.arange(len(fitted))), errors.take(np.arange(len(fitted), len(both)))
@@ -140,34 +143,36 @@ def prepare(
     robot.check_joints(data.q, data.source)
     progress(0.0, "checking the rows")
     complete = with_drivers(robot, checked(robot, data))
-    rows = _chosen(robot, complete, choices, held_rows)
-    free, scale_notes = _free(robot, rows.fitted, choices)
-    unknown = [name for name in (*free, *effects) if prior is None or name not in prior.names]
-    check_enough(robot, rows.fitted, unknown)
-    own = preparation_of(rows.fitted)
-    rows = rows if own is None else _suited(robot, rows, own)
+    rows = _choose_rows(robot, complete, choices, held_rows)
+    free, scale_notes = _free_constants(robot, rows.fitted, choices)
+    without_prior = [name for name in (*free, *effects) if prior is None or name not in prior.names]
+    check_enough(robot, rows.fitted, without_prior)
+    instrument_preparation = preparation_of(rows.fitted)
+    rows = rows if instrument_preparation is None else _exclude_unsuited(robot, rows, instrument_preparation)
     progress(0.25, "deciding whether base and tool are free")
-    frames = _framed(robot, rows.fitted, choices, free=free, effects=tuple(effects), prior=prior)
+    frames = _choose_frames(robot, rows.fitted, choices, free=free, effects=tuple(effects), prior=prior)
     build = partial(
         Problem.build, frames=frames.freedom, bounds=bounds, known=dict(choices.known), effects=effects
     )
-    if own is None:
+    if instrument_preparation is None:
         built, identifiability = build(frames.robot, rows.fitted, free=free, noise=choices.noise), None
     else:
-        progress(0.5, f"deciding what {own.name} can identify")
-        built, identifiability = own.decide(frames.robot, rows.fitted, free=free, build=build, seek=seek)
-    problem, decisions = _weighed(built, prior, choices.noise, identifiability)
-    judging, new_sessions, judging_notes = _judging(rows, own, problem, frames, choices)
+        progress(0.5, f"deciding what {instrument_preparation.name} can identify")
+        built, identifiability = instrument_preparation.decide(
+            frames.robot, rows.fitted, free=free, build=build, seek=seek
+        )
+    problem, decisions = _with_prior_and_noise(built, prior, choices.noise, identifiability)
+    judged, new_sessions, judged_notes = _judged_rows(rows, instrument_preparation, problem, frames, choices)
     return Prepared(
         data=complete,
         train_rows=rows.train_rows,
-        held_out_rows=judging.held_out_rows,
-        held=judging.held,
-        excluded=judging.excluded,
+        held_out_rows=judged.held_out_rows,
+        held=judged.held,
+        excluded=judged.excluded,
         aligned=frames.robot,
         problem=problem,
         new_sessions=new_sessions,
-        notes=(*rows.notes, *scale_notes, *frames.notes, *decisions, *judging_notes),
+        notes=(*rows.notes, *scale_notes, *frames.notes, *decisions, *judged_notes),
         identifiability=identifiability,
     )
 
@@ -188,20 +193,22 @@ class _Rows(NamedTuple):
     notes: tuple[str, ...]
 
 
-def _chosen(robot: Robot, data: Dataset, choices: FitChoices, held_rows: Collection[int] | None) -> _Rows:
+def _choose_rows(
+    robot: Robot, data: Dataset, choices: FitChoices, held_rows: Collection[int] | None
+) -> _Rows:
     """The chosen rows, divided into fitted and held-out ones."""
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
     used, other = data.take(rows), choices.held_out
-    if (own := preparation_of(used)) is not None:
-        lost = own.contradicted(robot, used)
+    if (instrument_preparation := preparation_of(used)) is not None:
+        lost = instrument_preparation.contradicted(robot, used)
         excluded = [*excluded, *((int(rows[i]), why) for i, why in lost.items())]
         rows = np.delete(rows, [*lost])
         used = data.take(rows)
-    train, held = divide(used, other, choices.seed) if held_rows is None else _divided(used, held_rows)
+    train, held = divide(used, other, choices.seed) if held_rows is None else _hold_out(used, held_rows)
     return _Rows(
         fitted=used.take(train),
         train_rows=rows[train],
-        held=beside(_other_rows(robot, other, choices.region), used)
+        held=beside(_rows_of_other_file(robot, other, choices.region), used)
         if isinstance(other, Dataset)
         else used.take(held),
         held_out_rows=rows[held],
@@ -210,7 +217,7 @@ def _chosen(robot: Robot, data: Dataset, choices: FitChoices, held_rows: Collect
     )
 
 
-def _free(robot: Robot, fitted: Dataset, choices: FitChoices) -> tuple[tuple[str, ...], list[str]]:
+def _free_constants(robot: Robot, fitted: Dataset, choices: FitChoices) -> tuple[tuple[str, ...], list[str]]:
     """Constants of the arm to identify, without a length that the rows can't determine, and a note on it."""
     free = tuple(robot.default_free if choices.free is None else choices.free)
     length = scale_fixing_length(robot, fitted, free, dict(choices.known))
@@ -220,10 +227,10 @@ def _free(robot: Robot, fitted: Dataset, choices: FitChoices) -> tuple[tuple[str
     return tuple(name for name in free if name != length), [note]
 
 
-def _suited(robot: Robot, rows: _Rows, own: AbstractPreparation) -> _Rows:
+def _exclude_unsuited(robot: Robot, rows: _Rows, instrument_preparation: AbstractPreparation) -> _Rows:
     """The rows that are suitable for their kind of reading; the others are excluded."""
-    suited = own.suited(robot, rows.fitted)
-    fitted, train_rows, lost = _in_use(suited, rows.train_rows)
+    suited = instrument_preparation.suited(robot, rows.fitted)
+    fitted, train_rows, lost = _included(suited, rows.train_rows)
     return rows._replace(
         fitted=fitted,
         train_rows=train_rows,
@@ -232,7 +239,7 @@ def _suited(robot: Robot, rows: _Rows, own: AbstractPreparation) -> _Rows:
     )
 
 
-def _framed(
+def _choose_frames(
     robot: Robot,
     fitted: Dataset,
     choices: FitChoices,
@@ -259,7 +266,7 @@ def _framed(
     return replace(found, robot=on_level(found.robot, fitted.sessions, level), freedom=level)
 
 
-def _weighed(
+def _with_prior_and_noise(
     problem: Problem, prior: Prior | None, noise: Noise | None, decided: AbstractIdentifiability | None
 ) -> tuple[Problem, list[str]]:
     """The problem with prior knowledge, weighted by its noise or as the kind of reading requires."""
@@ -277,47 +284,54 @@ def _weighed(
     return problem, [*notes, decision]
 
 
-def _judging(
-    rows: _Rows, own: AbstractPreparation | None, problem: Problem, frames: FrameChoice, choices: FitChoices
+def _judged_rows(
+    rows: _Rows,
+    instrument_preparation: AbstractPreparation | None,
+    problem: Problem,
+    frames: FrameChoice,
+    choices: FitChoices,
 ) -> tuple[_Rows, tuple[str, ...], list[str]]:
-    """Held-out rows that can be judged, those of their sessions without fitted rows, and notes."""
-    is_same_file = not isinstance(choices.held_out, Dataset)
-    rows, notes = _comparable(rows, own, problem.data, is_same_file=is_same_file)
-    held, placing = _placeable(rows.held, {**choices.known, **dict.fromkeys(problem.names, 0.0)})
-    notes += placing
-    new = tuple(name for name in held.sessions if name not in rows.fitted.sessions)
-    if not (new and len(held) and frames.freedom.base) or Sessions(choices.frames) is Sessions.SHARED:
-        return rows._replace(held=held), (), notes
-    notes.append(
-        f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of the "
-        "other sessions"
+    """The rows without held-out ones that can't be judged, sessions of held-out rows that need a base of
+    their own, and notes."""
+    rows, notes = _exclude_incomparable(
+        rows, instrument_preparation, problem.data, is_same_file=not isinstance(choices.held_out, Dataset)
     )
+    held, located = _exclude_unlocated(rows.held, {*choices.known, *problem.names})
+    notes += located
+    new: tuple[str, ...] = ()
+    if len(held) and frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED:
+        new = tuple(name for name in held.sessions if name not in rows.fitted.sessions)
+    if new:
+        notes.append(
+            f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of "
+            "the other sessions"
+        )
     return rows._replace(held=held), new, notes
 
 
-def _comparable(
-    rows: _Rows, own: AbstractPreparation | None, fitted: Dataset, *, is_same_file: bool
+def _exclude_incomparable(
+    rows: _Rows, instrument_preparation: AbstractPreparation | None, fitted: Dataset, *, is_same_file: bool
 ) -> tuple[_Rows, list[str]]:
-    """Held-out rows that can be compared with the fitted rows, and notes on the others."""
-    if own is None or preparation_of(rows.held) is not own:
+    """The rows without held-out ones that can't be compared with the fitted rows, and notes on those."""
+    if instrument_preparation is None or preparation_of(rows.held) is not instrument_preparation:
         return rows, []
-    comparable = own.comparable(rows.held, fitted)
-    notes = [*comparable.notes[len(rows.held.notes) :]]
-    held, held_out_rows, lost = _in_use(comparable, rows.held_out_rows)
-    judging = rows._replace(held=held, held_out_rows=held_out_rows)
+    comparable = instrument_preparation.comparable(rows.held, fitted)
+    notes = [note for note in comparable.notes if note not in rows.held.notes]
+    held, held_out_rows, lost = _included(comparable, rows.held_out_rows)
+    judged = rows._replace(held=held, held_out_rows=held_out_rows)
     if is_same_file:
-        return judging._replace(excluded=(*rows.excluded, *lost)), notes
+        return judged._replace(excluded=(*rows.excluded, *lost)), notes
     if lost:
         notes.append(f"{plural(len(lost), 'held-out row')} ignored: {lost[0][1]}")
-    return judging, notes
+    return judged, notes
 
 
-def _divided(used: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
+def _hold_out(used: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
     held = np.isin(used.row, list(held_rows))
     return np.flatnonzero(~held), np.flatnonzero(held)
 
 
-def _in_use(data: Dataset, places: np.ndarray) -> tuple[Dataset, np.ndarray, list[tuple[int, str]]]:
+def _included(data: Dataset, places: np.ndarray) -> tuple[Dataset, np.ndarray, list[tuple[int, str]]]:
     """Rows still included, their indices (none for another file's), and excluded rows with the reason."""
     keep = data.included
     if data.reason is None or keep.all():
@@ -326,15 +340,19 @@ def _in_use(data: Dataset, places: np.ndarray) -> tuple[Dataset, np.ndarray, lis
     return data.take(keep), places[keep] if len(places) else places, excluded
 
 
-def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
+def _rows_of_other_file(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
     """Held-out rows of another file, selected like the fitted ones."""
     robot.check_joints(data.q, data.source)
     data = with_drivers(robot, checked(robot, data))
     return data.take(choose_rows(robot, data, {}, region)[0])
 
 
-def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list[str]]:
-    """Held-out rows whose anchors and contacts are known or can be located from these rows, and notes."""
+def _exclude_unlocated(held: Dataset, known: Collection[str]) -> tuple[Dataset, list[str]]:
+    """Held-out rows whose anchors and contacts are known or can be located from these rows, and notes.
+
+    Args:
+        known: Names of known coordinates, such as "anchor[A].x".
+    """
     keep = placed(held, known)
     notes: list[str] = []
     if keep.all():
@@ -355,33 +373,35 @@ def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list
 
 def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
     """The problem whitened by the given noise, else the scatter of repeats, else the residuals of a fit."""
-    own = noises.given_by_rows(problem)
-    turned = problem.sees_rotation
-    on_top = ", plus that stated per row" if own is not noises.StatedNoise.NONE else ""
+    given = noises.given_by_rows(problem)
+    sees_rotation = problem.sees_rotation
+    on_top = ", plus that stated per row" if given is not noises.StatedNoise.NONE else ""
     if noise is not None:
-        return _with_tilts(problem, noise), f"noise as given: {_noise_text(noise, turned)}{on_top}"
-    repeats = noises.from_repeats(problem.data) if own is noises.StatedNoise.NONE else None
+        return _with_tilts(problem, noise), f"noise as given: {_noise_text(noise, sees_rotation)}{on_top}"
+    repeats = noises.from_repeats(problem.data) if given is noises.StatedNoise.NONE else None
     if repeats is not None:
-        return _with_tilts(problem, repeats), f"noise from repeated poses: {_noise_text(repeats, turned)}"
-    for _ in range(2 if own is noises.StatedNoise.NONE else 5):
+        return _with_tilts(
+            problem, repeats
+        ), f"noise from repeated poses: {_noise_text(repeats, sees_rotation)}"
+    for _ in range(ROUNDS if given is noises.StatedNoise.NONE else ROUNDS_BEYOND_STATED):
         search = Opt2(limit=60).search(problem)
         left = noises.beyond_stated(problem, search.x)
         if left is None:
-            text = _noise_text(problem.noise, turned)
+            text = _noise_text(problem.noise, sees_rotation)
             return problem, f"no residual is left to estimate the noise from; assuming {text}{on_top}"
         pairs = zip((*left[:2], left.tilt), (*problem.noise[:2], problem.noise.tilt), strict=True)
         converged = all(np.isclose(new, old, rtol=0.2, atol=0.0) for new, old in pairs)
         problem = problem.with_noise(left)
         if converged:
             break
-    nothing_more = (0.0, 0.0 if turned else problem.noise.rotation)
-    if own is noises.StatedNoise.ALL and problem.noise[:2] == nothing_more:
+    nothing_more = (0.0, 0.0 if sees_rotation else problem.noise.rotation)
+    if given is noises.StatedNoise.ALL and problem.noise[:2] == nothing_more:
         return problem, "noise as stated per row"
-    text = _noise_text(problem.noise, turned)
-    if own is noises.StatedNoise.NONE:
+    text = _noise_text(problem.noise, sees_rotation)
+    if given is noises.StatedNoise.NONE:
         return problem, f"noise estimated from the residuals of the geometric fit: {text}"
     floor = noises.stated(problem)
-    base = f" ({_noise_text(floor, turned)})" if floor is not None else ""
+    base = f" ({_noise_text(floor, sees_rotation)})" if floor is not None else ""
     return problem, f"noise as stated per row{base}, plus {text} of model error estimated from the residuals"
 
 
@@ -394,5 +414,5 @@ def _with_tilts(problem: Problem, noise: Noise) -> Problem:
     return problem if left is None else problem.with_noise(noise._replace(tilt=left.tilt))
 
 
-def _noise_text(noise: Noise, turned: bool) -> str:
-    return (noise if turned else noise._replace(rotation=np.nan)).text
+def _noise_text(noise: Noise, sees_rotation: bool) -> str:
+    return (noise if sees_rotation else noise._replace(rotation=np.nan)).text

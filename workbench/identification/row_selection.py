@@ -1,6 +1,6 @@
 """Selection of rows: those used, those held out, and notes on the others."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Int
@@ -201,8 +201,12 @@ def scale_fixing_length(
     return max(unknown, key=lambda e: abs(e.value)).name
 
 
-def placed(data: Dataset, known: Mapping[str, float]) -> np.ndarray:
-    """Rows whose anchor or contact has a known place, and all rows of other observations."""
+def placed(data: Dataset, known: Collection[str]) -> np.ndarray:
+    """Rows whose anchor or contact has a known place, and all rows of other observations.
+
+    Args:
+        known: Names of known coordinates.
+    """
     keep = np.ones(len(data), bool)
     for kind, labels, word in (
         (DistanceObservation, data.anchor, "anchor"),
