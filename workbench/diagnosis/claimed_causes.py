@@ -49,7 +49,7 @@ from workbench.arm.statics.deflection import law_sizes
 from workbench.base.wording import joint_list
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
 from workbench.diagnosis.event_search import PART
-from workbench.diagnosis.evidence import SURE, Model, drop, jackknifed, standard_error, validated
+from workbench.diagnosis.evidence import NONZERO_FROM, Model, drop, jackknifed, standard_error, validated
 from workbench.diagnosis.explained import explained
 from workbench.diagnosis.named_joints import CLEAR, clearness, sentence_of, without_joints
 from workbench.diagnosis.one_less import validated_without
@@ -274,7 +274,7 @@ def find_causes(
             or (first.shrunk and first.effect.maps_joint)
             or size < minimum
             or fall.mean() <= standard_error(fall)
-            or all(abs(s) < SURE * std[n] for n, s in found_sizes)
+            or all(abs(s) < NONZERO_FROM * std[n] for n, s in found_sizes)
             or any(not e.loads for e in _masked_by_scatter(effects, maximum, scatter))
         ):
             mine = sorted({j for e in effects for j in e.joints})

@@ -36,7 +36,7 @@ ALLOWED = 2.0
 """Tolerance in standard errors for coefficients that can't be negative."""
 EXPECTED = 0.5
 """Prior standard deviation of coefficients as a share of their bound."""
-SURE = 3.0
+NONZERO_FROM = 3.0
 """Standard errors below which a coefficient is compatible with zero."""
 EVIDENT = 4.0
 """F ratios below this are never significant; their p-value is not computed."""
@@ -380,7 +380,7 @@ def differs(
     """
     mine = grams.columns(term.candidate.names)
     size = whole[mine]
-    return bool(size @ size > SURE * jackknifed(parts[:, mine] @ size))
+    return bool(size @ size > NONZERO_FROM * jackknifed(parts[:, mine] @ size))
 
 
 def jackknifed(values: Sequence[float] | Float[np.ndarray, " folds"]) -> float:

@@ -23,7 +23,7 @@ from jaxtyping import Float
 from workbench.arm.effects import Candidate
 from workbench.data.order import clock_of
 from workbench.diagnosis.evidence import (
-    SURE,
+    NONZERO_FROM,
     Model,
     Offer,
     Remainder,
@@ -135,7 +135,7 @@ def _several_joints(group: Model, widest: Candidate) -> set[int]:
 def _weak_joints(left: Remainder, group: Model, widest: Candidate | None, minimum: float) -> set[int | None]:
     """Joints with insignificant coefficients, or that others could replace; None for coefficients without a
     joint."""
-    weak = {j for j, z in _clearness(left, group).items() if z < SURE}
+    weak = {j for j, z in _clearness(left, group).items() if z < NONZERO_FROM}
     return weak | (set() if widest is None else _exchangeable(left, group, widest, minimum))
 
 
