@@ -276,11 +276,12 @@ def _notes(
     yield from last.offered.notes
     yield from [] if search.too_few else coverage(fit.problem.data, chain)
     yield from (
-        f"held out: {text}" for text in extrapolation_notes(effects, chain, ready.held.q, ready.held.row)
+        f"held out: {text}"
+        for text in extrapolation_notes(effects, chain, ready.held_out_data.q, ready.held_out_data.row)
     )
     if saved.suspects.any():
-        yield suspect_note(ready.held.row[saved.suspects].tolist(), judged(search.after.errors))
-    others = ready.held.row[~saved.suspects]
+        yield suspect_note(ready.held_out_data.row[saved.suspects].tolist(), judged(search.after.errors))
+    others = ready.held_out_data.row[~saved.suspects]
     if far := stand_out_note(others, search.after.rows[1].position[~saved.suspects]):
         yield far
     if saved.note is not None:
@@ -320,7 +321,7 @@ def _diagnosis(
         data=ready.data,
         train_rows=ready.train_rows,
         held_out_rows=ready.held_out_rows,
-        held_out_data=ready.held,
+        held_out_data=ready.held_out_data,
         excluded=tuple(e for e in ready.excluded if e[1] != GROSS_REASON),
         outliers=outliers,
         outlier_errors=advice.ask(

@@ -18,8 +18,8 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
 
     Only these rows themselves could show on which side of the step they lie.
     """
-    held, fitted = Motion.of(ready.held), Motion.of(last.stage.fitted.problem.data)
-    between = np.zeros(len(ready.held), bool)
+    held, fitted = Motion.of(ready.held_out_data), Motion.of(last.stage.fitted.problem.data)
+    between = np.zeros(len(ready.held_out_data), bool)
     for event in events_of(last.stage.fitted.fit.arm):
         here, there = event.clock(held), event.clock(fitted)
         if event.is_step and here is not None and there is not None and (there < event.moment).any():
@@ -29,9 +29,12 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
     own = len(ready.held_out_rows) == len(between)
     return replace(
         ready,
-        held=ready.held.take(~between),
+        held_out_data=ready.held_out_data.take(~between),
         held_out_rows=ready.held_out_rows[~between] if own else ready.held_out_rows,
-        excluded=(*ready.excluded, *((int(row), UNDECIDED) for row in ready.held.row[between] if own)),
+        excluded=(
+            *ready.excluded,
+            *((int(row), UNDECIDED) for row in ready.held_out_data.row[between] if own),
+        ),
     )
 
 

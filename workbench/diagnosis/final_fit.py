@@ -50,9 +50,9 @@ def fitted_on_all(
         return before, None
     if left_out.all():
         return held_fit(last), None
-    own = np.concatenate([before.problem.data.row, ready.held.row[~left_out]])
+    own = np.concatenate([before.problem.data.row, ready.held_out_data.row[~left_out]])
     rows, geometric = ready.data.take(np.isin(ready.data.row, own)), last.stage.geometric
-    robot = ready.with_new_session_bases(geometric.robot, ready.held)
+    robot = ready.with_new_session_bases(geometric.robot, ready.held_out_data)
     found = _again(last, replace(geometric, robot=robot), rows)
     if before.outcome.ok and not found.outcome.ok:
         text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is saved"

@@ -31,7 +31,7 @@ class Trial:
         self._found = fitted.problem.instrument(fitted.fit.x)
         self._searched = searched
         self._ready = ready
-        self._data = ready.held if len(ready.held) else fitted.problem.data
+        self._data = ready.held_out_data if len(ready.held_out_data) else fitted.problem.data
 
     def errors(self, model: Model) -> Errors:
         """Errors of the geometry with a model's effects, by the linear solution at the fit."""

@@ -92,7 +92,7 @@ def identify(
         data=ready.data,
         train_rows=ready.train_rows,
         held_out_rows=ready.held_out_rows,
-        held_out_data=ready.held,
+        held_out_data=ready.held_out_data,
         excluded=ready.excluded,
         frames=problem.frames,
         noise=ready.shown_noise,
@@ -103,7 +103,9 @@ def identify(
         identifiability=ready.identifiability,
     )
     fit = found.best.fit
-    suspect = () if ready.identifiability is not None else ready.held.row[suspects(ready, fit)].tolist()
+    suspect = (
+        () if ready.identifiability is not None else ready.held_out_data.row[suspects(ready, fit)].tolist()
+    )
     progress(1.0, "done")
     return replace(found, outliers=_errors_of(ready, outlying, fit), suspects=tuple(suspect))
 
@@ -124,7 +126,7 @@ def _runs(
         train, held = ready.errors(fit.calibrated, fit.problem.instrument(fit.x))
         if decided is not None:
             train, held = (errors.widened(*decided.uncertainty) for errors in (train, held))
-        runs[algorithm.name] = Run(fit, Errors.of(train), held.summary, train, held, ready.held)
+        runs[algorithm.name] = Run(fit, Errors.of(train), held.summary, train, held, ready.held_out_data)
     return runs
 
 

@@ -53,7 +53,7 @@ class Prepared:
     Args:
         train_rows: Rows to fit, indices into data.
         held_out_rows: Rows that were held out, indices into data.
-        held: The held-out rows, which may come from another file.
+        held_out_data: The held-out rows, which may come from another file.
         excluded: Excluded rows, with the reason.
         aligned: The nominal arm with the best base and tool wherever those are free.
         problem: The whitened fitting problem on the rows to fit.
@@ -64,7 +64,7 @@ class Prepared:
     data: Dataset
     train_rows: np.ndarray
     held_out_rows: np.ndarray
-    held: Dataset
+    held_out_data: Dataset
     excluded: tuple[tuple[int, str], ...]
     aligned: Robot
     problem: Problem
@@ -79,7 +79,7 @@ class Prepared:
             robot: The model.
             instrument: Places of anchors, contacts or markers identified with it [m].
         """
-        fitted, held = self.problem.data, self.held
+        fitted, held = self.problem.data, self.held_out_data
         readings = None if fitted.readings is None else fitted.readings.joined(held.readings)
         if readings is None:
             return self.errors_on(fitted, robot, instrument), self.errors_on(held, robot, instrument)
@@ -167,7 +167,7 @@ def prepare(
         data=complete,
         train_rows=rows.train_rows,
         held_out_rows=judged.held_out_rows,
-        held=judged.held,
+        held_out_data=judged.held_out_data,
         excluded=judged.excluded,
         aligned=frames.robot,
         problem=problem,
@@ -181,13 +181,13 @@ class _Rows(NamedTuple):
     """Chosen rows and their indices in the data.
 
     Args:
-        held: Held-out rows; those from another file have no index in the data.
+        held_out_data: Held-out rows; those from another file have no index in the data.
         excluded: Excluded rows, with the reason.
     """
 
     fitted: Dataset
     train_rows: np.ndarray
-    held: Dataset
+    held_out_data: Dataset
     held_out_rows: np.ndarray
     excluded: tuple[tuple[int, str], ...]
     notes: tuple[str, ...]
@@ -208,7 +208,7 @@ def _choose_rows(
     return _Rows(
         fitted=used.take(train),
         train_rows=rows[train],
-        held=beside(_rows_of_other_file(robot, other, choices.region), used)
+        held_out_data=beside(_rows_of_other_file(robot, other, choices.region), used)
         if isinstance(other, Dataset)
         else used.take(held),
         held_out_rows=rows[held],
@@ -296,7 +296,7 @@ def _judged_rows(
     rows, notes = _exclude_incomparable(
         rows, instrument_preparation, problem.data, is_same_file=not isinstance(choices.held_out, Dataset)
     )
-    held, located = _exclude_unlocated(rows.held, {*choices.known, *problem.names})
+    held, located = _exclude_unlocated(rows.held_out_data, {*choices.known, *problem.names})
     notes += located
     new: tuple[str, ...] = ()
     if len(held) and frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED:
@@ -306,19 +306,19 @@ def _judged_rows(
             f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of "
             "the other sessions"
         )
-    return rows._replace(held=held), new, notes
+    return rows._replace(held_out_data=held), new, notes
 
 
 def _exclude_incomparable(
     rows: _Rows, instrument_preparation: AbstractPreparation | None, fitted: Dataset, *, is_same_file: bool
 ) -> tuple[_Rows, list[str]]:
     """The rows without held-out ones that can't be compared with the fitted rows, and notes on those."""
-    if instrument_preparation is None or preparation_of(rows.held) is not instrument_preparation:
+    if instrument_preparation is None or preparation_of(rows.held_out_data) is not instrument_preparation:
         return rows, []
-    comparable = instrument_preparation.comparable(rows.held, fitted)
-    notes = [note for note in comparable.notes if note not in rows.held.notes]
+    comparable = instrument_preparation.comparable(rows.held_out_data, fitted)
+    notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
     held, held_out_rows, lost = _included(comparable, rows.held_out_rows)
-    judged = rows._replace(held=held, held_out_rows=held_out_rows)
+    judged = rows._replace(held_out_data=held, held_out_rows=held_out_rows)
     if is_same_file:
         return judged._replace(excluded=(*rows.excluded, *lost)), notes
     if lost:

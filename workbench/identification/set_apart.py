@@ -116,7 +116,7 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
         fit: Fit to the fitted rows.
         others: Unknowns of other arms by name; the nominal arm is always added.
     """
-    held = ready.held
+    held = ready.held_out_data
     if not len(held):
         return np.zeros(0, bool)
     found = fit.problem.named(fit.x)
