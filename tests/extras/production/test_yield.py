@@ -333,9 +333,8 @@ def test_virtual_arms_on_a_ball_bar_are_as_good_as_the_search_predicts(aria, pla
 def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, aria, monkeypatch):
     """Predicted and tried out over the same poses: any place and branch, 60° about Table 2's targets."""
     options = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml", "--json", "best.json")
-    status, out, _ = run(*options, "--tilt", "40deg", "--spacing", "75mm", "--places", "100")
+    status, *_ = run(*options, "--tilt", "40deg", "--spacing", "75mm", "--places", "100")
     assert status == 0
-    assert "predicted error in the region" in out
     best = json.loads((tmp_path / "best.json").read_text())
     assert best["schema"] == "workbench.plate-design/1"
     predicted = best["predicted"]
