@@ -324,6 +324,18 @@ def test_annotations_are_not_postponed():
     assert not [label(p) for p in FILES for name, _ in imports(p) if name.startswith("__future__")]
 
 
+def test_entries_of_docstrings_keep_their_indent():
+    """A line of `Args:` begins an entry, or is indented below one."""
+    wrong = []
+    for path in FILES:
+        for head, entries in re.findall(
+            r"^( *)Args:\n((?:\1 .*\n)+)", path.read_text(encoding="utf-8"), re.MULTILINE
+        ):
+            entry = re.compile(head + r"    ([\w`*, ]+:( |$)|    )")
+            wrong += [f"{label(path)}: {line}" for line in entries.splitlines() if not entry.match(line)]
+    assert not wrong
+
+
 def test_files_are_short():
     lengths = {label(p): len(p.read_text(encoding="utf-8").splitlines()) for p in FILES}
     assert not {name: n for name, n in lengths.items() if n > LONGEST}
