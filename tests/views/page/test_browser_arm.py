@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.joint_units import joint_titles
 from workbench.arm.meshes import link_meshes
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.arm import drawn_joints
@@ -47,7 +48,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     screen.shoot("meshes")
     screen.tab("Robot")
-    slider = screen.page.get_by_role("textbox", name="Joint 1 [°]", exact=True)
+    slider = screen.page.get_by_role("textbox", name=f"{joint_titles(ur5)[0]} [°]", exact=True)
     slider.fill("40")
     slider.press("Tab")
     screen.until(lambda session: abs(drawn_joints(session)[0] - np.deg2rad(40.0)) < 1e-6)

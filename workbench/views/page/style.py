@@ -175,10 +175,10 @@ setInterval(() => {{
   for (const part of document.querySelectorAll(
       ".mantine-Slider-root, .mantine-NumberInput-root, .mantine-TextInput-root, .mantine-Textarea-root")) {{
     const own = [...part.querySelectorAll("[role=slider], input, textarea")]
-      .filter(e => !e.ariaLabel && !e.labels?.length);
+      .filter(e => (!e.ariaLabel || e.ariaLabel === e.dataset.named) && !e.labels?.length);
     const row = own.length ? part.closest("div:has(> div > .mantine-Text-root label)") : null;
     const words = row?.querySelector("label").innerText;
-    for (const control of own) if (words) name(control, words);
+    for (const control of own) if (words) name(control, control.dataset.named = words);  // labels change
     for (const [k, control] of part.querySelectorAll("button:not([aria-label])").entries())
       name(control, k ? "Less" : "More");
   }}
