@@ -17,8 +17,8 @@ from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Problem
 
 WORSE = 1.1
-"""Times the mean square before that the last fit may leave with constants held, or they are let go: what they
-move is seen after all, as where a carriage tips about another place than the frame of its slide."""
+"""Times the mean square without that the last fit may leave with constants held, or they are let go: what
+they move is seen after all, as where a carriage tips about another place than the frame of its slide."""
 
 
 def held_fit(last: Searched) -> Fit:
@@ -67,7 +67,8 @@ def fitted_on_all(
 def _again(last: Searched, geometric: Problem, rows: Dataset) -> Fit:
     """The last model fitted to some rows, constants that a rigid arm leaves open held near nominal.
 
-    They are let go where holding them leaves more than the search did.
+    They are let go where holding them leaves more; whether more than the search left is only why that is
+    tried, as rows that were held out may be worse whether constants are held or not.
     """
     before = last.stage.fitted.fit
 
@@ -82,10 +83,11 @@ def _again(last: Searched, geometric: Problem, rows: Dataset) -> Fit:
             holds=holds,
         ).fit
 
-    found = fitted(holds=True)
-    if _mean_square(found) > WORSE * _mean_square(before):
-        found = min(found, fitted(holds=False), key=_mean_square)
-    return found
+    held = fitted(holds=True)
+    if _mean_square(held) <= WORSE * _mean_square(before):
+        return held
+    free = fitted(holds=False)
+    return free if _mean_square(held) > WORSE * _mean_square(free) else held
 
 
 def _mean_square(fit: Fit) -> float:
