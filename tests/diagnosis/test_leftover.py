@@ -9,6 +9,7 @@ from conditions import CONDITIONS, under
 from judge import error_of
 from problems import fitted
 
+from workbench.arm.kinematics.forward import tool_poses
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.result import Verdict
@@ -51,6 +52,17 @@ def test_readings_that_a_file_rounds_are_told_from_readings_that_scatter():
     trembled = trembling(case, READINGS, 1).data.q
     both = replace(case, data=replace(case.data, q=np.deg2rad(np.round(np.rad2deg(trembled), 2))))
     assert joint_noise(fitted(both)).digit == 0.0
+
+
+def test_angles_commanded_in_whole_degrees_are_not_rounded_readings():
+    """More digits were to be recorded, though joints stood off by a tenth of what rounding makes."""
+    case = trembling(make("none", 1, "aria"), READINGS, 1)
+    whole = replace(case.data, q=np.deg2rad(np.round(np.rad2deg(case.data.q))))
+    moved = (tool_poses(case.robot, whole.q) - tool_poses(case.robot, case.data.q))[:, :3, 3]
+    commanded = replace(whole, position=whole.position + moved, rotation=None)
+    found = joint_noise(fitted(replace(case, data=commanded)))
+    assert found is not None
+    assert found.digit == 0.0
 
 
 @pytest.mark.parametrize("arm", ARMS)

@@ -52,8 +52,8 @@ noise."""
 DIGITS = (1.0, 0.5, 0.1, 0.05, 0.02, 0.01)
 """Last digits of joint angles that are looked for [deg] …"""
 EXACT, ROUNDED = 1e-4, 1.5
-"""… the tolerance on multiples of one, as a share of it, and the scatter up to which it is rounding, as a
-multiple of what rounding makes."""
+"""… the tolerance on multiples of one, as a share of it, and the factor within which the largest scatter is
+what rounding makes: angles that were commanded in whole degrees scatter by far less."""
 MAX_SCORING_STEPS, HALVINGS, TOLERANCE = 30, 6, 3e-3
 """Maximum number of scoring steps, of halvings of each, and the gain in log likelihood that ends them."""
 
@@ -134,7 +134,7 @@ def _last_digit(problem: Problem) -> float:
     for digit in DIGITS:
         if angles.size and np.abs(angles / digit - np.round(angles / digit)).max() < EXACT:
             rounding = np.deg2rad(digit) / np.sqrt(12.0)
-            return digit if scatter.max() < ROUNDED * rounding else 0.0
+            return digit if rounding < ROUNDED * scatter.max() < ROUNDED**2 * rounding else 0.0
     return 0.0
 
 
