@@ -16,6 +16,7 @@ from workbench.session.command import UnknownCommand
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.edit import CopyTarget, LockTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.journal import codec
 from workbench.session.journal.compare_numbers import check
@@ -148,6 +149,31 @@ def test_a_command_of_an_extra_that_is_not_installed_is_named_and_left_out(plain
     assert {d.step for d in found.differences} == {1}
     assert "WeighGears" in found.warning
     assert any("WeighGears" in message.text for message in found.session.page.messages)
+
+
+def test_what_needs_a_command_that_is_unknown_is_left_out_and_the_rest_is_done(tmp_path):
+    """As older versions arranged targets in patterns, and then moved them."""
+    folder, plate = tmp_path / "session", load_plate("table2")
+    last = plate.targets[-1]
+    commands = (
+        CopyTarget(0),
+        MoveTarget(len(plate), tuple(last.xyz + 0.01), tuple(last.rpy)),
+        LockTarget(0, True),
+    )
+    run(begin(load_robot("aria"), plate, folder=folder), *commands).close()
+    journal = folder / JOURNAL
+    header, line, *rest = journal.read_text().splitlines()
+    without_sum = {name: value for name, value in json.loads(line).items() if name != codec.CHECK}
+    line = json.dumps(without_sum | {"command": "ApplyPattern"})
+    journal.write_text("\n".join((header, line, *rest)) + "\n")
+    recording = read_recording(folder)
+    (note,) = recording.notes
+    assert "ApplyPattern" in note
+    for session in (restore(recording).session, check(recording).session):
+        assert [target.locked for target in session.plate.targets] == [True, *[False] * (len(plate) - 1)]
+        assert [m.text for m in session.page.messages if m.severity is Severity.WARNING] == list(
+            recording.notes
+        )
 
 
 def test_the_same_numbers_go_on_in_the_same_folder(plain):

@@ -95,9 +95,14 @@ class UnknownCommand(AbstractChange):
 
     title = computed(lambda self: self.recorded)
 
+    @property
+    def note(self) -> str:
+        left_out = f"'{self.recorded}' and what needs it are left out"
+        why = "its extra isn't installed, or only an earlier version had it"
+        return f"{left_out}: the command '{self.name}' is unknown here; {why}"
+
     def apply(self, session: Session) -> Session:
-        note = f"'{self.recorded}' is left out: '{self.name}' is part of an extra that isn't installed here"
-        return session.tell(Severity.WARNING, note)
+        return session.tell(Severity.WARNING, self.note)
 
 
 class AbstractTask(AbstractCommand, Generic[Result]):

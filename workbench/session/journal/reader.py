@@ -20,6 +20,7 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.files import read_bytes
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
+from workbench.session.command import UnknownCommand
 from workbench.session.journal import codec
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.restored_targets import recalled_state
@@ -169,9 +170,10 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
             unsettled, rest = text, b""
     wanted = whole[1:] if to is None else whole[1 : max(to, 0) + 1]
     lines = tuple(_line(text, number, path) for number, text in enumerate(wanted, start=1))
-    notes: tuple[str, ...] = ()
+    notes = tuple(line.entry.command.note for line in lines if isinstance(line.entry.command, UnknownCommand))
     if rest:
-        notes = (f"the last line of {path} is incomplete and was ignored: the program was stopped there",)
+        torn = f"the last line of {path} is incomplete and was ignored: the program was stopped there"
+        notes = (torn, *notes)
     found = Recording(folder, header, lines, length, notes, unsettled.decode())
     return found if to is None else found.truncated_at(to)
 

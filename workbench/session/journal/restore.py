@@ -75,14 +75,16 @@ def restore(recording: Recording) -> Restored:
         recording: As it was read.
     """
     session, lines = recording.first, list(recording.lines)
-    bases, differences = {0: session}, list[Difference]()
+    bases, differences, is_lacking = {0: session}, list[Difference](), False
     begun_from = {e.basis for e in recording.entries if isinstance(e.command, AbstractTask) and _is_needed(e)}
     for number, line in enumerate(recording.lines, start=1):
         if _is_needed(line.entry):
-            known = _recalled(session, line)
+            is_lacking |= isinstance(line.entry.command, UnknownCommand)
+            known = None if is_lacking else _recalled(session, line)  # numbers are of another session
             if known is None:
                 progress(number / len(lines), line.title)
-                known = do_again(with_full_scores(session), line.entry, bases, step=number)
+                session = with_full_scores(session)
+                known = do_again(session, line.entry, bases, step=number, is_lacking=is_lacking)
                 now = numbers_of(known, line.numbers)
                 if found := [d for d in compare(line.numbers, now, step=number) if d.size > ROUNDING]:
                     differences += found
@@ -143,7 +145,7 @@ def _reason(recording: Recording, step: int) -> str:
     """Why a step probably gives another result here."""
     commands = (entry.command for entry in recording.entries[:step])
     if unknown := [c.name for c in commands if isinstance(c, UnknownCommand)]:
-        return f"the extra with the command '{unknown[-1]}' is not installed here"
+        return f"the command '{unknown[-1]}' is unknown here"
     missing = sorted(name for name in _effects(recording.lines[step - 1].numbers) if name not in EFFECTS)
     if missing:
         return f"the effect '{missing[0]}' is not installed here"
