@@ -15,7 +15,8 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import ImprovePlate
-from workbench.session.next_step import next_step
+from workbench.session.judgement import Tone
+from workbench.session.next_step import MAKE, next_step
 from workbench.session.state import Severity
 from workbench.session.target_state import TargetState
 from workbench.views.page.panels.selected_target import near_limit
@@ -51,6 +52,10 @@ def test_more_targets_are_searched_or_fewer_and_a_plate_that_was_good_stays(firs
     assert session.page.messages[-1].text == "nothing keeps the margins"
     assert session.searched is session.plate is first.plate
     assert not isinstance(next_step(session).next.command, ImprovePlate)  # it can't help
+    for predicted in (1.0, np.inf):  # nor can one for more targets
+        step = next_step(replace(session, score=replace(session.score, position=predicted)))
+        assert (step.tone, step.next) == (Tone.CAREFUL, MAKE)
+        assert ("Require less" in step.sentence) is bool(np.isfinite(predicted))
 
 
 def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first, monkeypatch):

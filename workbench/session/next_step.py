@@ -329,7 +329,9 @@ def _design(session: Session) -> NextStep:
             improve = Action(f"Search {number} targets", Tab.PLATE, ImprovePlate(seed, number))
         else:
             blame = "" if session.tried is None else f": the {session.tried.blame} dominates"
-            text = f"{text}. No better plate was found{blame}. Require less, or measure more exactly."
+            is_known = np.isfinite(session.score.position)
+            way = "Require less, or measure more exactly" if is_known else "Move the region, or the plate"
+            text = f"{text}. No better plate was found{blame}. {way}."
             return NextStep(text, judged.tone, MAKE, LOAD)
         return NextStep(f"{text}.", judged.tone, improve, MAKE if session.tried is not None else LOAD)
     text = f"{text}: {judged.text}. Good enough?"

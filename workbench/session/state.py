@@ -333,6 +333,7 @@ class Session:
         branches_of: The target that they belong to.
         focus: What the arm stands at.
         searched: The plate that the last search for a better one ended with.
+        sought: How many targets that search was for; the most there can be where it found no plate at all.
         jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
         play: How far the trajectory is played.
         parts: What extras keep, by type; see `part`.
@@ -355,6 +356,7 @@ class Session:
     drag: Drag | None = None
     trial: PlateTrial | None = None
     searched: Plate | None = None
+    sought: int = 0
     jogged: Float[np.ndarray, " n"] | None = None
     track: Track | None = None
     play: Play = field(default_factory=Play)

@@ -76,7 +76,7 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
     def finish(self, session: Session, result: PlateDesign | str) -> Session:
         check_free(session)
         if isinstance(result, str):
-            return replace(session, searched=session.plate).tell(Severity.WARNING, result)
+            return replace(session, searched=session.plate, sought=MOST).tell(Severity.WARNING, result)
         old = session.plate
         kept = {i: target for i, target in enumerate(old.targets) if target.locked}
         targets = tuple(kept.get(i, target) for i, target in enumerate(result.plate.targets))
@@ -84,7 +84,7 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
         better = place_plate(session, found)
         if not is_better(better.score, session.score):
             text = "the search found no better plate"
-            return replace(session, searched=old).tell(Severity.INFO, text)
+            return replace(session, searched=old, sought=len(found)).tell(Severity.INFO, text)
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
         text = f"predicted error in the region: {before:.3g} → {now:.3g} mm"
         left = min(from_limit(session.robot, s.q) for s in better.states if s.reached)
@@ -94,7 +94,8 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
             text, is_said = f"the plate was moved {moved}; {text}", False
         if result.narrowed:
             text, is_said = f"{text}; little room: {result.narrowed}", False
-        return replace(better, searched=better.plate).tell(Severity.LOG if is_said else Severity.INFO, text)
+        better = replace(better, searched=better.plate, sought=len(found))
+        return better.tell(Severity.LOG if is_said else Severity.INFO, text)
 
 
 def _moved(before: Plate, after: Plate) -> str:
@@ -111,11 +112,14 @@ def _moved(before: Plate, after: Plate) -> str:
 def more_targets(session: Session) -> int | None:
     """How many targets to try where the best places of the present ones fall short; None: no more.
 
-    The mean square of the errors falls with their number, more or less.
+    The mean square of the errors falls with their number, more or less; where a search for more found nothing
+    better, another one won't.
     """
     from workbench.plate.design import NARROW
     from workbench.plate.optimiser.constraints import check_room, half_size
 
+    if session.sought > len(session.plate):
+        return None
     falls_short = 1.0 if session.tried is None else max(session.tried.used, 1.0)
     wanted = max(len(session.plate) + ADDED, int(np.ceil(len(session.plate) * falls_short**2)))
     for number in range(min(wanted, MOST), len(session.plate), -1):
