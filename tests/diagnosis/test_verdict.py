@@ -16,6 +16,7 @@ from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.result import Verdict
 from workbench.diagnosis.structure import neighbours
+from workbench.diagnosis.verdict import doubts
 from workbench.identification.problem import Noise
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -95,6 +96,16 @@ def test_nothing_is_certain_where_structure_could_not_be_tested(soft, monkeypatc
     assert found.causes[0].confidence == Confidence.PROBABLE
     assert found.causes[0].doubt
     assert "structure" in found.warnings[0]
+
+
+def test_a_doubt_names_its_cause_where_there_are_others(soft):
+    """A drift that no repeat confirms stood after two other causes: "no pose was repeated" said of none."""
+    (sure,) = diagnose(*soft).causes
+    doubted = replace(sure, effects=(EncoderScale((1,), (1e-3,)),), doubt="no pose was repeated")
+    assert doubts([doubted]) == ["No pose was repeated."]
+    (sentence,) = doubts([sure, doubted])
+    assert doubted.label in sentence
+    assert sure.label not in sentence
 
 
 @pytest.mark.parametrize(("count", "looked"), [(18, False), (40, True)])

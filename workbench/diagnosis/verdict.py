@@ -158,8 +158,12 @@ def _added(causes: Sequence[Cause], residual_map: ResidualMap | None) -> str:
 
 
 def doubts(causes: Sequence[Cause]) -> list[str]:
-    """Why causes aren't certain, each reason once, as sentences."""
-    return [f"{capital(doubt)}." for doubt in dict.fromkeys(c.doubt for c in causes if c.doubt)]
+    """Why causes aren't certain, as sentences: each reason once, with its causes where there are others."""
+    whose: dict[str, list[str]] = {}
+    for cause in causes:
+        whose.setdefault(cause.doubt, []).append(cause.label)
+    named = {d: f"Not certain: {'; '.join(labels)}, as {d}." for d, labels in whose.items() if d}
+    return list(named.values()) if len(causes) > 1 else [f"{capital(d)}." for d in named]
 
 
 def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
