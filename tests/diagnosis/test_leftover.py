@@ -154,3 +154,14 @@ def test_the_picture_in_the_order_of_the_rows_names_sessions():
     result = diagnose(case.robot, replace(case.data, session=names), held_out=0.0)
     (panel, *_) = result.plot("structure").axes
     assert [t.get_text().strip() for t in panel.texts] == ["before noon", "after noon"]
+
+
+def test_a_doubt_because_of_a_map_does_not_say_that_structure_remains():
+    """The message then said both that what remains has structure and that it shows none."""
+    case = make("belt-stretch", 0, "aria")
+    found = diagnose(case.robot, case.data)
+    (cause,) = found.causes
+    assert set(cause.joints) <= set(found.residual_map.joints)
+    assert not found.structure.found
+    assert "map" in cause.doubt
+    assert "structure" not in cause.doubt

@@ -284,7 +284,7 @@ def find_causes(
     at_the_tool = explained(searched, [group for group, *_ in claimed])
     for (group, effects, fall, size), brought in zip(claimed, at_the_tool, strict=True):
         whole = together(effects)
-        open_part = max([smooth, *([] if whole.is_event else nameless[list(whole.joints)])])
+        mapped = max([0.0, *([] if whole.is_event else nameless[list(whole.joints)])])
         odds, rivals, survive = _against_rivals(searched, group)
         odds = min(odds, _odds(steady.get(group[0].candidate.names, np.inf)))
         is_strained = 1e3 * float(np.sqrt(3.0)) * weighing.position * size > STRAINED * together_mm
@@ -302,7 +302,8 @@ def find_causes(
             "its joint scatters as much": bool(_masked_by_scatter(effects, maximum, scatter)),
             "it explains little that is sure beyond the noise": fall.mean() - standard_error(fall)
             < minimum**2 * count / len(fall),
-            "what remains has structure": open_part > SMOOTH * size,
+            "what remains may follow another law": smooth > SMOOTH * size,
+            "a residual map of its joint explains more than a third as much": mapped > SMOOTH * size,
             f"no size of it exceeds {CLEAR:.0f} standard errors": len(unclear) == len(sizes),
         }
         reasons = [text for text, holds in doubts.items() if text and holds]
