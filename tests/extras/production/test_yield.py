@@ -459,6 +459,13 @@ def yield_of(good, arms):
     )
 
 
+def test_where_too_few_arms_keep_the_required_error_enough_of_them_keep_a_larger_one(first, monkeypatch):
+    found = replace(yield_of(9, 10), wanted=first.choices.wanted, used=np.where(np.arange(10) < 9, 0.5, 1.1))
+    monkeypatch.setattr("workbench.extras.production.session.try_plate", lambda *_, **__: found)
+    trial = TryPlate(10).compute(first)
+    assert (trial.share, trial.used) == (0.9, 1.1)
+
+
 @pytest.mark.parametrize("name", ["katana450", "so101"])
 def test_an_arm_of_five_joints_is_tried_on_the_plate_that_it_begins_on_and_never_in_seats(name):
     """The page offered them seats, and refused these only once the trial had begun."""

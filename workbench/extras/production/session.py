@@ -87,7 +87,7 @@ class TryPlate(AbstractPlateTrial):
             arms=found.arms,
             share=found.share,
             unreached=int((~found.reached).sum()),
-            used=float(np.quantile(found.used, PASSING_SHARE)),
+            used=float(np.quantile(found.used, PASSING_SHARE, method="inverted_cdf")),
             position=float(found.position.mean()),
             errors=errors,
             text=yield_sentence(found),
