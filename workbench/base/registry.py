@@ -38,6 +38,12 @@ def _installed() -> Any:
     return entry_points()
 
 
+def leave_out(part: str, error: Exception) -> None:
+    """Warn of a part that is broken, by what raised; everything else goes on without it."""
+    text = f"{part} is left out: {type(error).__name__}: {error}"
+    warnings.warn(text, RuntimeWarning, stacklevel=3)
+
+
 def plugins(
     group: str, what: str, add: Callable[[Any, str], None] = lambda part, origin: None
 ) -> Iterator[tuple[str, Any]]:
@@ -53,11 +59,7 @@ def plugins(
             add(part, entry.value)
         except Exception as error:  # whatever is wrong with somebody else's package
             package = entry.dist.name if entry.dist is not None else entry.value
-            warnings.warn(
-                f"the {what} '{entry.name}' of {package} is left out: {type(error).__name__}: {error}",
-                RuntimeWarning,
-                stacklevel=2,
-            )
+            leave_out(f"the {what} '{entry.name}' of {package}", error)
         else:
             yield entry.name, part
 

@@ -1,8 +1,8 @@
 """Which parts of a session are drawn on the page, in recordings, and during a trajectory."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
-from workbench.base.registry import Registry
+from workbench.base.registry import Registry, leave_out
 from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, blame, branches, deflected_arm
 from workbench.views.drawables.events import happened
@@ -33,11 +33,17 @@ MOVING: Registry[Callable[[Session], Iterator[Item]]] = Registry(
 
 def on_page(session: Session) -> Iterator[Item]:
     """Everything that the page shows."""
-    for subject in (*SUBJECTS.values(), *ON_PAGE.values(), *MOVING.values()):
-        yield from subject(session)
+    yield from _items((*SUBJECTS.values(), *ON_PAGE.values(), *MOVING.values()), session)
 
 
 def in_motion(session: Session) -> Iterator[Item]:
     """What moves while a trajectory is played."""
-    for subject in (arms, *MOVING.values()):
-        yield from subject(session)
+    yield from _items((arms, *MOVING.values()), session)
+
+
+def _items(subjects: Iterable[Callable[[Session], Iterator[Item]]], session: Session) -> Iterator[Item]:
+    for subject in subjects:
+        try:
+            yield from subject(session)
+        except Exception as error:  # whatever is wrong with somebody else's package
+            leave_out(f"the drawable {subject.__name__}", error)

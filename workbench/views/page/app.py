@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 import viser
 
 from workbench.arm.robot import Robot
+from workbench.base.registry import leave_out
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import load_command
 from workbench.session.commands.messages import OpenTab
@@ -60,7 +61,12 @@ class App:
         )
         self.worker.add_view(self.view)
         self.worker.begin_chores(CHORES)  # not while the page is made: both would take longer
-        for make in (*WATCHERS.values(), *beside):
+        for name, watcher in WATCHERS.items():
+            try:
+                self.worker.add_view(watcher(self.worker))
+            except Exception as error:  # whatever is wrong with somebody else's package
+                leave_out(f"the watcher {name}", error)
+        for make in beside:
             if (view := make(self.worker)) is not None:
                 self.worker.add_view(view)
         if data is not None:

@@ -6,6 +6,7 @@ from functools import partial
 
 import viser
 
+from workbench.base.registry import leave_out
 from workbench.session.commands.compare import FollowSystem
 from workbench.session.commands.messages import NoteTab, Tell
 from workbench.session.state import Session, Tab
@@ -144,19 +145,24 @@ def _build_panels(
         if tab is not None:
             add_commands(gui, tab, {k: c for k, c in controls(gui).items() if k not in before}, tabs.open_on)
 
+    def make_all(tab: Tab | None) -> None:
+        for kind in _placed(tab):
+            try:
+                make(kind(worker), tab)
+            except Exception as error:  # whatever is wrong with somebody else's package
+                leave_out(f"the panel {kind.__name__}", error)
+
     opened = worker.session.page.opened
     with gui.add_folder("Next"):
         for kind in STRIP:
             make(kind(worker))
-    for kind in _placed(None):
-        make(kind(worker))
+    make_all(None)
     tabs = Tabs(server, signals, first=FIRST if opened is None else opened.tab)
     for tab in Tab:
         with tabs.add(tab):
             if tab is Tab.ROBOT:
                 card.build_reopen_button(gui)
-            for kind in _placed(tab):
-                make(kind(worker), tab)
+            make_all(tab)
             if link and tab is Tab.EXPORT:
                 gui.add_html(_link(link))
     tabs.ready()

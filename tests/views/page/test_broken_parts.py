@@ -1,0 +1,54 @@
+"""What raises in another package's part of the page costs that part and a warning, not the page."""
+
+import pytest
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.session.view import WATCHERS, AbstractView
+from workbench.views.drawables.scene_contents import SUBJECTS
+from workbench.views.page.app import App
+from workbench.views.page.panels import PANELS
+from workbench.views.page.panels.panel import AbstractPanel
+
+
+def broken_drawable(session):
+    raise RuntimeError("no drawable")
+    yield
+
+
+class BrokenPanel(AbstractPanel):
+    def build(self, gui):
+        raise RuntimeError("no panel")
+
+    def show(self, session):
+        """Nothing."""
+
+
+class BrokenWatcher(AbstractView):
+    def __init__(self, worker):
+        raise RuntimeError("no watcher")
+
+    def draw(self, session):
+        """Nothing."""
+
+    def close(self):
+        """Nothing."""
+
+
+PARTS = (
+    (SUBJECTS, broken_drawable, "drawable"),
+    (PANELS, BrokenPanel, "panel"),
+    (WATCHERS, BrokenWatcher, "watcher"),
+)
+
+
+@pytest.mark.parametrize(("registry", "part", "what"), PARTS)
+def test_a_part_that_raises_is_left_out_with_a_warning_and_the_page_goes_on(registry, part, what):
+    before = set(registry)
+    registry.register(part)
+    try:
+        with pytest.warns(RuntimeWarning, match=f"the {what} .* is left out: RuntimeError: no {what}"):
+            App(load_robot("aria"), load_plate("table2")).close()
+    finally:
+        for name in set(registry) - before:
+            registry.remove(name)
