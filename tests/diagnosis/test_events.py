@@ -29,6 +29,7 @@ from workbench.diagnosis.structure import structure_of
 from workbench.diagnosis.timeline import Timeline, crowded
 from workbench.identification.evaluate import evaluate
 from workbench.identification.file_errors import file_errors, file_text, refitted_errors
+from workbench.identification.identify import identify
 from workbench.identification.saved_arm import SavedArm
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
@@ -295,6 +296,25 @@ def test_a_session_that_was_over_before_an_event_keeps_its_frames(name, frames, 
         assert refitted_errors(run)[form].position_mm.mean == pytest.approx(left[fitted].mean(), abs=1e-6)
     assert "or in session A" in file_text(run)
     assert errors[41 : made.truth[0].row - NEAR].mean() > 4.0 * now, "they share a session with rows after it"
+
+
+@pytest.mark.parametrize("name", ["none", "slip"])
+def test_a_session_that_was_held_out_has_its_own_base_in_the_file(name, tmp_path):
+    """All rows were fitted with one base: the file left 230 mm where the result stated 0.08."""
+    made = make(CASES[name], 0, "aria")
+    first = np.arange(len(made.data)) < 40
+    away = made.data.position + np.outer(~first, [0.5, 0.2, 0.1])
+    data = replace(made.data, session=np.where(first, "A", "B"), position=away)
+    found = diagnose(made.robot, data, held_out="session:A")
+    run = found.identification().best
+    stated = 1e3 * found.robot.calibration.error.position
+    assert stated == file_errors(run)["TOML"].position_mm.mean == found.after.held_out.position_mm.mean
+    left = left_by_files(found.robot, data, tmp_path)["TOML"]
+    shown = np.isin(data.row, run.saved.valid_for(run.fit.problem.data).row)
+    assert refitted_errors(run)["TOML"].position_mm.mean == pytest.approx(left[shown].mean(), abs=1e-6)
+    assert max(stated, left[shown].mean()) < 0.1
+    alone = identify(made.robot, data, held_out="session:A").best
+    assert file_errors(alone)["TOML"] == alone.held_out
 
 
 @pytest.mark.extra("reports")

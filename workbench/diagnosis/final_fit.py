@@ -53,6 +53,9 @@ def fitted_on_all(
     own = np.concatenate([before.problem.data.row, ready.held_out_data.row[~left_out]])
     rows, geometric = ready.data.take(np.isin(ready.data.row, own)), last.stage.geometric
     robot = ready.with_new_session_bases(geometric.robot, ready.held_out_data)
+    if set(ready.new_sessions) & set(rows.sessions):
+        robot = replace(robot, sessions={n: robot.sessions.get(n, robot.mounting) for n in rows.sessions})
+        geometric = replace(geometric, frames=replace(geometric.frames, base_per_session=True))
     found = _again(last, replace(geometric, robot=robot), rows)
     if before.outcome.ok and not found.outcome.ok:
         text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is saved"

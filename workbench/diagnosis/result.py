@@ -129,6 +129,7 @@ class Diagnosis(AbstractShown):
         train_rows: Rows that were fitted, indices into data, outliers among them.
         held_out_rows: Rows that were held out, indices into data.
         held_out_data: The held-out rows on which errors are reported.
+        new_sessions: Their sessions that no fitted row has; errors there are with bases found from them.
         excluded: Rows excluded from the start, with the reason.
         outliers: Rows excluded as outliers, indices into data.
         outlier_errors: Errors of the identified arm on them; None if there are none.
@@ -169,6 +170,7 @@ class Diagnosis(AbstractShown):
     train_rows: np.ndarray
     held_out_rows: np.ndarray
     held_out_data: Dataset
+    new_sessions: tuple[str, ...]
     excluded: tuple[tuple[int, str], ...]
     outliers: np.ndarray
     outlier_errors: Errors | None
@@ -275,6 +277,7 @@ class Diagnosis(AbstractShown):
             *self.after_rows,
             self.held_out_data,
             judged=None if self.after_fit is self.final_fit else self.after_fit.calibrated,
+            new_sessions=self.new_sessions,
         )
         return Identification(
             nominal_robot=self.nominal_robot,

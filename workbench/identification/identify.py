@@ -126,7 +126,15 @@ def _runs(
         train, held = ready.errors(fit.calibrated, fit.problem.instrument(fit.x))
         if decided is not None:
             train, held = (errors.widened(*decided.uncertainty) for errors in (train, held))
-        runs[algorithm.name] = Run(fit, Errors.of(train), held.summary, train, held, ready.held_out_data)
+        runs[algorithm.name] = Run(
+            fit,
+            Errors.of(train),
+            held.summary,
+            train,
+            held,
+            ready.held_out_data,
+            new_sessions=ready.new_sessions,
+        )
     return runs
 
 

@@ -93,6 +93,7 @@ class Run(AbstractShown):
         held_out_rows: Likewise of the held-out rows.
         held_out_data: These rows.
         judged: The arm with these errors, if `fit` was afterwards made on all rows.
+        new_sessions: Held-out sessions whose bases were found from their own rows.
     """
 
     fit: Fit
@@ -102,6 +103,7 @@ class Run(AbstractShown):
     held_out_rows: RowErrors
     held_out_data: Dataset
     judged: Robot | None = None
+    new_sessions: tuple[str, ...] = ()
 
     def summary(self) -> RenderableType:
         return self.fit.summary()
@@ -131,9 +133,8 @@ class Run(AbstractShown):
 
     @property
     def is_on_new_sessions(self) -> bool:
-        """Whether held-out sessions have bases that were found from their own rows."""
-        per_session = self.fit.problem.frames.base_per_session
-        return per_session and not self.as_measured.sessions.keys() >= set(self.judging.sessions)
+        """Whether held-out rows are of sessions whose bases were found from their own rows."""
+        return not set(self.new_sessions).isdisjoint(self.held_out_data.sessions)
 
     @property
     def places(self) -> dict[str, float]:
