@@ -1,6 +1,7 @@
 """The plate tab's pictures: worth of targets, history, whether an error is good; ghosts and reach."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from workbench.session.target_steps import score_as_drawn
 from workbench.views.drawables.plate import plate_before
 from workbench.views.drawables.region import envelope
 from workbench.views.page.html import BAD, GOOD
+from workbench.views.page.panels import index
 from workbench.views.page.panels.history import plot
 from workbench.views.page.panels.index import alone_or_together, determined, loss_bars, predicted, reading
 
@@ -119,6 +121,30 @@ def test_a_plate_that_states_no_tolerances_shows_its_error_as_drawn_beside_the_e
     stated = replace(first, plate=made_as_drawn(first.plate))
     assert score_as_drawn(stated) is None
     assert default_circle(load_robot("ur5")).production == stated.plate.production
+
+
+@pytest.mark.parametrize(
+    ("error", "change", "text"),
+    [
+        (np.nan, {"sampled": None}, "Not computed yet"),
+        (np.nan, {}, "does not reach the region"),
+        (np.inf, {}, "Add targets"),
+    ],
+)
+def test_an_error_without_a_number_says_what_is_missing(first, error, change, text):
+    assert text in predicted(replace(first, score=replace(first.score, position=error), **change))
+
+
+@pytest.mark.parametrize(("error", "offered"), [(1e-9, 0.001), (2e-4, 1.0), (5.0, 1000.0), (np.inf, 1.0)])
+def test_a_required_error_is_offered_that_can_be_typed(first, monkeypatch, error, offered):
+    made, session = [], replace(first, score=replace(first.score, position=error))
+    session = replace(session, choices=replace(session.choices, wanted=None))
+    gui = SimpleNamespace(add_number=lambda label, value, **bounds: made.append((value, bounds)))
+    monkeypatch.setattr(index, "ask", lambda *_, build: build(gui))
+    index.try_plate(None, SimpleNamespace(session=session), None)
+    ((value, bounds),) = made
+    assert value == offered
+    assert bounds["min"] <= value <= bounds["max"]
 
 
 def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):

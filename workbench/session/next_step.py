@@ -316,6 +316,10 @@ def _design(session: Session) -> NextStep:
         text = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
         return NextStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
     text = capital(_predicted(session))
+    if judged is None and not np.isfinite(session.score.position):
+        tone = Tone.CAREFUL if np.isinf(session.score.position) else Tone.PLAIN
+        can_help = session.searched is not session.plate
+        return NextStep(f"{text}.", tone, improve if can_help else LOAD, LOAD if can_help else None)
     if judged is None:
         return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
     if judged.tone is Tone.GOOD:
@@ -330,9 +334,13 @@ def _design(session: Session) -> NextStep:
         else:
             blame = "" if session.tried is None else f": the {session.tried.blame} dominates"
             is_known = np.isfinite(session.score.position)
-            way = "Require less, or measure more exactly" if is_known else "Move the region, or the plate"
+            way = (
+                "Require less, or measure more exactly"
+                if is_known
+                else "Add targets at other places and heights"
+            )
             text = f"{text}. No better plate was found{blame}. {way}."
-            return NextStep(text, judged.tone, MAKE, LOAD)
+            return NextStep(text, judged.tone, *((MAKE, LOAD) if is_known else (LOAD,)))
         return NextStep(f"{text}.", judged.tone, improve, MAKE if session.tried is not None else LOAD)
     text = f"{text}: {judged.text}. Good enough?"
     return NextStep(text, judged.tone, trial or LOAD, LOAD if trial else improve)
@@ -347,6 +355,8 @@ def _trial() -> Action | None:
 
 def _predicted(session: Session) -> str:
     now, first = (1e3 * score.position for score in (session.score, session.history.first_score))
+    if np.isnan(now) and session.sampled is session.plate.region:
+        return "the arm does not reach the region"
     if not np.isfinite(now):
         return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
     began = f", {first:.3g} mm at the start" if np.isfinite(first) and f"{first:.3g}" != f"{now:.3g}" else ""

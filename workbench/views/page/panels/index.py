@@ -109,11 +109,15 @@ def predicted(session: Session) -> str:
     """The predicted error, and what the last step changed in it."""
     now, first, noise = session.score, session.history.first_score, session.noise
     if np.isnan(now.position):
-        return f'<div style="color:{MUTED}">The arm does not reach the region.</div>'
+        is_sampled = session.sampled is session.plate.region
+        unknown = "The arm does not reach the region." if is_sampled else "Not computed yet."
+        return f'<div style="color:{MUTED}">{unknown}</div>'
     if np.isinf(now.position):
+        is_reached = now.measurable == len(session.plate)
+        way = "Add targets at other places and heights" if is_reached else "Move more targets into reach"
         return (
             f'<div style="color:{BAD}">Unbounded: these targets leave parameters open which '
-            "affect the tool there. Move more targets into reach.</div>"
+            f"affect the tool there. {way}.</div>"
         )
     is_moved = session.plate is not session.history.first_plate
     scores = session.history.scores if session.drag is not None else session.history.scores[:-1]
@@ -259,6 +263,9 @@ class WantedPanel(AbstractPanel):
 TIMES = 3.0
 """Required error that is offered where none is set, as a multiple of the predicted one, then rounded up."""
 
+LIMITS = 0.001, 1000.0
+"""Required errors that can be typed there [mm]."""
+
 
 def try_plate(event: viser.GuiEvent, worker: Worker, trial: AbstractPlateTrial) -> None:
     """Try the plate; ask first what the arms have to keep, if that is not known."""
@@ -267,12 +274,13 @@ def try_plate(event: viser.GuiEvent, worker: Worker, trial: AbstractPlateTrial) 
         worker.submit(trial)
         return
     predicted = 1e3 * session.score.position
-    offered = _round_up(TIMES * predicted) if np.isfinite(predicted) else 1.0
+    least, most = LIMITS
+    offered = min(max(_round_up(TIMES * predicted), least), most) if np.isfinite(predicted) else 1.0
     fields: list[viser.GuiNumberHandle] = []
 
     def build(gui: viser.GuiApi) -> None:
         label, hint = FIELDS[0]
-        fields.append(gui.add_number(label, offered, min=0.001, max=1000.0, step=0.001, hint=hint))
+        fields.append(gui.add_number(label, offered, min=least, max=most, step=0.001, hint=hint))
 
     def begin() -> None:
         worker.submit(SetWanted(1e-3 * float(fields[0].value)))
