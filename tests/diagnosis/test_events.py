@@ -315,6 +315,10 @@ def test_a_session_that_was_held_out_has_its_own_base_in_the_file(name, tmp_path
     assert max(stated, left[shown].mean()) < 0.1
     alone = identify(made.robot, data, held_out="session:A").best
     assert file_errors(alone)["TOML"] == alone.held_out
+    for judged in (run, alone):
+        shown = row_components(judged.as_measured, judged.held_out_data).position
+        mean = 1e3 * np.linalg.norm(shown, axis=1).mean()
+        assert mean == pytest.approx(judged.held_out.position_mm.mean, rel=1e-3)
 
 
 @pytest.mark.extra("reports")

@@ -322,7 +322,7 @@ def _diagnosis(
         train_rows=ready.train_rows,
         held_out_rows=ready.held_out_rows,
         held_out_data=ready.held_out_data,
-        new_sessions=ready.new_sessions,
+        new_sessions=ready.new_mountings(fit.calibrated),
         excluded=tuple(e for e in ready.excluded if e[1] != GROSS_REASON),
         outliers=outliers,
         outlier_errors=advice.ask(

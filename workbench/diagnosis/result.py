@@ -1,5 +1,6 @@
 """The result of a diagnosis."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -10,6 +11,7 @@ from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.events import AbstractEvent
+from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.claimed_causes import Cause, ResidualMap
@@ -129,7 +131,7 @@ class Diagnosis(AbstractShown):
         train_rows: Rows that were fitted, indices into data, outliers among them.
         held_out_rows: Rows that were held out, indices into data.
         held_out_data: The held-out rows on which errors are reported.
-        new_sessions: Their sessions that no fitted row has; errors there are with bases found from them.
+        new_sessions: Base and tool in their sessions that no fitted row has, found from these rows.
         excluded: Rows excluded from the start, with the reason.
         outliers: Rows excluded as outliers, indices into data.
         outlier_errors: Errors of the identified arm on them; None if there are none.
@@ -170,7 +172,7 @@ class Diagnosis(AbstractShown):
     train_rows: np.ndarray
     held_out_rows: np.ndarray
     held_out_data: Dataset
-    new_sessions: tuple[str, ...]
+    new_sessions: Mapping[str, Mounting]
     excluded: tuple[tuple[int, str], ...]
     outliers: np.ndarray
     outlier_errors: Errors | None

@@ -17,7 +17,7 @@ def file_errors(run: Run) -> dict[str, Errors]:
 
     A format is omitted where its error is unknown: held-out sessions without any fitted row.
     """
-    if run.is_on_new_sessions:
+    if run.new_sessions:
         return {"TOML": judged(run)}
     return _errors(run, SavedArm(run.as_measured, run.fit.problem.data), run.judging)
 

@@ -133,7 +133,7 @@ def _runs(
             train,
             held,
             ready.held_out_data,
-            new_sessions=ready.new_sessions,
+            new_sessions=ready.new_mountings(fit.calibrated),
         )
     return runs
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import progress
@@ -122,6 +123,11 @@ class Prepared:
         freedom = FrameFreedom(visible_parts(rows)[0], base_per_session=True)
         own = align(replace(robot, sessions={}), rows, freedom)
         return replace(robot, sessions={**robot.sessions, **own.sessions})
+
+    def new_mountings(self, robot: Robot) -> dict[str, Mounting]:
+        """Base and tool of an arm in held-out sessions that are not in the fit."""
+        own = self.with_new_session_bases(robot, self.held_out_data).sessions
+        return {name: own[name] for name in self.new_sessions if name in own}
 
 
 def prepare(

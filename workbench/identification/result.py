@@ -1,13 +1,14 @@
 """Results of an identification or evaluation: data, decisions, parameters and errors."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 from rich.console import RenderableType
 
+from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
@@ -93,7 +94,7 @@ class Run(AbstractShown):
         held_out_rows: Likewise of the held-out rows.
         held_out_data: These rows.
         judged: The arm with these errors, if `fit` was afterwards made on all rows.
-        new_sessions: Held-out sessions whose bases were found from their own rows.
+        new_sessions: Base and tool in held-out sessions that were not fitted, found from their own rows.
     """
 
     fit: Fit
@@ -103,7 +104,7 @@ class Run(AbstractShown):
     held_out_rows: RowErrors
     held_out_data: Dataset
     judged: Robot | None = None
-    new_sessions: tuple[str, ...] = ()
+    new_sessions: Mapping[str, Mounting] = field(default_factory=dict)
 
     def summary(self) -> RenderableType:
         return self.fit.summary()
@@ -127,14 +128,9 @@ class Run(AbstractShown):
     @cached_property
     def judged_errors(self) -> Errors:
         """Its errors; after events those of its file, on the judging rows for which that is valid."""
-        if not self.saved.events or self.is_on_new_sessions:
+        if not self.saved.events or self.new_sessions:
             return judged(self)
         return SavedArm(self.as_measured, self.fit.problem.data).errors(self.judging, self.places)
-
-    @property
-    def is_on_new_sessions(self) -> bool:
-        """Whether held-out rows are of sessions whose bases were found from their own rows."""
-        return not set(self.new_sessions).isdisjoint(self.held_out_data.sessions)
 
     @property
     def places(self) -> dict[str, float]:
@@ -152,7 +148,10 @@ class Run(AbstractShown):
     @property
     def as_measured(self) -> Robot:
         """The arm with these errors, including events during the measurements."""
-        return self.judged or self.fit.calibrated
+        robot = self.judged or self.fit.calibrated
+        return (
+            replace(robot, sessions={**robot.sessions, **self.new_sessions}) if self.new_sessions else robot
+        )
 
     @cached_property
     def deviation(self) -> float:
