@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json
@@ -95,3 +96,11 @@ def test_exact_rows_show_one_arm_and_no_warning():
     run = identify(load_robot("aria"), rows_of(4, noise=0.0, turn=0.0))
     assert len(run.distinct) == 1
     assert not any("moves the tool" in text for text in run.warnings)
+
+
+def test_a_session_that_is_far_off_as_a_whole_is_not_said_to_be_missing():
+    """With a base that is known, all rows of another base were set apart: "no session B" was said."""
+    second, rows = np.arange(70) >= 50, rows_of(1, count=70)
+    moved = replace(wrong(rows, second, (0.5, 0.2, 0.1)), session=np.where(second, "B", "A"), rotation=None)
+    with pytest.raises(OptionError, match="far off"):
+        identify(load_robot("aria"), moved, held_out="session:B")

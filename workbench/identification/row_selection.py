@@ -121,7 +121,10 @@ def split_sessions(
     if data.session is None:
         raise OptionError(f"{data.source} has no session column, so no session can be held out")
     if missing := [name for name in names if name not in data.sessions]:
-        raise OptionError(f"{data.source} has no session '{missing[0]}'; it has {', '.join(data.sessions)}")
+        raise OptionError(
+            f"{data.source}: no usable row is of session '{missing[0]}', only of {', '.join(data.sessions)}; "
+            "rows that are excluded or far off any pose of the arm, as with another base, can't be held out"
+        )
     mask = np.isin(data.session, names)
     return np.flatnonzero(~mask), np.flatnonzero(mask)
 
