@@ -295,7 +295,7 @@ def find_causes(
         doubts = {
             untried or whole.doubt(motion): True,
             "the residuals could not be tested for structure": structure is None,
-            "it may be an error of the linearised geometry": is_strained,
+            "it alone explains more than all effects together, as errors of the geometry do": is_strained,
             "another cause has the same form": any(share_a_law(whole, other) for other in others),
             "a smooth error of its joint would do nearly as well": lead_over_map(searched, group)
             < np.log(CERTAIN),
