@@ -434,7 +434,7 @@ def test_teeth_of_any_number_may_be_off_by_as_much_as_cheap_gears_are():
     """By one part in k of an eccentric's bound, true ripples of 4 mrad were refused from order 13 on."""
     ripple = EFFECTS["joint-harmonic"]((1,), order=19)
     motion = Motion(np.zeros((1, load_robot("aria").dof)))
-    assert ripple.bounds(load_robot("aria").chain, motion, None) == pytest.approx([5e-3] * 2)
+    assert ripple.bounds(load_robot("aria").chain, motion, np.zeros((1, 6, 6))) == pytest.approx([5e-3] * 2)
 
 
 def carrying(effect):
