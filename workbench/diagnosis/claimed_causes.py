@@ -4,7 +4,7 @@ Effects of one kind in several joints are one cause. An accepted effect is a cau
 
 - it is physically possible, as its own file bounds it, and a coefficient exceeds three standard errors;
 - it stands out: if one joint scatters and the others don't, something in that joint is not modelled, and an
-effect of the joint's own position or motion may be part of it;
+  effect of the joint's own position or motion may be part of it;
 - what it explains in cross-validation exceeds one standard error;
 - this is at least a tenth of the residual and a third of the noise.
 
@@ -14,17 +14,17 @@ contains the cause as a special case and has more coefficients is no rival. One 
 odds, from leaving out fold after fold, is subtracted, so that they would hold for other rows of the same arm.
 A cause preferred by every fold is at least probable; one that might be too small in other rows is no more.
 
-However large the odds, a cause is only probable (of 546 claims capped this way on virtual arms with
-incomplete files, 92 % were true)
+However large the odds, a cause is only probable (of about 1 000 claims capped so on virtual arms
+with incomplete files, nine in ten were true)
 
 - if the residual is smooth along any axis by a third of what the cause explains, or a residual map of its
-joint predicts as much: another law may then explain the same, and rows that share an error
-carry less information than independent ones;
+  joint predicts as much: another law may then explain the same, and rows that share an error
+  carry less information than independent ones;
 - if a rival that contains it as a special case does nearly as well despite having more coefficients;
 - if, for an error over one joint's position, a smooth map is within the odds of "certain": friction and wear
-follow no simple law, and with few rows they resemble the nearest one;
+  follow no simple law, and with few rows they resemble the nearest one;
 - if another cause depends on the same joint's position (for a scale, also on its motion), or another backlash
-is decided by load: two laws together may stand for a single unknown one;
+  is decided by load: two laws together may stand for a single unknown one;
 - if it is driven by load but doesn't stand out;
 - if its driver is confounded with other differences between rows (`AbstractEffect.doubt`).
 
