@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import DataError, FileError
-from workbench.extras.camera.camera import INTRINSICS, project, read_cameras, write_cameras
-from workbench.extras.camera.pixel_rows import PixelRows
-from workbench.extras.camera.pixel_table import read_pixels
+from workbench.data.readers.read import read_fields
+from workbench.extras.camera.camera import INTRINSICS, project, read_cameras
+from workbench.extras.camera.corner_detection import PixelRows
+from workbench.extras.camera.pixel_table import pixel_data, read_pixels
 from workbench.extras.camera.rig import Rig
-from workbench.extras.camera.target import Charuco, charuco_target, read_target, read_targets, write_target
+from workbench.extras.camera.target import Charuco, charuco_target, read_targets, target_toml
 
 K = np.array([900.0, 905.0, 640.0, 500.0, -0.12, 0.05, 0.002, -0.001, 0.01])
 CAMERA = """[[camera]]
@@ -61,22 +62,16 @@ def test_rays_through_pixels_lead_back(tmp_path):
     )
 
 
-def test_files_are_read_as_they_are_written(tmp_path):
-    (cell,) = camera(tmp_path)
-    (again,) = read_cameras(write_cameras((cell,), tmp_path / "again.toml"))
-    assert (again.name, again.size, again.mounted, again.free) == (
-        cell.name,
-        cell.size,
-        cell.mounted,
-        cell.free,
-    )
-    assert again.intrinsics == pytest.approx(K)
+def targets(tmp_path, text):
+    (tmp_path / "target.toml").write_text(text)
+    return read_targets(tmp_path / "target.toml")
+
+
+def test_a_board_is_read_as_it_is_written(tmp_path):
     board = charuco_target(BOARD, "tool", scale_sigma=0.001)
-    other = read_target(write_target(board, tmp_path / "target.toml"))
-    assert other.charuco == BOARD
-    assert other.scale_sigma == 0.001
-    assert len(other) == 12
-    assert other.points[4] == pytest.approx([0.03, 0.06, 0.0])
+    (again,) = targets(tmp_path, target_toml(board))
+    assert (again.charuco, again.scale_sigma, len(again)) == (BOARD, 0.001, 12)
+    assert again.points[4] == pytest.approx([0.03, 0.06, 0.0])
 
 
 BOARDS = """mounted = "world"
@@ -96,90 +91,75 @@ point = [
 
 
 def test_boards_of_one_file_have_numbers_of_their_own(tmp_path):
-    (tmp_path / "target.toml").write_text(BOARDS)
-    targets = read_targets(tmp_path / "target.toml")
-    again = read_targets(write_target(targets, tmp_path / "again.toml"))
-    for found in (targets, again):
-        assert [t.owner for t in found] == ["target[board1]", "target[right]", "target[tag]"]
-        assert [t.ids[0] for t in found] == [0, 12, 40]
-        assert [t.charuco.first_marker for t in found[:2]] == [0, 10]
-        assert [t.scale_sigma for t in found] == [0.002, 0.001, 0.0005]
-    with pytest.raises(FileError, match="has 3 boards; give a file of one"):
-        read_target(tmp_path / "target.toml")
+    found = targets(tmp_path, BOARDS)
+    assert [t.owner for t in found] == ["target[board1]", "target[right]", "target[tag]"]
+    assert [t.ids[0] for t in found] == [0, 12, 40]
+    assert [t.charuco.first_marker for t in found[:2]] == [0, 10]
+    assert [t.scale_sigma for t in found] == [0.002, 0.001, 0.0005]
+    again = targets(tmp_path, target_toml(*found[:2]))
+    assert [t.charuco for t in again] == [t.charuco for t in found[:2]]
 
 
-def test_markers_of_one_dictionary_are_counted_over_boards_and_tags(tmp_path):
+def board(name, more="", head=""):
+    return (
+        f'[[board]]\nname = "{name}"\n{head}'
+        f"charuco = {{ squares = [4, 4], square = 0.03, marker = 0.02{more} }}\n"
+    )
+
+
+def tag(number, dictionary="DICT_6X6_1000"):
+    corners = (f"{{ id = {number}, corner = {k}, xyz = [{k % 2}, {k // 2}, 0] }}" for k in range(4))
+    return f'[[board]]\nname = "tag"\ndictionary = "{dictionary}"\npoint = [{", ".join(corners)}]\n'
+
+
+@pytest.mark.parametrize(
+    ("tables", "firsts", "named"),
+    [
+        (board("A", ", first_marker = 20") + board("B", ", first_marker = 0"), [20, 0], ""),
+        (tag(5) + board("A"), [6], ""),
+        (board("A", head='dictionary = "DICT_4X4_50"\n'), [0], ""),
+        (board("A", ", first_marker = 9") + board("B", ", first_marker = 3"), None, "marker 9 of"),
+        (tag(5) + board("A", ", first_marker = 0"), None, "marker 5 of"),
+        (board("A", ", first_marker = 20") + tag(24), None, "marker 24 of DICT_6X6.* 28"),
+        (board("A") + tag(8, "DICT_5X5_50"), None, "'tag' before 'A'"),
+    ],
+)
+def test_markers_of_one_dictionary_are_counted_over_boards_and_tags(tmp_path, tables, firsts, named):
     """Whatever its size: DICT_6X6_250 and DICT_6X6_1000 print a number alike."""
-    board = '[[board]]\nname = "{}"\ncharuco = {{ squares = [4, 4], square = 0.03, marker = 0.02{} }}\n'
-
-    def tag(number, dictionary="DICT_6X6_1000"):
-        corners = (f"{{ id = {number}, corner = {k}, xyz = [{k % 2}, {k // 2}, 0] }}" for k in range(4))
-        head = f'[[board]]\nname = "tag"\ndictionary = "{dictionary}"\n'
-        return f"{head}point = [{', '.join(corners)}]\n"
-
-    def found(*tables):
-        text = 'mounted = "world"\ndictionary = "DICT_6X6_250"\n' + "".join(tables)
-        (tmp_path / "target.toml").write_text(text)
-        targets = read_targets(tmp_path / "target.toml")
-        again = read_targets(write_target(targets, tmp_path / "again.toml"))
-        assert [t.charuco for t in again] == [t.charuco for t in targets]
-        return [t.charuco.first_marker for t in targets if t.charuco is not None]
-
-    assert found(board.format("A", ", first_marker = 20"), board.format("B", ", first_marker = 0")) == [20, 0]
-    assert found(tag(5), board.format("A", "")) == [6]
-    for tables, word in (
-        ((board.format("A", ", first_marker = 9"), board.format("B", ", first_marker = 3")), "marker 9 of"),
-        ((tag(5), board.format("A", ", first_marker = 0")), "'tag' and 'A' both have marker 5 of"),
-        ((board.format("A", ", first_marker = 20"), tag(24)), "marker 24 of DICT_6X6.*28 is the next"),
-        ((board.format("A", ""), tag(8, "DICT_5X5_50")), "put 'tag' before 'A' in the file"),
-    ):
-        with pytest.raises(FileError, match=word):
-            found(*tables)
-    other = board.format("A", "").replace("[[board]]", '[[board]]\ndictionary = "DICT_4X4_50"')
-    found(other)
-    assert read_targets(tmp_path / "target.toml")[0].charuco.dictionary == "DICT_4X4_50"
+    text = f'mounted = "world"\ndictionary = "DICT_6X6_250"\n{tables}'
+    if firsts is None:
+        with pytest.raises(FileError, match=named):
+            targets(tmp_path, text)
+    else:
+        found = [t for t in targets(tmp_path, text) if t.charuco is not None]
+        assert [t.charuco.first_marker for t in found] == firsts
+        assert found[0].charuco.dictionary == ("DICT_4X4_50" if "4X4" in tables else "DICT_6X6_250")
 
 
 @pytest.mark.parametrize(
-    ("change", "word"),
+    ("read", "text", "change", "named"),
     [
+        (targets, BOARDS, ('name = "right"', 'name = "board1"'), "'board1'"),
         (
-            (
-                "[4, 4], square = 0.03, marker = 0.02",
-                "[4, 4], square = 0.03, marker = 0.02, first_marker = 9",
-            ),
-            "marker 9 of",
-        ),
-        (('name = "right"', 'name = "board1"'), "two boards named 'board1'"),
-        (
+            targets,
+            BOARDS,
             ("id = 40, corner = 1", "id = 3, corner = 0"),
-            "id 3 corner 0 is of 'board1' and 'tag'; put 'tag' before 'board1'",
+            "id 3 corner 0 .*'board1' and 'tag'",
         ),
-        (('name = "tag"', "colour = 3"), "colour"),
-        (('mounted = "world"', 'mounted = "world"\ncharuco = {}'), "either one"),
-        ((BOARDS, 'mounted = "world"\nboard = []'), "has no board"),
-        (("[5, 4]", "[99999999, 99999999]"), "at most 10000 squares"),
+        (targets, BOARDS, ('name = "tag"', "colour = 3"), "colour"),
+        (targets, BOARDS, ('mounted = "world"', 'mounted = "world"\ncharuco = {}'), "charuco"),
+        (targets, BOARDS, (BOARDS, 'mounted = "world"\nboard = []'), "board"),
+        (targets, BOARDS, ("[5, 4]", "[99999999, 99999999]"), "10000"),
+        (camera, CAMERA, ("fx = 900.0\n", ""), "fx"),
+        (camera, CAMERA, ('"world"', '"ceiling"'), "mounted"),
+        (camera, CAMERA, ("size = [1280, 1000]", "size = [1280]"), "size"),
+        (camera, CAMERA, ("fy = 905.0", "fy = -1.0"), "-905|-1"),
+        (camera, CAMERA, ("cx =", "cz ="), "cz"),
     ],
 )
-def test_boards_that_can_not_be_told_apart_are_refused(tmp_path, change, word):
-    (tmp_path / "target.toml").write_text(BOARDS.replace(*change))
-    with pytest.raises(FileError, match=word):
-        read_targets(tmp_path / "target.toml")
-
-
-@pytest.mark.parametrize(
-    ("change", "word"),
-    [
-        (("fx = 900.0\n", ""), "fx"),
-        (('"world"', '"ceiling"'), "mounted"),
-        (("size = [1280, 1000]", "size = [1280]"), "size"),
-        (("fy = 905.0", "fy = -1.0"), "positive"),
-        (("cx =", "cz ="), "cz"),
-    ],
-)
-def test_a_camera_that_can_not_be_is_refused(tmp_path, change, word):
-    with pytest.raises(FileError, match=word):
-        camera(tmp_path, CAMERA.replace(*change))
+def test_cameras_and_targets_that_can_not_be_are_refused(tmp_path, read, text, change, named):
+    with pytest.raises(FileError, match=named):
+        read(tmp_path, text.replace(*change))
 
 
 def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
@@ -194,10 +174,8 @@ def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
     assert data.readings.pixels[1, 0, 3] == pytest.approx([127.0, 203.5])
     assert data.included.tolist() == [True, True, False]
     assert any("1 of 3" in note and "'3'" in note for note in data.notes)
-    assert not any("observation" in text for text in data.notes)
     more = table(tmp_path, ["image,q1[deg],q2[deg]", *(f"{k},{k},{k}" for k in range(2, 12))], "more.csv")
-    message = "8 of 10 rows of more.csv have no picture: '3', '4', '5', '6', '7' and 3 more; add"
-    with pytest.raises(DataError, match=message):
+    with pytest.raises(DataError, match=r"8 of 10 rows of more\.csv .*'3', '4', '5', '6', '7' and 3 more"):
         read_pixels(source, rig, joints=more)
 
 
@@ -212,9 +190,8 @@ def test_a_picture_without_the_target_keeps_its_joints(tmp_path):
         uv=np.column_stack([100.0 + 9.0 * np.arange(12), 200.0 + np.arange(12) % 6]),
         pictures=("1.png", "2.png", "3.png"),
     )
-    data = read_pixels(seen, rig, joints=table(tmp_path, ["q1[deg]", "10", "20", "30"], "order.csv"))
+    data = pixel_data(seen, rig, read_fields(table(tmp_path, ["q1[deg]", "10", "20", "30"], "order.csv")))
     assert np.rad2deg(data.q[data.included, 0]) == pytest.approx([10.0, 30.0])
-    assert not any("no picture" in text for text in data.notes)
 
 
 def test_pictures_and_joints_that_do_not_belong_together_are_refused(tmp_path):
@@ -223,17 +200,11 @@ def test_pictures_and_joints_that_do_not_belong_together_are_refused(tmp_path):
     with pytest.raises(DataError, match=r"1 pictures.*2"):
         read_pixels(source, rig, joints=table(tmp_path, ["q1[deg]", "3"], "a.csv"))
     huge = table(tmp_path, ["image,id,u[px],v[px]", f"1,{10**30},5,6"], "huge.csv")
-    with pytest.raises(FileError, match="not a whole number of at most 18 digits"):
+    with pytest.raises(FileError, match=str(10**30)):
         read_pixels(huge, rig)
-    with pytest.raises(DataError, match="'2' have no joints"):
+    with pytest.raises(DataError, match="'2'"):
         read_pixels(source, rig, joints=table(tmp_path, ["image,q1[deg]", "1,3"], "b.csv"))
-    strange = PixelRows(
-        image=np.array(["1"]),
-        camera=np.array([""]),
-        id=np.array([57]),
-        corner=np.array([0]),
-        uv=np.ones((1, 2)),
-    )
+    strange = table(tmp_path, ["image,id,u[px],v[px]", "1,57,1,1"], "strange.csv")
     with pytest.raises(DataError, match=r"id 57.*12 inner corners"):
         read_pixels(strange, rig, joints=table(tmp_path, ["image,q1[deg]", "1,3"], "c.csv"))
     with pytest.raises(DataError, match="mounted"):

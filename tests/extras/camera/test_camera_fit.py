@@ -16,8 +16,8 @@ from workbench.extras.camera import pixel_noise
 from workbench.extras.camera.checks import OUTSIDE, PictureFit, _larger
 from workbench.extras.camera.model_selection import BLOCKS, _left_out
 from workbench.extras.camera.pixel_noise import Pictures, PixelPrior
-from workbench.extras.camera.readings import PictureReadings, rig_of
 from workbench.extras.camera.resection import with_boards, with_boards_in_view
+from workbench.extras.camera.rig import PictureReadings, rig_of
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.considered import Considered
 from workbench.identification.fit_choices import FitChoices

@@ -15,7 +15,7 @@ from workbench.base.errors import DataError, FileError
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.lens import SIZES
 from workbench.extras.camera.picture_files import exif_focal
-from workbench.extras.camera.readings import rig_of
+from workbench.extras.camera.rig import rig_of
 
 cv2 = pytest.importorskip("cv2")
 PARTS = ("fx", "fy", "cx", "cy", "k1", "k2")

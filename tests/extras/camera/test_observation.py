@@ -12,8 +12,7 @@ from workbench.base import se3
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import Camera, project
-from workbench.extras.camera.readings import PictureReadings
-from workbench.extras.camera.rig import Rig
+from workbench.extras.camera.rig import PictureReadings, Rig
 from workbench.extras.camera.target import Charuco, charuco_target
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 

@@ -90,7 +90,8 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
     assert {"camera/c0", "camera/target", "camera/ellipsoid"} <= paths
     assert b"<robot" in calibrated_urdf(session)[1]
     assert "joint zeros" in _identified(session.results.identification)
-    assert "% of the picture used" in _camera(session, 0, view)
+    used, result = coverage(session.measurements.loaded.dataset, 0), session.results.identification
+    assert "% of the picture used" in _camera(0, view, used, result)
     again = restore(read_recording(tmp_path / "kept")).session
     assert (
         again.measurements.loaded.dataset.source

@@ -8,9 +8,7 @@ import pytest
 from test_camera_fit import check_zeros, read, true_errors, written
 
 import workbench as wb
-from workbench.extras.camera.camera import read_cameras, write_cameras
-from workbench.extras.camera.readings import PictureReadings
-from workbench.extras.camera.target import read_targets, write_target
+from workbench.extras.camera.rig import PictureReadings
 
 DAYS = ("mon", "tue", "wed")
 OWN = "per_session = true\n"
@@ -109,14 +107,9 @@ def test_a_board_that_one_session_never_shows(tmp_path):
     assert (np.abs(at["xyz"] - two.target[:3, 3]) < 4e-3 * np.array(at["xyz_std_mm"])).all()
 
 
-def test_files_keep_the_key(tmp_path):
+def test_a_pose_per_session_without_sessions_is_one_pose_and_noted(tmp_path):
     rng = np.random.default_rng(7)
     shots = virtual.scene(rng, virtual.made(rng, "hobby"), 5)
     _, data = filed(tmp_path, replace(shots, session=[]), moved="target")
-    rig = PictureReadings.of(data).rig
-    assert rig.targets[0].per_session
-    assert any("session" in note for note in data.notes)
-    write_target(rig.targets, tmp_path / "target.toml")
-    write_cameras((replace(rig.cameras[0], per_session=True),), tmp_path / "camera.toml")
-    assert read_targets(tmp_path / "target.toml")[0].per_session
-    assert read_cameras(tmp_path / "camera.toml")[0].per_session
+    assert PictureReadings.of(data).rig.targets[0].per_session
+    assert any("per_session" in note for note in data.notes)

@@ -8,8 +8,7 @@ import pytest
 from test_camera_fit import written
 
 import workbench as wb
-from workbench.extras.camera.readings import PictureReadings
-from workbench.extras.camera.target import read_targets, write_target
+from workbench.extras.camera.rig import PictureReadings
 
 
 def thinned(shots, rng, count):
@@ -121,6 +120,3 @@ def test_points_that_nobody_has_measured(tmp_path):
         spread = 1e-3 * np.array(point["xyz_std_mm"])
         assert (np.abs(point["xyz"] - tags[point["id"], point["corner"]]) < 4.0 * spread).all()
         assert spread.max() < 0.5e-3
-    again = wb.read_rig(tmp_path / "camera.toml", tmp_path / "target.toml").targets
-    assert write_target(again, tmp_path / "again.toml").exists()
-    assert read_targets(tmp_path / "again.toml")[0].sigmas == again[0].sigmas

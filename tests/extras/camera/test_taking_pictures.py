@@ -7,11 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.extras.camera.capture import Capture, Previews, Shot
 from workbench.extras.camera.image_sources import PictureWatcher
 from workbench.extras.camera.panels import _shown
 from workbench.extras.camera.rig import read_rig
-from workbench.extras.camera.session_commands import BeginShooting, DropShot, EndShooting, TakeShot, UseShots
+from workbench.extras.camera.session_commands import (
+    BeginShooting,
+    Capture,
+    DropShot,
+    EndShooting,
+    Previews,
+    Shot,
+    TakeShot,
+    UseShots,
+)
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker
 from workbench.session.journal.codec import decode, encode

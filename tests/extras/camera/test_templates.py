@@ -1,9 +1,7 @@
 """Files made from a board: what they say comes back; pictures with their joints alone lead to the zeros."""
 
-import io
 import json
 import shutil
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +10,15 @@ import pytest
 from workbench.base.errors import DataError, FileError, WorkbenchError
 from workbench.base.progress import Cancelled, running
 from workbench.extras.camera.camera import Mount
-from workbench.extras.camera.capture import Previews
-from workbench.extras.camera.corner_detection import Finder
+from workbench.extras.camera.corner_detection import BoardFinder
 from workbench.extras.camera.folder import packed
-from workbench.extras.camera.likely_board import likely_board
+from workbench.extras.camera.markers import likely_board
 from workbench.extras.camera.panels import _identified, camera_json
-from workbench.extras.camera.rig import read_rig
+from workbench.extras.camera.picture_html import thumbnails
+from workbench.extras.camera.printed import Board, across_down
 from workbench.extras.camera.selection_steps import Identifiability
-from workbench.extras.camera.session_commands import CameraAlone, LoadPictures
+from workbench.extras.camera.session_commands import CameraAlone, LoadPictures, Previews
 from workbench.extras.camera.target import charuco_target, prints_of
-from workbench.extras.camera.templates import Board, across_down
-from workbench.extras.camera.thumbnails import thumbnails
 from workbench.identification.identify import identify
 from workbench.session.journal.codec import decode, encode
 from workbench.session.judgement import Tone
@@ -30,19 +26,6 @@ from workbench.session.next_step import next_step
 from workbench.views.page.html import BAD
 
 cv2 = pytest.importorskip("cv2")
-
-
-@pytest.mark.parametrize("mounted", list(Mount))
-def test_the_folder_to_fill_is_of_this_board_and_arm(aria, tmp_path, mounted):
-    board = Board(7, 9, 0.025, mounted)
-    zipfile.ZipFile(io.BytesIO(board.folder(aria))).extractall(tmp_path)
-    rig = read_rig(None, tmp_path / "target.toml")
-    assert rig.targets[0].charuco == board.charuco
-    assert rig.mounted is mounted
-    heads = (tmp_path / "joints.csv").read_text().strip().split(",")
-    assert heads == ["image", *(f"q{k}[deg]" for k in range(1, 7))]
-    assert board.pdf().startswith(b"%PDF")
-    assert board.fill_in(tmp_path) == ()  # it lacks nothing
 
 
 def test_pictures_and_joints_alone_lead_to_the_zeros(aria, first, tmp_path):
@@ -63,7 +46,7 @@ def test_pictures_and_joints_alone_lead_to_the_zeros(aria, first, tmp_path):
     session = command.finish(session, command.compute(session))
     assert any("lens is identified" in note for note in session.measurements.loaded.notes)
     shown = thumbnails(session.measurements.loaded.dataset, session.part(Previews))
-    assert len({picture.image for picture in shown}) == 16
+    assert len(shown) == 16
     found = identify(aria, session.measurements.loaded.dataset)
     assert isinstance(found.identifiability, Identifiability)
     assert found.identifiability.title == "joint zeros"
@@ -104,8 +87,8 @@ def test_a_board_of_the_old_pattern_is_found_where_its_last_row_is_hidden():
     for picture in hidden:
         picture[-188:] = 127
     board = likely_board(Board(square=0.02).charuco, hidden)
-    finder = Finder.of(charuco_target(board, Mount.WORLD), hidden)
-    assert min(len(finder.seen(picture).ids) for picture in hidden) >= 18
+    finder = BoardFinder.of([charuco_target(board, Mount.WORLD)], hidden)
+    assert min(len(finder.find(picture).ids) for picture in hidden) >= 18
 
 
 def test_the_search_for_a_board_ends_on_request_and_pictures_that_cannot_be_read_are_said(tmp_path):
@@ -160,7 +143,6 @@ def test_poses_of_the_tool_in_place_of_joints_give_camera_and_board_alone(first,
     session = command.finish(first, result)
     alone = session.part(CameraAlone)
     assert session.measurements.loaded is None
-    assert "16 pictures of pics" in session.page.messages[-1].text
     assert len(thumbnails(alone.data, alone.previews)) == 16
     assert alone.found.best.train.own.rms < 1.3
     shown = _identified(alone.found, is_alone=True)

@@ -10,9 +10,9 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Freedom
-from workbench.extras.camera.camera import Camera, Mount, write_cameras
+from workbench.extras.camera.camera import Camera, Mount
 from workbench.extras.camera.rig import Rig
-from workbench.extras.camera.target import Charuco, charuco_target, write_target
+from workbench.extras.camera.target import Charuco, charuco_target, target_toml
 from workbench.extras.camera.target_in_view import TargetInView
 from workbench.extras.poses.informative_poses import informative_poses
 from workbench.extras.poses.pose_limits import PoseLimits
@@ -20,6 +20,16 @@ from workbench.plate.free_constants import identified_names
 from workbench.plate.observability import index_named
 
 LENS = np.array([900.0, 905.0, 640.0, 480.0, -0.1, 0.02, 1e-3, 0.0, 0.0])
+CAMERA = """[[camera]]
+name = "c"
+size = [1280, 960]
+fx = 900.0
+fy = 905.0
+cx = 640.0
+cy = 480.0
+distortion = [-0.1, 0.02, 1e-3, 0.0, 0.0]
+free = false
+"""
 BOARD = Charuco((5, 7), 0.03, 0.022, "DICT_5X5_250")
 
 
@@ -119,8 +129,8 @@ def test_the_index_needs_a_camera(aria):
 
 def test_the_command_chooses_poses_in_view(run, tmp_path, aria):
     seen = view()
-    write_cameras(seen.rig.cameras, tmp_path / "camera.toml")
-    write_target(seen.rig.targets, tmp_path / "target.toml")
+    (tmp_path / "camera.toml").write_text(CAMERA)
+    (tmp_path / "target.toml").write_text(target_toml(*seen.rig.targets))
     options = ("poses", "--robot", "aria", "--number", "8", "--camera", "camera.toml", "--out", "q.csv")
     at = ("--camera-at", "0.4,0,1.1,180,0,0", "--target-at", "-0.07,0.1,0.02,180,0,0", "--method", "greedy")
     status, out, err = run(*options, "--target", "target.toml", *at)

@@ -12,8 +12,8 @@ from test_start import thinned
 
 import workbench as wb
 from workbench.base.errors import DataError
+from workbench.extras.camera.printed import NO_TARGET
 from workbench.extras.camera.selection_steps import Step, judged
-from workbench.extras.camera.templates import NO_TARGET
 
 
 def seen(tmp_path, seed, count=12, **options):

@@ -9,10 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple, final
 
 import numpy as np
-import tomli_w
 from jaxtyping import Float
 
-from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
 from workbench.extras.camera.opencv import opencv
@@ -85,22 +83,17 @@ class Camera:
         """How the names of its unknowns begin."""
         return f"camera[{self.name}]"
 
-    @property
-    def as_opencv(self) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "5"]]:
-        """Its matrix and distortion as OpenCV takes them."""
-        return as_opencv(self.intrinsics)
-
     def project(self, points: Float[np.ndarray, "*lead 3"]) -> Projected:
         """Pixels of points in the camera's frame [m]."""
         return project(points, self.intrinsics)
 
     def normalised(self, pixels: Float[np.ndarray, "*lead 2"]) -> Float[np.ndarray, "*lead 2"]:
         """X/Z and Y/Z of the rays through pixels."""
-        cv2, flat = opencv("looking along rays"), np.ascontiguousarray(pixels, float).reshape(-1, 1, 2)
+        cv2, flat = opencv(), np.ascontiguousarray(pixels, float).reshape(-1, 1, 2)
         if not len(flat):
             return np.zeros(pixels.shape)
         rounds = cv2.TERM_CRITERIA_COUNT, UNDISTORT_ROUNDS, 0.0
-        found = cv2.undistortPoints(flat, *self.as_opencv, criteria=rounds).reshape(pixels.shape)
+        found = cv2.undistortPoints(flat, *as_opencv(self.intrinsics), criteria=rounds).reshape(pixels.shape)
         return np.where(np.isfinite(found), found, (pixels - self.intrinsics[2:4]) / self.intrinsics[:2])
 
 
@@ -118,7 +111,7 @@ def project(points: Float[np.ndarray, "*lead 3"], intrinsics: Float[np.ndarray, 
         return Projected(np.zeros((*lead, 2)), np.zeros((*lead, 2, 3)), np.zeros((*lead, 2, 9)))
     flat[:, 2] = np.maximum(flat[:, 2], NEAREST)
     nil = np.zeros(3)
-    found, slopes = opencv("projecting points").projectPoints(flat, nil, nil, *as_opencv(intrinsics))
+    found, slopes = opencv().projectPoints(flat, nil, nil, *as_opencv(intrinsics))
     slopes = slopes.reshape(*lead, 2, -1)  # by rotation, translation, focal lengths, centre, distortion
     return Projected(found.reshape(*lead, 2), slopes[..., 3:6], slopes[..., 6:15])
 
@@ -189,22 +182,3 @@ def read_cameras(path: Path | str) -> tuple[Camera, ...]:
     if twice := {name for name in names if names.count(name) > 1}:
         raise reader.fail(f"has two cameras named '{min(twice)}'; names must differ")
     return cameras
-
-
-def write_cameras(cameras: tuple[Camera, ...], path: Path | str) -> Path:
-    """Write cameras as `read_cameras` reads them."""
-    names = {freedom: word for word, freedom in FREE.items()}
-    tables = [
-        {
-            "name": c.name,
-            "size": list(c.size),
-            **dict(zip(INTRINSICS[:4], c.intrinsics[:4].tolist(), strict=True)),
-            "distortion": c.intrinsics[4:].tolist(),
-            "mounted": str(c.mounted),
-            "free": names[c.free],
-            "sigma": c.sigma.tolist(),
-            **({PER_SESSION: True} if c.per_session else {}),
-        }
-        for c in cameras
-    ]
-    return write_text(path, tomli_w.dumps({"camera": tables}))

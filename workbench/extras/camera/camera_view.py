@@ -19,9 +19,9 @@ from workbench.base.types import Matrix4
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 from workbench.extras.camera.camera import INTRINSICS, Mount
-from workbench.extras.camera.capture import Previews
 from workbench.extras.camera.observation import POSE, PixelObservation, Placed
-from workbench.extras.camera.readings import PictureReadings
+from workbench.extras.camera.rig import PictureReadings
+from workbench.extras.camera.session_commands import Previews
 from workbench.identification.fit import Fit
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.state import Focus, Session

@@ -14,10 +14,9 @@ from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import INTRINSICS, ON, Camera, project
 from workbench.extras.camera.pixel_noise import Pictures
-from workbench.extras.camera.readings import PictureReadings, rig_of, with_rig
-from workbench.extras.camera.rig import Rig
+from workbench.extras.camera.printed import NO_TARGET
+from workbench.extras.camera.rig import PictureReadings, Rig, rig_of, with_rig
 from workbench.extras.camera.target import PictureTarget
-from workbench.extras.camera.templates import NO_TARGET
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.considered import Considered
 from workbench.identification.problem import Noise, Problem

@@ -21,11 +21,10 @@ def board(
     dpi: Annotated[float, option("Resolution of a .png [dots per inch].")] = 300.0,
 ) -> None:
     """A ChArUco board to print at true size, and its target.toml."""
-    from workbench.base.files import write_bytes
+    from workbench.base.files import write_bytes, write_text
     from workbench.extras.camera.camera import Mount
-    from workbench.extras.camera.printed import board_sheet
-    from workbench.extras.camera.target import Charuco, charuco_target, target_toml, write_target
-    from workbench.extras.camera.templates import across_down, fitting_marker
+    from workbench.extras.camera.printed import PrintedSheet, across_down, fitting_marker
+    from workbench.extras.camera.target import Charuco, charuco_target, target_toml
 
     if out.suffix.lower() not in (".pdf", ".png"):
         raise OptionError(f"--out must end in .pdf or .png, got '{out}'")
@@ -35,25 +34,21 @@ def board(
         raise OptionError(f"--boards must be at least 1, got {boards}")
     if not 30.0 <= dpi <= 1200.0:
         raise OptionError(f"--dpi must be 30–1200, got {dpi:g}")
-    side = opt.length(square)
-    tag = None if marker is None else opt.length(marker)
+    side, (across, down) = opt.length(square), across_down(squares)
+    inner = fitting_marker(side) if marker is None else opt.length(marker)
     beside = out.parent / "target.toml"
     paths = [out] if boards == 1 else [out.with_stem(f"{out.stem}-{k}") for k in range(1, boards + 1)]
     opt.check_writable(*paths, beside)
-    across, down = across_down(squares)
-    inner = fitting_marker(side) if tag is None else tag
-    made, sheets = [], []
+    targets, sheets = [], []
     for k in range(boards):
         name = f"board{k + 1}" if boards > 1 else ""
         board = Charuco((across, down), side, inner, dictionary, k * (across * down // 2))
-        target = charuco_target(board, mounted, name=name, first=k * (across - 1) * (down - 1))
-        sheet = board_sheet(board)
-        made.append(target)
-        sheets.append(sheet)
-    targets = tuple(made)
-    if beside.exists() and beside.read_text(encoding="utf-8") != target_toml(targets):
+        targets.append(charuco_target(board, mounted, name=name, first=k * (across - 1) * (down - 1)))
+        sheets.append(PrintedSheet.of(board))
+    text = target_toml(*targets)
+    if beside.exists() and beside.read_text(encoding="utf-8") != text:
         raise OptionError(f"{beside} describes another target; write --out into another folder, or move it")
     for path, sheet in zip(paths, sheets, strict=True):
         content = sheet.pdf() if out.suffix.lower() == ".pdf" else sheet.png(dpi)
         opt.say(f"{sheet.title} on {sheet.paper[0]}: {write_bytes(path, content)}")
-    opt.say(f"target: {write_target(targets, beside)}")
+    opt.say(f"target: {write_text(beside, text)}")

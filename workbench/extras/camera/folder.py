@@ -5,7 +5,6 @@ column `u[px]`), joints or tool poses.
 """
 
 import contextlib
-import errno
 import io
 import itertools
 import os
@@ -16,7 +15,7 @@ import tomllib
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -41,44 +40,34 @@ SHOWN_WIDTH, QUALITY = 900, 80
 """Width [px] and quality of pictures that are kept to be looked at."""
 
 
-@dataclass(frozen=True)
-class Folder:
-    """What the files of a folder are.
+def read_folder(
+    place: Path | str, *, rig: Rig | None = None, joints: Path | None = None, dof: int | None = None
+) -> Dataset:
+    """Pictures, or a table of their corners, in a folder or in the only one that it holds.
 
     Args:
-        rig: Cameras and target.
-        corners: Table of corners; None: they are found in the pictures.
-        joints: Table of one row a picture; None: joints stand beside the corners.
         place: The folder.
+        rig: Cameras and target; None: those of its TOML files.
+        joints: Table of the joints; None: the one beside the pictures, or joints stand with the corners.
+        dof: Number of joints of the robot; None: as many as the file names.
     """
-
-    rig: Rig
-    corners: Path | None
-    joints: Path | None
-    place: Path
-
-
-def scan_folder(place: Path | str) -> Folder:
-    """What is in a folder, or in the only one that it holds."""
-    place = Path(place)
-    if not place.is_dir():
+    if not Path(place).is_dir():
         raise FileError("is not a folder", path=str(place))
-    place = only_folder(place)
-    files = sorted(p for p in place.iterdir() if p.is_file())
-    if sum(p.suffix.lower() in (*TABLES, ".toml") for p in files) > MAX_TABLES:
-        raise FileError(
-            f"has more than {MAX_TABLES} tables; keep only those of the pictures", path=str(place)
-        )
-    camera = _only(place, _tomls(place, CAMERA))
-    target = _only(place, _tomls(place, TARGET), "target.toml", "[charuco], [[point]] or [[board]]")
-    corners, joints = tables_in(place)
-    if joints is None and corners is None:
-        raise FileError(
-            "has no table of the joints at which the pictures were taken: add a CSV with the columns image, "
-            "q1[deg] …; or, for camera and board alone, x[mm], y[mm], z[mm], qw, qx, qy, qz of the tool",
-            path=str(place),
-        )
-    return Folder(read_rig(camera, target), corners, joints, place)
+    place = only_folder(Path(place))
+    tables = sorted(p for p in place.iterdir() if p.is_file() and p.suffix.lower() in TABLES)
+    if len(tables) > MAX_TABLES:
+        text = f"has more than {MAX_TABLES} tables; keep only those of the pictures"
+        raise FileError(text, path=str(place))
+    if rig is None:
+        if (target := _only(place, _tomls(place, TARGET))) is None:
+            text = "has no target.toml: add one, with [charuco], [[point]] or [[board]], beside the pictures"
+            raise FileError(text, path=str(place))
+        rig = read_rig(_only(place, _tomls(place, CAMERA)), target)
+    columns = {p: set(read_fields(p, layout="plain").values) for p in tables}
+    corners = _only(place, [p for p, keys in columns.items() if "u" in keys])
+    beside = [p for p, keys in columns.items() if "u" not in keys and keys & {"q1", "x"}]
+    data = read_pixels(corners or place, rig, joints=joints or _only(place, beside), dof=dof)
+    return replace(data, source=place.name)
 
 
 def has_target(place: Path) -> bool:
@@ -101,15 +90,6 @@ def _tomls(place: Path, keys: set[str]) -> list[Path]:
     return [p for p in sorted(place.iterdir()) if p.suffix.lower() == ".toml" and keys & set(_keys(p))]
 
 
-def tables_in(place: Path, joints: Path | None = None) -> tuple[Path | None, Path | None]:
-    """The tables of corners and of joints that a folder has; joints that were named are those."""
-    files = sorted(p for p in place.iterdir() if p.is_file() and p.suffix.lower() in TABLES)
-    columns = {p: set(read_fields(p, layout="plain").values) for p in files}
-    corners = [p for p, keys in columns.items() if "u" in keys]
-    beside = [p for p, keys in columns.items() if "u" not in keys and keys & {"q1", "x"}]
-    return _only(place, corners), joints or _only(place, beside)
-
-
 def only_folder(place: Path) -> Path:
     while True:
         inside = [p for p in place.iterdir() if not p.name.startswith(".")]
@@ -118,16 +98,9 @@ def only_folder(place: Path) -> Path:
         place = inside[0]
 
 
-def read_folder(place: Path | str, *, dof: int | None = None) -> Dataset:
-    found = scan_folder(place)
-    source = found.corners or found.place
-    data = read_pixels(source, found.rig, joints=found.joints, dof=dof)
-    return replace(data, source=found.place.name)
-
-
 def shown_pictures(place: Path | str, rig: Rig) -> dict[tuple[str, str], bytes]:
     """Small JPEG of every picture, by camera and image; none where the folder has corners alone."""
-    place = scan_folder(place).place
+    place = only_folder(Path(place))
     if not any(p.suffix.lower() in ENDINGS for p in place.rglob("*")):
         return {}
     found, sizes = {}, {camera.name: camera.size for camera in rig.cameras}
@@ -138,7 +111,7 @@ def shown_pictures(place: Path | str, rig: Rig) -> dict[tuple[str, str], bytes]:
 
 
 def small_jpeg(picture: Picture) -> bytes:
-    cv2 = opencv("reading pictures")
+    cv2 = opencv()
     part = min(1.0, SHOWN_WIDTH / picture.shape[1])
     small = cv2.resize(picture, None, fx=part, fy=part, interpolation=cv2.INTER_AREA)
     return cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
@@ -165,15 +138,10 @@ def unpacked(name: str, content: bytes) -> Iterator[Path]:
             _unpack(name, content, Path(folder))
         except FileError:
             raise
-        except tarfile.ReadError:
-            raise FileError("is not a ZIP or tar archive; pack the folder again", path=name) from None
         except Exception as error:  # a broken archive raises nearly anything
-            if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-                raise FileError(f"there is no space to unpack it in {folder}; free some", path=name) from None
             why = (isinstance(error, OSError) and error.strerror) or type(error).__name__
-            raise FileError(
-                f"can't be unpacked ({why}); pack the folder again, without a password", path=name
-            ) from None
+            text = f"can't be unpacked as a ZIP or tar archive ({why}); pack it again, without a password"
+            raise FileError(text, path=name) from None
         yield Path(folder)
 
 
@@ -203,9 +171,8 @@ def _members(content: bytes) -> Iterator[tuple[str, IO[bytes]]]:
         return
     with tarfile.open(fileobj=io.BytesIO(content)) as archive:
         for member in archive:
-            if _is_of_macos(member.name) or not member.isfile():
-                continue
-            if (found := archive.extractfile(member)) is not None:
+            found = None if _is_of_macos(member.name) or not member.isfile() else archive.extractfile(member)
+            if found is not None:
                 yield member.name, found
 
 
@@ -213,14 +180,11 @@ def _is_of_macos(name: str) -> bool:
     return name.startswith("__MACOSX/") or name.rpartition("/")[2].startswith("._")
 
 
-def _only(place: Path, found: list[Path], name: str = "", holds: str = "") -> Any:
-    """The one file; None where it may be missing."""
+def _only(place: Path, found: list[Path]) -> Path | None:
+    """The one file; None for none."""
     if len(found) > 1:
         names = listed([p.name for p in found])
         raise FileError(f"has several files of the same kind: {names}; keep one of them", path=str(place))
-    if not found and name:
-        beside = f", with {holds}, beside the pictures"
-        raise FileError(f"has no {name}: add one{beside}", path=str(place))
     return found[0] if found else None
 
 

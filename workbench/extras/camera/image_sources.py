@@ -15,13 +15,12 @@ import numpy as np
 
 from workbench.base.errors import FileError, WorkbenchError
 from workbench.data.readers.read import read_fields
-from workbench.extras.camera.capture import Capture, Shot
 from workbench.extras.camera.corner_detection import BoardFinder
 from workbench.extras.camera.folder import TABLES, small_jpeg
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.picture_files import ENDINGS, blur, read_picture
 from workbench.extras.camera.pixel_table import plain_names
-from workbench.extras.camera.session_commands import TakeShot
+from workbench.extras.camera.session_commands import Capture, Shot, TakeShot
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
@@ -165,7 +164,7 @@ def _shift(a: np.ndarray, b: np.ndarray) -> float:
 
 def _device(source: str, stop: threading.Event) -> Iterator[tuple[str, Any]]:
     """Frames of a camera."""
-    cv2 = opencv("taking pictures")
+    cv2 = opencv()
     number = source.removeprefix(DEVICE)
     camera = cv2.VideoCapture(int(number) if number.isdigit() else number)
     if not camera.isOpened():

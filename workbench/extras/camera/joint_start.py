@@ -176,7 +176,7 @@ def placed_camera(given: StartInput, board: Float[np.ndarray, "4 4"]) -> Float[n
 
 def _solved(body: np.ndarray, rays: np.ndarray) -> Float[np.ndarray, "6"] | None:
     """Rotation vector and translation of points before a camera; None where there is no answer."""
-    cv2 = opencv("placing a camera by the target's points")
+    cv2 = opencv()
     is_placed, turn, shift = cv2.solvePnP(body, rays, np.eye(3), None, flags=cv2.SOLVEPNP_SQPNP)
     found = np.concatenate([np.ravel(turn), np.ravel(shift)]) if is_placed else np.full(6, np.nan)
     return found if np.isfinite(found).all() else None

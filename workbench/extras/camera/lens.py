@@ -16,7 +16,7 @@ from jaxtyping import Float
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom, frozen
 from workbench.base.wording import plural
-from workbench.extras.camera.camera import DISTORTION_SIGMA, Camera, Mount
+from workbench.extras.camera.camera import DISTORTION_SIGMA, Camera, Mount, as_opencv
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.picture_files import exif_focal, picture_files, readable
 from workbench.extras.camera.resection import FAR_OFF, placed_alone
@@ -129,13 +129,18 @@ class _Tried:
 
     def refined(self) -> tuple[float, Float[np.ndarray, "9"]]:
         """Error [px] and intrinsics after OpenCV's search in fx, fy, cx, cy, k1, k2 and the poses."""
-        cv2 = opencv("calibrating a lens")
+        cv2 = opencv()
         points, pixels = ([part[k].astype(np.float32) for part in self.views] for k in (0, 1))
         flags = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
         until = cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-12
         try:
             off, lens, more, *_ = cv2.calibrateCamera(
-                points, pixels, self.camera.size, *self.camera.as_opencv, flags=flags, criteria=until
+                points,
+                pixels,
+                self.camera.size,
+                *as_opencv(self.camera.intrinsics),
+                flags=flags,
+                criteria=until,
             )
         except cv2.error:
             return self.off, self.camera.intrinsics

@@ -40,8 +40,7 @@ from workbench.extras.camera.joint_start import (
     placed_camera,
 )
 from workbench.extras.camera.pixel_noise import of_residuals
-from workbench.extras.camera.readings import PictureReadings
-from workbench.extras.camera.rig import Rig, owner_in
+from workbench.extras.camera.rig import PictureReadings, Rig, owner_in
 from workbench.extras.camera.target import PictureTarget
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")

@@ -11,12 +11,12 @@ MAX_PIXELS = 250_000_000
 
 
 @cache
-def opencv(what: str) -> Any:
+def opencv() -> Any:
     os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS))
     try:
         import cv2
 
         cv2.aruco.CharucoDetector  # noqa: B018
     except (ImportError, AttributeError):
-        raise MissingExtraError(what, extra="camera") from None
+        raise MissingExtraError("working with pictures", extra="camera") from None
     return cv2

@@ -1,7 +1,5 @@
 """Options of cameras: measurements from pixels, and what a camera sees of poses."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, final
@@ -28,7 +26,7 @@ class PixelSource(AbstractSource):
     ] = None
 
     def read(self, path: Path, arm: Robot, joints: Path | None) -> Dataset | None:
-        from workbench.extras.camera.folder import tables_in
+        from workbench.extras.camera.folder import read_folder, unpacked
         from workbench.extras.camera.pixel_table import read_pixels
         from workbench.extras.camera.rig import read_rig
 
@@ -37,13 +35,14 @@ class PixelSource(AbstractSource):
                 raise OptionError("--camera needs --target FILE: the board or tags in view")
             return None
         rig = read_rig(self.camera, self.target)
-        with _opened(path) as place:
-            source: Path = place
-            if place.is_dir():
-                corners, joints = tables_in(place, joints)
-                source = corners or place
-            data = read_pixels(source, rig, joints=joints, dof=arm.dof)
-        return data if place == path else replace(data, source=str(path))
+        if path.is_file() and path.suffix.lower() in (".zip", ".tar", ".gz", ".tgz"):
+            with unpacked(path.name, path.read_bytes()) as folder:
+                data = read_folder(folder, rig=rig, joints=joints, dof=arm.dof)
+        elif path.is_dir():
+            data = read_folder(path, rig=rig, joints=joints, dof=arm.dof)
+        else:
+            return read_pixels(path, rig, joints=joints, dof=arm.dof)
+        return replace(data, source=str(path))
 
 
 @final
@@ -67,29 +66,17 @@ class CameraAim(AbstractAim):
 
         from workbench.extras.camera.camera import read_cameras
         from workbench.extras.camera.rig import Rig
-        from workbench.extras.camera.target import read_target
+        from workbench.extras.camera.target import read_targets
         from workbench.extras.camera.target_in_view import TargetInView
 
         if self.target is None or not self.camera_at:
             raise OptionError("--camera needs --target FILE, and --camera-at, the camera's rough pose")
         return TargetInView(
-            rig=Rig(read_cameras(self.camera), (read_target(self.target),)),
+            rig=Rig(read_cameras(self.camera), read_targets(self.target)),
             cameras=tuple(_place(text, "--camera-at") for text in self.camera_at),
             target=_place(self.target_at, "--target-at"),
             depth=(0.0, np.inf) if self.depth is None else opt.two_lengths(self.depth, "--depth"),
         )
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[Path]:
-    """What was given; of an archive the folder that it holds, as long as it is read."""
-    from workbench.extras.camera.folder import only_folder, unpacked
-
-    if path.suffix.lower() not in (".zip", ".tar", ".gz", ".tgz") or not path.is_file():
-        yield path
-        return
-    with unpacked(path.name, path.read_bytes()) as place:
-        yield only_folder(place)
 
 
 def _place(text: str, option: str):

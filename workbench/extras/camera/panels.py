@@ -1,6 +1,5 @@
-"""Cameras as the instrument: pictures given or taken, what was found in them, and what they may identify."""
+"""Pictures of a board on the page: given or taken, what was found in them, and what they may identify."""
 
-import base64
 import json
 from dataclasses import replace
 from functools import partial
@@ -13,20 +12,26 @@ from workbench.base.errors import DataError
 from workbench.base.files import read_bytes
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
+from workbench.extras.camera.camera import ON
 from workbench.extras.camera.camera_view import CameraView, camera_views, cells, coverage
-from workbench.extras.camera.capture import SHARP, Capture, Previews, Shot
-from workbench.extras.camera.picture_fields import PictureFields, ask_for_pictures
-from workbench.extras.camera.readings import PictureReadings, rig_of
+from workbench.extras.camera.folder import says_target
+from workbench.extras.camera.picture_html import covered, drawn, thumbnails
+from workbench.extras.camera.printed import Board, PrintedSheet, across_down
+from workbench.extras.camera.rig import PictureReadings, rig_of
 from workbench.extras.camera.selection_steps import Identifiability
 from workbench.extras.camera.session_commands import (
+    LARGEST_FOLDER,
+    SHARP,
     BeginShooting,
     CameraAlone,
+    Capture,
     DropShot,
     EndShooting,
+    LoadPictures,
+    Previews,
+    Shot,
     UseShots,
 )
-from workbench.extras.camera.templates import Board, across_down
-from workbench.extras.camera.thumbnails import thumbnails
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
 from workbench.session.commands.compare import ShowRow
@@ -48,24 +53,106 @@ from workbench.views.page.html import (
     table,
     text,
 )
-from workbench.views.page.panels.panel import AbstractPanel, Door
+from workbench.views.page.panels.panel import AbstractPanel, Door, Question, set_value
 
-FOUND, MODEL, FAR = "#22c55e", "#f43f5e", "#f59e0b"
-"""Colours of corners as found, as the model puts them, and of what lies between."""
-ARROWS = 20.0
-"""How many times residuals are drawn."""
-ENOUGH = 0.6
-"""Part of the picture that is well used."""
+CARRIERS = {place: mount for mount, place in ON.items()}
 HOW_TO_TAKE = (
     "Take 15 to 30 pictures from different directions, with the arm at rest. Add a table with one row per "
     "picture: image, q1[deg] … of the joints; or image, x[mm], y[mm], z[mm], qw, qx, qy, qz of the tool, "
     "which identifies camera and target only."
 )
-
 PICTURES = (
     "Choose the robot, then its pictures, with a table of the joints beside them. None yet? Look around: the "
     "Measure tab has a board to print."
 )
+ENDING = ".tar,.zip"
+"""File types of the upload button, by which the script finds the button's field."""
+_SCRIPT = """
+(async field => {
+  const coder = new TextEncoder(), parts = [];
+  const wanted = /\\.(png|jpe?g|bmp|tiff?|pgm|webp|csv|tsv|xlsx|parquet|toml)$/i;
+  let folder = 'pictures';
+  for (const file of field.files) {
+    const way = (file.webkitRelativePath || file.name).split('/');
+    if (way.length > 1) folder = way.shift();
+    if (!wanted.test(file.name) || way.some(part => part.startsWith('.'))) continue;
+    const head = new Uint8Array(512), put = (at, s) => head.set(coder.encode(s).slice(-100), at);
+    put(0, way.join('/')); put(100, '0000644'); put(124, file.size.toString(8).padStart(11, '0'));
+    put(136, '00000000000'); put(148, '        '); put(156, '0'); put(257, 'ustar'); put(263, '00');
+    put(148, head.reduce((a, b) => a + b).toString(8).padStart(6, '0') + '\\0 ');
+    parts.push(head, file, new Uint8Array((512 - file.size % 512) % 512));
+  }
+  parts.push(new Uint8Array(1024));
+  const given = new DataTransfer(), place = field.closest('[role=dialog]') ?? document;
+  const button = place.querySelector('input[accept="ENDING"]');
+  given.items.add(new File(parts, folder + '.tar'));
+  button.files = given.files;
+  button.dispatchEvent(new Event('change', { bubbles: true }));
+  field.value = '';
+})(this)
+""".replace("ENDING", ENDING)
+
+
+def folder_field(label: str) -> str:
+    """A field, in HTML, on which a folder is dropped or chosen.
+
+    viser's upload button takes one file. A field for folders (`webkitdirectory`) lies over the label; what it
+    is given is put into one tar archive in the page, and that archive into the button's own field.
+    """
+    return (
+        '<div data-testid="folder" style="position:relative;margin:2px 12px 8px;padding:14px 10px;'
+        f'border:1.5px dashed {LINE};border-radius:6px;text-align:center;font-size:13px;color:{MUTED}">'
+        f'{text(label)}<input type="file" webkitdirectory multiple onchange="{text(_SCRIPT)}" '
+        f'title="{text(label)}" style="position:absolute;inset:0;width:100%;height:100%;opacity:0;'
+        'cursor:pointer"></div>'
+    )
+
+
+class PictureFields:
+    """What is asked of a board, and what takes its pictures: in the panel, and on the start card."""
+
+    def __init__(self, panel: AbstractPanel, gui: viser.GuiApi):
+        self._side = panel.number(
+            "Square [mm]",
+            1e3 * Board().square,
+            (5.0, 200.0, 0.1),
+            "Side of a square, as measured on the print.",
+        )
+        self._carrier = gui.add_dropdown("Board is", (*CARRIERS,), hint="The camera is on the other.")
+
+    @property
+    def board(self) -> Board:
+        """One of these squares."""
+        return Board(square=1e-3 * float(self._side.value), mounted=CARRIERS[str(self._carrier.value)])
+
+    def show(self, data: Dataset) -> None:
+        """The board of pictures that were read."""
+        rig = rig_of(data)
+        set_value(self._carrier, ON[rig.mounted])
+        if (board := rig.targets[0].charuco) is not None:
+            set_value(self._side, 1e3 * board.square)
+
+    def build_upload(self, panel: AbstractPanel, gui: viser.GuiApi) -> None:
+        """What takes the folder of the pictures, or an archive of it."""
+        gui.add_html(folder_field("Drop or choose the folder of the pictures"))
+        panel.upload(
+            "… or an archive of it (ZIP)",
+            lambda name, content: LoadPictures(name, content, self.board),
+            "Pictures of a board or of tags, or a table of their corners, and a table of the joints with "
+            "a column 'image'. Without target.toml the board's squares are counted in the pictures. Up to "
+            f"{LARGEST_FOLDER // 2**20} MiB.",
+            endings=ENDING,
+            maximum=LARGEST_FOLDER,
+            question=Question("Is this the board?", self._assumed, "Read with this board"),
+        )
+
+    def _assumed(self, content: bytes) -> str:
+        """What is taken for the board of pictures without `target.toml`, as a question."""
+        return "" if says_target(content) else f"No target.toml is beside the pictures. {self.board.question}"
+
+
+def ask_for_pictures(panel: AbstractPanel, gui: viser.GuiApi) -> None:
+    PictureFields(panel, gui).build_upload(panel, gui)
 
 
 def _alone(session: Session) -> CameraAlone | None:
@@ -73,7 +160,7 @@ def _alone(session: Session) -> CameraAlone | None:
 
 
 class CamerasPanel(AbstractPanel):
-    """Step by step: a board to print, the files beside the pictures, the pictures, what was found of them."""
+    """Step by step: a board to print, the pictures, what was found of them."""
 
     tab, order = Tab.MEASURE, 30
     door = Door("Pictures of a board", viser.Icon.CAMERA, Identify, asks=PICTURES, build=ask_for_pictures)
@@ -87,19 +174,14 @@ class CamerasPanel(AbstractPanel):
                 board = Board()
                 squares = gui.add_text("Squares", f"{board.across}x{board.down}", hint="Across x down.")
 
-                def printed() -> Board:
+                def printed(_: Session) -> tuple[str, bytes]:
                     across, down = across_down(str(squares.value))
-                    return replace(fields.board, across=across, down=down)
+                    board = replace(fields.board, across=across, down=down)
+                    return "board.pdf", PrintedSheet.of(board.charuco).pdf()
 
-                self.download("Board (PDF)", lambda _: ("board.pdf", printed().pdf()), "To print at 100 %.")
-                self.download(
-                    "Files beside the pictures (ZIP)",
-                    lambda session: ("pictures.zip", printed().folder(session.robot)),
-                    "target.toml of this board, and joints.csv: a row for each picture.",
-                )
+                self.download("Board (PDF)", printed, "To print at 100 %.")
             gui.add_html(note(HOW_TO_TAKE, "steps-of-pictures"))
             fields.build_upload(self, gui)
-            self._thumbs = gui.add_html("")
             self._seen = gui.add_html("")
             self._gate = gui.add_html("")
             self._save = self.download(
@@ -114,27 +196,25 @@ class CamerasPanel(AbstractPanel):
         loaded = session.measurements.loaded
         data = alone.data if alone is not None else loaded.dataset if views and loaded is not None else None
         if data is not None and data is not self._read:
-            self._fields.show(rig_of(data))
-        self._read = data
+            self._fields.show(data)
+        self._read, seen, gate = data, "", ""
         result = session.results.identification if alone is None else alone.found
-        previews = session.part(Previews) if alone is None else alone.previews
-        self._thumbs.content = "" if data is None else self._thumbnails(data, previews)
-        self._seen.content = "".join(_camera(session, c, view) for c, view in enumerate(views))
-        self._gate.content = (
-            _identified(result, is_alone=alone is not None) if views or alone is not None else ""
-        )
-        self._save.visible = self._gate.content != "" and result is not None
+        if data is not None:
+            previews = session.part(Previews) if alone is None else alone.previews
+            cameras = (_camera(c, view, coverage(data, c), result) for c, view in enumerate(views))
+            seen = "".join([self._thumbnails(data, previews), *cameras])
+            gate = _identified(result, is_alone=alone is not None)
+        self._seen.content, self._gate.content = seen, gate
+        self._save.visible = data is not None and result is not None
 
     def _thumbnails(self, data: Dataset, previews: Previews | None) -> str:
         """Every picture with its corners; a press shows it large, and the arm as it stood."""
-        cells = []
-        for k, shown in enumerate(thumbnails(data, previews)):
-            address = self.link(f"picture-{k}", partial(self._look_at, shown.image))
-            cells.append(
-                f'<a href="{text(address)}" style="color:inherit;text-decoration:none">{shown.html}</a>'
-            )
+        pictures = []
+        for k, (image, html) in enumerate(thumbnails(data, previews).items()):
+            address = text(self.link(f"picture-{k}", partial(self._look_at, image)))
+            pictures.append(f'<a href="{address}" style="color:inherit;text-decoration:none">{html}</a>')
         grid = "display:grid;grid-template-columns:repeat(4,1fr);gap:6px"
-        return block("".join(cells), testid="thumbnails", style=f"{grid};margin:4px 10px 8px;padding:2px")
+        return block("".join(pictures), testid="thumbnails", style=f"{grid};margin:4px 0 8px")
 
     def _look_at(self, image: str) -> None:
         session = self._worker.session
@@ -147,81 +227,23 @@ class CamerasPanel(AbstractPanel):
             self._worker.submit(ShowRow(int(place[0])))
 
 
-def _camera(session: Session, number_of: int, view: CameraView) -> str:
-    """What one camera sees, with its words and its coverage."""
-    assert session.measurements.loaded is not None, "a camera has pictures"
+def _camera(camera: int, view: CameraView, used: np.ndarray, result: Identification | None) -> str:
+    """What one camera sees, how far the model is off, and how much of its pictures is used."""
     off = np.linalg.norm(view.measured - view.predicted, axis=1)
-    found = int(np.isfinite(off).sum())
+    off = off[np.isfinite(off)]
     head = f"{view.name}: image {view.image}" if view.image else f"{view.name}: what it would see here"
     inside = ((view.predicted >= 0.0) & (view.predicted < np.array(view.size))).all(axis=1)
-    caption = f"{plural(found, 'corner')}" if view.image else f"{plural(int(inside.sum()), 'corner')} in view"
-    if found and session.results.identification is not None:
-        caption += f", {number(float(np.sqrt((off[np.isfinite(off)] ** 2).mean())))} px off the model"
+    caption = plural(len(off), "corner") if view.image else f"{plural(int(inside.sum()), 'corner')} in view"
+    if len(off) and result is not None:
+        caption += f", {number(float(np.sqrt((off**2).mean())))} px off the model"
     return block(
         f'<div style="display:flex;justify-content:space-between"><b>{text(head)}</b>'
         f"<span>{text(caption)}</span></div>"
-        + picture_of(view)
-        + covered(coverage(session.measurements.loaded.dataset, number_of)),
-        testid=f"camera_{number_of}",
+        + drawn(view.picture, view.size, view.measured, view.predicted)
+        + covered(used),
+        testid=f"camera_{camera}",
         style="margin:4px 0 8px",
     )
-
-
-def picture_of(view: CameraView) -> str:
-    """The picture, or an empty one, with corners as found (rings) and as the model has them (crosses)."""
-    width, height = view.size
-    r = width / 160.0
-    parts = [f'<rect width="{width}" height="{height}" fill="#1f2937"/>']
-    if view.picture is not None:
-        data = base64.b64encode(view.picture).decode()
-        parts.append(f'<image width="{width}" height="{height}" href="data:image/jpeg;base64,{data}"/>')
-    for place, seen in zip(view.predicted, view.measured, strict=True):
-        if np.isfinite(place).all():
-            x, y = place
-            cross = f"M{x - r:.1f} {y:.1f}h{2 * r:.1f}M{x:.1f} {y - r:.1f}v{2 * r:.1f}"
-            parts.append(f'<path d="{cross}" stroke="{MODEL}" stroke-width="{0.4 * r:.1f}"/>')
-        if np.isfinite(seen).all():
-            u, v = seen
-            parts.append(
-                f'<circle cx="{u:.1f}" cy="{v:.1f}" r="{r:.1f}" fill="none" stroke="{FOUND}" '
-                f'stroke-width="{0.4 * r:.1f}"/>'
-            )
-            if np.isfinite(place).all():
-                far = seen + ARROWS * (seen - place)
-                parts.append(
-                    f'<path d="M{u:.1f} {v:.1f}L{far[0]:.1f} {far[1]:.1f}" stroke="{FAR}" '
-                    f'stroke-width="{0.4 * r:.1f}"/>'
-                )
-    has_model = bool(np.isfinite(view.predicted).any())
-    caption = "rings: found" + (
-        f"; crosses: by the model; lines: the difference × {ARROWS:g}" if has_model else ""
-    )
-    return (
-        f'<svg viewBox="0 0 {width} {height}" width="100%" data-testid="picture" style="border-radius:4px">'
-        f"<title>{caption}</title>{''.join(parts)}</svg>"
-        f'<div style="color:{MUTED};font-size:11.5px">{caption}</div>'
-    )
-
-
-def covered(cells: np.ndarray) -> str:
-    """How much of the picture has corners, and which parts of it."""
-    share = float((cells > 0).mean())
-    content = badge(f"{100 * share:.0f} % of the picture used", GOOD if share > ENOUGH else CAREFUL)
-    return (
-        f'<div style="display:flex;gap:10px;align-items:center;margin-top:4px">{_cells(cells)}'
-        f'<span data-testid="coverage">{content}</span></div>'
-    )
-
-
-def _cells(cells: np.ndarray) -> str:
-    maximum = max(float(cells.max()), 1.0)
-    parts = [
-        f'<rect x="{12 * c}" y="{12 * r}" width="11" height="11" rx="2" fill="{FOUND}" '
-        f'fill-opacity="{0.0 if not n else 0.25 + 0.75 * n / maximum:.2f}" stroke="{LINE}" stroke-width=".7">'
-        f"<title>{plural(int(n), 'corner')}</title></rect>"
-        for (r, c), n in np.ndenumerate(cells)
-    ]
-    return f'<svg width="{12 * cells.shape[1]}" height="{12 * cells.shape[0]}">{"".join(parts)}</svg>'
 
 
 def camera_json(session: Session) -> tuple[str, bytes]:
@@ -318,8 +340,7 @@ class PictureCapturePanel(AbstractPanel):
         self._begin.visible = capture is None
         for button in (self._again, self._use, self._stop):
             button.visible = capture is not None
-        seen = "" if capture is None else block(_shown(capture), testid="shooting", style="margin:4px 0 8px")
-        self._seen.content = seen or note(HOW, "shooting")
+        self._seen.content = note(HOW, "shooting") if capture is None else _shown(capture)
 
     def _watch(self) -> BeginShooting:
         folder, device = Path(str(self._folder.value).strip()).expanduser(), str(self._device.value).strip()
@@ -329,13 +350,14 @@ class PictureCapturePanel(AbstractPanel):
 
 
 def _shown(capture: Capture) -> str:
-    """The newest picture, what is said of it, and what has been kept."""
+    """The newest picture, its corners and blur, and what has been kept."""
     camera, shot = capture.rig.cameras[0], capture.last
     head = f'<div style="font-weight:600">{plural(len(capture.kept), "picture")} kept</div>'
     if shot is None:
         content = f"<div>Watching {text(capture.source)}: no picture yet.</div>"
     else:
-        content = f"{_verdict(shot)}{picture_of(_view(shot, camera.size))}"
+        uv = np.array(shot.uv, float).reshape(-1, 2)
+        content = f"{_verdict(shot)}{drawn(shot.picture, camera.size, uv)}"
         content += covered(cells(capture.points(camera.name), camera.size))
     return block(head + content, testid="shooting", style="margin:4px 0 8px")
 
@@ -345,17 +367,3 @@ def _verdict(shot: Shot) -> str:
     found = f"{text(shot.name)}: {plural(len(shot.ids), 'corner')} · {sharp}"
     reason = f'<div style="color:{BAD}">Not kept: {text(shot.refused)}.</div>' if shot.refused else ""
     return f"<div>{found}</div>{reason}"
-
-
-def _view(shot: Shot, size: tuple[int, int]) -> CameraView:
-    uv = np.array(shot.uv, float).reshape(-1, 2)
-    return CameraView(
-        name=shot.camera,
-        size=size,
-        pose=np.eye(4),
-        focal=np.ones(2),
-        target=np.zeros((0, 3)),
-        predicted=np.full_like(uv, np.nan),
-        measured=uv,
-        picture=shot.picture,
-    )

@@ -50,7 +50,7 @@ def _counting(path: Path) -> tuple[int, str]:
 
 def read_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
     """A picture in grey as the sensor saw it; turned as its EXIF says only where `size` [px] then fits."""
-    cv2 = opencv("reading pictures")
+    cv2 = opencv()
     picture = None
     for flags in (cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION, cv2.IMREAD_GRAYSCALE):
         with contextlib.suppress(cv2.error):  # of more than `MAX_PIXELS`
@@ -98,7 +98,7 @@ def blur(picture: Picture) -> float:
 
     A blurred step has slopes g ∝ exp(−t²/2σ²), and ∫g² / ∫g'² = 2σ².
     """
-    cv2 = opencv("reading pictures")
+    cv2 = opencv()
     soft = cv2.GaussianBlur(picture, (0, 0), 1.0).astype(np.float32)
     dx, dy = cv2.Sobel(soft, cv2.CV_32F, 1, 0) / 8.0, cv2.Sobel(soft, cv2.CV_32F, 0, 1) / 8.0
     slope = np.hypot(dx, dy)

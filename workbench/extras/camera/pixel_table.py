@@ -12,6 +12,7 @@ from os import PathLike
 from pathlib import Path, PurePath
 
 import numpy as np
+from jaxtyping import Int
 
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError
@@ -25,10 +26,9 @@ from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import PIXEL_LABELS
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
-from workbench.extras.camera.corner_detection import find_corners
+from workbench.extras.camera.corner_detection import PixelRows, find_corners
 from workbench.extras.camera.lens import assumed_of_corners, assumed_of_folder, with_lenses
-from workbench.extras.camera.pixel_rows import PixelRows
-from workbench.extras.camera.resection import with_corners
+from workbench.extras.camera.resection import kept_out, with_corners
 from workbench.extras.camera.rig import Rig
 
 STRANGE = 0.02
@@ -38,17 +38,12 @@ SAME_JOINTS = 1e-6
 
 
 def read_pixels(
-    source: str | PathLike | PixelRows,
-    rig: Rig,
-    *,
-    joints: str | PathLike | None = None,
-    dof: int | None = None,
+    source: str | PathLike, rig: Rig, *, joints: str | PathLike | None = None, dof: int | None = None
 ) -> Dataset:
-    """Measurements of a table of pixels, or of corners that were found in pictures.
+    """Measurements of a table of pixels, or of the corners in pictures.
 
     Args:
-        source: A folder of pictures, the corners themselves, or a file of them, in rows
-            `image, camera, id, corner, u[px], v[px]`.
+        source: A folder of pictures, or a file of corners in rows `image, camera, id, corner, u[px], v[px]`.
         rig: Cameras and target; the lens of a camera that no file describes is started from the pictures.
         joints: A file of one row a picture; None: joints stand in the rows of the pixels.
         dof: Number of joints of the robot; None: as many as the file names.
@@ -57,17 +52,41 @@ def read_pixels(
         WorkbenchError: a file can't be read, or pictures, joints, cameras and target don't belong together.
     """
     beside = None if joints is None else read_fields(joints)
-    if not isinstance(source, PixelRows) and Path(source).is_dir():
+    if Path(source).is_dir():
+        if beside is None:
+            raise FileError(
+                f"pictures need the joints at which they were taken; {_give_joints()}", path=str(source)
+            )
         rig = assumed_of_folder(rig, Path(source))
-        source = find_corners(Path(source), rig)
-    if isinstance(source, PixelRows):
-        rows = source
-    else:
-        fields = read_fields(source, layout="plain")
-        rows, beside = PixelRows.of(fields), beside or _one_a_picture(fields)
-    if beside is None:
-        raise DataError(f"{rows.source}: pictures need the joints at which they were taken; {_give_joints()}")
-    return pixel_data(rows, rig, beside, dof=dof)
+        return pixel_data(find_corners(Path(source), rig), rig, beside, dof=dof)
+    fields = read_fields(source, layout="plain")
+    return pixel_data(_rows(fields), rig, beside or _one_a_picture(fields), dof=dof)
+
+
+def _rows(fields: Fields) -> PixelRows:
+    if missing := [key for key in ("image", "id", "u", "v") if key not in fields.values]:
+        heading = {"u": "u[px]", "v": "v[px]"}.get(missing[0], missing[0])
+        raise FileError(f"a table of pixels needs the column '{heading}'", path=fields.source)
+    return PixelRows(
+        image=fields.values["image"],
+        camera=fields.values.get("camera", np.full(fields.rows, "")),
+        id=_whole(fields, "id"),
+        corner=_whole(fields, "corner") if "corner" in fields.values else np.zeros(fields.rows, int),
+        uv=np.stack([fields.values["u"], fields.values["v"]], axis=1),
+        source=fields.source,
+        notes=fields.notes,
+    )
+
+
+def _whole(fields: Fields, key: str) -> Int[np.ndarray, " rows"]:
+    found = []
+    for row, text in enumerate(fields.values[key].tolist()):
+        try:
+            found.append(np.int64(text.removesuffix(".0") or 0))
+        except (ValueError, OverflowError):
+            wrong = f"'{text[:40]}' is not a whole number of at most 18 digits"
+            raise fields.error(wrong, row, key) from None
+    return np.array(found, int)
 
 
 @one_thread()
@@ -75,9 +94,8 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
     """Corners and joints as a `Dataset`, a row a picture in the order of the joints; arguments as above."""
     names, notes = _names(rows, joints)
     rig = assumed_of_corners(rig, rows.camera.tolist(), rows.uv)
+    place, camera, strange = _points(rows, rig)
     picture = {name: k for k, name in enumerate(names)}
-    place, camera, notes_of_names = _points(rows, rig)
-    notes += notes_of_names
     row = np.array([picture[name] for name in plain_names(rows.image)])
     known = (place >= 0) & np.isfinite(rows.uv).all(1)
     pixels = np.full((len(names), len(rig.cameras), len(rig.points), 2), np.nan)
@@ -95,47 +113,34 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
     joints, posed = _driven(joints)
     data = assemble(joints, joints=6 if posed else dof, beside={"corners": count[:, None].astype(float)})
     empty = data.included & (count == 0)
-    reason = np.full(len(names), "") if data.reason is None else data.reason
     taken = set(plain_names(rows.pictures or rows.image))
     lost = [name for name, out in zip(names, empty, strict=True) if out and name not in taken]
-    notes += _without_picture(lost, int(data.included.sum()), joints)
+    notes += [*strange, *_without_picture(lost, int(data.included.sum()), joints)]
     own = [part.owner for part in rig.posed if part.per_session]
     if own and data.session is None:
         notes += [f"{listed(own)} has per_session = true, but no row names its session: one pose for all"]
-    all_notes = (*rows.notes, *(n for n in data.notes if n not in rows.notes), *assumed, *notes, *posed)
-    shown = replace(
-        data,
-        exclude=~data.included | empty if empty.any() else data.exclude,
-        reason=np.where(empty, "has no corners in a picture", reason) if empty.any() else data.reason,
-        source=rows.source,
-        notes=all_notes,
-    )
-    return with_corners(shown, pixels, np.array(names), replace(rig, tool_poses=bool(posed)))
+    own_notes = (n for n in data.notes if n not in rows.notes)
+    data = replace(data, source=rows.source, notes=(*rows.notes, *own_notes, *assumed, *notes, *posed))
+    data = kept_out(data, dict.fromkeys(np.flatnonzero(empty).tolist(), "has no corners in a picture"))
+    return with_corners(data, pixels, np.array(names), replace(rig, tool_poses=bool(posed)))
 
 
 def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
     """Name of every row of joints' picture, and what was decided."""
     taken = list(dict.fromkeys(plain_names(rows.pictures or rows.image)))
+    both = f"{joints.source} has joints of {joints.rows} pictures, {rows.source} has {len(taken)}"
     if "image" not in joints.values:
         if len(taken) != joints.rows:
-            raise DataError(
-                f"{joints.source} has joints of {joints.rows} pictures, {rows.source} has {len(taken)} "
-                "pictures; give one row of joints per picture, best with a column 'image'"
-            )
-        return taken, [
-            "joints have no column 'image': the first row is assigned to the first picture, and so on"
-        ]
+            raise DataError(f"{both}; give one row of joints per picture, best with a column 'image'")
+        note = "joints have no column 'image': the first row is assigned to the first picture, and so on"
+        return taken, [note]
     names = plain_names(joints.values["image"])
     if len(set(names)) < len(names):
         again = next(name for name in names if names.count(name) > 1)
         raise DataError(f"{joints.source}: image '{again}' has joints twice; give one row per picture")
-    seen = list(dict.fromkeys(plain_names(rows.image)))
-    lacking = [name for name in seen if name not in set(names)]
+    lacking = [name for name in dict.fromkeys(plain_names(rows.image)) if name not in set(names)]
     if lacking:
-        raise DataError(
-            f"{joints.source} has joints of {len(names)} pictures, {rows.source} has {len(taken)}: "
-            f"{listed(lacking, longest=3)} have no joints; add or delete them"
-        )
+        raise DataError(f"{both}: {listed(lacking, longest=3)} have no joints; add or delete them")
     return names, []
 
 
@@ -143,14 +148,13 @@ def _without_picture(lost: list[str], rows_in_use: int, joints: Fields) -> list[
     """A sentence on rows of joints without a picture; most rows without one are refused."""
     if not lost:
         return []
-    one = len(lost) == 1
+    table = PurePath(joints.source).name
     lack = (
-        f"{len(lost)} of {plural(rows_in_use, 'row')} of {PurePath(joints.source).name} "
-        f"{'has' if one else 'have'} no picture: {listed(lost, longest=5)}"
+        f"{len(lost)} of {plural(rows_in_use, 'row')} of {table} without a picture: {listed(lost, longest=5)}"
     )
     if 2 * len(lost) > rows_in_use:
         raise DataError(f"{lack}; add the pictures, or delete these rows")
-    return [f"{lack}; {'it is' if one else 'they are'} left out"]
+    return [f"{lack}; left out"]
 
 
 def plain_names(names: Iterable) -> list[str]:
@@ -162,27 +166,22 @@ def plain_names(names: Iterable) -> list[str]:
 
 
 def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Number of every corner's point (-1 for none) and camera."""
+    """Number of every corner's point (-1 for none) and camera, and what was left out."""
     names = list(dict.fromkeys(rows.camera.tolist()))
     cameras = {name: rig.place(name) for name in names}
     if strange := [name for name in names if cameras[name] is None]:
-        raise DataError(
-            f"{rows.source}: the camera file has no camera '{strange[0]}'; it has "
-            f"{listed([camera.name for camera in rig.cameras])}"
-        )
+        own = listed([camera.name for camera in rig.cameras])
+        raise DataError(f"{rows.source}: the camera file has no camera '{strange[0]}'; it has {own}")
     place = rig.points_named(rows.id, rows.corner)
     lost = place < 0
     if lost.mean() > STRANGE:
         first = int(np.argmax(lost))
-        corner = f" corner {rows.corner[first]}" if rows.corner.any() else ""
         raise DataError(
-            f"{rows.source}: {int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]}{corner}, "
-            f"do not belong to the target's {rig.text}; give the target that was in view"
+            f"{rows.source}: {int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]} corner "
+            f"{rows.corner[first]}, do not belong to the target: {rig.text}; give the one that was in view"
         )
-    unknown = sorted(set(rows.id[lost].tolist()))
-    notes = (
-        [f"{plural(int(lost.sum()), 'corner')} of unknown ids {unknown[:8]} are left out"] if unknown else []
-    )
+    unknown = sorted(set(rows.id[lost].tolist()))[:8]
+    notes = [f"{plural(int(lost.sum()), 'corner')} of unknown ids {unknown} are left out"] if unknown else []
     return place, np.array([cameras[name] for name in rows.camera.tolist()], int), notes
 
 

@@ -16,9 +16,8 @@ from workbench.data.prediction import predict
 from workbench.extras.camera.checks import mismatched_pictures
 from workbench.extras.camera.model_selection import select_camera_step
 from workbench.extras.camera.pixel_noise import Pictures, PixelPrior, Variances, most_likely
-from workbench.extras.camera.readings import PictureReadings, rig_of, with_rig
 from workbench.extras.camera.resection import with_boards, with_boards_in_view, with_sessions_in_view
-from workbench.extras.camera.rig import owner_in
+from workbench.extras.camera.rig import PictureReadings, owner_in, rig_of, with_rig
 from workbench.extras.camera.selection_steps import Identifiability
 from workbench.identification.own_preparation import AbstractPreparation, Seek
 from workbench.identification.problem import Noise, Problem

@@ -1,14 +1,20 @@
-"""Sheets to print at their true size: a board as OpenCV draws it, and a ruler, as PDF and PNG."""
+"""Boards on paper: a sheet to print at its true size with a ruler, and the board that pictures show."""
 
 import io
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from workbench.base.errors import OptionError
-from workbench.extras.camera.markers import opencv_board
-from workbench.extras.camera.target import Charuco
+from workbench.base.errors import DataError, OptionError
+from workbench.base.files import write_text
+from workbench.extras.camera.camera import ON, Mount
+from workbench.extras.camera.corner_detection import BoardFinder
+from workbench.extras.camera.folder import has_target
+from workbench.extras.camera.markers import likely_board, opencv_board
+from workbench.extras.camera.picture_files import ENDINGS, read_picture, readable
+from workbench.extras.camera.target import USUAL_DICTIONARY, Charuco, charuco_target, target_toml
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A2": (420.0, 594.0), "A1": (594.0, 841.0)}
 """Widths and heights of paper [mm]."""
@@ -20,61 +26,134 @@ DOT = 0.05
 """Largest dot of the drawn board [mm]; corners of squares lie between dots, so that they are exact."""
 LINE, TEXT = 0.2, 2.3
 """Width of the ruler's lines and height of the text [mm]."""
+LOOKED_AT = 12
+"""Pictures in which squares are counted."""
+NO_TARGET = "no target.toml"
+"""How the note of a board begins of which no file tells."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """A ChArUco board as somebody prints it.
+
+    Args:
+        across: Squares across …
+        down: … and down.
+        square: Side of a square [m].
+        mounted: What carries it: `tool` or `world`; the other one carries the camera.
+    """
+
+    across: int = 5
+    down: int = 7
+    square: float = 0.036
+    mounted: Mount = Mount.TOOL
+
+    @property
+    def charuco(self) -> Charuco:
+        return Charuco((self.across, self.down), self.square, fitting_marker(self.square), USUAL_DICTIONARY)
+
+    def fill_in(self, folder: Path) -> tuple[str, ...]:
+        """Write `target.toml` in a folder of pictures without; returns what was done, a sentence each."""
+        files = [("", p) for p in sorted(folder.rglob("*")) if p.suffix.lower() in ENDINGS]
+        if has_target(folder) or not files:
+            return ()
+        some = [files[k] for k in np.unique(np.linspace(0, len(files) - 1, LOOKED_AT).astype(int))]
+        pictures = list(readable(some, {"": None})) or [read_picture(some[0][1])]  # which says why it can't
+        if (board := likely_board(self.charuco, pictures)) is None:
+            reason = BoardFinder.of((charuco_target(self.charuco, self.mounted),)).reason(pictures[0])
+            raise DataError(
+                "the pictures don't tell how many squares the board has; add its target.toml. Of the first "
+                f"picture: {reason}"
+            )
+        write_text(folder / "target.toml", target_toml(charuco_target(board, self.mounted)))
+        counted = "{} × {} squares counted in the pictures".format(*board.squares)
+        return (f"{NO_TARGET}: {counted} ({board.dictionary}), of {self._side_and_place}",)
+
+    @property
+    def question(self) -> str:
+        """Asks for what pictures don't tell."""
+        return f"Is it a board with squares of {self._side_and_place}? They are counted in the pictures."
+
+    @property
+    def _side_and_place(self) -> str:
+        return f"{1e3 * self.square:g} mm, {ON[self.mounted]}"
+
+
+def fitting_marker(square: float) -> float:
+    """Side of the markers in squares of this side [m]."""
+    return round(0.75 * square, 4)
+
+
+def across_down(text: str) -> tuple[int, int]:
+    """Squares across and down from 5x7."""
+    try:
+        across, down = (int(part) for part in text.lower().replace("×", "x").split("x"))
+    except ValueError:
+        raise OptionError(f"squares must be like 5x7, got '{text}'") from None
+    return across, down
 
 
 @dataclass(frozen=True, eq=False)
 class PrintedSheet:
-    """What is printed.
+    """A board on paper.
 
     Args:
-        size: Width and height of the board [mm].
-        dots: It, as grey values.
-        title: What it is.
+        page: The page in black and white; no corner of a square is rounded.
+        paper: Name, width and height of the paper [mm].
+        title: What the board is.
     """
 
-    size: tuple[float, float]
-    dots: np.ndarray
+    page: Image.Image
+    paper: tuple[str, float, float]
     title: str
 
-    @property
-    def paper(self) -> tuple[str, float, float]:
-        """Name, width and height of the smallest paper that holds it, upright or lying."""
-        for name, (narrow, wide) in PAPERS.items():
-            for width, height in ((narrow, wide), (wide, narrow)):
-                if self.size[0] + 2 * BORDER <= width and self.size[1] + BORDER + FOOT <= height:
-                    return name, width, height
-        raise OptionError(
-            f"{self.size[0]:.0f} x {self.size[1]:.0f} mm is larger than A1 paper; choose smaller or fewer "
-            "squares"
+    @classmethod
+    def of(cls, board: Charuco) -> "PrintedSheet":
+        """The sheet of a board, on the smallest paper that holds it."""
+        across, down = board.squares
+        side, marker = 1e3 * board.square, 1e3 * board.marker
+        size = across * side, down * side
+        title = (
+            f"ChArUco, {across} × {down} squares of {side:g} mm, markers of {marker:g} mm, "
+            f"{board.dictionary} {board.markers[0]} … {board.markers[-1]}"
         )
-
-    def page(self) -> Image.Image:
-        """The page in black and white, in the dots of the board: no corner of a square is rounded."""
-        name, width, height = self.paper
-        scale = self.dots.shape[1] / self.size[0]
+        drawn, (name, width, height) = opencv_board(board), _paper(*size)
+        each = int(np.ceil(side / DOT))
+        dots = Image.fromarray(drawn.generateImage((across * each, down * each)))
+        scale = dots.width / size[0]
         page = Image.new("1", (round(width * scale), round(height * scale)), 1)
-        left, top = 0.5 * (width - self.size[0]), 0.5 * (height - FOOT + BORDER - self.size[1])
-        page.paste(Image.fromarray(self.dots), (round(left * scale), round(top * scale)))
-        _ruler(ImageDraw.Draw(page), height - FOOT + 8.0, width, f"{self.title} · {name}", scale)
-        return page
+        left, top = 0.5 * (width - size[0]), 0.5 * (height - FOOT + BORDER - size[1])
+        page.paste(dots, (round(left * scale), round(top * scale)))
+        _ruler(ImageDraw.Draw(page), height - FOOT + 8.0, width, f"{title} · {name}", scale)
+        return cls(page, (name, width, height), title)
 
     def pdf(self) -> bytes:
         """The page as PDF, the same for the same content."""
-        page, buffer = self.page(), io.BytesIO()
+        page, buffer = self.page, io.BytesIO()
         dpi = (25.4 * page.width / self.paper[1], 25.4 * page.height / self.paper[2])
         page.save(buffer, format="PDF", dpi=dpi, title=self.title, creationDate=None, modDate=None)
         return buffer.getvalue()
 
     def png(self, dots: float = 300.0) -> bytes:
-        """The page as a picture of so many dots per inch, which it says of itself."""
-        page, buffer = self.page(), io.BytesIO()
-        step = dots / 25.4 * self.paper[1] / page.width
-        width, height = int(page.width * step), int(page.height * step)
-        page = page.convert("L").resize(
-            (width, height), Image.Resampling.BOX, box=(0.0, 0.0, width / step, height / step)
-        )
+        """The page as a picture of so many dots per inch, which its header holds."""
+        buffer = io.BytesIO()
+        step = dots / 25.4 * self.paper[1] / self.page.width
+        size = int(self.page.width * step), int(self.page.height * step)
+        box = (0.0, 0.0, size[0] / step, size[1] / step)
+        page = self.page.convert("L").resize(size, Image.Resampling.BOX, box=box)
         page.save(buffer, format="PNG", dpi=(dots, dots))
         return buffer.getvalue()
+
+
+def _paper(across: float, down: float) -> tuple[str, float, float]:
+    """Name, width and height of the smallest paper that holds a board of this size [mm], upright or lying."""
+    for name, paper in PAPERS.items():
+        for width, height in (paper, paper[::-1]):
+            if across + 2 * BORDER <= width and down + BORDER + FOOT <= height:
+                return name, width, height
+    raise OptionError(
+        f"{across:.0f} x {down:.0f} mm is larger than A1 paper; choose smaller or fewer squares"
+    )
 
 
 def _ruler(draw: ImageDraw.ImageDraw, y: float, width: float, title: str, scale: float) -> None:
@@ -82,8 +161,7 @@ def _ruler(draw: ImageDraw.ImageDraw, y: float, width: float, title: str, scale:
     from matplotlib.font_manager import findfont  # a quarter of a second, for which the page has no use
 
     ticks = 0.5 * (width - RULER) + np.linspace(0.0, RULER, 11)
-    lines = [(ticks[0], y, ticks[-1], y)]
-    lines += [(x, y - (1.8 if k % 5 else 3.0), x, y) for k, x in enumerate(ticks)]
+    lines = [(ticks[0], y, ticks[-1], y), *((x, y - 2.0, x, y) for x in ticks)]
     for line in lines:
         draw.line([scale * along for along in line], fill=0, width=round(LINE * scale))
     note = (
@@ -93,18 +171,3 @@ def _ruler(draw: ImageDraw.ImageDraw, y: float, width: float, title: str, scale:
     font = ImageFont.truetype(findfont("DejaVu Sans"), TEXT * scale)
     for text, down in ((note, 3.5), (title, 7.5)):
         draw.text((0.5 * width * scale, (y + down) * scale), text, fill=0, font=font, anchor="mm")
-
-
-def board_sheet(board: Charuco, *, legacy: bool = False) -> PrintedSheet:
-    """The board as a sheet; `legacy`: in the pattern of OpenCV before 4.6."""
-    drawn, (across, down) = opencv_board(board, legacy=legacy), board.squares
-    side, marker = 1e3 * board.square, 1e3 * board.marker
-    size = (across * side, down * side)
-    title = (
-        f"ChArUco, {across} × {down} squares of {side:g} mm, markers of {marker:g} mm, "
-        f"{board.dictionary} {board.markers[0]} … {board.markers[-1]}"
-    )
-    sheet = PrintedSheet(size, np.zeros((0, 0)), title)
-    assert sheet.paper, "what is too large is refused before it is drawn"
-    each = int(np.ceil(side / DOT))
-    return PrintedSheet(size, drawn.generateImage((across * each, down * each)), title)

@@ -10,8 +10,7 @@ from workbench.base.types import Freedom
 from workbench.base.wording import plural
 from workbench.extras.camera.camera import INTRINSICS, Camera
 from workbench.extras.camera.observation import POSE, Placed
-from workbench.extras.camera.readings import rig_of
-from workbench.extras.camera.rig import owner_in
+from workbench.extras.camera.rig import owner_in, rig_of
 from workbench.identification.fit import Fit
 from workbench.report.json import Json
 

@@ -23,8 +23,7 @@ from workbench.base.wording import listed, plural
 from workbench.data.dataset import Dataset, Labels
 from workbench.extras.camera.camera import Camera, project
 from workbench.extras.camera.opencv import opencv
-from workbench.extras.camera.readings import PictureReadings
-from workbench.extras.camera.rig import RejectedCorner, Rig, off_text, owner_in
+from workbench.extras.camera.rig import PictureReadings, RejectedCorner, Rig, off_text, owner_in
 from workbench.extras.camera.target import PictureTarget
 
 REFINEMENT_STEPS = 15
@@ -213,7 +212,7 @@ def _predicted(poses: Float[np.ndarray, "rows 4 4"], camera: Camera, target: Pic
 
 def _first_poses(seen: np.ndarray, camera: Camera, target: PictureTarget) -> Float[np.ndarray, "rows 2 4 4"]:
     """The best first pose of every picture, and the other one of its plane, mirrored in depth."""
-    cv2 = opencv("placing a camera by the target's points")
+    cv2 = opencv()
     rays, points = camera.normalised(seen), target.points
     first = np.full((len(seen), 2, 4, 4), np.nan)
     for i in range(len(seen)):
@@ -243,7 +242,7 @@ def _solved(
     points: Float[np.ndarray, "n 3"], rays: Float[np.ndarray, "n 2"], method: int
 ) -> Float[np.ndarray, "solutions 4 4"]:
     """Poses by one of OpenCV's solvers in pairs: the two best, or each twice; none where it fails."""
-    cv2 = opencv("placing a camera by the target's points")
+    cv2 = opencv()
     groups, lens = [list(range(len(points)))], (np.eye(3), None)
     if method == cv2.SOLVEPNP_SQPNP and len(points) < OUTVOTED:  # a body of few points suits several poses
         groups, method = [list(three) for three in combinations(range(len(points)), 3)], cv2.SOLVEPNP_P3P

@@ -15,8 +15,7 @@ import numpy as np
 import tomli_w
 from jaxtyping import Bool, Float, Int
 
-from workbench.base.errors import DataError, FileError
-from workbench.base.files import write_text
+from workbench.base.errors import DataError
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import frozen
 from workbench.base.wording import listed
@@ -69,7 +68,7 @@ class PictureTarget:
         corners: Number of a tag's corner; 0 where an id has one point.
         points: Places [m] in the target's frame.
         charuco: The board, where it is one.
-        dictionary: Of single tags, such as `DICT_6X6_250`; "" where nobody said.
+        dictionary: Of its markers, such as `DICT_6X6_250`; "" where nobody said.
         scale_sigma: Standard deviation of the target's true size relative to the stated one; 0 for exact.
         flatness_sigma: How far a board's edges bend out of its plane [m, one standard deviation]; 0 for flat.
         sigmas: Of single points, how well each place is known [m, each axis]; 0 for exact (and left
@@ -132,7 +131,7 @@ class PictureTarget:
     @property
     def prints(self) -> str:
         """The dictionary of its markers as `prints_of` has it; "" where nobody said."""
-        return prints_of(self.dictionary if self.charuco is None else self.charuco.dictionary)
+        return prints_of(self.dictionary)
 
     @property
     def text(self) -> str:
@@ -186,6 +185,7 @@ def charuco_target(
         corners=np.zeros(len(x), int),
         points=frozen(points),
         charuco=board,
+        dictionary=board.dictionary,
         **known,
     )
 
@@ -223,19 +223,15 @@ class _TargetReader(AbstractTableReader):
     def check_distinct(self, other: PictureTarget, made: PictureTarget, free: int) -> None:
         """Refuse two boards that pictures can't tell apart; `free` is the next marker that no board has."""
         boards = f"'{other.name}' and '{made.name}'"
-        is_alike = other.prints == made.prints != ""
         is_tags = other.charuco is None and made.charuco is None
-        if is_alike and not is_tags and (shared := other.markers & made.markers):
+        if other.prints == made.prints != "" and not is_tags and (shared := other.markers & made.markers):
             raise self.fail(
-                f"{boards} both have marker {min(shared)} of {made.prints}, so pictures can't distinguish "
-                f"them; print one with other markers, of which {free} is the next free one (first_marker, or "
-                "id)"
+                f"{boards} both have marker {min(shared)} of {made.prints}; print one with other markers "
+                f"(first_marker, or id), of which {free} is the next free one"
             )
         if twice := set(_pairs(other)) & set(_pairs(made)):
             corner = "id {} corner {}".format(*min(twice))
-            remedy = (
-                "give each its own ids" if is_tags else f"put '{made.name}' before '{other.name}' in the file"
-            )
+            remedy = "give each its own ids" if is_tags else f"put '{made.name}' before '{other.name}'"
             raise self.fail(f"{corner} is of {boards}; {remedy}")
 
     def whole(self, value: Any, what: str) -> int:
@@ -273,9 +269,8 @@ class _TargetReader(AbstractTableReader):
             is_free = self.flag(table.get("free", False), f"{what} free")
             if missing := [key for key in ("id", "xyz") if key not in table and (key == "id" or not is_free)]:
                 raise self.fail(f"{what} has no {missing[0]}")
-            names.append(
-                (self.whole(table["id"], f"{what} id"), self.whole(table.get("corner", 0), f"{what} corner"))
-            )
+            corner = self.whole(table.get("corner", 0), f"{what} corner")
+            names.append((self.whole(table["id"], f"{what} id"), corner))
             sigma = np.inf if is_free else self.number(table.get("sigma", 0.0), f"{what} sigma")
             if sigma < 0.0:
                 raise self.fail(f"{what} sigma must be at least 0 m, got {sigma:g}")
@@ -323,51 +318,21 @@ def read_targets(path: Path | str) -> tuple[PictureTarget, ...]:
     return tuple(boards)
 
 
-def read_target(path: Path | str) -> PictureTarget:
-    """The only target of a file."""
-    found = read_targets(path)
-    if len(found) > 1:
-        raise FileError(f"has {len(found)} boards; give a file of one of them here", path=str(path))
-    return found[0]
+def target_toml(*targets: PictureTarget) -> str:
+    """ChArUco boards as `read_targets` reads them."""
+    mounted = str(targets[0].mounted)
+    if not targets[0].name:
+        return tomli_w.dumps({"mounted": mounted, **_board_table(targets[0])})
+    boards = [{"name": target.name, **_board_table(target)} for target in targets]
+    return tomli_w.dumps({"mounted": mounted, "board": boards})
 
 
-def target_toml(target: PictureTarget | tuple[PictureTarget, ...]) -> str:
-    """Targets as `read_targets` reads them."""
-    targets = target if isinstance(target, tuple) else (target,)
-    tables = [_table(target) for target in targets]
-    if len(targets) == 1 and not targets[0].name:
-        return tomli_w.dumps({"mounted": str(targets[0].mounted), **tables[0]})
-    boards = [{"name": target.name, **table} for target, table in zip(targets, tables, strict=True)]
-    return tomli_w.dumps({"mounted": str(targets[0].mounted), "board": boards})
-
-
-def _table(target: PictureTarget) -> Mapping[str, Any]:
-    knowledge: dict[str, Any] = {key: getattr(target, key) for key in KNOWLEDGE}
-    knowledge |= {PER_SESSION: True} if target.per_session else {}
-    if (board := target.charuco) is not None:
-        keys = (
-            "squares",
-            "square",
-            "marker",
-            "dictionary",
-            *(("first_marker",) if board.first_marker or target.name else ()),
-        )
-        charuco = {key: getattr(board, key) for key in keys} | {"squares": list(board.squares)}
-        return {**knowledge, "charuco": charuco}
-    rows = zip(target.ids.tolist(), target.corners.tolist(), target.points.tolist(), strict=True)
-    return {
-        **knowledge,
-        **({"dictionary": target.dictionary} if target.dictionary else {}),
-        "point": [
-            {"id": i, "corner": c, "xyz": xyz, **_knowledge(target.sigmas.get(k, 0.0))}
-            for k, (i, c, xyz) in enumerate(rows)
-        ],
-    }
-
-
-def _knowledge(sigma: float) -> dict[str, Any]:
-    """Keys of a point's place."""
-    return {"free": True} if np.isinf(sigma) else {"sigma": sigma} if sigma else {}
+def _board_table(target: PictureTarget) -> dict[str, Any]:
+    assert target.charuco is not None, "only boards are printed"
+    board = {**vars(target.charuco), "squares": list(target.charuco.squares)}
+    if not (target.name or target.charuco.first_marker):
+        del board["first_marker"]
+    return {**{key: getattr(target, key) for key in KNOWLEDGE}, "charuco": board}
 
 
 def _next_marker(before: Sequence[PictureTarget], prints: str) -> int:
@@ -378,8 +343,3 @@ def _next_marker(before: Sequence[PictureTarget], prints: str) -> int:
 def _pairs(target: PictureTarget) -> list[tuple[int, int]]:
     """Id and corner of every point."""
     return list(zip(target.ids.tolist(), target.corners.tolist(), strict=True))
-
-
-def write_target(target: PictureTarget | tuple[PictureTarget, ...], path: Path | str) -> Path:
-    """Write targets as `read_targets` reads them."""
-    return write_text(path, target_toml(target))
