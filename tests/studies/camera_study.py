@@ -177,9 +177,9 @@ def main():
     parser.add_argument("--show", type=Path, nargs="+", default=[])
     given = parser.parse_args()
     rows = [json.loads(line) for file in given.show for line in file.read_text().splitlines()]
-    if given.text:
-        name, kind, seeds = given.text[:3]
-        pictures = int(given.text[3]) if len(given.text) > 3 else 60
+    if given.words:
+        name, kind, seeds = given.words[:3]
+        pictures = int(given.words[3]) if len(given.words) > 3 else 60
         for seed in range(*map(int, seeds.split(":"))):
             found = (
                 [draw(seed, name, kind, pictures, on_tool=given.on_tool, solids=given.solids)]
