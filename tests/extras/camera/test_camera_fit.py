@@ -13,11 +13,11 @@ import workbench as wb
 from workbench.base import se3
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.extras.camera import pixel_noise
-from workbench.extras.camera.checks import OUTSIDE, PictureFit, _larger
+from workbench.extras.camera.doubts import OUTSIDE, PictureFit, _larger
 from workbench.extras.camera.model_selection import BLOCKS, _left_out
-from workbench.extras.camera.pixel_noise import Pictures, PixelPrior
+from workbench.extras.camera.pixel_noise import Likelihood, Pictures
 from workbench.extras.camera.resection import with_boards, with_boards_in_view
-from workbench.extras.camera.rig import PictureReadings, rig_of
+from workbench.extras.camera.rig import PictureReadings, rig_of, with_rig
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.considered import Considered
 from workbench.identification.fit_choices import FitChoices
@@ -171,9 +171,12 @@ def test_a_board_is_named_only_where_it_is_off_and_predicted_only_where_it_was_s
         replace(t, scale_sigma=sigma) for t, sigma in zip(rig_of(data).targets, (0.0, 0.002), strict=True)
     )
     names = ("target[A].scale", "target[B].scale")
-    sized = SimpleNamespace(names=names, named=lambda x: dict(zip(names, x.tolist(), strict=True)))
-    fit = PictureFit(sized, np.array([4e-5, 0.01]))
-    assert _larger(fit, replace(rig_of(data), targets=(a, b))).startswith("board 'B' 1.00 % larger")
+    sized = SimpleNamespace(
+        names=names,
+        named=lambda x: dict(zip(names, x.tolist(), strict=True)),
+        data=with_rig(data, replace(rig_of(data), targets=(a, b))),
+    )
+    assert _larger(PictureFit(sized, np.array([4e-5, 0.01]))).startswith("board 'B' 1.00 % larger")
     assert all(PictureFit(sized, np.array([4e-5, 0.001])).strangeness(t) < OUTSIDE for t in (a, b))
     centre = data.q / np.ptp(data.q, axis=0)
     alone = next(iter(cells(centre, np.arange(12), BLOCKS)))
@@ -409,11 +412,12 @@ def test_the_likelihood_has_its_gradient(width):
     residual = rng.normal(size=(8, 30)) + (lever @ (0.3 * rng.normal(size=(8, 6, 1))))[..., 0]
     pictures = Pictures.of(residual, lever, np.ones((8, 30), bool), jacobian)
     shares = width * np.array([0.0, 1.0, 2.0, 0.0, 0.5])
-    known = PixelPrior(0.1 * np.eye(5), 0.1 * rng.normal(size=5), shares, 0.1 * rng.normal(size=5))
+    pull, off = 0.1 * rng.normal(size=5), 0.1 * rng.normal(size=5)
+    likelihood = Likelihood(pictures, 0.1 * np.eye(5), pull, shares, off)
     at = np.log([1.1, 0.2, 0.4, 0.3])[: 3 + width]
-    cost, gradient = pixel_noise._cost(pictures, known, at)
+    cost, gradient = likelihood.cost(at)
     steps = 1e-5 * np.eye(len(at))
-    moved = [[pixel_noise._cost(pictures, known, at + s * step)[0] for s in (1, -1)] for step in steps]
+    moved = [[likelihood.cost(at + s * step)[0] for s in (1, -1)] for step in steps]
     assert gradient == pytest.approx((np.array(moved) @ [1, -1]) / 2e-5, rel=1e-5, abs=1e-5)
     assert np.isfinite(cost)
 
@@ -425,9 +429,9 @@ def test_constants_that_no_picture_tells_from_its_own_error_raise_no_warning():
     pictures = Pictures.of(
         rng.normal(size=(8, 30)), lever, np.ones((8, 30), bool), lever @ rng.normal(size=(6, 5))
     )
-    known = PixelPrior(0.01 * np.eye(5), np.zeros(5), np.zeros(5), np.zeros(5))
+    likelihood = Likelihood(pictures, 0.01 * np.eye(5), np.zeros(5), np.zeros(5), np.zeros(5))
     with np.errstate(all="raise"):
-        cost, _ = pixel_noise._cost(pictures, known, np.log([0.01, 0.05, 0.2]))
+        cost, _ = likelihood.cost(np.log([0.01, 0.05, 0.2]))
     assert np.isfinite(cost)
 
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, final
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base import se3
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
 from workbench.extras.camera.opencv import opencv
@@ -82,6 +83,10 @@ class Camera:
     def owner(self) -> str:
         """How the names of its unknowns begin."""
         return f"camera[{self.name}]"
+
+    def carried(self, poses: Float[np.ndarray, "*lead 4 4"]) -> Float[np.ndarray, "*lead 4 4"]:
+        """Poses of what carries the target, in what carries the camera, by the tool's."""
+        return poses if self.mounted is Mount.WORLD else se3.inverse(poses)
 
     def project(self, points: Float[np.ndarray, "*lead 3"]) -> Projected:
         """Pixels of points in the camera's frame [m]."""

@@ -72,7 +72,7 @@ class StartInput:
     @cached_property
     def carried(self) -> Float[np.ndarray, "rows 4 4"]:
         """What carries the board past the camera."""
-        return self.tool if self.camera.mounted is Mount.WORLD else se3.inverse(self.tool)
+        return self.camera.carried(self.tool)
 
     @cached_property
     def corners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ a base and a tool frame could do as well,
 
     uncertainty² = mean tr(J̃ Σ J̃ᵀ),    moved² = mean |J̃ d|²,    d = change of the constants
 
-A step is taken if the pictures speak for it (`pixel_noise.evidence`): twice the log likelihood must rise by
+A step is taken if the pictures speak for it (`Likelihood.evidence`): twice the log likelihood must rise by
 so much for each of them, on average, when its constants are let go about nominal. All pictures are weighed
 together, so that two halves of them decide alike. Besides, pictures of whole blocks of joint space must be
 predicted better without having been fitted. Where the pictures contradict fixed intrinsics, these are let go
@@ -39,19 +39,8 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.extras.camera.checks import Doubts, PictureFit, find_doubts
-from workbench.extras.camera.pixel_noise import (
-    FAR,
-    MIN_SIZE,
-    Pictures,
-    PixelPrior,
-    Variances,
-    evidence,
-    mean_lack,
-    mean_width,
-    most_likely,
-    unlikelihood,
-)
+from workbench.extras.camera.doubts import Doubts, PictureFit, find_doubts
+from workbench.extras.camera.pixel_noise import FAR, MIN_SIZE, Likelihood, Pictures, Variances
 from workbench.extras.camera.selection_steps import (
     EFFECTS,
     GEOMETRY,
@@ -95,7 +84,22 @@ class Fitted(NamedTuple):
     free: tuple[str, ...]
     noise: Noise
     is_lack_shown: bool
-    shares: np.ndarray = np.zeros(0)
+    shares: np.ndarray
+
+    @property
+    def arm(self) -> list[int]:
+        """Places of the arm's constants among the unknowns."""
+        return [self.problem.names.index(name) for name in self.free]
+
+    @property
+    def robot(self) -> Robot:
+        """The arm with these constants, in the first session's frames."""
+        return self.problem.robot_at(self.x).in_session(self.problem.data.sessions[0])
+
+    def values(self, other: "Fitted") -> Float[np.ndarray, " arm"]:
+        """Its values of the constants that another fit frees, nominal where it has none."""
+        found, names = self.problem.named(self.x), other.problem.names
+        return np.array([found.get(names[k], other.problem.start[k]) for k in other.arm], float)
 
 
 class Tried(NamedTuple):
@@ -138,11 +142,10 @@ def select_camera_step(
 
     def weighed(rows: Dataset) -> PictureFit:
         problem, at = free_of(rows, widest)
-        known = PixelPrior.of(problem, at.x, at.shares)
-        begin = Variances(at.noise, FIRST_WIDTH)
-        return PictureFit(at.problem, at.x, unlikelihood(Pictures.at(problem, at.x), known, begin))
+        unlikelihood = Likelihood.at(problem, at.x, at.shares).unlikelihood(Variances(at.noise, FIRST_WIDTH))
+        return PictureFit(at.problem, at.x, unlikelihood)
 
-    doubted = find_doubts(weighed, lambda rows: _picture_fit(build(robot, rows, free=seen)), data)
+    doubted = find_doubts(weighed, data)
     if doubted.given is not data:
         data = doubted.given
         begin = _alike(build(robot, data, free=()))
@@ -162,15 +165,15 @@ def select_camera_step(
     if seek is not None and tried[-1].step.name == GEOMETRY and at.is_lack_shown and not doubted.off:
         deflected = _with_effects(robot, data, last, at, zeros, build, seek)
         one = _tried(EFFECTS, deflected or at, taken)
-        step = one.step
-        nothing = (
-            f"no effect of the arm stands out in the {in_mm(step.lack)} that the geometry leaves unexplained"
-        )
-        before = [t.step for t in tried]
-        step = judged(step, before, len(data)) if deflected else replace(step, refused=nothing)
+        if deflected is None:
+            lack = in_mm(one.step.lack)
+            nothing = f"no effect of the arm stands out in the {lack} that the geometry leaves unexplained"
+            step = replace(one.step, refused=nothing)
+        else:
+            step = judged(one.step, [t.step for t in tried], len(data))
         tried.append(one._replace(step=step))
-        if deflected and not step.refused:
-            at = taken = deflected
+        if not step.refused:
+            at = taken = one.at
     steps = _expected(tried, robot, data)
     number = max(k for k, step in enumerate(steps) if not step.refused)
     advice = "" if doubted.off else advised(steps, number, data)
@@ -179,64 +182,61 @@ def select_camera_step(
         at = _fitted(last, ())
     if at.free and not taken.free:
         at = _fitted(last, tuple(p.name for p in last.parameters if p.is_geometry))
-    considered = _considered(doubted, last, at, taken)
-    actual = None if taken.free else at.noise
-    return taken.problem, Identifiability.of(
-        steps, number, advice, taken.noise, doubted.sentences, actual, considered
+    identifiability = Identifiability.of(
+        steps,
+        number,
+        taken.noise,
+        advice=advice,
+        doubts=doubted.sentences,
+        actual=None if taken.free else at.noise,
+        considered=_considered(doubted, last, at, taken),
     )
+    return taken.problem, identifiability
+
+
+def _lengths(problem: Problem) -> Float[np.ndarray, " p"]:
+    """Standard deviation of each unknown by which a tool would move by about 1 m."""
+    reach = max(problem.robot.reach / 2.0, 0.1)
+    return np.array([1.0 / reach if p.unit == "rad" else 1.0 for p in problem.parameters])
 
 
 def _evidence(problem: Problem, at: Fitted) -> float:
     """How the pictures speak for a step's constants: for zeros where it frees no others."""
-    reach = max(problem.robot.reach / 2.0, 0.1)
-    shares = np.array([p.is_geometry * (1.0 / reach if p.unit == "rad" else 1.0) for p in problem.parameters])
-    if at.shares.any():
-        shares = at.shares
-    known = PixelPrior.of(problem, at.x, shares)
-    return evidence(Pictures.at(problem, at.x), known, Variances(at.noise, FIRST_WIDTH))
+    shares = np.array([p.is_geometry for p in problem.parameters]) * _lengths(problem)
+    likelihood = Likelihood.at(problem, at.x, at.shares if at.shares.any() else shares)
+    return likelihood.evidence(Variances(at.noise, FIRST_WIDTH))
 
 
 def _considered(doubted: Doubts, last: Problem, at: Fitted, taken: Fitted) -> Considered | None:
     """What stays as given though it is uncertain: geometry that is not taken, and what is contradicted."""
     deviations = np.zeros(len(at.x))
     if len(at.free) > len(taken.free):
-        known = PixelPrior.of(last, at.x, at.shares)
-        deviations = mean_width(Pictures.at(last, at.x), known, Variances(at.noise)) * at.shares
+        deviations = Likelihood.at(last, at.x, at.shares).mean_width(Variances(at.noise)) * at.shares
     elif not doubted.off:
         return None
     return doubted.considered(at.problem.with_noise(taken.problem.noise), deviations)
 
 
-def _picture_fit(problem: Problem) -> PictureFit:
-    """Fit with all corners weighed alike."""
-    problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.own))
-    return PictureFit(problem, Opt2(limit=60).search(problem).x)
-
-
 def _alike(problem: Problem) -> Fitted:
     """Fit of camera and target alone, all corners weighed alike: what they leave tells of the arm."""
-    fit = _picture_fit(problem)
-    problem, x, nothing = fit.problem, fit.x, np.zeros(len(fit.x))
-    begin = Variances(Noise(1e-3, 1e-3, (), problem.noise.own))
-    found = most_likely(Pictures.at(problem, x), PixelPrior.of(problem, x, nothing), begin)
-    return Fitted(problem, x, (), found.noise, found.is_shown, nothing)
+    problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.own))
+    x = Opt2(limit=60).search(problem).x
+    found = Likelihood.at(problem, x).most_likely(Variances(Noise(1e-3, 1e-3, (), problem.noise.own)))
+    return Fitted(problem, x, (), found.noise, found.is_shown, np.zeros(len(x)))
 
 
 def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
     """Fit and variances in turns; the shrunk constants get a prior about nominal as wide as is likely."""
-    reach = max(problem.robot.reach / 2.0, 0.1)
-    shares = np.array(
-        [(1.0 / reach if p.unit == "rad" else 1.0) if p.name in shrunk else 0.0 for p in problem.parameters]
-    )
+    shares = np.array([p.name in shrunk for p in problem.parameters]) * _lengths(problem)
+    inside = shares > 0.0
+    names = [p.name for p in problem.parameters if p.name in shrunk]
     now, x, found = problem, problem.start, Variances(problem.noise, FIRST_WIDTH)
     for _ in range(ROUNDS):
         if shrunk:
-            inside = shares > 0.0
-            names = [p.name for p, mine in zip(problem.parameters, inside, strict=True) if mine]
             wall = np.diag(1.0 / (max(found.width, MIN_SIZE[3]) * shares[inside]))
             now = problem.with_noise(now.noise).with_prior(names, problem.start[inside], wall)
         x = Opt2(limit=60).search(now, begin=x).x
-        found = most_likely(Pictures.at(problem, x), PixelPrior.of(problem, x, shares), found)
+        found = Likelihood.at(problem, x, shares).most_likely(found)
         old, now = now.noise, now.with_noise(found.noise)
         if np.allclose(now.noise[:2], old[:2], rtol=TOLERANCE, atol=1e-6) and np.isclose(
             now.noise.own, old.own, rtol=TOLERANCE
@@ -295,15 +295,25 @@ class Effect(NamedTuple):
         """Of some constants at some poses."""
         if not names:
             return cls(np.zeros((0, 0)), np.zeros((0, 0)))
-        frames = tuple(f"{kind}.{part}" for kind in ("base", "tool") for part in FRAME_PARTS)
-        _, twists = identification_jacobian(robot, motion, (*names, *frames))
+        mine, frames = columns(robot, motion, names)
         found = []
         for axes in (slice(0, 3), slice(3, 6)):
-            flat = twists[:, axes].reshape(-1, twists.shape[2])
-            mine, frame = flat[:, : len(names)], flat[:, len(names) :]
-            left = mine - frame @ np.linalg.lstsq(frame, mine, rcond=1e-10)[0]
-            found.append(left.T @ left / len(twists))
+            flat, frame = mine[:, axes].reshape(-1, len(names)), frames[:, axes].reshape(-1, frames.shape[2])
+            left = flat - frame @ by_frames(flat, frame)
+            found.append(left.T @ left / len(mine))
         return cls(*found)
+
+
+def columns(robot: Robot, motion: Motion, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Twists of the tool by constants of the arm, and by a base and a tool frame."""
+    frames = tuple(f"{kind}.{part}" for kind in ("base", "tool") for part in FRAME_PARTS)
+    twists = identification_jacobian(robot, motion, (*names, *frames))[1]
+    return twists[:, :, : len(names)], twists[:, :, len(names) :]
+
+
+def by_frames(mine: Float[np.ndarray, "n k"], frames: Float[np.ndarray, "n f"]) -> Float[np.ndarray, "f k"]:
+    """What of the frames does most of what the constants do."""
+    return np.linalg.lstsq(frames, mine, rcond=1e-10)[0]
 
 
 def _other_poses(robot: Robot, data: Dataset) -> Motion:
@@ -317,20 +327,15 @@ def _other_poses(robot: Robot, data: Dataset) -> Motion:
 
 def _expected(tried: Sequence[Tried], robot: Robot, data: Dataset) -> list[Step]:
     """The steps with the error of the tool that each leaves at other poses, by what the last one knows."""
-    robot = robot.in_session(data.sessions[0])
     last = [t for t in tried if t.step.name != EFFECTS or not t.step.refused][-1]
     at = last.at
-    problem, names = at.problem, at.free
-    arm = [problem.names.index(n) for n in names]
-    own = problem.robot_at(at.x).in_session(data.sessions[0])
-    effect = Effect.of(own, _other_poses(robot, data), names).position
-    square = max(np.sum(effect * c[np.ix_(arm, arm)]) for c in last[2:])
-    known = PixelPrior.of(problem, at.x, np.zeros(len(at.x)))
-    square += 3.0 * mean_lack(Pictures.at(problem, at.x), known, Variances(at.noise)) ** 2
+    poses = _other_poses(robot.in_session(data.sessions[0]), data)
+    effect = Effect.of(at.robot, poses, at.free).position
+    square = max(np.sum(effect * c[np.ix_(at.arm, at.arm)]) for c in last[2:])
+    square += 3.0 * Likelihood.at(at.problem, at.x).mean_lack(Variances(at.noise)) ** 2
     steps = []
     for step, each, *_ in tried:
-        values = each.problem.named(each.x)
-        off = at.x[arm] - np.array([values.get(n, problem.start[k]) for n, k in zip(names, arm, strict=True)])
+        off = at.x[at.arm] - each.values(at)
         steps.append(replace(step, expected=float(np.sqrt(max(square + off @ effect @ off, 0.0)))))
     return steps
 
@@ -339,17 +344,12 @@ def _tried(
     name: str, at: Fitted, before: Fitted, bends: Considered | None = None, speaks: float = 0.0
 ) -> Tried:
     """A step and its numbers, against the one that was taken before; `bends` adds to its uncertainty."""
-    problem, x = at.problem, at.x
-    arm = [problem.names.index(n) for n in at.free]
-    robot = problem.robot_at(x).in_session(problem.data.sessions[0])
-    effect = Effect.of(robot, Motion.of(problem.data), at.free)
+    problem, x, arm = at.problem, at.x, at.arm
+    effect = Effect.of(at.robot, Motion.of(problem.data), at.free)
     covariance, left_out, pixel = _left_out(problem, x)
     if bends is not None:
         covariance += bends.covariance(problem.names, x, factor_at(problem, x).root)
-    earlier = before.problem.named(before.x)
-    change = x[arm] - np.array([earlier.get(problem.names[k], problem.start[k]) for k in arm], float)
-    if before is at:
-        change = 0.0 * change
+    change = np.zeros(len(arm)) if before is at else x[arm] - before.values(at)
     wide = [np.sum(m * c[np.ix_(arm, arm)]) for m in effect for c in (covariance, left_out)]
     lever = Pictures.at(before.problem, before.x).lever
     uncertainty, turned = (float(np.sqrt(max(*pair, 0.0))) for pair in (wide[:2], wide[2:]))

@@ -98,10 +98,8 @@ class PixelObservation(AbstractObservation):
 
     @classmethod
     def own_rows(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        found = np.zeros(len(data), bool)
-        if isinstance(data.readings, PictureReadings):
-            found |= data.readings.seen.any((1, 2))
-        return found
+        own = data.readings
+        return own.seen.any((1, 2)) if isinstance(own, PictureReadings) else np.zeros(len(data), bool)
 
     @classmethod
     def of(cls, data: Dataset) -> "PixelObservation":
@@ -131,13 +129,11 @@ class PixelObservation(AbstractObservation):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        cameras, boards = self.placements
-        names = [f"{placement.owner}.{part}" for placement in (*cameras, *boards) for part in POSE]
+        names = [f"{placement.owner}.{part}" for placement in chain(*self.placements) for part in POSE]
         for camera in self.rig.cameras:
             names += [f"{camera.owner}.{k}" for k in INTRINSICS if camera.free is not Freedom.FIXED]
         for target in self.rig.targets:
-            parts = ("scale",) if target.scale_sigma else ()
-            parts = (*parts, *(BENDS if target.flatness_sigma else ()))
+            parts = [*(["scale"] if target.scale_sigma else []), *(BENDS if target.flatness_sigma else [])]
             names += [f"{target.owner}.{part}" for part in parts]
             names += [f"{point}.{axis}" for point in target.own_places for axis in POSE[:3]]
         return tuple(names)
@@ -149,12 +145,7 @@ class PixelObservation(AbstractObservation):
 
     @property
     def known(self) -> Mapping[str, Unknown]:
-        found = {
-            f"{s.owner}.{part}": Unknown("rad")
-            for placements in self.placements
-            for s in placements
-            for part in POSE[3:]
-        }
+        found = {f"{s.owner}.{part}": Unknown("rad") for s in chain(*self.placements) for part in POSE[3:]}
         for target in self.rig.targets:
             found[f"{target.owner}.scale"] = Unknown("1", sigma=target.scale_sigma)
             found |= {f"{target.owner}.{bend}": Unknown("m", sigma=target.flatness_sigma) for bend in BENDS}
@@ -196,7 +187,7 @@ class PixelObservation(AbstractObservation):
                 continue
             camera, uv = self.rig.cameras[placement.number], self.measured[:, placement.number, point]
             rows = np.flatnonzero(np.isfinite(uv[:, 0]) & placement.rows & held.rows)
-            carried = poses[rows] if camera.mounted is Mount.WORLD else se3.inverse(poses[rows])
+            carried = camera.carried(poses[rows])
             eye = se3.inverse(carried @ boards[j]) @ cameras[i]
             rays = np.append(camera.normalised(uv[rows]), np.ones((len(rows), 1)), axis=1)
             rays = (eye[:, :3, :3] @ (rays / np.linalg.norm(rays, axis=1, keepdims=True))[..., None])[..., 0]
@@ -207,7 +198,7 @@ class PixelObservation(AbstractObservation):
         return np.linalg.lstsq(normal, right, rcond=1e-9)[0] if count > 1 else otherwise
 
     def _placed(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Poses of `stands`: of the pair with most pictures by a closed form, and on from there.
+        """Poses of `placements`: of the pair with most pictures by a closed form, and on from there.
 
         Pairs of which too few pictures have a pose of their own are placed by all corners at once.
         """
@@ -230,7 +221,7 @@ class PixelObservation(AbstractObservation):
             given = StartInput(
                 camera, target.points, measured[mine, c, part], poses[mine], self.sight[mine, c, b], placement
             )
-            carried = poses[rows] if camera.mounted is Mount.WORLD else se3.inverse(poses[rows])
+            carried = camera.carried(poses[rows])
             if rows.sum() < (1 if placed[i] or held[j] else MIN_POSES):
                 if held[j]:
                     cameras[i] = placed_camera(given, boards[j])
@@ -249,10 +240,9 @@ class PixelObservation(AbstractObservation):
         return cameras, boards
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
-        place = self._place
-        residual = np.zeros(self.measured.shape)
-        by_twist = np.zeros((*self.measured.shape, 6))
-        by_unknown = np.zeros((*self.measured.shape, len(place)))
+        place, shape = self._place, self.measured.shape
+        residual, by_twist = np.zeros(shape), np.zeros((*shape, 6))
+        by_unknown = np.zeros((*shape, len(place)))
         for eye, plate in product(*self.placements):
             camera, (target, part) = self.rig.cameras[eye.number], self.rig.parts[plate.number]
             mine = np.s_[:, eye.number, part]
@@ -261,11 +251,9 @@ class PixelObservation(AbstractObservation):
             board, xi = self._placed_at(plate.owner, unknown), _shaped(target, unknown, place)
             held = se3.apply(board.pose, xi)
             first, placement = place[f"{eye.owner}.x"], self._placed_at(eye.owner, unknown)
-            free = camera.free is not Freedom.FIXED
-            lens = place[f"{camera.owner}.fx"] if free else 0
-            intrinsics = unknown[lens : lens + 9] if free else camera.intrinsics
-            fixed = camera.mounted is Mount.WORLD
-            carried = (poses if fixed else se3.inverse(poses))[row]
+            lens = place.get(f"{camera.owner}.fx")
+            intrinsics = camera.intrinsics if lens is None else unknown[lens : lens + 9]
+            fixed, carried = camera.mounted is Mount.WORLD, camera.carried(poses)[row]
             q = se3.apply(carried, held[spot])
             from_camera = q - placement.pose[:3, 3]
             at = project(from_camera @ placement.pose[:3, :3], intrinsics)
@@ -278,27 +266,26 @@ class PixelObservation(AbstractObservation):
             out = np.zeros((len(row), 2, len(place)))
             out[..., first : first + 3] = -by_q
             out[..., first + 3 : first + 6] = _times(_turned(by_q, from_camera), placement.turning)
-            if free:
+            if lens is not None:
                 out[..., lens : lens + 9] = at.by_intrinsics
             k = place[f"{plate.owner}.x"]
             out[..., k : k + 3] = by_held
             turned = _turned(by_held, (held - board.pose[:3, 3])[spot])
             out[..., k + 3 : k + 6] = -_times(turned, board.turning)
             by_xi = _times(by_held, board.pose[:3, :3])
-            if (k := place.get(f"{target.owner}.scale", -1)) >= 0:
-                out[..., k] = (by_xi * _stated(target, unknown, place)[spot, None]).sum(2)
-            if (k := place.get(f"{target.owner}.bend_xx", -1)) >= 0:
-                out[..., k : k + 3] = by_xi[..., 2:] * target.bends[spot, None]
-            scale = 1.0 + unknown[place[f"{target.owner}.scale"]] if target.scale_sigma else 1.0
+            scale = 1.0
+            if (size := place.get(f"{target.owner}.scale")) is not None:
+                scale += unknown[size]
+                out[..., size] = (by_xi * _stated(target, unknown, place)[spot, None]).sum(2)
+            if (bend := place.get(f"{target.owner}.bend_xx")) is not None:
+                out[..., bend : bend + 3] = by_xi[..., 2:] * target.bends[spot, None]
             for point, number in target.own_places.items():
                 here, k = spot == number, place[f"{point}.x"]
                 out[here, :, k : k + 3] = scale * by_xi[here]
             by_unknown[mine][row, spot] = out
-        rows, size = len(residual), residual[0].size
+        rows = len(residual), residual[0].size
         return Linearised(
-            residual.reshape(rows, size),
-            by_twist.reshape(rows, size, 6),
-            by_unknown.reshape(rows, size, len(place)),
+            residual.reshape(rows), by_twist.reshape(*rows, 6), by_unknown.reshape(*rows, len(place))
         )
 
     def _placed_at(self, owner: str, unknown: np.ndarray) -> Placed:

@@ -1,15 +1,18 @@
-"""Steps of identification from pictures: parameters, benefit, reasons for rejection, advice."""
+"""Steps of identification from pictures: benefit, reasons for rejection, advice, and what the last gives."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from workbench.base.wording import in_mm
+from workbench.base import se3
+from workbench.base.types import Freedom
+from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
-from workbench.extras.camera.report import found_json, found_sentences
-from workbench.identification.considered import Considered
+from workbench.extras.camera.camera import INTRINSICS
+from workbench.extras.camera.observation import POSE, Placed
+from workbench.extras.camera.rig import owner_in, rig_of
 from workbench.identification.fit import Fit
 from workbench.identification.own_preparation import AbstractIdentifiability
 from workbench.identification.problem import Noise
@@ -28,6 +31,8 @@ WORTHWHILE = 0.9
 """Part of the expected error that effects may leave."""
 HINTED = 0.5
 """More pictures are advised for a step that moves the tool by this part of what it is uncertain."""
+MOVED_FROM, MIN_MOVED = 3.0, np.deg2rad(0.03)
+"""Standard errors, and an angle [rad], beyond which a joint's zero is said to have moved."""
 WOULD_DISTORT = (
     "the given target's size is wrong, or the lens, and the geometry would be distorted to compensate"
 )
@@ -90,6 +95,40 @@ class Step:
         }
 
 
+class Zero(NamedTuple):
+    """A joint's zero: its change from nominal and the standard error of it [rad or m]."""
+
+    joint: str
+    unit: str
+    change: float
+    std: float
+
+    @property
+    def moved(self) -> bool:
+        """Whether it has moved beyond doubt."""
+        return abs(self.change) > max(MOVED_FROM * self.std, MIN_MOVED)
+
+    @property
+    def text(self) -> str:
+        """The change with its standard error."""
+        scale, unit = (np.rad2deg(1.0), "°") if self.unit == "rad" else (1e3, " mm")
+        return (
+            f"{self.joint}: its zero is off by {scale * self.change:+.3f}{unit} ± "
+            f"{scale * self.std:.3f}{unit} (one standard error)"
+        )
+
+
+def zeros(fit: Fit) -> tuple[Zero, ...]:
+    """Zeros that were identified, in the order of the joints."""
+    offsets = set(fit.problem.robot.joint_offsets)
+    rows = zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True)
+    return tuple(
+        Zero(p.name.split(".")[0], p.unit, value - p.nominal, std)
+        for p, value, std in rows
+        if p.name in offsets
+    )
+
+
 @final
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Identifiability(AbstractIdentifiability):
@@ -114,11 +153,11 @@ class Identifiability(AbstractIdentifiability):
         cls,
         steps: Sequence[Step],
         taken: int,
-        advice: str,
         noise: Noise,
+        *,
+        advice: str,
         doubts: tuple[str, ...],
-        actual: Noise | None,
-        considered: Considered | None,
+        **more: Any,
     ) -> "Identifiability":
         step = steps[taken]
         return cls(
@@ -128,15 +167,31 @@ class Identifiability(AbstractIdentifiability):
             uncertainty=(step.uncertainty, step.turned),
             notes=(*_decisions(steps, step, advice), f"noise from the pictures: {_noise_text(noise)}"),
             doubts=doubts,
-            actual=actual,
-            considered=considered,
             steps=tuple(steps),
             taken=taken,
             noise=noise,
+            **more,
         )
 
     def found(self, fit: Fit) -> Iterator[str]:
-        return found_sentences(fit)
+        """Zeros that moved, then where each camera and the target are, lenses and points."""
+        yield from (zero.text for zero in zeros(fit) if zero.moved)
+        for name, pose in _poses(fit).items():
+            xyz = ", ".join(f"{1e3 * v:.2f}" for v in pose["xyz"])
+            rpy = ", ".join(f"{v:.3f}" for v in pose["rpy_deg"])
+            yield (
+                f"{name} on the {pose['mounted']}: xyz {xyz} mm ± {max(pose['xyz_std_mm']):.2g}, "
+                f"rpy {rpy}° ± {max(pose['rotation_std_deg']):.2g} (one standard error)"
+            )
+        for camera in rig_of(fit.problem.data).cameras:
+            if camera.free is not Freedom.FIXED:
+                at = [fit.problem.names.index(f"{camera.owner}.{part}") for part in INTRINSICS[:6]]
+                rows = zip(INTRINSICS, fit.x[at], fit.std[at], (".1f",) * 4 + (".4f",) * 2, strict=False)
+                lens = ", ".join(f"{part} {value:{form}} ± {std:.2g}" for part, value, std, form in rows)
+                yield f"{camera.owner} lens: {lens} (px; one standard error)"
+        if points := _points(fit):
+            worst = max(max(point["xyz_std_mm"]) for point in points)
+            yield f"{plural(len(points), 'point')} of the target placed to ±{worst:.2g} mm or better"
 
     def json(self, fit: Fit) -> Json:
         noise = self.noise
@@ -148,7 +203,10 @@ class Identifiability(AbstractIdentifiability):
                 "measure_next": self.advice,
                 "steps": [step.json() for step in self.steps],
                 "noise": {"pixel_px": np.sqrt(2.0) * noise.own, **noise.json()},
-                **found_json(fit),
+                "poses": _poses(fit),
+                "zeros": [{**zero._asdict(), "moved": zero.moved} for zero in zeros(fit)],
+                "points": _points(fit),
+                "set_apart": [vars(corner) for corner in rig_of(fit.problem.data).rejected],
             }
         }
 
@@ -222,3 +280,45 @@ def advised(steps: Sequence[Step], taken: int, data: Dataset) -> str:
         f"to decide, take about {count} more pictures, with joint {joint + 1} turned beyond the "
         f"{turned:.0f}° so far and the target near the camera, tilted and in all parts of the picture"
     )
+
+
+def _points(fit: Fit) -> list[dict[str, Any]]:
+    """Places of points that were not known, in their target's frame, with standard errors."""
+    found = []
+    for target in rig_of(fit.problem.data).targets:
+        for name, k in target.own_places.items():
+            at = [fit.problem.names.index(f"{name}.{axis}") for axis in POSE[:3]]
+            std = np.sqrt(np.maximum(np.diag(fit.covariance)[at], 0.0))
+            own = {"id": int(target.ids[k]), "corner": int(target.corners[k])}
+            found.append({"target": target.name, **own, "xyz": fit.x[at], "xyz_std_mm": 1e3 * std})
+    return found
+
+
+def _poses(fit: Fit) -> Json:
+    """Pose of every camera and of the target in what carries it, standard errors about that one's axes."""
+    rig, names = rig_of(fit.problem.data), fit.problem.names
+    values = fit.problem.named(fit.x)
+    found: Json = {}
+    sessions = fit.problem.data.sessions
+    owners = {owner_in(part, s): (part, s) for part in rig.posed for s in sessions}
+    for name, (part, session) in owners.items():
+        if f"{name}.x" not in values:
+            continue
+        places = [names.index(f"{name}.{axis}") for axis in POSE]
+        placed = Placed.at(fit.x[places])
+        covariance = fit.covariance[np.ix_(places, places)]
+        turn = placed.turning @ covariance[3:, 3:] @ placed.turning.T
+        found[name] = {
+            "mounted": str(part.mounted),
+            **({"session": session} if name != part.owner else {}),
+            "xyz": placed.pose[:3, 3],
+            "rpy_deg": np.rad2deg(se3.matrix_to_rpy(placed.pose[:3, :3])),
+            "quat_wxyz": se3.matrix_to_quaternion(placed.pose[:3, :3]),
+            "xyz_std_mm": 1e3 * np.sqrt(np.diag(covariance)[:3]),
+            "rotation_std_deg": np.rad2deg(np.sqrt(np.maximum(np.diag(turn), 0.0))),
+        }
+        if f"{part.owner}.fx" in values:
+            lens = [names.index(f"{part.owner}.{k}") for k in INTRINSICS]
+            found[name]["intrinsics"] = dict(zip(INTRINSICS, fit.x[lens].tolist(), strict=True))
+            found[name]["intrinsics_std"] = dict(zip(INTRINSICS, fit.std[lens].tolist(), strict=True))
+    return found
