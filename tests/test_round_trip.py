@@ -34,9 +34,7 @@ from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml, calibrated_urdf
 
 MICRON, TURN = 1e-6, np.deg2rad(1e-4)
-MINUTES = {"ur5", "wam"}
-"""Real sets whose diagnosis takes long."""
-MAX_ROWS = 1500
+MAX_ROWS = 250
 """Rows of a real set that are taken, evenly spread."""
 
 
@@ -101,14 +99,12 @@ def named(name: str, shared: Path | None, place: Path) -> Measured:
     return virtual(make(), folder, seed=seed, turned=turned)
 
 
-REAL = ("ur5", "wam", "iiwa14")
-"""The UR10 takes long."""
+REAL = ("wam",)
 
 
 def marked(name: str, *others: str):
     """A set, and what it is combined with."""
-    marks = [] if name in VIRTUAL else [pytest.mark.data, *([pytest.mark.slow] if name in MINUTES else [])]
-    return pytest.param(name, *others, marks=marks)
+    return pytest.param(name, *others, marks=[] if name in VIRTUAL else [pytest.mark.data])
 
 
 @pytest.fixture(scope="module", params=map(marked, [*VIRTUAL, *REAL]))
