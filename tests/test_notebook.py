@@ -9,8 +9,7 @@ from pathlib import Path
 import matplotlib.figure
 import pytest
 
-pytestmark = pytest.mark.slow
-pytestmark = pytest.mark.extra("reports")
+pytestmark = [pytest.mark.slow, pytest.mark.extra("reports")]
 NOTEBOOKS = Path(__file__).parent / "notebooks"
 NOTEBOOK = NOTEBOOKS / "first_steps.ipynb"
 EXECUTED = ("identify_and_diagnose", "design_a_plate")

@@ -92,14 +92,13 @@ def down(x: float, y: float, z: float) -> np.ndarray:
     return se3.pose(se3.rpy_to_matrix(np.array([np.pi, 0.0, 0.0])), np.array([x, y, z]))
 
 
-@pytest.mark.parametrize("count", [30, pytest.param(100, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("name", "seed"),
     [("aria", None), ("aria", 1), ("ur5", None), ("ur5", 1), ("katana450", None), ("katana450", 1)],
 )
-def test_all_branches_are_found(name, seed, count):
+def test_all_branches_are_found(name, seed):
     robot = load_robot(name) if seed is None else perturbed(load_robot(name), seed)
-    _, targets = random_targets(robot, count, 11)
+    _, targets = random_targets(robot, 30, 11)
     limits = UNLIMITED[: robot.dof]
     results = inverse.solve_many(robot, targets, limits=limits)
     rng = np.random.default_rng(3)
@@ -109,7 +108,7 @@ def test_all_branches_are_found(name, seed, count):
         expected = oracle(robot, target, 150, rng)
         there += len(expected)
         found += sum(wrapped(ours - q).max(1).min() < 2e-3 for q in expected)
-    assert there > 3 * count
+    assert there > 90
     assert found >= 0.999 * there, f"{found} of {there} branches"
 
 

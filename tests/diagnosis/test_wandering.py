@@ -36,18 +36,14 @@ def test_a_drive_that_winds_up_has_no_events(seed, arm):
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(
-    ("arm", "joint", "step", "row"),
-    [("ur5", 2, 1e-3, 100), pytest.param("iiwa14", 3, 1.5e-3, 90, marks=pytest.mark.slow)],
-)
-def test_a_step_hidden_in_measured_rows_is_certain_though_other_events_are_doubted(arm, joint, step, row):
+def test_a_step_hidden_in_measured_rows_is_certain_though_other_events_are_doubted():
     """All events were dropped where one of them was doubtful."""
-    robot, data = load(SHARED, arm)
-    data = data.take(np.arange(min(len(data), 200)))
+    robot, data = load(SHARED, "ur5")
+    data = data.take(np.arange(200))
     q = np.array(data.q)
-    q[row:, joint] -= step
+    q[100:, 2] -= 1e-3
     found = diagnose(robot, replace(data, q=q, direction=None), held_out=0.2)
     (zero,) = (c for c in found.causes if c.kind == "zero-step")
-    assert zero.joints == (joint,)
-    assert abs(zero.row - row) <= 2
+    assert zero.joints == (2,)
+    assert abs(zero.row - 100) <= 2
     assert zero.confidence is Confidence.CERTAIN

@@ -19,7 +19,6 @@ def found(reproduced_aria):
     return reproduced_aria
 
 
-@pytest.mark.slow
 def test_what_must_agree_agrees(found):
     agree(
         found,
@@ -41,14 +40,12 @@ def test_what_must_agree_agrees(found):
     )
 
 
-@pytest.mark.slow
 def test_what_differs_or_can_not_be_given_is_named(found):
     assert finding(found, "Eq. (2)", "joint 3").verdict is Verdict.FAILS
     assert finding(found, "Eq. (13d)", "alpha").verdict is Verdict.DIFFERS
     assert finding(found, "Fig. 11", "position").verdict is Verdict.NONE
 
 
-@pytest.mark.slow
 def test_without_noise_every_arm_is_found_again(found):
     for comparison in found.exact:
         assert comparison.reached == 1
@@ -57,7 +54,6 @@ def test_without_noise_every_arm_is_found_again(found):
         assert comparison.region[:, 0].min() > 5e-3
 
 
-@pytest.mark.slow
 def test_with_noise_the_ways_of_measuring_part_at_poses_that_were_not_measured(found):
     """One branch for all of Table 2 leaves several times the error of clustering or of mixed branches."""
     _, clustering, one_branch, mixed = (np.median(c.region[:, 1]) for c in found.noisy)
@@ -69,7 +65,6 @@ def test_with_noise_the_ways_of_measuring_part_at_poses_that_were_not_measured(f
         assert len(comparison.example) == len(TITLES)
 
 
-@pytest.mark.slow
 def test_the_page_holds_every_picture_and_finding(found, check_page):
     pictures = check_page("aria", ARIA, found, aria_json(found), "Eq. (3)")
     assert pictures == {
@@ -78,7 +73,6 @@ def test_the_page_holds_every_picture_and_finding(found, check_page):
     }  # fmt: skip
 
 
-@pytest.mark.slow
 def test_the_same_seed_gives_the_same_arms(found):
     acquisition = found.noisy[0].acquisition
     judges = Judges(acquisition.q, acquisition.q)
