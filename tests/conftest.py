@@ -33,8 +33,6 @@ ANY_MACHINE = settings(
 settings.register_profile("explore", ANY_MACHINE)
 settings.register_profile("any machine", ANY_MACHINE, derandomize=True)
 settings.load_profile("any machine")
-# What collection makes stays to the end: to look through it for garbage takes a fifth of its time.
-gc.disable()
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -98,9 +96,8 @@ def has_extra(name: str) -> bool:
 
 
 def pytest_collection_finish() -> None:
-    """Garbage is searched for again, but not in what has been collected."""
+    """What collection made stays to the end: no search for garbage looks through it."""
     gc.freeze()
-    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -1,4 +1,4 @@
-"""Saved arms evaluated by a stranger: plain numpy on the numbers of the file, nothing of the package.
+"""Saved arms evaluated by a stranger: numpy and scipy on the numbers of the file, nothing of the package.
 
     arm = read_arm(Path("calibrated.toml"))      # or .urdf, .xml (MJCF)
     flange, tool = arm(rows)                     # in the arm's own base; in the measuring frame
@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 SCALES = {"rad": 1.0, "deg": np.pi / 180.0, "m": 1.0, "mm": 1e-3, "s": 1.0, "degC": 1.0, "kg": 1.0}
 TURNS = ("rx", "ry", "rz")
@@ -391,30 +392,8 @@ def spline(knots: np.ndarray, heights: np.ndarray, at: np.ndarray, *, periodic: 
     """Cubic spline with continuous second derivatives, periodic over a turn or level at both ends."""
     if periodic:
         knots, heights = np.append(knots, knots[0] + 2 * np.pi), np.append(heights, heights[0])
-        at = knots[0] + np.mod(at - knots[0], 2 * np.pi)
-    else:
-        at = np.clip(at, knots[0], knots[-1])
-    n, h, rise = len(knots), np.diff(knots), np.diff(heights) / np.diff(knots)
-    a, b = np.zeros((n, n)), np.zeros(n)
-    for k in range(1, n - 1):
-        a[k, k - 1 : k + 2] = h[k - 1], 2 * (h[k - 1] + h[k]), h[k]
-        b[k] = 6 * (rise[k] - rise[k - 1])
-    if periodic:
-        a[0, [0, 1, n - 2, n - 1]] = 2 * h[0], h[0], h[-1], 2 * h[-1]
-        b[0] = 6 * (rise[0] - rise[-1])
-        a[-1, [0, -1]] = 1.0, -1.0
-    else:
-        a[0, :2], b[0] = (2 * h[0], h[0]), 6 * rise[0]
-        a[-1, -2:], b[-1] = (h[-1], 2 * h[-1]), -6 * rise[-1]
-    m = np.linalg.solve(a, b)
-    k = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, n - 2)
-    left, right = knots[k + 1] - at, at - knots[k]
-    cubic = (m[k] * left**3 + m[k + 1] * right**3) / (6 * h[k])
-    return (
-        cubic
-        + (heights[k] / h[k] - m[k] * h[k] / 6) * left
-        + (heights[k + 1] / h[k] - m[k + 1] * h[k] / 6) * right
-    )
+        return CubicSpline(knots, heights, bc_type="periodic")(at)
+    return CubicSpline(knots, heights, bc_type="clamped")(np.clip(at, knots[0], knots[-1]))
 
 
 def _local(arm: TomlArm, effect: dict, rows: Rows, moments: Any) -> Shift:
@@ -426,22 +405,18 @@ def _local(arm: TomlArm, effect: dict, rows: Rows, moments: Any) -> Shift:
     return {_driven(arm, joint): value}
 
 
-def _tilted(arm: TomlArm, effect: dict, moments: np.ndarray, *, direction: bool) -> Shift:
-    out = {}
+def _tipped(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shift:
+    """Across the joint, by the moment or in its direction alone; behind an extension, by its length."""
+    out, extends = {}, effect["name"].startswith("extension")
     for j, c in zip(_joints(effect), effect["coefficients"], strict=True):
         load = moments[:, j, [3 + axis for axis in _across(arm, j)]]
-        if direction:
+        if "clearance" in effect["name"]:
             load = load / np.maximum(np.linalg.norm(load, axis=1, keepdims=True), 1e-300)
-        out |= {f"tilt{j}.{axis}": -c * load[:, k] for k, axis in enumerate(_across(arm, j))}
+        if extends:
+            load = load * (rows.q[:, [j]] - effect.get("retracted", 0.0))
+        where = "bend" if extends else "tilt"
+        out |= {f"{where}{j}.{axis}": -c * load[:, k] for k, axis in enumerate(_across(arm, j))}
     return out
-
-
-def _bearing(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shift:
-    return _tilted(arm, effect, moments, direction=False)
-
-
-def _clearance(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shift:
-    return _tilted(arm, effect, moments, direction=True)
 
 
 def _flexure(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shift:
@@ -453,17 +428,6 @@ def _flexure(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shi
         along = (np.cos(v) * x + np.sin(v) * y, np.cos(v) * y - np.sin(v) * x)
         sizes = zip(_across(arm, j), (c1, c2), along, strict=True)
         out |= {f"bend{j}.{axis}": -c * load for axis, c, load in sizes}
-    return out
-
-
-def _extended(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shift:
-    out = {}
-    for j, c in zip(_joints(effect), effect["coefficients"], strict=True):
-        load = moments[:, j, [3 + axis for axis in _across(arm, j)]]
-        if effect["name"] == "extension-clearance":
-            load = load / np.maximum(np.linalg.norm(load, axis=1, keepdims=True), 1e-300)
-        load = load * (rows.q[:, [j]] - effect.get("retracted", 0.0))
-        out |= {f"bend{j}.{axis}": -c * load[:, k] for k, axis in enumerate(_across(arm, j))}
     return out
 
 
@@ -499,13 +463,13 @@ LAWS: dict[str, Callable[[TomlArm, dict, Rows, Any], Shift]] = {
     "joint-coupling": _coupling,
     "joint-harmonic": _harmonic,
     "local-joint-error": _local,
-    "bearing-compliance": _bearing,
-    "clearance-tilt": _clearance,
+    "bearing-compliance": _tipped,
+    "clearance-tilt": _tipped,
     "gravity-sag": _sag,
     "link-flexure": _flexure,
     "uneven-compliance": _uneven,
-    "extension-compliance": _extended,
-    "extension-clearance": _extended,
+    "extension-compliance": _tipped,
+    "extension-clearance": _tipped,
 }
 
 
