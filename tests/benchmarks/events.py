@@ -12,13 +12,11 @@ cause. Arms whose rows can't show what happened, by linear theory beside all con
 seeds must change nothing in the program.
 """
 
-import argparse
-import multiprocessing
 import os
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,12 +25,12 @@ TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
 import numpy as np
-from arms import SIGMA, robot_of, seeds_of, states
+from arms import SIGMA, robot_of, states
 from decide import DISTINGUISHABLE, Sight
 from draws import draw
 from generator import four, move, rotation
 from laws import poses as deflected_poses
-from ledger import Ledger
+from ledger import Ledger, run_options
 from morphologies import MORPHOLOGIES
 
 from workbench.base.errors import DataError
@@ -275,36 +273,14 @@ def _near(true: int | None, found: int) -> bool:
     return true is None or abs(true - found) <= NEAR
 
 
-def options(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cases", default=",".join(CASES), help="cases, commas between")
-    parser.add_argument("--arms", type=int, default=10, help="arms a case, one a seed")
-    parser.add_argument(
-        "--seeds", default="tuning", help="tuning, judging, or the first one and the end: 5:8"
-    )
-    parser.add_argument("--jobs", type=int, default=1, help="processes")
-    parser.add_argument("--json", type=Path, help="keep every judged arm in this file, and go on from it")
-    parser.add_argument("--wrong", action="store_true", help="list what was missed or falsely named")
-    parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
-    given = parser.parse_args(arguments)
-    given.cases = given.cases.split(",")
-    if strange := set(given.cases) - set(CASES):
-        parser.error(f"--cases doesn't know {', '.join(sorted(strange))}; choose from {', '.join(CASES)}")
-    given.seeds = seeds_of(given.seeds, given.arms)
-    return given
-
-
 def main(arguments=None):
-    given = options(arguments)
+    given = run_options(__doc__.splitlines()[0], "cases", CASES, arms=10, arguments=arguments)
     ledger = Ledger(given.json, "events")
-    wanted = [(name, seed) for seed in given.seeds for name in given.cases]
-    new = [w for w in wanted if "{} {}".format(*w) not in ledger]
-    with ProcessPoolExecutor(given.jobs, multiprocessing.get_context("spawn")) as pool:
-        futures = {pool.submit(judge, *w): w for w in new}
-        for future in as_completed(futures):
-            ledger.add("{} {}".format(*futures[future]), future.result())
+    for seed, name in product(given.seeds, given.kinds):
+        if (key := f"{name} {seed}") not in ledger:
+            ledger.add(key, judge(name, seed))
     held = True
-    for name in given.cases:
+    for name in given.kinds:
         found = [ledger.records[f"{name} {seed}"] for seed in given.seeds]
         shown = [f for f in found if f["shown"]]
         right, false = sum(f["right"] for f in shown), sum(bool(f["false"]) for f in found)

@@ -11,7 +11,6 @@ within `NEAR`, a gravity that stands otherwise if the saved one is twice as near
 Results on judging seeds must change nothing in the program.
 """
 
-import argparse
 import os
 import sys
 import tempfile
@@ -26,14 +25,14 @@ sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
 import lift
 import numpy as np
-from arms import UnseenError, seeds_of
+from arms import UnseenError
 from calibration import bins, expected_error
 from cases import CASES, Case, Named
 from claims import Claim, claims
 from conditions import CONDITIONS, Conditions, under
 from generator import four, rotation
 from judge import false_names
-from ledger import Ledger
+from ledger import Ledger, run_options
 from morphologies import MORPHOLOGIES
 from scipy.stats import beta
 
@@ -253,33 +252,15 @@ def upper(count: int, whole: int) -> float:
     return 1.0 if count >= whole else float(beta.ppf(0.95, count + 1, whole - count))
 
 
-def options(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--gaps", default=",".join(GAPS), help="gaps, commas between; one a seed, in turn")
-    parser.add_argument("--arms", type=int, default=32, help="arms in all, one a seed")
-    parser.add_argument(
-        "--seeds", default="tuning", help="tuning, judging, or the first one and the end: 5:8"
-    )
-    parser.add_argument("--json", type=Path, help="keep every judged arm in this file, and go on from it")
-    parser.add_argument("--wrong", action="store_true", help="list false claims")
-    parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
-    given = parser.parse_args(arguments)
-    given.gaps = given.gaps.split(",")
-    if strange := set(given.gaps) - set(GAPS):
-        parser.error(f"--gaps doesn't know {', '.join(sorted(strange))}; choose from {', '.join(GAPS)}")
-    given.seeds = seeds_of(given.seeds, given.arms)
-    return given
-
-
 def main(arguments=None):
-    given = options(arguments)
+    given = run_options(__doc__.splitlines()[0], "gaps", GAPS, arms=32, arguments=arguments)
     ledger = Ledger(given.json, "incomplete")
-    wanted = [(given.gaps[seed % len(given.gaps)], seed) for seed in given.seeds]
+    wanted = [(given.kinds[seed % len(given.kinds)], seed) for seed in given.seeds]
     for gap, seed in wanted:
         if f"{gap} {seed}" not in ledger:
             ledger.add(f"{gap} {seed}", judge(gap, seed))
     records = {(gap, seed): ledger.records[f"{gap} {seed}"] for gap, seed in wanted}
-    for name in (*given.gaps, "all"):
+    for name in (*given.kinds, "all"):
         found = [r for (gap, _), r in records.items() if name in (gap, "all")]
         certain = [any(c[1] == "certain" and not c[3] for c in r["claims"]) for r in found]
         probable = sum(any(c[1] == "probable" and not c[3] for c in r["claims"]) for r in found)
