@@ -14,17 +14,21 @@ from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
 from workbench.data.readers import read_measurements
 from workbench.data.simulation.instruments import instrument_named
-from workbench.extras.live.acquisition import ArmState, PoseSource, StandstillDetector
+from workbench.extras.live.acquisition import Acquisition, PoseSource, plate_targets
 from workbench.extras.live.connection import connect, first_listener, send_samples
-from workbench.extras.live.driven_plate import drive_plate
-from workbench.extras.live.driver import DrivePace, drive
-from workbench.extras.live.guided_measurement import capture, plate_acquisition
+from workbench.extras.live.driver import DrivePace, drive, drive_plate
+from workbench.extras.live.guided_measurement import capture
 from workbench.extras.live.sample import Sample, format_sample, parse_sample
+from workbench.extras.live.standstill import ArmState
 from workbench.plate.plate_toml import load_plate
 from workbench.session.start import start
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")
 QUICK = DrivePace(rate=20.0, dwell=0.8)
+
+
+def acquired(plate=PLATE, **options):
+    return Acquisition(plate_targets(ARM, plate), robot=ARM, **options)
 
 
 @cache
@@ -53,11 +57,11 @@ def fed(acquisition, samples):
 
 
 def stored(acquisition):
-    return [i for i, sample in enumerate(acquisition.capture.taken) if sample is not None]
+    return [i for i, sample in enumerate(acquisition.taken) if sample is not None]
 
 
 def test_a_measured_pose_is_stored_with_its_joints():
-    acquisition = plate_acquisition(ARM, PLATE, session="front")
+    acquisition = acquired(session="front")
     fed(acquisition, still(0, start=0.0))
     assert acquisition.arm_state is ArmState.STILL
     assert acquisition.store().changed
@@ -65,13 +69,13 @@ def test_a_measured_pose_is_stored_with_its_joints():
     assert data.session.tolist() == ["front"]
     np.testing.assert_allclose(data.position[0], tool_poses(ARM, Motion(data.q))[0, :3, 3])
     assert acquisition.source is PoseSource.MEASURED
-    assert acquisition.capture.current == 1
+    assert acquisition.current == 1
 
 
 def test_without_a_pose_the_target_s_own_is_stored():
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     fed(acquisition, still(0, start=0.0, pose=False))
-    assert not acquisition.status().measured
+    assert not acquisition.status().is_measured
     acquisition.store()
     np.testing.assert_array_equal(acquisition.dataset(source="x").position[0], PLATE.targets[0].xyz)
     assert acquisition.source is PoseSource.REFERENCE
@@ -80,15 +84,22 @@ def test_without_a_pose_the_target_s_own_is_stored():
     np.testing.assert_array_equal(acquisition.dataset(source="x").position[1], PLATE.targets[1].xyz)
 
 
-def test_an_instrument_that_has_lost_the_tool_stores_nothing():
-    acquisition = plate_acquisition(ARM, PLATE)
+def test_a_lost_tool_is_not_stored_and_orientations_that_some_rows_lack_are_left_out():
+    acquisition = acquired()
     fed(acquisition, still(0, start=0.0))
-    fed(acquisition, still(0, start=2.0, pose=False))
+    acquisition.store()
+    fed(acquisition, still(1, start=2.0, pose=False))
     assert not acquisition.store().changed
+    for sample in still(1, start=4.0):
+        acquisition.update(replace(sample, rotation=None))
+    assert acquisition.store().changed
+    data = acquisition.dataset(source="x")
+    assert data.rotation is None
+    assert any("2 of 10" in note for note in data.notes)
 
 
 def test_nothing_is_stored_while_the_arm_moves_unless_forced():
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     assert not acquisition.store().changed  # no sample yet
     moving = [
         replace(sample, q=sample.q + 0.01 * i) for i, sample in enumerate(still(0, start=0.0, flag=True))
@@ -98,7 +109,6 @@ def test_nothing_is_stored_while_the_arm_moves_unless_forced():
     assert acquisition.arm_state is ArmState.MOVING
     assert not acquisition.store().changed
     assert acquisition.store(force=True).changed
-    assert plate_acquisition(ARM, PLATE, forced=True).update(moving[-1]).changed
 
 
 def elsewhere(acquisition, k, *, start, **options):
@@ -109,7 +119,7 @@ def elsewhere(acquisition, k, *, start, **options):
 @pytest.mark.parametrize("pose", [True, False])
 def test_a_row_is_not_booked_for_a_target_where_the_tool_is_not(pose):
     """An arm that stood at target 4 was booked as target 1, and the whole series was shifted by three."""
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     refused = elsewhere(acquisition, 3, start=0.0, pose=pose)
     assert not refused.changed
     assert "target 1" in refused.message
@@ -120,7 +130,7 @@ def test_a_row_is_not_booked_for_a_target_where_the_tool_is_not(pose):
     assert f"{1e3 * far:.1f} mm" in place.text
     assert not acquisition.store().changed
     assert acquisition.store_as(3).changed
-    assert acquisition.capture.current == 4
+    assert acquisition.current == 4
     assert [elsewhere(acquisition, k, start=10.0 * k, pose=pose).changed for k in (4, 5)] == [True, True]
     assert stored(acquisition) == [3, 4, 5]
     names = acquisition.dataset(source="x").group.tolist()
@@ -129,19 +139,19 @@ def test_a_row_is_not_booked_for_a_target_where_the_tool_is_not(pose):
 
 @pytest.mark.parametrize("pose", [True, False])
 def test_at_no_target_nothing_is_stored_unless_told_so(pose):
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     fed(acquisition, still(0, start=0.0, q=postures()[0] + 0.3, pose=pose))
     place = acquisition.status().place
     assert (place.is_known, place.looks_like) == (False, None)
     assert not acquisition.store().changed
     assert not acquisition.store_as(3).changed
-    assert acquisition.capture.current == 0
+    assert acquisition.current == 0
     assert acquisition.store(anywhere=True).changed
 
 
 @pytest.mark.parametrize(("millimetres", "degrees", "known"), [(29, 0, True), (31, 0, False), (0, 6, False)])
 def test_a_tool_is_at_its_target_within_30_mm_and_5_degrees(millimetres, degrees, known):
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     pose = np.array(PLATE.targets[0].pose)
     turn = se3.rotvec_to_matrix(np.array([0.0, 0.0, np.deg2rad(degrees)]))
     place = pose[:3, 3] + [1e-3 * millimetres, 0.0, 0.0]
@@ -153,7 +163,7 @@ def test_a_tool_is_at_its_target_within_30_mm_and_5_degrees(millimetres, degrees
 
 def test_an_instrument_in_a_frame_of_its_own_is_no_reason_to_refuse():
     """A tracker that stands anywhere measures no pose near a target; the joints tell where the arm is."""
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     away = np.array([2.0, -1.0, 0.5])
     for k in (0, 1, 3):
         for sample in still(k, start=10.0 * k):
@@ -165,7 +175,7 @@ def test_an_instrument_in_a_frame_of_its_own_is_no_reason_to_refuse():
 
 
 def test_an_arm_that_has_not_moved_on_is_no_next_target():
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     fed(acquisition, still(0, start=0.0, flag=True))
     fed(acquisition, still(0, start=2.0, flag=True))
     assert stored(acquisition) == [0]
@@ -174,14 +184,14 @@ def test_an_arm_that_has_not_moved_on_is_no_next_target():
 
 
 def test_samples_that_come_seldom_are_stored_when_asked():
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     sparse = [next(still(k, start=float(k), flag=True, count=1)) for k in range(3)]
     assert [event.changed for event in fed(acquisition, sparse)] == [True] * 3
     assert acquisition.arm_state is ArmState.UNKNOWN
 
 
 def test_rows_are_taken_again_and_targets_passed_over():
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     for k in range(3):
         fed(acquisition, still(k, start=10.0 * k, flag=True))
     acquisition.step(2)
@@ -190,25 +200,25 @@ def test_rows_are_taken_again_and_targets_passed_over():
     acquisition.again()
     acquisition.again()
     assert stored(acquisition) == [0, 1]
-    assert acquisition.capture.current == 2
+    assert acquisition.current == 2
     acquisition.step(-3)
-    assert acquisition.capture.current == len(PLATE) - 1
+    assert acquisition.current == len(PLATE) - 1
     acquisition.step(1)
     acquisition.again()
     assert stored(acquisition) == [1]
-    assert acquisition.capture.current == 0
+    assert acquisition.current == 0
 
 
 def test_a_full_capture_is_not_overwritten_by_one_key_too_many():
-    acquisition = plate_acquisition(ARM, replace(PLATE, targets=PLATE.targets[:1]))
+    acquisition = acquired(replace(PLATE, targets=PLATE.targets[:1]))
     fed(acquisition, still(0, start=0.0, flag=True))
-    assert acquisition.capture.done
+    assert acquisition.is_done
     assert not acquisition.store(force=True).changed
 
 
 def test_the_status_tells_the_deviation_per_axis():
-    acquisition = plate_acquisition(ARM, PLATE)
-    assert acquisition.status().pose is None
+    acquisition = acquired()
+    assert acquisition.status().position is None
     off = se3.pose(se3.rotvec_to_matrix(np.array([0.0, 0.02, 0.0])), np.array([1e-3, 0.0, -2e-3]))
     pose = np.array(PLATE.targets[0].pose)
     acquisition.update(
@@ -219,11 +229,11 @@ def test_the_status_tells_the_deviation_per_axis():
     status = acquisition.status()
     np.testing.assert_allclose(status.position, [1e-3, 0.0, -2e-3], atol=1e-12)
     np.testing.assert_allclose(status.rotation, [0.0, 0.02, 0.0], atol=1e-12)
-    assert status.measured
+    assert status.is_measured
 
 
 def test_a_fast_stream_is_thinned_for_the_judgement_only():
-    acquisition = plate_acquisition(ARM, PLATE, detector=StandstillDetector(window=0.5))
+    acquisition = acquired()
     sample = next(still(1, start=0.0))
     for i in range(1000):
         acquisition.update(replace(sample, time=i / 1000.0))
@@ -242,8 +252,8 @@ def test_a_driven_arm_fills_the_file_and_bad_lines_do_no_harm(tmp_path):
     message = []
     out = tmp_path / "d.csv"
     out.write_text("older")
-    done = capture(plate_acquisition(ARM, PLATE), ARM, text, out, say=message.append)
-    assert done.complete
+    done = capture(acquired(), ARM, text, out, say=message.append)
+    assert done.is_complete
     assert (tmp_path / "d.1.csv").read_text() == "older"
     data = read_measurements(out, joints=6)
     predicted = tool_poses(hidden, Motion(data.q))
@@ -255,7 +265,7 @@ def test_a_driven_arm_fills_the_file_and_bad_lines_do_no_harm(tmp_path):
 def test_a_seated_arm_gets_the_plate_s_poses(tmp_path):
     _, samples = drive_plate(ARM, PLATE, branch="auto", pace=QUICK, instrument="plate", seed=3)
     out = tmp_path / "d.csv"
-    capture(plate_acquisition(ARM, PLATE), ARM, lines(samples), out)
+    capture(acquired(), ARM, lines(samples), out)
     np.testing.assert_allclose(read_measurements(out, joints=6).position, PLATE.poses[:, :3, 3])
 
 
@@ -271,7 +281,7 @@ def test_the_file_is_whole_after_every_row(tmp_path):
     _, samples = drive_plate(ARM, PLATE, branch="auto", pace=QUICK)
     counts = []
     capture(
-        plate_acquisition(ARM, PLATE),
+        acquired(),
         ARM,
         watched(lines(samples)),
         out,
@@ -284,14 +294,14 @@ def test_the_file_is_whole_after_every_row(tmp_path):
 def test_keys_store_take_again_and_end(tmp_path):
     """Keys are given by a source of lines that waits for nobody: one thread stands for both."""
     requested = iter("\nrq")
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     fed(acquisition, still(0, start=0.0))
     with pytest.raises(DataError):
         capture(acquisition, ARM, _endless(), tmp_path / "d.csv", keys=requested)
     assert not list(tmp_path.iterdir())  # the only row was dropped, and its file with it
     done = capture(acquisition, ARM, _endless(), tmp_path / "d.csv", keys=iter("f q"))
-    assert done.by_hand
-    assert not done.complete
+    assert done.is_by_hand
+    assert not done.is_complete
     assert len(done.data) == 1
 
 
@@ -313,7 +323,7 @@ def _endless():
 )
 def test_a_source_that_gives_nothing_leaves_no_file(tmp_path, text, error):
     with pytest.raises(error):
-        capture(plate_acquisition(ARM, PLATE), ARM, text.splitlines(True), tmp_path / "d.csv")
+        capture(acquired(), ARM, text.splitlines(True), tmp_path / "d.csv")
     assert not list(tmp_path.iterdir())
 
 

@@ -9,12 +9,16 @@ from rich.console import Console
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
+from workbench.extras.live.acquisition import Acquisition, plate_targets
 from workbench.extras.live.display import live_view, render
-from workbench.extras.live.guided_measurement import plate_acquisition
 from workbench.extras.live.sample import Sample
 from workbench.plate.plate_toml import load_plate
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")
+
+
+def acquired():
+    return Acquisition(plate_targets(ARM, PLATE), robot=ARM)
 
 
 def shown(acquisition) -> str:
@@ -25,7 +29,7 @@ def shown(acquisition) -> str:
 
 @pytest.mark.parametrize("sees", ["nothing", "points", "poses"])
 def test_it_fits_into_80_columns(sees):
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     text = shown(acquisition)
     assert "waiting for the first sample" in text
     pose = tool_poses(ARM, Motion(np.full((1, 6), -3.1)))[0]
@@ -36,15 +40,15 @@ def test_it_fits_into_80_columns(sees):
     assert acquisition.store(anywhere=True).changed
     text = shown(acquisition)
     assert "target 2 of 10" in text
-    assert ("by model" in text) == (sees == "nothing")
-    assert ("angle off" in text) == (sees != "points")
+    assert ("measured" in text) == (sees != "nothing")
+    assert ("°" in text) == (sees != "points")
     lines = text.splitlines()
     assert max(len(line) for line in lines) <= 80
     assert len(lines) <= 10
 
 
 def test_a_silent_source_is_said():
-    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition = acquired()
     acquisition.silence = 3.2
     assert "silent for 3 s" in shown(acquisition)
 
@@ -52,5 +56,5 @@ def test_a_silent_source_is_said():
 def test_the_live_view_draws():
     console = Console(file=StringIO(), width=80, force_terminal=True)
     with live_view(console) as show:
-        show(plate_acquisition(ARM, PLATE).status())
+        show(acquired().status())
     assert "target 1" in console.file.getvalue()

@@ -78,10 +78,6 @@ REFUSED = {
         ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--from", "listen:0.0.0.0:0"],
         ["0.0.0.0"],
     ),
-    "window without unit": (
-        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--still-window", "1"],
-        ["1", "unit"],
-    ),
     "unwritable capture": (
         ["capture", "--robot", "aria", "--plate", "table2", "--out", "/proc/nowhere/d.csv"],
         ["/proc/nowhere/d.csv"],

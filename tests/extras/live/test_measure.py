@@ -91,12 +91,10 @@ def test_a_moving_arm_is_not_stored_nor_the_same_place_twice(do, begun):
 def test_the_last_row_is_taken_again_and_a_target_left_for_later(do, begun):
     for k in range(2):
         do(*samples(begun, begun.virtual.postures[k], begin=10.0 * k), StoreRow())
-    capture = do(TakeAgain()).part(Measuring).acquisition.capture
-    assert (capture.current, capture.remaining) == (1, len(begun.numbers) - 1)
-    capture = do(NextWanted(), *samples(begun, begun.virtual.postures[2], begin=30.0), StoreRow()).part(
-        Measuring
-    )
-    assert [row is not None for row in capture.acquisition.capture.taken[:3]] == [True, False, True]
+    acquisition = do(TakeAgain()).part(Measuring).acquisition
+    assert (acquisition.current, acquisition.rows) == (1, 1)
+    session = do(NextWanted(), *samples(begun, begun.virtual.postures[2], begin=30.0), StoreRow())
+    assert [row is not None for row in session.part(Measuring).acquisition.taken[:3]] == [True, False, True]
     kept = do(UseRows()).measurements.loaded.dataset
     assert kept.row.tolist() == [0, 2]
 
@@ -110,7 +108,7 @@ def test_a_row_is_kept_for_the_target_at_which_the_arm_stands(do, begun):
     assert do(StoreRow(target=99)).part(Measuring).acquisition.rows == 0
     assert do(StoreRow(target=3)).part(Measuring).target == 4
     session = do(*samples(begun, begun.virtual.postures[4], begin=10.0), StoreRow())
-    taken = session.part(Measuring).acquisition.capture.taken
+    taken = session.part(Measuring).acquisition.taken
     assert [i for i, row in enumerate(taken) if row is not None] == [3, 4]
     session = do(*samples(begun, begun.virtual.postures[2], begin=20.0), StoreRow(anywhere=True), UseRows())
     assert session.measurements.loaded.dataset.group.tolist() == ["target 4", "target 5", "target 6"]

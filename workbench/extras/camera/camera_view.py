@@ -10,8 +10,6 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -19,6 +17,7 @@ from workbench.base.types import Matrix4
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 from workbench.extras.camera.camera import INTRINSICS, Mount
+from workbench.extras.camera.model_selection import by_frames, columns
 from workbench.extras.camera.observation import POSE, PixelObservation, Placed
 from workbench.extras.camera.rig import PictureReadings
 from workbench.extras.camera.session_commands import Previews
@@ -73,36 +72,35 @@ def camera_views(session: Session) -> tuple[CameraView, ...]:
     data, readings = loaded.dataset, loaded.dataset.readings
     rig, previews = readings.rig, session.part(Previews)
     fit = None if session.results.run is None else session.results.run.fit
-    robot = session.robot if fit is None else fit.calibrated
-    values = _values(robot, data, fit)
+    robot = (session.robot if fit is None else fit.calibrated).in_session(data.sessions[0])
+    values = _values(session.robot if fit is None else fit.calibrated, data, fit)
     row = _row(session, data)
     q = drawn_joints(session) if row is None else data.q[row]
     observation = PixelObservation.of(data.take(np.array([0 if row is None else row])))
-    tool = robot.in_session(data.sessions[0]).predict(q[None])
+    tool = robot.predict(q[None])
     nowhere = replace(observation, measured=np.zeros_like(observation.measured))
     unknown = np.array([values.get(name, np.nan) for name in nowhere.unknowns])
-    eyes, plates = nowhere.placements
     predicted = -nowhere.linearise(tool, unknown).residual.reshape(observation.measured.shape)[0]
-    to_base = se3.inverse(robot.in_session(data.sessions[0]).base.pose)
+    eyes, plates = nowhere.placements
+    to_base = se3.inverse(robot.base.pose)
     carriers = {Mount.WORLD: to_base, Mount.TOOL: to_base @ tool[0]}
-    boards = [
-        (carriers[rig.mounted] @ _placed(values, plate.owner), target)
-        for plate, target in zip(plates, rig.targets, strict=True)
-    ]
-    points = np.concatenate([se3.apply(pose[None], target.points[None])[0] for pose, target in boards])
+    boards = zip(plates, rig.targets, strict=True)
+    carrier = carriers[rig.mounted]
+    placed = (se3.apply(carrier @ _placed(values, plate.owner), board.points) for plate, board in boards)
+    points = np.concatenate([*placed])
+    image = "" if row is None else str(readings.image[row])
     views = []
     for c, camera in enumerate(rig.cameras):
         pose = carriers[camera.mounted] @ _placed(values, eyes[c].owner)
-        pairs = zip(INTRINSICS, camera.intrinsics.tolist(), strict=True)
-        own = np.array([values.get(f"{camera.owner}.{k}", v) for k, v in pairs])
-        before = se3.apply(se3.inverse(pose)[None], points[None])[0, :, 2] > 0.0
-        image = "" if row is None else str(readings.image[row])
+        before = se3.apply(se3.inverse(pose), points)[:, 2] > 0.0
         views.append(
             CameraView(
                 name=camera.name,
                 size=camera.size,
                 pose=pose,
-                focal=own[:2],
+                focal=np.array(
+                    [values.get(f"{camera.owner}.{INTRINSICS[k]}", camera.intrinsics[k]) for k in (0, 1)]
+                ),
                 target=points,
                 predicted=np.where(before[:, None], predicted[c], np.nan),
                 measured=np.full_like(predicted[c], np.nan) if row is None else observation.measured[0, c],
@@ -122,11 +120,12 @@ def tool_covariance(session: Session) -> Float[np.ndarray, "3 3"] | None:
     if found is None or run is None or found.identifiability is None or found.identifiability.refused:
         return None
     fit = run.fit
-    names, share = _frames_aside(fit)
+    names, robot, share = _frames_aside(fit)
     places = [fit.problem.names.index(name) for name in names]
-    left = _columns(fit, Motion(drawn_joints(session)[None]), names) @ share
+    mine, frames = columns(robot, Motion(drawn_joints(session)[None]), names)
+    left = (mine - frames @ share)[0, :3]
     covariance = left @ fit.covariance[np.ix_(places, places)] @ left.T
-    turn = fit.calibrated.in_session(fit.problem.data.sessions[0]).base.pose[:3, :3]
+    turn = robot.base.pose[:3, :3]
     return turn.T @ covariance @ turn
 
 
@@ -167,17 +166,10 @@ def _row(session: Session, data: Dataset) -> int | None:
 
 
 @lru_cache(maxsize=4)
-def _frames_aside(fit: Fit) -> tuple[tuple[str, ...], Float[np.ndarray, "columns k"]]:
-    """The arm's constants, and what takes their columns less what frames do at the measured poses."""
+def _frames_aside(fit: Fit) -> tuple[tuple[str, ...], Robot, Float[np.ndarray, "f k"]]:
+    """The arm's constants, the arm, and what frames do of what these constants do at the measured poses."""
     names = tuple(p.name for p in fit.problem.parameters if p.is_geometry)
-    flat = _columns(fit, Motion.of(fit.problem.data), names)
-    mine, frame = flat[:, : len(names)], flat[:, len(names) :]
-    return names, np.vstack([np.eye(len(names)), -np.linalg.lstsq(frame, mine, rcond=1e-10)[0]])
-
-
-def _columns(fit: Fit, motion: Motion, names: tuple[str, ...]) -> Float[np.ndarray, "components columns"]:
-    frames = tuple(f"{kind}.{part}" for kind in ("base", "tool") for part in FRAME_PARTS)
     robot = fit.calibrated.in_session(fit.problem.data.sessions[0])
-    return identification_jacobian(robot, motion, (*names, *frames))[1][:, :3].reshape(
-        -1, len(names) + len(frames)
-    )
+    both = columns(robot, Motion.of(fit.problem.data), names)
+    mine, frames = (each[:, :3].reshape(-1, each.shape[2]) for each in both)
+    return names, robot, by_frames(mine, frames)

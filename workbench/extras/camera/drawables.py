@@ -1,7 +1,6 @@
 """Cameras: the frustum of each, the target in front of it, and the uncertainty of the tool."""
 
 from collections.abc import Iterator
-from functools import lru_cache
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from workbench.extras.camera.camera_view import camera_views, tool_covariance
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import CALIBRATED, FITTED, MARK
-from workbench.views.appearance.shapes import Solid, ball
+from workbench.views.appearance.shapes import Solid, ball, box
 from workbench.views.drawables.drawable import Label, Line, Mesh
 from workbench.views.drawables.sink import Item
 
@@ -57,25 +56,19 @@ def _frustum(pose: np.ndarray, frame: np.ndarray) -> Line:
 
 
 def _target(points: np.ndarray) -> Mesh:
-    """A small octahedron at every point: as one solid, since clicks on points mean rows."""
-    tips = CORNER * np.vstack([np.eye(3), -np.eye(3)])
-    faces = [
-        [a, b, c] if (a < 3) ^ (b < 3) ^ (c < 3) else [a, c, b]
-        for a in (0, 3)
-        for b in (1, 4)
-        for c in (2, 5)
-    ]
-    many = np.array(faces)[None] + len(tips) * np.arange(len(points))[:, None, None]
-    return Mesh(
-        solid=Solid((points[:, None] + tips).reshape(-1, 3), many.reshape(-1, 3)), colour=FITTED, flat=True
-    )
+    """A small cube at every point: as one solid, since clicks on points mean rows."""
+    unit = box(np.full(3, 2.0 * CORNER))
+    faces = unit.faces[None] + len(unit.vertices) * np.arange(len(points))[:, None, None]
+    solid = Solid((points[:, None] + unit.vertices).reshape(-1, 3), faces.reshape(-1, 3))
+    return Mesh(solid=solid, colour=FITTED, flat=True)
 
 
 def _ellipsoid(covariance: np.ndarray, place: np.ndarray, times: float) -> Mesh:
     size, axes = np.linalg.eigh(covariance)
     half = np.maximum(2.796 * times * np.sqrt(np.maximum(size, 0.0)), 5e-4)
     axes = axes if np.linalg.det(axes) > 0.0 else -axes
-    solid = Solid(_unit().vertices @ (axes * half).T, _unit().faces)
+    unit = ball(1.0, np.zeros(3))
+    solid = Solid(unit.vertices @ (axes * half).T, unit.faces)
     return Mesh(solid=solid, colour=CALIBRATED, opacity=0.45, pose=se3.pose(np.eye(3), place))
 
 
@@ -87,8 +80,3 @@ def _round_factor(maximum: float) -> float:
     """The largest 1, 2, 5, 10 … up to this."""
     digit = 10.0 ** np.floor(np.log10(max(maximum, 1.0)))
     return float(max(n * digit for n in (1, 2, 5) if n * digit <= max(maximum, 1.0)))
-
-
-@lru_cache(maxsize=1)
-def _unit() -> Solid:
-    return ball(1.0, np.zeros(3))

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from workbench.data.readers.read import read_fields
 from workbench.extras.camera.corner_detection import BoardFinder
 from workbench.extras.camera.folder import TABLES, small_jpeg
 from workbench.extras.camera.opencv import opencv
-from workbench.extras.camera.picture_files import ENDINGS, blur, read_picture
+from workbench.extras.camera.picture_files import ENDINGS, Picture, blur, read_picture
 from workbench.extras.camera.pixel_table import plain_names
 from workbench.extras.camera.session_commands import Capture, Shot, TakeShot
 from workbench.session.commands.messages import Tell
@@ -68,7 +68,7 @@ class PictureWatcher(AbstractView):
         self._stop.set()
 
     def _watch(self, capture: Capture, stop: threading.Event) -> None:
-        camera, is_device = capture.rig.cameras[0], capture.source.startswith(DEVICE)
+        is_device = capture.source.startswith(DEVICE)
         pictures = _device(capture.source, stop) if is_device else self._folder(capture, stop)
         finder: BoardFinder | None = None
         before, sent = np.zeros((0, 2)), np.zeros((0, 2))
@@ -76,8 +76,7 @@ class PictureWatcher(AbstractView):
             for name, picture in pictures:
                 if picture is not None:
                     finder = finder or BoardFinder.of(capture.rig.targets, [picture])
-                    q = self._joints(capture, name)
-                    shot = look_at(name, picture, finder, camera.name, camera.size, q)
+                    shot = self._look_at(name, picture, finder, capture)
                     if is_device:
                         uv = np.array(shot.uv).reshape(-1, 2)
                         shot = replace(shot, still=_shift(uv, before) < STILL and _shift(uv, sent) > MOVED)
@@ -88,6 +87,24 @@ class PictureWatcher(AbstractView):
         except (WorkbenchError, OSError) as error:
             self._worker.submit(Tell(str(error)))
 
+    def _look_at(self, name: str, picture: Picture, finder: BoardFinder, capture: Capture) -> Shot:
+        camera, found = capture.rig.cameras[0], finder.find(picture)
+        reason, size = found.reason, picture.shape[::-1]
+        if size != camera.size:
+            wanted = "{} x {}".format(*camera.size)
+            reason = f"it has {size[0]} x {size[1]} px, camera '{camera.name}' has {wanted}"
+        return Shot(
+            name=name,
+            camera=camera.name,
+            picture=small_jpeg(picture),
+            ids=tuple(found.ids.tolist()),
+            corners=tuple(found.corners.tolist()),
+            uv=tuple((float(u), float(v)) for u, v in found.uv),
+            reason=reason,
+            blur=min(blur(picture), 99.0),
+            q=self._joints(capture, name),
+        )
+
     def _joints(self, capture: Capture, name: str) -> tuple[float, ...] | None:
         session = self._worker.session
         source = session.choices.source
@@ -95,7 +112,7 @@ class PictureWatcher(AbstractView):
             return tuple(session.jogged.tolist())
         return None if capture.source.startswith(DEVICE) else table_joints(Path(capture.source), name)
 
-    def _folder(self, capture: Capture, stop: threading.Event) -> Iterator[tuple[str, Any]]:
+    def _folder(self, capture: Capture, stop: threading.Event) -> Iterator[tuple[str, Picture | None]]:
         """New pictures, and those whose joints have come; None when there is nothing new."""
         folder = Path(capture.source)
         done: dict[Path, tuple[float, float]] = {}
@@ -113,32 +130,6 @@ class PictureWatcher(AbstractView):
                     done[path] = mark
                     yield path.name, picture
             yield "", None
-
-
-def look_at(
-    name: str,
-    picture: Any,
-    finder: BoardFinder,
-    camera: str,
-    size: tuple[int, int],
-    q: tuple[float, ...] | None,
-) -> Shot:
-    found = finder.find(picture)
-    reason = found.reason
-    if picture.shape[::-1] != size:
-        seen = f"{picture.shape[1]} x {picture.shape[0]}"
-        reason = f"it has {seen} px, camera '{camera}' has {size[0]} x {size[1]}"
-    return Shot(
-        name=name,
-        camera=camera,
-        picture=small_jpeg(picture),
-        ids=tuple(found.ids.tolist()),
-        corners=tuple(found.corners.tolist()),
-        uv=tuple((float(u), float(v)) for u, v in found.uv),
-        reason=reason,
-        blur=min(blur(picture), 99.0),
-        q=q,
-    )
 
 
 def table_joints(folder: Path, name: str) -> tuple[float, ...] | None:
@@ -162,7 +153,7 @@ def _shift(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.abs(a - b).max(initial=0.0)) if len(a) == len(b) else np.inf
 
 
-def _device(source: str, stop: threading.Event) -> Iterator[tuple[str, Any]]:
+def _device(source: str, stop: threading.Event) -> Iterator[tuple[str, Picture | None]]:
     """Frames of a camera."""
     cv2 = opencv()
     number = source.removeprefix(DEVICE)

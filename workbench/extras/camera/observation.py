@@ -98,8 +98,10 @@ class PixelObservation(AbstractObservation):
 
     @classmethod
     def own_rows(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        own = data.readings
-        return own.seen.any((1, 2)) if isinstance(own, PictureReadings) else np.zeros(len(data), bool)
+        found = np.zeros(len(data), bool)
+        if isinstance(data.readings, PictureReadings):
+            found |= data.readings.seen.any((1, 2))
+        return found
 
     @classmethod
     def of(cls, data: Dataset) -> "PixelObservation":

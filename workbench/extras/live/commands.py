@@ -19,12 +19,7 @@ def capture(
     plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
     out: Annotated[Path, option("Write the measurements here (.csv), row by row.")],
     source: Annotated[str, option("--from", "- (standard input), HOST:PORT, or listen:HOST:PORT.")] = "-",
-    still_window: Annotated[str, option("Time for which the arm must have been at rest.")] = "0.5s",
-    still_joint: Annotated[str, option("Range of a joint's readings allowed in that time.")] = "0.02deg",
     session: Annotated[str, option("Name of this placement of robot and instrument.")] = "",
-    force: Annotated[
-        bool, option("--force", "Store samples that the source asks for even while the arm moves.")
-    ] = False,
 ) -> None:
     """Guided measurement: move the arm to each target of a plate and store a row by a key or from the source.
 
@@ -35,21 +30,15 @@ def capture(
     """
     from rich.console import Console
 
-    from workbench.extras.live import guided_measurement as acquisition
-    from workbench.extras.live.acquisition import ORIENTATION_STILL, POSITION_STILL, StandstillDetector
+    from workbench.extras.live import guided_measurement
+    from workbench.extras.live.acquisition import Acquisition, plate_targets
 
     arm, fixture = wb.load_robot(robot), wb.load_plate(plate)
-    detector = StandstillDetector(
-        window=opt.duration(still_window),
-        joint=opt.angle(still_joint),
-        position=POSITION_STILL,
-        orientation=ORIENTATION_STILL,
-    )
     opt.check_writable(out)
-    taken = acquisition.plate_acquisition(arm, fixture, session=session, detector=detector, forced=force)
+    taken = Acquisition(plate_targets(arm, fixture), robot=arm, session=session)
     console = Console(stderr=True)
     with lines_of(source) as lines, guided(console) as (keys, draw):
-        done = acquisition.capture(
+        done = guided_measurement.capture(
             taken,
             arm,
             lines,
@@ -60,7 +49,7 @@ def capture(
             source="stdin" if source == "-" else source,
         )
     opt.say(f"{len(done.data)} of {len(fixture)} targets, {taken.source}: {out}")
-    if not done.complete and not done.by_hand:
+    if not done.is_complete and not done.is_by_hand:
         opt.fail(f"the source ended before all targets were measured: {len(done.data)} of {len(fixture)}")
 
 
@@ -74,7 +63,6 @@ def drive(
     ] = "tracker-6d",
     branch: Annotated[str, option("designed, mixed, auto (one branch), or a branch by name.")] = "designed",
     rate: Annotated[float, option("Samples per second.")] = 50.0,
-    dwell: Annotated[str, option("How long the arm rests at each target.")] = "1s",
     speed: Annotated[float, option("Speed-up over real time; 0: without waiting.")] = 1.0,
     actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[str | None, option("Drive this arm instead of one with hidden errors.")] = None,
@@ -82,8 +70,7 @@ def drive(
 ) -> None:
     """A virtual arm in place of a real driver: JSON lines of an arm moving from target to target."""
     from workbench.extras.live.connection import send_samples
-    from workbench.extras.live.driven_plate import drive_plate
-    from workbench.extras.live.driver import DrivePace
+    from workbench.extras.live.driver import DrivePace, drive_plate
 
     at_once()
     opt.check_writable(actual)
@@ -93,7 +80,7 @@ def drive(
         branch=branch,
         instrument=instrument,
         actual=None if of is None else wb.load_robot(of),
-        pace=DrivePace(rate=rate, dwell=opt.duration(dwell)),
+        pace=DrivePace(rate=rate),
         seed=seed,
     )
     if actual is not None:
@@ -122,14 +109,17 @@ def guided(console) -> Iterator[tuple]:
 def receiver(to: str) -> Iterator[Callable[[str], object]]:
     """Destination of the lines: standard output, or the first client that connects."""
     import os
+    from functools import partial
 
-    from workbench.extras.live.connection import first_listener, writer_to
+    from typer import echo
+
+    from workbench.extras.live.connection import first_listener
 
     if to != "-":
         with first_listener(to, ready=waiting) as write:
             yield write
         return
-    yield writer_to(sys.stdout)
+    yield partial(echo, nl=False)
     try:
         sys.stdout.flush()
     except BrokenPipeError:  # the reader has had enough; nothing more may be flushed at exit

@@ -10,19 +10,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from rich.console import Console, Group, RenderableType
+from rich.console import Console
 from rich.live import Live
-from rich.table import Table
 from rich.text import Text
 
-from workbench.base import se3
-from workbench.base.types import Matrix4, Vector3
-from workbench.extras.live.acquisition import ALIGNED, MAX_ANGLE, MAX_DISTANCE, NEAR, ArmState, Status
+from workbench.extras.live.acquisition import ALIGNED, MAX_ANGLE, MAX_DISTANCE, NEAR, Status
+from workbench.extras.live.standstill import ArmState
 
 KEYS = "Enter stores · y as seen · f forces · r retakes · n/p next/previous · q ends"
-NO_VALUE, DEGREES = "–", 180.0 / np.pi
-MARKS = 50
-"""Targets that the line of marks shows."""
 
 
 @contextmanager
@@ -32,79 +27,41 @@ def live_view(console: Console) -> Iterator[Callable[[Status], None]]:
         yield lambda status: live.update(render(status), refresh=True)
 
 
-def render(status: Status) -> RenderableType:
+def render(status: Status) -> Text:
     """The whole view of one status."""
-    lines: list[RenderableType] = [_heading(status), _table(status), _state(status), _marks(status)]
+    taken, count = sum(status.stored), len(status.stored)
+    lines = [
+        Text(f"{status.name} of {count}   {taken} stored, {count - taken} to go", style="bold"),
+        _state(status),
+        _deviation(status),
+    ]
     if status.message:
         lines.append(Text(status.message, style="yellow" if "not stored" in status.message else "green"))
-    lines.append(Text(KEYS, style="dim"))
-    return Group(*lines)
-
-
-def _heading(status: Status) -> Text:
-    taken = sum(status.stored)
-    text = Text(f"{status.name} of {len(status.stored)}", style="bold")
-    return text.append(f"   {taken} stored, {len(status.stored) - taken} to go", style="")
-
-
-def _table(status: Status) -> Table:
-    """Target pose, present pose and their difference."""
-    table = Table(box=None, padding=(0, 1), pad_edge=False)
-    table.add_column("", width=9)
-    for name in ("x", "y", "z", "mm"):
-        table.add_column(name, justify="right", width=9)
-    for name in ("roll/x", "pitch/y", "yaw/z"):
-        table.add_column(name, justify="right", width=7)
-    table.add_row("target", *_pose(status.target))
-    turned = not status.measured or status.rotation is not None or status.target is None
-    table.add_row("measured" if status.measured else "by model", *_pose(status.pose, turned=turned))
-    off = "–" if status.position is None else _size(status.position, 1e3, NEAR, MAX_DISTANCE)
-    table.add_row("off", *_parts(status.position, 1e3), off, *_parts(status.rotation, DEGREES))
-    return table
-
-
-def _pose(pose: Matrix4 | None, *, turned: bool = True) -> list[str]:
-    if pose is None:
-        return [NO_VALUE] * 7
-    turn = [f"{DEGREES * v:z.2f}" for v in se3.matrix_to_rpy(pose[:3, :3])] if turned else [NO_VALUE] * 3
-    return [*(f"{1e3 * v:z.2f}" for v in pose[:3, 3]), "", *turn]
-
-
-def _parts(values: Vector3 | None, scale: float) -> list[str]:
-    """The three components, with their signs."""
-    return [NO_VALUE] * 3 if values is None else [f"{scale * v:+z.2f}" for v in values]
-
-
-def _size(values: Vector3, scale: float, near: float, far: float) -> Text:
-    """The length, green where it is small, red where the tool is not at the target."""
-    size = float(np.linalg.norm(values))
-    colour = "green" if size < near else "yellow" if size <= far else "red"
-    return Text(f"{scale * size:.2f}", style=f"bold {colour}")
+    return Text("\n").join([*lines, Text(KEYS, style="dim")])
 
 
 def _state(status: Status) -> Text:
-    """Whether the arm stands still, and the remaining angle."""
+    """Whether the arm stands still."""
     if status.silence > 0.0:
         return Text(f"the source has been silent for {status.silence:.0f} s", style="bold red")
     if status.arm_state is None:
         return Text("waiting for the first sample", style="yellow")
-    text = Text(
-        f"the arm {status.arm_state}", style="green" if status.arm_state is ArmState.STILL else "yellow"
-    )
-    if status.rotation is not None:
-        text.append("   angle off ", style="").append(
-            _size(status.rotation, DEGREES, ALIGNED, MAX_ANGLE)
-        ).append("°")
-    return text
+    is_still = status.arm_state is ArmState.STILL
+    return Text(f"the arm {status.arm_state}", style="green" if is_still else "yellow")
 
 
-def _marks(status: Status) -> Text:
-    """One mark a target: stored, current, to come; a window of them where they are many."""
-    first = max(0, min(status.current - MARKS // 2, len(status.stored) - MARKS))
-    text = Text("")
-    for i in range(first, min(first + MARKS, len(status.stored))):
-        mark = "▶" if i == status.current else ("●" if status.stored[i] else "·")
-        text.append(mark, style="bold" if i == status.current else ("green" if status.stored[i] else "dim"))
+def _deviation(status: Status) -> Text:
+    """How far the tool is from the target, along the axes and about them."""
+    text = Text("measured" if status.is_measured else "by the nominal model").append(", off by ")
+    for name, values, unit, scale, near, far in (
+        ("x y z", status.position, "mm", 1e3, NEAR, MAX_DISTANCE),
+        ("about them", status.rotation, "°", np.rad2deg(1.0), ALIGNED, MAX_ANGLE),
+    ):
+        if values is not None:
+            size = float(np.linalg.norm(values))
+            colour = "green" if size < near else "yellow" if size <= far else "red"
+            parts = " ".join(f"{scale * v:+z.2f}" for v in values)
+            text.append(f"{scale * size:.2f} {unit}", style=f"bold {colour}").append(f" ({name} {parts}) ")
     return text
 
 

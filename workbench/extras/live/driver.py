@@ -22,13 +22,20 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
-from workbench.data.simulation.instruments import Instrument, Observes
+from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes, instrument_named
+from workbench.data.simulation.simulate import simulate_targets, virtual_arm
 from workbench.extras.live.sample import Sample
+from workbench.plate.plate import Plate
+from workbench.plate.simulated_measurement import DESIGNED, measure_plate
 
 PEAK = 15.0 / 8.0
 """Peak speed of the minimum-jerk curve over its mean speed."""
 MIN_MOTION_TIME = 0.3
 """Minimum time of any motion [s]."""
+SEAT = "plate"
+"""No instrument: the seat constrains the tool where the plate says."""
+STEERING = (3e-4, float(np.deg2rad(0.03)))
+"""How near an operator steers to a target's pose: standard deviations [m], [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +74,7 @@ def drive(
     start: Float[np.ndarray, " n"] | None = None,
     clock: float = 0.0,
 ) -> Iterator[Sample]:
-    """Samples of an arm that visits joint positions one after the other.
+    """Samples of an arm that visits joint positions one after the other, the last at each with `capture`.
 
     Args:
         actual: The arm that moves.
@@ -78,9 +85,6 @@ def drive(
         start: Where it stands at first [rad or m]; with all joints at zero, or as near as their limits allow,
             if None.
         clock: Time of the first sample [s].
-
-    Yields:
-        Samples at the pace's rate by their own clock, the last one at each target with `capture`.
     """
     pace = pace or DrivePace()
     actual.check_joints(targets, "targets")
@@ -163,3 +167,47 @@ class VirtualArm:
     actual: Robot
     instrument: Instrument
     postures: Float[np.ndarray, "targets n"]
+
+
+def drive_plate(
+    robot: Robot,
+    plate: Plate,
+    *,
+    branch: str = DESIGNED,
+    instrument: str | Instrument = "tracker-6d",
+    actual: Robot | None = None,
+    pace: DrivePace | None = None,
+    seed: int = 0,
+) -> tuple[Robot, Iterator[Sample]]:
+    """A virtual arm with hidden errors, steered to every target of a plate (ARIA 5.1).
+
+    Args:
+        robot: Nominal arm.
+        plate: The fixture, in the robot's base.
+        branch: `designed`, `auto`, `mixed`, or a branch by name, as for `measure_plate`.
+        instrument: What sees the tool: an operator then steers until the target's pose shows, more or less.
+            `plate`: nothing does, and the seat constrains the tool.
+        actual: The arm that moves; one with hidden manufacturing errors if None.
+        pace: How it moves and how often it is sampled.
+        seed: Of the hidden errors, the steering and the noise.
+
+    Returns:
+        The actual arm, and its samples as they come.
+    """
+    if not len(plate):
+        raise OptionError(f"plate '{plate.name}' has no targets to drive to; add [[target]] tables")
+    instrument = instrument_named(instrument) if isinstance(instrument, str) else instrument
+    rng = np.random.default_rng(seed)
+    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    seated = instrument.name == SEAT
+    spread = (instrument.sigma_position, instrument.sigma_rotation or 0.0) if seated else STEERING
+    exact = INSTRUMENTS["ideal"]
+    _, rows = measure_plate(robot, plate, branch=branch, instrument=exact, actual=actual, seed=seed)
+    q = simulate_targets(actual, beside(plate.poses, spread, rng), instrument=exact, rng=rng, near=rows.q).q
+    return actual, drive(actual, q, rng=rng, instrument=None if seated else instrument, pace=pace)
+
+
+def beside(poses: np.ndarray, spread: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
+    """Poses beside the given ones, by the given standard deviations per axis."""
+    turn = se3.rotvec_to_matrix(rng.normal(0.0, spread[1], (len(poses), 3)))
+    return se3.pose(turn @ poses[:, :3, :3], poses[:, :3, 3] + rng.normal(0.0, spread[0], (len(poses), 3)))

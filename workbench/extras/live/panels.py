@@ -5,7 +5,7 @@ import viser
 
 from workbench.base.wording import capital
 from workbench.data.simulation.simulate import LIKELY_ERRORS
-from workbench.extras.live.acquisition import ALIGNED, MAX_ANGLE, MAX_DISTANCE, NEAR, ArmState, Status
+from workbench.extras.live.acquisition import ALIGNED, MAX_ANGLE, MAX_DISTANCE, NEAR, Status
 from workbench.extras.live.session import (
     USE,
     BeginMeasuring,
@@ -19,6 +19,7 @@ from workbench.extras.live.session import (
     TakeAgain,
     UseRows,
 )
+from workbench.extras.live.standstill import ArmState
 from workbench.session.state import Session, Source, Tab
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value

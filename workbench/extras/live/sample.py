@@ -131,7 +131,7 @@ def samples(
     """Samples of a source, as they come; blank lines are passed over.
 
     Args:
-        lines: Lines of text: an open file, standard input, or `connection.SocketLines`.
+        lines: Lines of text.
         joints: Number of joints of the robot; None: any.
         source: Name of the source, for messages.
         on_error: Is told of a bad line, which is then passed over; None: a bad line raises.

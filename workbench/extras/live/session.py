@@ -12,19 +12,10 @@ from workbench.base.types import frozen
 from workbench.base.wording import plural
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate_targets, virtual_arm
-from workbench.extras.live.acquisition import (
-    ORIENTATION_STILL,
-    POSITION_STILL,
-    Acquisition,
-    Event,
-    StandstillDetector,
-    continues,
-)
-from workbench.extras.live.capture import CaptureProgress
-from workbench.extras.live.driven_plate import STEERING, beside, plate_targets
-from workbench.extras.live.driver import VirtualArm, VirtualMotion
+from workbench.extras.live.acquisition import Acquisition, CaptureTarget, Event, plate_targets
+from workbench.extras.live.driver import STEERING, VirtualArm, VirtualMotion, beside
 from workbench.extras.live.sample import Sample
-from workbench.plate.plate import Kind
+from workbench.extras.live.standstill import ORIENTATION_STILL, POSITION_STILL, StandstillDetector, continues
 from workbench.session.command import AbstractChange, AbstractCommand, AbstractTask, computed
 from workbench.session.commands.data import (
     EARLIER_ERRORS,
@@ -69,7 +60,7 @@ class Measuring(AbstractPart):
     @property
     def target(self) -> int:
         """The target of the plate that is wanted, counted from 0."""
-        return self.numbers[self.acquisition.capture.current]
+        return self.numbers[self.acquisition.current]
 
     def step(self) -> NextStep:
         """Where the arm stands, and the rows stored so far."""
@@ -146,7 +137,7 @@ class DriveArm(AbstractChange):
         ride = VirtualMotion(
             number=1 if last is None else last.number + 1,
             start=rest if latest is None else latest.q,
-            end=measuring.virtual.postures[measuring.acquisition.capture.current],
+            end=measuring.virtual.postures[measuring.acquisition.current],
             clock=0.0 if latest is None else latest.time + 1e-3,
         )
         session = session.with_part(replace(measuring, ride=ride))
@@ -335,17 +326,12 @@ def _after(session: Session, ask: Callable[[Acquisition], Event]) -> Session:
 
 def acquisition_of(session: Session, numbers: list[int], instrument: Instrument) -> Acquisition:
     """Nothing stored yet; standstill is judged with the instrument's noise in mind."""
-    offered, targets = plate_targets(session.robot, session.plate), session.plate.targets
     detector = StandstillDetector(
         position=max(POSITION_STILL, NOISY * instrument.sigma_position),
         orientation=max(ORIENTATION_STILL, NOISY * (instrument.sigma_rotation or 0.0)),
     )
-    return Acquisition(
-        CaptureProgress(targets=tuple(offered[i] for i in numbers)),
-        robot=session.robot,
-        detector=detector,
-        oriented=tuple(targets[i].kind is Kind.SEAT for i in numbers),
-    )
+    targets = plate_targets(session.robot, session.plate, numbers)
+    return Acquisition(targets, robot=session.robot, detector=detector)
 
 
 class TellSource(AbstractChange):
@@ -422,8 +408,13 @@ def _source(session: Session) -> Source:
     return session.choices.source
 
 
+def _parts(session: Session) -> tuple[tuple[Sample | None, ...] | None, CaptureTarget | None]:
+    measuring = session.part(Measuring)
+    return (None, None) if measuring is None else (measuring.acquisition.taken, measuring.acquisition.target)
+
+
 NUMBERS = Subject(
     "measuring",
-    lambda s: ((found := s.part(Measuring)) and found.acquisition.capture,),
-    lambda c: {"target": c.target.name, "rows": len(c.targets) - c.remaining},
+    _parts,
+    lambda taken, target: {"target": target.name, "rows": sum(row is not None for row in taken)},
 )
