@@ -109,9 +109,6 @@ def guided(console) -> Iterator[tuple]:
 def receiver(to: str) -> Iterator[Callable[[str], object]]:
     """Destination of the lines: standard output, or the first client that connects."""
     import os
-    from functools import partial
-
-    from typer import echo
 
     from workbench.extras.live.connection import first_listener
 
@@ -119,7 +116,12 @@ def receiver(to: str) -> Iterator[Callable[[str], object]]:
         with first_listener(to, ready=waiting) as write:
             yield write
         return
-    yield partial(echo, nl=False)
+
+    def write(line: str) -> None:
+        sys.stdout.write(line)
+        sys.stdout.flush()
+
+    yield write
     try:
         sys.stdout.flush()
     except BrokenPipeError:  # the reader has had enough; nothing more may be flushed at exit
