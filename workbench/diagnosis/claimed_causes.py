@@ -33,25 +33,25 @@ coupling is only probable there, as bearing loads depend on other joints' positi
 only the joints whose coefficient exceeds four standard errors.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import turns
-from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
-from workbench.base.wording import joint_list
-from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
+from workbench.diagnosis.cause import Cause, together
+from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.event_search import PART
 from workbench.diagnosis.evidence import NONZERO_FROM, Model, drop, jackknifed, standard_error, validated
-from workbench.diagnosis.explained import explained
-from workbench.diagnosis.named_joints import CLEAR, clearness, sentence_of, without_joints
+from workbench.diagnosis.explained import Explained, explained
+from workbench.diagnosis.named_joints import CLEAR, clearness, sentence_of
 from workbench.diagnosis.one_less import validated_without
 from workbench.diagnosis.places import best_of, distinct, includes, place_of
 from workbench.diagnosis.position_laws import lead_over_map, share_a_law
@@ -64,7 +64,6 @@ from workbench.diagnosis.survival import Survival, survival
 from workbench.diagnosis.wandering import leads
 from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.problem import Noise
-from workbench.identification.row_errors import Errors
 
 Sizes = dict[tuple[str, ...], list[float]]
 
@@ -87,149 +86,6 @@ LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Cause:
-    """A physical cause of what the geometry leaves.
-
-    Args:
-        effects: Its effects in the saved model.
-        odds: Against the best other claim.
-        contribution_mm: What it explains at the tool (`explained.py`) [mm]; NaN where no positions were
-            measured.
-        text: Description for people.
-        look_alikes: Claims that these rows can't distinguish from it, best first.
-        unsure: Joints of its effects that are not named, counted from 0.
-        doubt: Why it can't be certain, as a clause; empty if it can.
-        contribution_deg: What it explains of orientations [deg]; NaN where none were measured.
-    """
-
-    effects: tuple[AbstractEffect, ...]
-    odds: float
-    contribution_mm: float
-    text: str
-    look_alikes: tuple[AbstractEffect, ...]
-    unsure: tuple[int, ...] = ()
-    doubt: str = ""
-    contribution_deg: float = float("nan")
-
-    @property
-    def claim(self) -> str:
-        """Its description, or those of its look-alikes."""
-        return f"{self.text}; or {_listed(self.look_alikes)}" if self.look_alikes else self.text
-
-    @property
-    def stated(self) -> str:
-        """Its claim with its confidence."""
-        if self.look_alikes:
-            return f"{self.claim} ({self.confidence})"
-        first, *rest = self.text.split("; ", 1)
-        return "; ".join([f"{first} ({self.confidence})", *rest])
-
-    @property
-    def sentence(self) -> str:
-        """Its claim, and why it isn't certain."""
-        return f"{self.claim}; {self.doubt}" if self.doubt else self.claim
-
-    @property
-    def kind(self) -> str:
-        """Name of its effect."""
-        return str(self.whole.name)
-
-    @property
-    def joints(self) -> tuple[int, ...]:
-        """Counted from 0; empty where it concerns the whole arm."""
-        return self.whole.joints
-
-    @property
-    def event(self) -> AbstractEvent | None:
-        """The event, if the cause is one."""
-        return self.whole if isinstance(self.whole, AbstractEvent) else None
-
-    @property
-    def row(self) -> int | None:
-        """The first row after an event, as counted in the file; None for other causes."""
-        return None if self.event is None else self.event.row
-
-    @property
-    def confidence(self) -> Confidence:
-        return Confidence.of(self.odds)
-
-    @property
-    def label(self) -> str:
-        """Short, for tables: `joint-compliance, joints 2, 3`."""
-        return self.whole.label
-
-    @property
-    def plain(self) -> str:
-        """In a technician's words: `joints 2 and 3 give under load`."""
-        return self.whole.plain
-
-    @cached_property
-    def whole(self) -> AbstractEffect:
-        """Its effects as one, for the joints that it names."""
-        return without_joints(together(self.effects), self.unsure)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class ResidualMap:
-    """The part of the saved model that predicts without claiming a cause.
-
-    Args:
-        effects: Smooth errors of joints, and effects too small to be causes.
-        before: Held-out errors without them: of the geometry, with the causes if these alone predict better.
-        after: Held-out errors with them.
-        beside_causes: Whether `before` includes the causes.
-    """
-
-    effects: tuple[AbstractEffect, ...]
-    before: Errors
-    after: Errors
-    beside_causes: bool
-
-    @property
-    def joints(self) -> tuple[int, ...]:
-        return tuple(sorted({j for e in self.effects for j in e.joints}))
-
-    @property
-    def is_better(self) -> bool:
-        """Whether the rows that judge it agree that it predicts."""
-        return not self.after.position_mm.mean >= self.before.position_mm.mean
-
-    @property
-    def claim(self) -> str:
-        """Statement that it names no cause."""
-        where = f" of {joint_list(self.joints)}" if self.joints else ""
-        return (
-            f"A residual map{where} {'predicts' if self.is_better else 'fits'} the rest, but names no cause"
-        )
-
-    @property
-    def sentence(self) -> str:
-        where = f" of {joint_list(self.joints)}" if self.joints else ""
-        without = " with the causes alone" if self.beside_causes else ""
-        before, after = (e.text("mean") for e in (self.before, self.after))
-        if not self.is_better:
-            return (
-                f"A residual map{where} was fitted, but the rows that judge it are no better for it: "
-                f"{before}{without}, {after} with the map"
-            )
-        return (
-            f"A residual map{where}, which predicts but names no cause, takes the error from "
-            f"{before}{without} to {after}"
-        )
-
-
-def together(effects: Sequence[AbstractEffect]) -> AbstractEffect:
-    """Effects of one kind, merged into one of all their joints."""
-    first, *others = sorted(effects, key=lambda e: e.joints)
-    if not others:
-        return first
-    joints = tuple(j for e in (first, *others) for j in e.joints)
-    sizes = tuple(c for e in (first, *others) for c in e.coefficients)
-    order = np.argsort(joints)
-    return replace(first, joints=tuple(joints[i] for i in order), coefficients=tuple(sizes[i] for i in order))
-
-
 def find_causes(
     searched: Searched,
     arm: Robot,
@@ -245,92 +101,214 @@ def find_causes(
     Args:
         searched: The last search, at the final fit.
         arm: The identified arm.
+        motion: Of the fitted rows.
         known_noise: Noise known beforehand.
         std: Standard errors of its coefficients.
         structure: Of the residuals; None if it could not be tested.
         together_mm: What all effects together explain at the tool, rms over the fitted rows [mm].
     """
-    sized = {e.names: e for e in arm.effects}
-    weighing = searched.stage.geometric.typical_noise
-    scatter = readings(searched.stage.geometric)
-    smooth = smooth_part(searched.stage.fitted.fit, searched.stage.geometric.noise, structure or Structure())
-    maximum = _largest_loads(arm, motion)
-    after = validated(searched.grams, searched.found.model)
-    count = searched.grams.count
-    left = float(np.sqrt(after.sum() / count))
-    minimum = max(PART_OF_NOISE * _noise(left, weighing, known_noise), PART_OF_REST * left)
-    found, steady = [], leads(searched)
-    claimed: list[tuple[Model, tuple[AbstractEffect, ...], np.ndarray, float]] = []
+    judge = _Judge.of(searched, arm, motion, known_noise, std, structure, together_mm)
+    terms = _terms(searched, arm)
+    named = [one for one in terms if judge.is_named(one)]
     nameless = np.zeros(arm.dof)
-    groups = _groups(searched.found.model)
-    without = validated_without(searched.grams, searched.found.model, groups)
-    for group, fall in zip(groups, without - after, strict=True):
-        effects = tuple(sized[t.candidate.names] for t in group)
-        size = float(np.sqrt(max(fall.sum(), 0.0) / count))
-        first = group[0].candidate
-        found_sizes = [(n, s) for e in effects for n, s in zip(e.names, e.coefficients, strict=True)]
-        if not first.effect.is_event and (  # events determine which arm is saved, so they are always named
+    for one in terms:
+        if one not in named:
+            nameless[one.moved] = np.hypot(nameless[one.moved], one.size)
+    at_the_tool = explained(searched, [one.group for one in named])
+    causes = (
+        judge.cause(one, at_tool, others=[o.whole for o in named if o is not one], nameless=nameless)
+        for one, at_tool in zip(named, at_the_tool, strict=True)
+    )
+    return tuple(sorted(causes, key=lambda c: -np.nan_to_num(c.contribution_mm)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Terms:
+    """The terms of one claim.
+
+    Args:
+        group: In the model.
+        effects: Theirs, as identified.
+        fall: What they explain in cross-validation, whitened squares by fold.
+        size: Its root mean square over all components.
+    """
+
+    group: Model
+    effects: tuple[AbstractEffect, ...]
+    fall: Float[np.ndarray, " folds"]
+    size: float
+
+    @cached_property
+    def whole(self) -> AbstractEffect:
+        """Their effects as one."""
+        return together(self.effects)
+
+    @property
+    def moved(self) -> list[int]:
+        """Joints of the effects, counted from 0."""
+        return sorted({j for e in self.effects for j in e.joints})
+
+
+def _terms(searched: Searched, arm: Robot) -> list[_Terms]:
+    """The model's terms by claim."""
+    grams, model = searched.grams, searched.found.model
+    sized, groups = {e.names: e for e in arm.effects}, _groups(model)
+    falls = validated_without(grams, model, groups) - validated(grams, model)
+    sizes = np.sqrt(np.maximum(falls.sum(1), 0.0) / grams.count).tolist()
+    effects = [tuple(sized[t.candidate.names] for t in group) for group in groups]
+    return [_Terms(*each) for each in zip(groups, effects, falls, sizes, strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Judge:
+    """Decides what is claimed of terms; fields without a note are those of `find_causes`.
+
+    Args:
+        scatter: Of joint readings; None if they seem exact.
+        minimum: Size from which terms are a cause.
+        smooth: Smooth part of the residual.
+        maximum: Largest motions by the terms.
+        steady: Log odds of events against a random walk.
+    """
+
+    searched: Searched
+    arm: Robot
+    motion: Motion
+    std: StandardErrors
+    structure: Structure | None
+    together_mm: float
+    scatter: Readings | None
+    minimum: float
+    smooth: float
+    maximum: Sizes
+    steady: Mapping[tuple[str, ...], float]
+
+    @classmethod
+    def of(
+        cls,
+        searched: Searched,
+        arm: Robot,
+        motion: Motion,
+        known_noise: Noise | None,
+        std: StandardErrors,
+        structure: Structure | None,
+        together_mm: float,
+    ) -> "_Judge":
+        """With what holds for all terms."""
+        geometric, fit = searched.stage.geometric, searched.stage.fitted.fit
+        left = float(np.sqrt(validated(searched.grams, searched.found.model).sum() / searched.grams.count))
+        noise = _noise(left, geometric.typical_noise, known_noise)
+        return cls(
+            searched,
+            arm,
+            motion,
+            std,
+            structure,
+            together_mm,
+            scatter=readings(geometric),
+            minimum=max(PART_OF_NOISE * noise, PART_OF_REST * left),
+            smooth=smooth_part(fit, geometric.noise, structure or Structure()),
+            maximum=_largest_loads(arm, motion),
+            steady=leads(searched),
+        )
+
+    def is_named(self, terms: _Terms) -> bool:
+        """Whether terms are a cause; events always are, as they determine which arm is saved."""
+        first = terms.group[0].candidate
+        if first.effect.is_event:
+            return True
+        coefficients = [(n, c) for e in terms.effects for n, c in zip(e.names, e.coefficients, strict=True)]
+        return not (
             first.effect.is_nameless
             or (first.shrunk and first.effect.maps_joint)
-            or size < minimum
-            or fall.mean() <= standard_error(fall)
-            or all(abs(s) < NONZERO_FROM * std[n] for n, s in found_sizes)
-            or any(not e.loads for e in _masked_by_scatter(effects, maximum, scatter))
-        ):
-            mine = sorted({j for e in effects for j in e.joints})
-            nameless[mine] = np.hypot(nameless[mine], size)
-        else:
-            claimed.append((group, effects, fall, size))
-    at_the_tool = explained(searched, [group for group, *_ in claimed])
-    for (group, effects, fall, size), brought in zip(claimed, at_the_tool, strict=True):
-        whole = together(effects)
-        mapped = max([0.0, *([] if whole.is_event else nameless[list(whole.joints)])])
-        odds, rivals, survive = _against_rivals(searched, group)
-        odds = min(odds, _odds(steady.get(group[0].candidate.names, np.inf)))
-        is_strained = 1e3 * float(np.sqrt(3.0)) * weighing.position * size > STRAINED * together_mm
-        sizes = clearness(effects, std)
-        unclear = [j for j, z in sizes.items() if z < CLEAR]
-        others = [together(mine) for _, mine, _, _ in claimed if mine is not effects]
-        untried = _untried(whole, arm)
-        doubts = {
-            untried or whole.doubt(motion): True,
-            "the residuals could not be tested for structure": structure is None,
-            "it alone explains more than all effects together, as errors of the geometry do": is_strained,
-            "another cause has the same form": any(share_a_law(whole, other) for other in others),
-            "a smooth error of its joint would do nearly as well": lead_over_map(searched, group)
-            < np.log(CERTAIN),
-            "its joint scatters as much": bool(_masked_by_scatter(effects, maximum, scatter)),
-            "it explains little that is sure beyond the noise": fall.mean() - standard_error(fall)
-            < minimum**2 * count / len(fall),
-            "what remains may follow another law": smooth > SMOOTH * size,
-            "a residual map of its joint explains more than a third as much": mapped > SMOOTH * size,
-            f"no size of it exceeds {CLEAR:.0f} standard errors": len(unclear) == len(sizes),
-        }
-        reasons = [text for text, holds in doubts.items() if text and holds]
+            or terms.size < self.minimum
+            or terms.fall.mean() <= standard_error(terms.fall)
+            or all(abs(c) < NONZERO_FROM * self.std[n] for n, c in coefficients)
+            or any(not e.loads for e in self._masked(terms))
+        )
+
+    def cause(
+        self,
+        terms: _Terms,
+        at_tool: Explained,
+        *,
+        others: Sequence[AbstractEffect],
+        nameless: Float[np.ndarray, " n"],
+    ) -> Cause:
+        """Named terms as a cause.
+
+        Args:
+            terms: The terms.
+            at_tool: What they explain at the tool.
+            others: The other causes' effects.
+            nameless: Size of each joint's terms without a name.
+        """
+        odds, rivals, survive = _against_rivals(self.searched, terms.group)
+        odds = min(odds, _odds(self.steady.get(terms.group[0].candidate.names, np.inf)))
+        clear = clearness(terms.effects, self.std)
+        unclear = [j for j, z in clear.items() if z < CLEAR]
+        untried = _untried(terms.whole, self.arm)
+        reason = untried or self._doubt(terms, others, nameless, is_clear=len(unclear) < len(clear))
         if untried == UNTRIED:
             odds = min(odds, 1.0)
-        if not reasons and odds >= CERTAIN:
+        if not reason and odds >= CERTAIN:
             kept = survive()
-            unclear = [j for j in sizes if j in {*unclear, *kept.lost}]
-            if not kept.holds or len(unclear) == len(sizes):
-                reasons = [NOT_ROBUST]
-        if reasons:
+            unclear = [j for j in clear if j in {*unclear, *kept.lost}]
+            if not kept.holds or len(unclear) == len(clear):
+                reason = NOT_ROBUST
+        if reason:
             odds = min(odds, PROBABLE)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
-        text = sentence_of(whole, unsure, std, arm, motion)
-        found.append(
-            Cause(
-                effects=effects,
-                odds=odds,
-                contribution_mm=min(brought.position_mm, together_mm) if is_strained else brought.position_mm,
-                contribution_deg=brought.orientation_deg,
-                text=text,
-                look_alikes=rivals,
-                unsure=unsure,
-                doubt=next(iter(reasons), ""),
-            )
+        is_strained, mm = self._is_strained(terms), at_tool.position_mm
+        return Cause(
+            effects=terms.effects,
+            odds=odds,
+            contribution_mm=min(mm, self.together_mm) if is_strained else mm,
+            contribution_deg=at_tool.orientation_deg,
+            text=sentence_of(terms.whole, unsure, self.std, self.arm, self.motion),
+            look_alikes=rivals,
+            unsure=unsure,
+            doubt=reason,
         )
-    return tuple(sorted(found, key=lambda c: -np.nan_to_num(c.contribution_mm)))
+
+    def _doubt(
+        self,
+        terms: _Terms,
+        others: Sequence[AbstractEffect],
+        nameless: Float[np.ndarray, " n"],
+        *,
+        is_clear: bool,
+    ) -> str:
+        """Why terms can't be a certain cause, as a clause; empty if they can."""
+        whole, size, fall = terms.whole, terms.size, terms.fall
+        mapped = 0.0 if whole.is_event else float(nameless[list(whole.joints)].max(initial=0.0))
+        sure = fall.mean() - standard_error(fall)
+        lead = lead_over_map(self.searched, terms.group)
+        doubts = {
+            whole.doubt(self.motion) or "": True,
+            "the residuals could not be tested for structure": self.structure is None,
+            "it alone explains more than all effects together, as errors of the geometry do": (
+                self._is_strained(terms)
+            ),
+            "another cause has the same form": any(share_a_law(whole, other) for other in others),
+            "a smooth error of its joint would do nearly as well": lead < np.log(CERTAIN),
+            "its joint scatters as much": bool(self._masked(terms)),
+            "it explains little that is sure beyond the noise": (
+                sure < self.minimum**2 * self.searched.grams.count / len(fall)
+            ),
+            "what remains may follow another law": self.smooth > SMOOTH * size,
+            "a residual map of its joint explains more than a third as much": mapped > SMOOTH * size,
+            f"no size of it exceeds {CLEAR:.0f} standard errors": not is_clear,
+        }
+        return next((text for text, holds in doubts.items() if text and holds), "")
+
+    def _is_strained(self, terms: _Terms) -> bool:
+        """Whether terms alone explain more than all effects together."""
+        sigma = self.searched.stage.geometric.typical_noise.position
+        return 1e3 * float(np.sqrt(3.0)) * sigma * terms.size > STRAINED * self.together_mm
+
+    def _masked(self, terms: _Terms) -> list[AbstractEffect]:
+        return _masked_by_scatter(terms.effects, self.maximum, self.scatter)
 
 
 def _untried(whole: AbstractEffect, arm: Robot) -> str | None:
@@ -435,7 +413,3 @@ def _against_rivals(
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
     survive = partial(survival, searched, group, rivals, including, minimum=float(np.log(PROBABLE)))
     return odds, tuple(o.term.candidate.effect for o in close[:LOOK_ALIKES]), survive
-
-
-def _listed(effects: Sequence[AbstractEffect]) -> str:
-    return " or ".join(e.phrase for e in effects)

@@ -19,8 +19,9 @@ from workbench.base.progress import part_of, progress
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
+from workbench.diagnosis.cause import Cause, ResidualMap
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
-from workbench.diagnosis.claimed_causes import Cause, ResidualMap, find_causes
+from workbench.diagnosis.claimed_causes import find_causes
 from workbench.diagnosis.event_notes import Now, arm_now
 from workbench.diagnosis.evidence import Model, drop
 from workbench.diagnosis.final_fit import fitted_on_all

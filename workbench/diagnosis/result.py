@@ -14,7 +14,7 @@ from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.claimed_causes import Cause, ResidualMap
+from workbench.diagnosis.cause import Cause, ResidualMap
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason

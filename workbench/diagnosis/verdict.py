@@ -10,7 +10,7 @@ from workbench.arm.effects.effect import STILL
 from workbench.arm.robot import Robot
 from workbench.base.wording import capital
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.claimed_causes import Cause, ResidualMap
+from workbench.diagnosis.cause import Cause, ResidualMap
 from workbench.diagnosis.evidence import Offer
 from workbench.diagnosis.result import Verdict
 from workbench.diagnosis.structure import Structure

@@ -5,7 +5,7 @@ import numpy as np
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.events import AbstractEvent
-from workbench.diagnosis.claimed_causes import Cause, ResidualMap
+from workbench.diagnosis.cause import Cause, ResidualMap
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
 from workbench.diagnosis.structure import LEVEL, Structure
 from workbench.diagnosis.undetectable import Undetectable
