@@ -97,28 +97,33 @@ def test_joint_one_and_base_yaw_are_told_to_be_the_same(shared_data):
 
 DIAGNOSED = {
     # name, greatest held-out error with what was found [mm]
+    "wam": None,
+    "panda_1": 0.36,
     "panda_3": 0.16,
     "iiwa14": 0.19,
 }
+NO_WORSE = 1.03
+"""Times the error of geometry, where nothing can be gained: one fold of a hundred rows."""
 
 
-@pytest.mark.parametrize("name", sets(DIAGNOSED, ("panda_3",)))
+@pytest.mark.parametrize("name", sets(DIAGNOSED, ("wam", "panda_1", "panda_3")))
 def test_diagnosis_lowers_held_out_errors(name, shared_data, capsys):
     """The first fold; all of them, and the sets that take minutes: `tests/benchmarks/real_diagnosis.py`."""
+    bound = DIAGNOSED[name]
     robot, data = load(shared_data, name)
     train, held = next(splits(data))
     result = diagnose(robot, train, held_out=held)
     before, after = (v.held_out.position_mm.mean for v in (result.before, result.after))
     with capsys.disabled():
         print(f"\n{name}: {before:.4f} → {after:.4f} mm with what was found", end="")
-    assert after <= DIAGNOSED[name]
+    assert after <= (NO_WORSE * before if bound is None else bound)
 
 
 @pytest.mark.parametrize("name", ["ur5", "wam", "panda_1", "iiwa14"])
 def test_no_saved_wrist_is_turned(name, shared_data):
     """One reflector, or a ball, hardly shows the last joints: they stay where the maker has them."""
     robot, data = load(shared_data, name)
-    runs = [identify(robot, data, seed=seed) for seed in range(1 if name in ("panda_1", "iiwa14") else 2)]
+    runs = [identify(robot, data, seed=seed) for seed in range(1 if name in ("panda_1", "iiwa14") else 4)]
     for run in runs:
         assert not run.doubts(run.best)
         for each in run.runs.values():
