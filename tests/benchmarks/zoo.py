@@ -42,9 +42,9 @@ WIDTH = 190
 """Characters that the tables need."""
 DIAGNOSE = "workbench.diagnosis.diagnose:diagnose"
 EFFECTS = "workbench.arm.effects.effect"
-CAUSES = "workbench.diagnosis.claimed_causes"
+CAUSES = "workbench.diagnosis.claims.claimed_causes"
 OFF: dict[str, tuple[tuple[str, str, object], ...]] = {
-    "inertia": (("workbench.diagnosis.refit", "needs_inertia", lambda robot: False),),
+    "inertia": (("workbench.diagnosis.search.refit", "needs_inertia", lambda robot: False),),
     "together": ((EFFECTS, "separate_and_joint", list),),
     "size": ((CAUSES, "PART_OF_REST", 0.0), (CAUSES, "PART_OF_NOISE", 0.0)),
     "readings": (("workbench.identification.joint_reading_noise", "MARGIN", float("inf")),),

@@ -19,7 +19,7 @@ from workbench.data.readers import read_measurements
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
-from workbench.diagnosis.candidate_columns import candidate_columns
+from workbench.diagnosis.search.candidate_columns import candidate_columns
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise, Problem

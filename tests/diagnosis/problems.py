@@ -3,7 +3,7 @@
 import numpy as np
 
 from workbench.arm.frame import FRAME_PARTS
-from workbench.diagnosis.refit import FittedModel, refit
+from workbench.diagnosis.search.refit import FittedModel, refit
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import FrameFreedom, Noise
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.diagnosis.gram_matrices import TETHER, Grams
+from workbench.diagnosis.search.gram_matrices import TETHER, Grams
 
 GEOMETRY, ROWS = 6, 150
 FOLDS = 5

@@ -12,7 +12,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.statics.deflection import deflect
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.candidates import catalogue
+from workbench.diagnosis.search.candidates import catalogue
 from workbench.identification.identify import identify
 
 PLAY, SIGMA, ROWS = 2e-3, 1e-4, 80

@@ -9,7 +9,7 @@ from claims import claims
 
 from workbench.arm.effects.bearing_compliance import BearingCompliance
 from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.diagnosis.cause import together
+from workbench.diagnosis.claims.cause import together
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.verdict import CHECK_DRIVES

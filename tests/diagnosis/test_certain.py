@@ -16,22 +16,22 @@ from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
-from workbench.diagnosis import claimed_causes
-from workbench.diagnosis.candidates import Catalogue
 from workbench.diagnosis.cause_search import search_causes
+from workbench.diagnosis.claims import claimed_causes
+from workbench.diagnosis.claims.explained import explained
+from workbench.diagnosis.claims.places import place_of
+from workbench.diagnosis.claims.position_laws import lead_over_map
+from workbench.diagnosis.claims.smooth_part import smooth_part
+from workbench.diagnosis.claims.structure import Structure
+from workbench.diagnosis.claims.survival import Survival, survival
 from workbench.diagnosis.confidence import CERTAIN, Confidence
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.evidence import Term, validated
-from workbench.diagnosis.explained import explained
-from workbench.diagnosis.gram_matrices import compress
-from workbench.diagnosis.places import place_of
-from workbench.diagnosis.position_laws import lead_over_map
-from workbench.diagnosis.refit import refit
-from workbench.diagnosis.rounds import Searched, Stage
-from workbench.diagnosis.smooth_part import smooth_part
-from workbench.diagnosis.stepwise_search import as_found
-from workbench.diagnosis.structure import Structure
-from workbench.diagnosis.survival import Survival, survival
+from workbench.diagnosis.search.candidates import Catalogue
+from workbench.diagnosis.search.evidence import Term, validated
+from workbench.diagnosis.search.gram_matrices import compress
+from workbench.diagnosis.search.refit import refit
+from workbench.diagnosis.search.rounds import Searched, Stage
+from workbench.diagnosis.search.stepwise_search import as_found
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.set_apart import prepare_without_gross_outliers

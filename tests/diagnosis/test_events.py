@@ -18,15 +18,15 @@ from workbench.base.errors import OptionError
 from workbench.base.wording import plural
 from workbench.data.prediction import row_components
 from workbench.data.writer import write_measurements
-from workbench.diagnosis import rounds
-from workbench.diagnosis.candidates import catalogue
+from workbench.diagnosis.claims.structure import structure_of
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.event_search import changeable, promising
-from workbench.diagnosis.evidence import left_by, offer
-from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.diagnosis.structure import structure_of
-from workbench.diagnosis.timeline import Timeline, crowded
+from workbench.diagnosis.search import rounds
+from workbench.diagnosis.search.candidates import catalogue
+from workbench.diagnosis.search.event_search import changeable, promising
+from workbench.diagnosis.search.evidence import left_by, offer
+from workbench.diagnosis.search.gram_matrices import compress
+from workbench.diagnosis.search.timeline import Timeline, crowded
 from workbench.identification.evaluate import evaluate
 from workbench.identification.file_errors import file_errors, file_text, refitted_errors
 from workbench.identification.identify import identify

@@ -10,7 +10,7 @@ from tables import BAND, EFFECTS, FOLDS, GEOMETRY, ROWS, Table
 
 from workbench.arm.effects import Candidate
 from workbench.arm.effects.local_joint_error import LocalJointError
-from workbench.diagnosis.evidence import (
+from workbench.diagnosis.search.evidence import (
     EVIDENT,
     Term,
     coefficients,
@@ -24,7 +24,7 @@ from workbench.diagnosis.evidence import (
     validated,
     without_each_fold,
 )
-from workbench.diagnosis.stepwise_search import supported
+from workbench.diagnosis.search.stepwise_search import supported
 
 FREE = tuple(Candidate(e) for e in EFFECTS)
 SMOOTH = np.exp(-0.5 * (np.subtract.outer(np.arange(16), np.arange(16)) / 2.0) ** 2) + 1e-3 * np.eye(16)

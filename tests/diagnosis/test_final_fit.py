@@ -7,8 +7,8 @@ import pytest
 
 from workbench.diagnosis import final_fit
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.refit import refit
 from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.diagnosis.search.refit import refit
 from workbench.identification.evaluate import evaluate
 from workbench.plate.simulated_measurement import measure_poses
 

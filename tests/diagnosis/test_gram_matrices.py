@@ -17,10 +17,10 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.thermal_growth import ThermalGrowth
-from workbench.diagnosis.candidate_columns import carriers
-from workbench.diagnosis.evidence import Term
-from workbench.diagnosis.gram_matrices import compress
-from workbench.diagnosis.refit import refit
+from workbench.diagnosis.search.candidate_columns import carriers
+from workbench.diagnosis.search.evidence import Term
+from workbench.diagnosis.search.gram_matrices import compress
+from workbench.diagnosis.search.refit import refit
 
 EXACT, APPROXIMATE = 1e-4, 0.01
 """Of a column's length: for an arm that nothing bends, and where the moments would be deflected once more."""

@@ -10,10 +10,10 @@ from judge import error_of
 from problems import fitted
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.diagnosis.claims.structure import structure_of
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.result import Verdict
-from workbench.diagnosis.structure import structure_of
 from workbench.identification.joint_reading_noise import readings
 from workbench.identification.noise import components
 

@@ -9,9 +9,9 @@ import pytest
 import workbench as wb
 from workbench.arm.effects import Candidate
 from workbench.arm.effects.encoder_scale import EncoderScale
+from workbench.diagnosis.claims.structure import structure_of
 from workbench.diagnosis.diagnose import _residual_map as residual_map
-from workbench.diagnosis.evidence import Term
-from workbench.diagnosis.structure import structure_of
+from workbench.diagnosis.search.evidence import Term
 from workbench.identification.row_errors import Errors, RowErrors
 from workbench.identification.set_apart import stand_out_note
 from workbench.plate.simulated_measurement import measure_poses

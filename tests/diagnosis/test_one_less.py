@@ -9,8 +9,8 @@ import pytest
 from tables import BAND, EFFECTS, Table
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.evidence import Term, drop, left_by, offer, validated
-from workbench.diagnosis.one_less import left_of, left_without, own_offers, validated_without
+from workbench.diagnosis.claims.one_less import left_of, left_without, own_offers, validated_without
+from workbench.diagnosis.search.evidence import Term, drop, left_by, offer, validated
 
 FREE = tuple(Candidate(e) for e in EFFECTS)
 SHRUNK = Candidate(BAND, np.eye(16))

@@ -5,7 +5,7 @@ import pytest
 from arms import ARMS, MISSEATED, make
 from problems import fitted, geometric
 
-from workbench.diagnosis.rounds import geometry_first
+from workbench.diagnosis.search.rounds import geometry_first
 from workbench.identification.outlying_rows import find_outliers, robust_fit
 
 

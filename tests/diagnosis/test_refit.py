@@ -14,10 +14,10 @@ from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.diagnosis import refit as refits
-from workbench.diagnosis.evidence import Term, left_by, offer
-from workbench.diagnosis.gram_matrices import compress
-from workbench.diagnosis.refit import linear_answer, refit, robot_with, with_own_noise
+from workbench.diagnosis.search import refit as refits
+from workbench.diagnosis.search.evidence import Term, left_by, offer
+from workbench.diagnosis.search.gram_matrices import compress
+from workbench.diagnosis.search.refit import linear_answer, refit, robot_with, with_own_noise
 from workbench.identification.jacobian_columns import Columns, inner_products
 from workbench.identification.undetermined_combinations import factorise, factorise_pieces, factorise_products
 

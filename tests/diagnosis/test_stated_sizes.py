@@ -10,8 +10,8 @@ from workbench.arm.effects.bearing_compliance import BearingCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
-from workbench.diagnosis.named_joints import sentence_of
-from workbench.diagnosis.standard_errors import MIN_PLACES, dependence
+from workbench.diagnosis.claims.named_joints import sentence_of
+from workbench.diagnosis.claims.standard_errors import MIN_PLACES, dependence
 from workbench.plate.simulated_measurement import measure_poses
 
 ARIA = wb.load_robot("aria")

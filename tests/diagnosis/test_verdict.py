@@ -12,10 +12,10 @@ from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
+from workbench.diagnosis.claims.structure import neighbours
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.result import Verdict
-from workbench.diagnosis.structure import neighbours
 from workbench.diagnosis.verdict import doubts
 from workbench.identification.problem import Noise
 from workbench.plate.simulated_measurement import measure_poses

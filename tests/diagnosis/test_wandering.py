@@ -9,9 +9,9 @@ from arms import make
 from real_arms import load
 from scipy.stats import multivariate_normal
 
+from workbench.diagnosis.claims.wandering import ANYWHERE, _likelihood
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.wandering import ANYWHERE, _likelihood
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 

@@ -9,10 +9,10 @@ from laws import straight_moments
 
 from workbench.arm.effects.gravity_sag import GravitySag
 from workbench.arm.motion import Motion
-from workbench.diagnosis.candidates import catalogue
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.next_poses import expected_torques
+from workbench.diagnosis.search.candidates import catalogue
 
 TORQUE_NOISE = 0.05
 """Of measured joint torques [N m]."""

@@ -71,9 +71,9 @@ def test_an_interrupted_run_goes_on(tmp_path, capsys, monkeypatch):
 
 
 def test_parts_are_switched_off_by_name(monkeypatch):
-    monkeypatch.setitem(zoo.OFF, "groups", (("workbench.diagnosis.candidates", "CONFOUNDED", 2.0),))
-    monkeypatch.setitem(zoo.OFF, "lost", (("workbench.diagnosis.candidates", "GONE", None),))
-    from workbench.diagnosis import candidates
+    monkeypatch.setitem(zoo.OFF, "groups", (("workbench.diagnosis.search.candidates", "CONFOUNDED", 2.0),))
+    monkeypatch.setitem(zoo.OFF, "lost", (("workbench.diagnosis.search.candidates", "GONE", None),))
+    from workbench.diagnosis.search import candidates
 
     monkeypatch.setattr(candidates, "CONFOUNDED", candidates.CONFOUNDED)
     zoo.switch_off(["groups"])

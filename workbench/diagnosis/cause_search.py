@@ -12,12 +12,12 @@ import numpy as np
 
 from workbench.arm.robot import Robot
 from workbench.base.progress import progress
-from workbench.diagnosis.claimed_causes import odds_of_events
+from workbench.diagnosis.claims.claimed_causes import odds_of_events
+from workbench.diagnosis.claims.structure import structure_of
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import held_fit
-from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
-from workbench.diagnosis.structure import structure_of
+from workbench.diagnosis.search.rounds import Searched, Stage, geometry_first, rounds
 from workbench.diagnosis.verdict import explains_little, too_few_rows
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared

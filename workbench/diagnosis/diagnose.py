@@ -19,21 +19,21 @@ from workbench.base.progress import part_of, progress
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
-from workbench.diagnosis.cause import Cause, ResidualMap
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
-from workbench.diagnosis.claimed_causes import find_causes
+from workbench.diagnosis.claims.cause import Cause, ResidualMap
+from workbench.diagnosis.claims.claimed_causes import find_causes
+from workbench.diagnosis.claims.named_joints import sentence_of
+from workbench.diagnosis.claims.standard_errors import StandardErrors
+from workbench.diagnosis.claims.structure import Structure, structure_of
 from workbench.diagnosis.event_notes import Now, arm_now
-from workbench.diagnosis.evidence import Model, drop
 from workbench.diagnosis.final_fit import fitted_on_all
-from workbench.diagnosis.flanks import open_flanks
 from workbench.diagnosis.gravity_direction import standing_causes, standing_notes
-from workbench.diagnosis.named_joints import sentence_of
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, harm_done, judged
 from workbench.diagnosis.rivals import Trial
-from workbench.diagnosis.rounds import Searched
-from workbench.diagnosis.standard_errors import StandardErrors
-from workbench.diagnosis.structure import Structure, structure_of
+from workbench.diagnosis.search.evidence import Model, drop
+from workbench.diagnosis.search.flanks import open_flanks
+from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.undetectable import (
     Undetectable,
     describe,

@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.arm.after_events import events_of
 from workbench.arm.motion import Motion
-from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.saved_arm import SavedArm

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Bool
 
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.refit import LAST_STEPS, refit
-from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.search.refit import LAST_STEPS, refit
+from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Problem

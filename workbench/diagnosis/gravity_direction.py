@@ -11,8 +11,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import capital
-from workbench.diagnosis.cause import Cause
-from workbench.diagnosis.claimed_causes import PART_OF_NOISE
+from workbench.diagnosis.claims.cause import Cause
+from workbench.diagnosis.claims.claimed_causes import PART_OF_NOISE
 from workbench.identification.fit import Fit
 from workbench.identification.gravity_direction import MENTIONED_FROM, tilts_of_gravity
 from workbench.identification.problem import Noise

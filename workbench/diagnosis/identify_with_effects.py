@@ -10,10 +10,10 @@ from jaxtyping import Float
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.diagnosis.candidates import catalogue
-from workbench.diagnosis.gram_matrices import compress
-from workbench.diagnosis.rounds import folds_of
-from workbench.diagnosis.stepwise_search import search
+from workbench.diagnosis.search.candidates import catalogue
+from workbench.diagnosis.search.gram_matrices import compress
+from workbench.diagnosis.search.rounds import folds_of
+from workbench.diagnosis.search.stepwise_search import search
 from workbench.identification import identify as identification
 from workbench.identification.problem import Problem
 from workbench.identification.result import Identification

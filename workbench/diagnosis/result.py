@@ -14,11 +14,11 @@ from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.cause import Cause, ResidualMap
+from workbench.diagnosis.claims.cause import Cause, ResidualMap
+from workbench.diagnosis.claims.structure import Structure
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason
-from workbench.diagnosis.structure import Structure
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings

@@ -3,11 +3,11 @@
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.diagnosis.evidence import Model, Offer, Term, left_by, offers
-from workbench.diagnosis.places import distinct, place_of
-from workbench.diagnosis.refit import large, linear_answer, refit, robot_with
+from workbench.diagnosis.claims.places import distinct, place_of
 from workbench.diagnosis.result import Ranked
-from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.search.evidence import Model, Offer, Term, left_by, offers
+from workbench.diagnosis.search.refit import large, linear_answer, refit, robot_with
+from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.preparation import Prepared
 from workbench.identification.row_errors import Errors
 

@@ -23,8 +23,8 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.base.wording import joint_list
-from workbench.diagnosis.evidence import coefficients, curvature, left_by
-from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.search.evidence import coefficients, curvature, left_by
+from workbench.diagnosis.search.rounds import Searched
 
 DETECTABLE_FROM = 6.0
 """Size in standard errors that makes an effect certain to be found, by evidence and by all folds …"""

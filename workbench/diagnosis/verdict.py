@@ -10,10 +10,10 @@ from workbench.arm.effects.effect import STILL
 from workbench.arm.robot import Robot
 from workbench.base.wording import capital
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.cause import Cause, ResidualMap
-from workbench.diagnosis.evidence import Offer
+from workbench.diagnosis.claims.cause import Cause, ResidualMap
+from workbench.diagnosis.claims.structure import Structure
 from workbench.diagnosis.result import Verdict
-from workbench.diagnosis.structure import Structure
+from workbench.diagnosis.search.evidence import Offer
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise

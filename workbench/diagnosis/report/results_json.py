@@ -5,9 +5,9 @@ import numpy as np
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.events import AbstractEvent
-from workbench.diagnosis.cause import Cause, ResidualMap
+from workbench.diagnosis.claims.cause import Cause, ResidualMap
+from workbench.diagnosis.claims.structure import LEVEL, Structure
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
-from workbench.diagnosis.structure import LEVEL, Structure
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.report.results_json import validation_json
 from workbench.identification.row_errors import Errors

@@ -17,7 +17,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.effect import STATED_FROM
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import first_of, plural
-from workbench.diagnosis.cause import Cause
+from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.verdict import SPELT_OUT
 from workbench.identification.report.table import models_table

@@ -113,8 +113,8 @@ def receiver(to: str) -> Iterator[Callable[[str], object]]:
     from workbench.extras.live.connection import first_listener
 
     if to != "-":
-        with first_listener(to, ready=waiting) as write:
-            yield write
+        with first_listener(to, ready=waiting) as send:
+            yield send
         return
 
     def write(line: str) -> None:

@@ -9,7 +9,7 @@ from workbench.base.advice import Advice
 from workbench.base.files import check_folder
 from workbench.base.progress import progress
 from workbench.base.wording import plural
-from workbench.diagnosis.cause import Cause
+from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.report.budget import budget_bars
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import (

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
+from workbench.diagnosis.claims.structure import IN_ORDER
 from workbench.diagnosis.result import Diagnosis
-from workbench.diagnosis.structure import IN_ORDER
 from workbench.extras.reports.diagnosis_errors import INKS, MODELS
 from workbench.identification.report.error_plots import measured
 from workbench.report.colours import EVENT

@@ -8,7 +8,7 @@ import viser
 
 from workbench.arm.joint_units import joint_text
 from workbench.base.wording import capital
-from workbench.diagnosis.cause import Cause
+from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.report.budget import budget_bars
 from workbench.diagnosis.report.table import EXPLAINS, nearly_as_good, outlier_text

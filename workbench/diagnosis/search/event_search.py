@@ -26,9 +26,9 @@ from workbench.arm.effects.events import (
     WarmUp,
     ZeroStep,
 )
-from workbench.diagnosis.evidence import UNSEEN, Model, Remainder, left_by, projection
-from workbench.diagnosis.gram_matrices import SHORTEST, Grams
-from workbench.diagnosis.timeline import Timeline
+from workbench.diagnosis.search.evidence import UNSEEN, Model, Remainder, left_by, projection
+from workbench.diagnosis.search.gram_matrices import SHORTEST, Grams
+from workbench.diagnosis.search.timeline import Timeline
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
 

@@ -13,7 +13,14 @@ import numpy as np
 
 from workbench.arm.effects import Candidate
 from workbench.base.progress import cancelled
-from workbench.diagnosis.evidence import (
+from workbench.diagnosis.claims.one_less import (
+    left_of,
+    left_without,
+    own_offers,
+    validated_without,
+    with_one_more,
+)
+from workbench.diagnosis.search.evidence import (
     Model,
     Offer,
     Remainder,
@@ -28,8 +35,7 @@ from workbench.diagnosis.evidence import (
     validated,
     without_each_fold,
 )
-from workbench.diagnosis.gram_matrices import Grams
-from workbench.diagnosis.one_less import left_of, left_without, own_offers, validated_without, with_one_more
+from workbench.diagnosis.search.gram_matrices import Grams
 
 ALPHA = 0.002
 """Share of arms without effects for which one may be claimed."""

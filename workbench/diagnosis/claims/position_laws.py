@@ -7,11 +7,11 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.encoder_scale import EncoderScale
-from workbench.diagnosis.evidence import Model, jackknifed, offers
-from workbench.diagnosis.gram_matrices import Grams
-from workbench.diagnosis.one_less import left_without
-from workbench.diagnosis.rounds import Searched
-from workbench.diagnosis.stepwise_search import group_evidence
+from workbench.diagnosis.claims.one_less import left_without
+from workbench.diagnosis.search.evidence import Model, jackknifed, offers
+from workbench.diagnosis.search.gram_matrices import Grams
+from workbench.diagnosis.search.rounds import Searched
+from workbench.diagnosis.search.stepwise_search import group_evidence
 
 
 def lead_over_map(searched: Searched, group: Model) -> float:

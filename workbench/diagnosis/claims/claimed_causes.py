@@ -46,22 +46,29 @@ from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
-from workbench.diagnosis.cause import Cause, together
+from workbench.diagnosis.claims.cause import Cause, together
+from workbench.diagnosis.claims.explained import Explained, explained
+from workbench.diagnosis.claims.named_joints import CLEAR, clearness, sentence_of
+from workbench.diagnosis.claims.one_less import validated_without
+from workbench.diagnosis.claims.places import best_of, distinct, includes, place_of
+from workbench.diagnosis.claims.position_laws import lead_over_map, share_a_law
+from workbench.diagnosis.claims.smooth_part import smooth_part
+from workbench.diagnosis.claims.standard_errors import StandardErrors
+from workbench.diagnosis.claims.structure import Structure
+from workbench.diagnosis.claims.survival import Survival, survival
+from workbench.diagnosis.claims.wandering import leads
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
-from workbench.diagnosis.event_search import PART
-from workbench.diagnosis.evidence import NONZERO_FROM, Model, drop, jackknifed, standard_error, validated
-from workbench.diagnosis.explained import Explained, explained
-from workbench.diagnosis.named_joints import CLEAR, clearness, sentence_of
-from workbench.diagnosis.one_less import validated_without
-from workbench.diagnosis.places import best_of, distinct, includes, place_of
-from workbench.diagnosis.position_laws import lead_over_map, share_a_law
-from workbench.diagnosis.rounds import Searched
-from workbench.diagnosis.smooth_part import smooth_part
-from workbench.diagnosis.standard_errors import StandardErrors
-from workbench.diagnosis.stepwise_search import kind_of
-from workbench.diagnosis.structure import Structure
-from workbench.diagnosis.survival import Survival, survival
-from workbench.diagnosis.wandering import leads
+from workbench.diagnosis.search.event_search import PART
+from workbench.diagnosis.search.evidence import (
+    NONZERO_FROM,
+    Model,
+    drop,
+    jackknifed,
+    standard_error,
+    validated,
+)
+from workbench.diagnosis.search.rounds import Searched
+from workbench.diagnosis.search.stepwise_search import kind_of
 from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.problem import Noise
 

@@ -15,7 +15,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.columns import row_drivers
-from workbench.diagnosis.candidate_columns import known_wrenches
+from workbench.diagnosis.search.candidate_columns import known_wrenches
 
 IDLE = 0.01
 """Share of the largest joint's law below which a joint counts as not driven."""

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.evidence import Model, Offer, Remainder, Term, left_by, offers
-from workbench.diagnosis.one_less import left_without
-from workbench.diagnosis.rounds import Searched
-from workbench.diagnosis.stepwise_search import group_evidence, kind_of
+from workbench.diagnosis.claims.one_less import left_without
+from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, left_by, offers
+from workbench.diagnosis.search.rounds import Searched
+from workbench.diagnosis.search.stepwise_search import group_evidence, kind_of
 
 INCLUDED = 0.01
 """Share of a column's square left by a rival below which it contains the claim as a special case."""

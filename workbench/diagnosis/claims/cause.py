@@ -9,8 +9,8 @@ import numpy as np
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.events import AbstractEvent
 from workbench.base.wording import joint_list
+from workbench.diagnosis.claims.named_joints import without_joints
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.named_joints import without_joints
 from workbench.identification.row_errors import Errors
 
 

@@ -19,7 +19,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.diagnosis.candidate_columns import candidate_columns, carriers, known_wrenches
+from workbench.diagnosis.search.candidate_columns import candidate_columns, carriers, known_wrenches
 from workbench.identification.jacobian_columns import Columns, joined
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise

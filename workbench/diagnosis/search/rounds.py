@@ -15,15 +15,15 @@ from workbench.arm.motion import Motion
 from workbench.base.progress import cancelled, progress
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.candidates import Catalogue, catalogue
-from workbench.diagnosis.event_search import Changeable, changeable, promising
-from workbench.diagnosis.evidence import Model, drop, rescaled, solve, validated
-from workbench.diagnosis.flanks import holding_likeliest
-from workbench.diagnosis.gram_matrices import Grams, compress
-from workbench.diagnosis.refit import FittedModel, large, linear_answer, refit, with_own_noise
-from workbench.diagnosis.stepwise_search import FEW, MIN_FALL, FoundEffects, as_found, supported
-from workbench.diagnosis.stepwise_search import search as search_effects
-from workbench.diagnosis.timeline import Timeline, crowded
+from workbench.diagnosis.search.candidates import Catalogue, catalogue
+from workbench.diagnosis.search.event_search import Changeable, changeable, promising
+from workbench.diagnosis.search.evidence import Model, drop, rescaled, solve, validated
+from workbench.diagnosis.search.flanks import holding_likeliest
+from workbench.diagnosis.search.gram_matrices import Grams, compress
+from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, refit, with_own_noise
+from workbench.diagnosis.search.stepwise_search import FEW, MIN_FALL, FoundEffects, as_found, supported
+from workbench.diagnosis.search.stepwise_search import search as search_effects
+from workbench.diagnosis.search.timeline import Timeline, crowded
 from workbench.identification.gravity_direction import freed
 from workbench.identification.outlying_rows import find_outliers, robust_fit
 from workbench.identification.problem import Noise, Problem

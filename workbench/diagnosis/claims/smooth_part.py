@@ -6,7 +6,7 @@ The mean product of neighbours' residuals estimates the variance of their common
 import numpy as np
 from jaxtyping import Float
 
-from workbench.diagnosis.structure import RowRemainder, Structure, neighbours
+from workbench.diagnosis.claims.structure import RowRemainder, Structure, neighbours
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 

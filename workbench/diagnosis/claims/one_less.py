@@ -14,7 +14,7 @@ from scipy import linalg
 from scipy.linalg import lapack
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.evidence import (
+from workbench.diagnosis.search.evidence import (
     JITTER,
     Model,
     Offer,
@@ -28,7 +28,7 @@ from workbench.diagnosis.evidence import (
     own_columns,
     solver_of,
 )
-from workbench.diagnosis.gram_matrices import Grams, among
+from workbench.diagnosis.search.gram_matrices import Grams, among
 
 KEPT = 2
 """Size of the cache of models' residuals."""

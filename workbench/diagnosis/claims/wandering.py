@@ -16,9 +16,9 @@ from jaxtyping import Float
 
 from workbench.arm.effects.events import NEVER, AbstractEvent, AbstractStep, FrameStep, ZeroStep
 from workbench.arm.motion import Motion
-from workbench.diagnosis.candidate_columns import candidate_columns
-from workbench.diagnosis.event_search import PACES, RARE
-from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.search.candidate_columns import candidate_columns
+from workbench.diagnosis.search.event_search import PACES, RARE
+from workbench.diagnosis.search.rounds import Searched
 
 PATHS = np.array([0.0, *np.logspace(-2.0, 0.5, 11)])
 """Total lengths of random walks that are tried, relative to the events' sizes."""

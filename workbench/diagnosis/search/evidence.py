@@ -24,7 +24,7 @@ from jaxtyping import Float
 from scipy import linalg, special
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.gram_matrices import Grams, among
+from workbench.diagnosis.search.gram_matrices import Grams, among
 
 UNSEEN = 1e-5
 """Share of a column's square independent of all others below which it is unobservable."""

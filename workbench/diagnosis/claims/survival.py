@@ -22,7 +22,9 @@ from jaxtyping import Float
 
 from workbench.arm.effects import Candidate
 from workbench.data.order import clock_of
-from workbench.diagnosis.evidence import (
+from workbench.diagnosis.claims.named_joints import CLEAR, clearness
+from workbench.diagnosis.claims.places import best_of, place_of
+from workbench.diagnosis.search.evidence import (
     NONZERO_FROM,
     Model,
     Offer,
@@ -33,11 +35,9 @@ from workbench.diagnosis.evidence import (
     offers,
     own_columns,
 )
-from workbench.diagnosis.gram_matrices import compress
-from workbench.diagnosis.named_joints import CLEAR, clearness
-from workbench.diagnosis.places import best_of, place_of
-from workbench.diagnosis.rounds import Searched
-from workbench.diagnosis.stepwise_search import kind_of
+from workbench.diagnosis.search.gram_matrices import compress
+from workbench.diagnosis.search.rounds import Searched
+from workbench.diagnosis.search.stepwise_search import kind_of
 from workbench.identification.joint_reading_noise import FREEDOM, consistent
 from workbench.identification.problem import Problem
 

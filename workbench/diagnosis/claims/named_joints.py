@@ -10,7 +10,7 @@ from workbench.arm.effects.effect import STATED_FROM as STATED
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list
-from workbench.diagnosis.standard_errors import StandardErrors
+from workbench.diagnosis.claims.standard_errors import StandardErrors
 
 CLEAR = 4.0
 """Minimum standard errors of a coefficient for its joint to be named in a certain cause."""

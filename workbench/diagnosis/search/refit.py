@@ -13,9 +13,9 @@ from workbench.arm.robot import Robot
 from workbench.base.progress import cancelled
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.evidence import Model, coefficients, curvature, precision_of, solve, solver_of
-from workbench.diagnosis.flanks import search_flanks
-from workbench.diagnosis.gram_matrices import Grams
+from workbench.diagnosis.search.evidence import Model, coefficients, curvature, precision_of, solve, solver_of
+from workbench.diagnosis.search.flanks import search_flanks
+from workbench.diagnosis.search.gram_matrices import Grams
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import SearchOutcome, ended
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2

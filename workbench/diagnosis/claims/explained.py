@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from workbench.diagnosis.candidate_columns import candidate_columns
-from workbench.diagnosis.evidence import Model, drop, without_each_fold
-from workbench.diagnosis.gram_matrices import Coefficients
-from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.search.candidate_columns import candidate_columns
+from workbench.diagnosis.search.evidence import Model, drop, without_each_fold
+from workbench.diagnosis.search.gram_matrices import Coefficients
+from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.noise import channels
 
 
