@@ -24,7 +24,7 @@ from tests.session.direct_commands import done
 from workbench.arm.robot_toml import robot_text
 from workbench.cli.exit_status import UNUSABLE
 from workbench.exports import FORMS, Job, export_robot
-from workbench.identification.file_errors import file_errors, file_text, refitted_errors
+from workbench.identification.errors.file_errors import file_errors, file_text, refitted_errors
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start

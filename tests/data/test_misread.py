@@ -11,7 +11,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import checked
-from workbench.identification.row_selection import check_enough, split
+from workbench.identification.rows.row_selection import check_enough, split
 
 NOTE = "orientation from the quaternion qw, qx, qy, qz"
 

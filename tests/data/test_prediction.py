@@ -11,7 +11,7 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict, row_components
-from workbench.identification.row_errors import row_errors
+from workbench.identification.errors.row_errors import row_errors
 
 
 @pytest.fixture(scope="module")

@@ -34,7 +34,7 @@ from workbench.diagnosis.search.rounds import Searched, Stage
 from workbench.diagnosis.search.stepwise_search import as_found
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.joint_reading_noise import Readings
-from workbench.identification.set_apart import prepare_without_gross_outliers
+from workbench.identification.rows.set_apart import prepare_without_gross_outliers
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 import incomplete

@@ -27,10 +27,10 @@ from workbench.diagnosis.search.event_search import changeable, promising
 from workbench.diagnosis.search.evidence import left_by, offer
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.timeline import Timeline, crowded
+from workbench.identification.errors.file_errors import file_errors, file_text, refitted_errors
+from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.evaluate import evaluate
-from workbench.identification.file_errors import file_errors, file_text, refitted_errors
 from workbench.identification.identify import identify
-from workbench.identification.saved_arm import SavedArm
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify

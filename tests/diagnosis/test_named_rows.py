@@ -12,8 +12,8 @@ from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.diagnosis.claims.structure import structure_of
 from workbench.diagnosis.diagnose import _residual_map as residual_map
 from workbench.diagnosis.search.evidence import Term
-from workbench.identification.row_errors import Errors, RowErrors
-from workbench.identification.set_apart import stand_out_note
+from workbench.identification.errors.row_errors import Errors, RowErrors
+from workbench.identification.rows.set_apart import stand_out_note
 from workbench.plate.simulated_measurement import measure_poses
 
 DRIFT = 0.4

@@ -6,7 +6,7 @@ from arms import ARMS, MISSEATED, make
 from problems import fitted, geometric
 
 from workbench.diagnosis.search.rounds import geometry_first
-from workbench.identification.outlying_rows import find_outliers, robust_fit
+from workbench.identification.rows.outlying_rows import find_outliers, robust_fit
 
 
 def moved(data, rows, by, rng):

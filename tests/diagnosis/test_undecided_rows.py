@@ -9,7 +9,7 @@ from arms import make
 from workbench.arm.effects.events import FrameStep
 from workbench.arm.motion import Motion
 from workbench.identification.identify import identify
-from workbench.identification.undecided_rows import ROWS_BESIDE_STEP, UNDECIDED
+from workbench.identification.rows.undecided_rows import ROWS_BESIDE_STEP, UNDECIDED
 
 STEP = 60
 

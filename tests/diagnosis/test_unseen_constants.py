@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import workbench as wb
-from workbench.identification.file_errors import file_errors
+from workbench.identification.errors.file_errors import file_errors
 
 ORIGINS = np.array(
     [[0, 0, 0.166], [0, 0, 0.124], [0, 0, 0.27], [0.134, 0, 0.07], [0.168, 0, 0], [0.072, 0, 0]]

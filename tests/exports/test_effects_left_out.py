@@ -7,7 +7,7 @@ import pytest
 
 import workbench as wb
 from tests.exports import readers
-from workbench.identification.file_errors import file_errors, file_text
+from workbench.identification.errors.file_errors import file_errors, file_text
 
 
 @pytest.fixture(scope="module")

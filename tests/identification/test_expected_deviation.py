@@ -11,7 +11,7 @@ from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import OptionError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
-from workbench.identification.expected_deviation import with_expected_deviation
+from workbench.identification.errors.expected_deviation import with_expected_deviation
 from workbench.identification.identify import identify
 from workbench.identification.prior import Prior
 from workbench.identification.problem import Noise, Problem

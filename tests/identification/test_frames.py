@@ -15,9 +15,9 @@ from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.readers import read_measurements
 from workbench.identification.alignment import align, hand_eye
+from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import choose_frames
 from workbench.identification.problem import FrameFreedom
-from workbench.identification.row_errors import row_errors
 
 
 def random_pose(rng, size=1.0):

@@ -10,8 +10,8 @@ import pytest
 
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
-from workbench.identification import likely_mistakes
-from workbench.identification.arm_match import arm_match
+from workbench.identification.checks import likely_mistakes
+from workbench.identification.checks.arm_match import arm_match
 from workbench.identification.evaluate import evaluate
 
 H = np.pi / 2

@@ -21,9 +21,9 @@ from workbench.identification.algorithms.opt1_bounded import Opt1
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.identify import identify
-from workbench.identification.outlying_rows import Loss
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.rows.outlying_rows import Loss
 from workbench.identification.undetermined_combinations import factorise
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.region_poses import nearby_poses

@@ -16,8 +16,8 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Freedom, Outcome
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components
+from workbench.identification.errors.expected_error import transfer
 from workbench.identification.evaluate import evaluate
-from workbench.identification.expected_error import transfer
 from workbench.identification.identify import identify
 from workbench.identification.problem import FrameFreedom, Problem
 from workbench.identification.report.parameters import parameter_table

@@ -7,9 +7,9 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.data.writer import write_measurements
-from workbench.identification import likely_mistakes
 from workbench.identification.alignment import align
-from workbench.identification.arm_match import arm_match
+from workbench.identification.checks import likely_mistakes
+from workbench.identification.checks.arm_match import arm_match
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json
 from workbench.plate.simulated_measurement import measure_poses

@@ -10,7 +10,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.prediction import RowComponents
 from workbench.data.writer import write_measurements
-from workbench.identification.pass_or_fail import judge
+from workbench.identification.errors.pass_or_fail import judge
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate_toml import write_plate
 from workbench.plate.simulated_measurement import measure_poses

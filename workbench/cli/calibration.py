@@ -41,8 +41,8 @@ def identify(
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import posed_arm
     from workbench.data.accuracy_requirement import default_requirement
-    from workbench.identification.file_errors import file_text
-    from workbench.identification.pass_or_fail import judge
+    from workbench.identification.errors.file_errors import file_text
+    from workbench.identification.errors.pass_or_fail import judge
     from workbench.identification.prior import read_prior
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
@@ -120,7 +120,7 @@ def diagnose(
     """Find the effects missing from the model, add them, and report the held-out error before and after."""
     from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
-    from workbench.identification.file_errors import file_text
+    from workbench.identification.errors.file_errors import file_text
     from workbench.report.result_page import page_of
 
     arm = wb.load_robot(robot)
@@ -229,7 +229,7 @@ def export(
     if urdf is not None:
         opt.say_notes(carried_text(arm))
     if controller is not None and nominal is not None:
-        from workbench.identification.arm_match import require_same_arm
+        from workbench.identification.checks.arm_match import require_same_arm
         from workbench.identification.report.how_to_apply import use_of
         from workbench.report.json import write_json
 

@@ -153,7 +153,7 @@ class FitOptions:
     def check_same_arm(self, arm, rows) -> None:
         """Refuse rows that clearly belong to another arm, unless --force is given."""
         from workbench.data.plausibility import checked
-        from workbench.identification.arm_match import arm_match
+        from workbench.identification.checks.arm_match import arm_match
 
         arm.check_joints(rows.q, rows.source)
         found = arm_match(arm, checked(arm, rows))

@@ -19,10 +19,10 @@ from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import held_fit
 from workbench.diagnosis.search.rounds import Searched, Stage, geometry_first, rounds
 from workbench.diagnosis.verdict import explains_little, too_few_rows
+from workbench.identification.errors.row_errors import Errors, RowErrors
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.result import Validation
-from workbench.identification.row_errors import Errors, RowErrors
 
 LOST = 1.5
 """A fit with effects has diverged if its error on the fitted rows exceeds the geometry's by this factor."""

@@ -43,14 +43,14 @@ from workbench.diagnosis.undetectable import (
 )
 from workbench.diagnosis.verdict import conclude, coverage, weights_that_differ
 from workbench.identification import noise as noises
-from workbench.identification.exchanged_rows import exchange_note, exchanged_rows
+from workbench.identification.errors.row_errors import UNKNOWN, Errors, RowErrors, degradation_warning
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices
 from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.own_preparation import preparation_of
 from workbench.identification.problem import Noise
-from workbench.identification.row_errors import UNKNOWN, Errors, RowErrors, degradation_warning
-from workbench.identification.set_apart import (
+from workbench.identification.rows.exchanged_rows import exchange_note, exchanged_rows
+from workbench.identification.rows.set_apart import (
     GROSS_REASON,
     prepare_without_gross_outliers,
     stand_out_note,

@@ -7,10 +7,10 @@ import numpy as np
 from workbench.arm.after_events import events_of
 from workbench.arm.motion import Motion
 from workbench.diagnosis.search.rounds import Searched
+from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
-from workbench.identification.saved_arm import SavedArm
-from workbench.identification.undecided_rows import UNDECIDED
+from workbench.identification.rows.undecided_rows import UNDECIDED
 
 
 def without_undecided(ready: Prepared, last: Searched) -> Prepared:

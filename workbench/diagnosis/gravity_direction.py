@@ -1,4 +1,4 @@
-"""Wrong direction of gravity in the robot's file, as a finding (`identification/gravity_direction.py`)."""
+"""Wrong direction of gravity in the robot's file (`identification/checks/gravity_direction.py`)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from workbench.arm.robot import Robot
 from workbench.base.wording import capital
 from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.claims.claimed_causes import PART_OF_NOISE
+from workbench.identification.checks.gravity_direction import MENTIONED_FROM, tilts_of_gravity
 from workbench.identification.fit import Fit
-from workbench.identification.gravity_direction import MENTIONED_FROM, tilts_of_gravity
 from workbench.identification.problem import Noise
 
 

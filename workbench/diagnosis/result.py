@@ -20,11 +20,11 @@ from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason
 from workbench.diagnosis.undetectable import Undetectable
+from workbench.identification.errors.row_errors import Errors, RowErrors
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged
-from workbench.identification.row_errors import Errors, RowErrors
 from workbench.report.result_display import AbstractShown, tables_of
 from workbench.report.result_page import page_figure
 

@@ -8,8 +8,8 @@ from workbench.diagnosis.result import Ranked
 from workbench.diagnosis.search.evidence import Model, Offer, Term, left_by, offers
 from workbench.diagnosis.search.refit import large, linear_answer, refit, robot_with
 from workbench.diagnosis.search.rounds import Searched
+from workbench.identification.errors.row_errors import Errors
 from workbench.identification.preparation import Prepared
-from workbench.identification.row_errors import Errors
 
 TRIED = 12
 """Number of ranked candidates evaluated on the judging rows."""

@@ -14,11 +14,11 @@ from workbench.diagnosis.claims.cause import Cause, ResidualMap
 from workbench.diagnosis.claims.structure import Structure
 from workbench.diagnosis.result import Verdict
 from workbench.diagnosis.search.evidence import Offer
+from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
-from workbench.identification.row_errors import Errors
 
 SPELT_OUT = 3
 """Maximum number of causes stated in full."""

@@ -32,7 +32,7 @@ from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.files import read_bytes, write_text
 from workbench.base.types import Matrix4
-from workbench.identification.arm_match import require_same_arm
+from workbench.identification.checks.arm_match import require_same_arm
 
 POSES = 500
 """Poses over which a file is compared with the calibration."""

@@ -8,10 +8,10 @@ from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.data.plausibility import checked
-from workbench.identification.arm_match import MISREAD, arm_match
+from workbench.identification.checks.arm_match import MISREAD, arm_match
+from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import choose_frames
 from workbench.identification.result import Evaluation
-from workbench.identification.row_errors import row_errors
 from workbench.plate.argument_types import checked_arguments
 
 

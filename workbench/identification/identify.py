@@ -16,17 +16,17 @@ from workbench.base.types import Outcome
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS, AbstractIdentifier
-from workbench.identification.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
+from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
+from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, option
-from workbench.identification.outlying_rows import Loss, row_weights
 from workbench.identification.own_preparation import Seek
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
 from workbench.identification.result import Identification, Outlier, Run, Validation
-from workbench.identification.row_errors import Errors
-from workbench.identification.set_apart import prepare_without_outliers, suspects
+from workbench.identification.rows.outlying_rows import Loss, row_weights
+from workbench.identification.rows.set_apart import prepare_without_outliers, suspects
 from workbench.plate.argument_types import checked_arguments
 
 REWEIGHTINGS = 10

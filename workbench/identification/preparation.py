@@ -19,6 +19,7 @@ from workbench.data.plausibility import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
+from workbench.identification.errors.row_errors import RowErrors, instrument_places, row_errors
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frame_freedom import on_level
 from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
@@ -30,8 +31,7 @@ from workbench.identification.own_preparation import (
 )
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
-from workbench.identification.row_errors import RowErrors, instrument_places, row_errors
-from workbench.identification.row_selection import (
+from workbench.identification.rows.row_selection import (
     check_enough,
     choose_rows,
     divide,

@@ -14,21 +14,21 @@ from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
-from workbench.identification.arm_match import SOME, ArmMatch, arm_match
-from workbench.identification.expected_error import SERIOUS, Transfer, transfer, transfer_note
-from workbench.identification.fit import MAX_NAMED_ROWS, Fit
-from workbench.identification.noise import from_repeats, stated
-from workbench.identification.own_preparation import AbstractIdentifiability
-from workbench.identification.problem import FrameFreedom, Noise
-from workbench.identification.row_errors import (
+from workbench.identification.checks.arm_match import SOME, ArmMatch, arm_match
+from workbench.identification.errors.expected_error import SERIOUS, Transfer, transfer, transfer_note
+from workbench.identification.errors.row_errors import (
     Errors,
     RowErrors,
     degradation_warning,
     errors_frame,
     residuals_frame,
 )
-from workbench.identification.saved_arm import SavedArm
-from workbench.identification.set_apart import suspect_note
+from workbench.identification.errors.saved_arm import SavedArm
+from workbench.identification.fit import MAX_NAMED_ROWS, Fit
+from workbench.identification.noise import from_repeats, stated
+from workbench.identification.own_preparation import AbstractIdentifiability
+from workbench.identification.problem import FrameFreedom, Noise
+from workbench.identification.rows.set_apart import suspect_note
 from workbench.report.result_display import AbstractShown, figures_of, tables_of
 from workbench.report.result_page import page_figure
 

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.data.accuracy_requirement import Wanted
-from workbench.identification.pass_or_fail import Judged, judge
+from workbench.identification.errors.pass_or_fail import Judged, judge
 from workbench.identification.result import Identification
 from workbench.session.state import Session
 

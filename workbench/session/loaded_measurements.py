@@ -6,7 +6,7 @@ from workbench.arm.robot import Robot
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.data.readers.preview import Preview
-from workbench.identification.arm_match import ArmMatch
+from workbench.identification.checks.arm_match import ArmMatch
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,10 +17,10 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers.layouts import PLAIN
 from workbench.data.readers.mapping import with_headings_corrected
 from workbench.diagnosis.result import Diagnosis, Verdict
-from workbench.identification.arm_match import ArmMatch
+from workbench.identification.checks.arm_match import ArmMatch
+from workbench.identification.errors.row_errors import RowErrors
 from workbench.identification.result import LOOK_AGAIN, Identification, Run, Validation, judged
-from workbench.identification.row_errors import RowErrors
-from workbench.identification.row_selection import check_enough
+from workbench.identification.rows.row_selection import check_enough
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand, kinds
 from workbench.session.commands.arm import ChooseRobot

@@ -24,7 +24,7 @@ from workbench.identification.fit_choices import FitChoices
 from workbench.identification.noise import factor_at
 from workbench.identification.preparation import prepare
 from workbench.identification.problem import Noise, Problem
-from workbench.identification.row_selection import cells
+from workbench.identification.rows.row_selection import cells
 
 
 def written(

@@ -28,8 +28,8 @@ from workbench.extras.katana.load_test.experiment import (
 from workbench.extras.katana.load_test.joint_tilting_fit import fit_tilting, tilting_effects, unknown_sizes
 from workbench.extras.katana.load_test.postures import plan_load_test
 from workbench.extras.katana.load_test.tolerance import with_centre_tolerance
+from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.problem import Noise
-from workbench.identification.row_errors import row_errors
 from workbench.plate.poses.iso_cube import iso_cube_poses, largest_cube
 
 POSES, HELD_OUT = 118, 50

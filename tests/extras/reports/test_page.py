@@ -12,7 +12,7 @@ from workbench.data.accuracy_requirement import Requirement, Wanted, default_req
 from workbench.extras.reports import identification_page as html_report
 from workbench.extras.reports.identification_figures import NAMES
 from workbench.extras.reports.identification_page import write_report
-from workbench.identification.pass_or_fail import judge
+from workbench.identification.errors.pass_or_fail import judge
 
 
 @pytest.fixture(scope="module")

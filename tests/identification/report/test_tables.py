@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from workbench.identification.errors.row_errors import Errors, Spread
 from workbench.identification.report.how_to_apply import controller_use
 from workbench.identification.report.parameters import ConstantStatus, parameter_table
 from workbench.identification.report.table import (
@@ -11,7 +12,6 @@ from workbench.identification.report.table import (
     identification_tables,
     parameters_tables,
 )
-from workbench.identification.row_errors import Errors, Spread
 from workbench.report.numbers import compared, factor, short, signed, standard_error
 
 

@@ -29,7 +29,7 @@ from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
 from workbench.identification.algorithms import ALGORITHMS, AbstractIdentifier
 from workbench.identification.algorithms.ols import Ols
-from workbench.identification.arm_match import ArmMatch
+from workbench.identification.checks.arm_match import ArmMatch
 from workbench.plate.export import ExportedPlate
 from workbench.plate.plate_toml import load_plate, read_plate
 from workbench.plate.region import Region

@@ -11,7 +11,7 @@ from workbench.arm.effects.events import AbstractEvent
 from workbench.base.wording import joint_list
 from workbench.diagnosis.claims.named_joints import without_joints
 from workbench.diagnosis.confidence import Confidence
-from workbench.identification.row_errors import Errors
+from workbench.identification.errors.row_errors import Errors
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -9,8 +9,8 @@ from workbench.diagnosis.claims.cause import Cause, ResidualMap
 from workbench.diagnosis.claims.structure import LEVEL, Structure
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
 from workbench.diagnosis.undetectable import Undetectable
+from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.results_json import validation_json
-from workbench.identification.row_errors import Errors
 from workbench.report.json import Json, plain
 
 DIAGNOSIS = "workbench.diagnosis/1"

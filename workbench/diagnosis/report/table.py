@@ -20,8 +20,8 @@ from workbench.base.wording import first_of, plural
 from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.verdict import SPELT_OUT
+from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.table import models_table
-from workbench.identification.row_errors import Errors
 from workbench.report.numbers import readable_unit, short, with_error
 from workbench.report.tables import folded, line, new_table, unbroken
 

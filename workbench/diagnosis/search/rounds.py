@@ -24,9 +24,9 @@ from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, 
 from workbench.diagnosis.search.stepwise_search import FEW, MIN_FALL, FoundEffects, as_found, supported
 from workbench.diagnosis.search.stepwise_search import search as search_effects
 from workbench.diagnosis.search.timeline import Timeline, crowded
-from workbench.identification.gravity_direction import freed
-from workbench.identification.outlying_rows import find_outliers, robust_fit
+from workbench.identification.checks.gravity_direction import freed
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.rows.outlying_rows import find_outliers, robust_fit
 
 ROUNDS = 5
 """Maximum number of searches for effects …"""

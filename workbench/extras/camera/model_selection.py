@@ -57,7 +57,7 @@ from workbench.identification.considered import Considered
 from workbench.identification.noise import factor_at
 from workbench.identification.own_preparation import Seek
 from workbench.identification.problem import Noise, Problem
-from workbench.identification.row_selection import cells
+from workbench.identification.rows.row_selection import cells
 
 ROUNDS, TOLERANCE = 4, 0.03
 """Fits between which the variances are estimated anew, and their relative change that is none."""

@@ -29,7 +29,7 @@ from workbench.base.errors import FileError, OptionError, RobotError
 from workbench.base.toml import MAX_NUMBER
 from workbench.base.types import Matrix4
 from workbench.exports.export_format import AbstractForm, Job, tool_note
-from workbench.identification.arm_match import require_same_arm
+from workbench.identification.checks.arm_match import require_same_arm
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 OTHER_AXES = 0.3

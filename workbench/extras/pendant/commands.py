@@ -219,7 +219,7 @@ def new(
 def _applied(nominal, path: Path, form: str):
     """A known arm with the calibration stored in its controller or driver."""
     from workbench.exports import Job, form_named
-    from workbench.identification.arm_match import require_same_arm
+    from workbench.identification.checks.arm_match import require_same_arm
 
     text = form_named(form).text_of(path)
     arm = form_named(form).read(text, Job(robot=nominal, nominal=nominal, source=text))

@@ -24,7 +24,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.plausibility import refuse_joint_units
 from workbench.extras.pendant.own_robot.displayed_poses import SIZES, DisplayedPoses, Orientation, meanings
 from workbench.extras.pendant.readings import PendantReadings
-from workbench.identification.arm_match import CLOSE, SOME, arm_match
+from workbench.identification.checks.arm_match import CLOSE, SOME, arm_match
 
 MIN_POSES = 5
 """Poses that distinguish one convention from another."""

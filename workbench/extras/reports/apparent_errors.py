@@ -24,8 +24,8 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.result import Diagnosis
+from workbench.identification.errors.row_errors import instrument_places
 from workbench.identification.problem import Problem
-from workbench.identification.row_errors import instrument_places
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from workbench.base.files import check_folder
 from workbench.base.progress import part_of, progress
 from workbench.data.accuracy_requirement import Wanted, WantedCheck
 from workbench.extras.reports.identification_figures import NAMES, all_figures
-from workbench.identification.pass_or_fail import Judged, judge
+from workbench.identification.errors.pass_or_fail import Judged, judge
 from workbench.identification.report.how_to_apply import Use, controller_use
 from workbench.identification.report.parameters import LEGEND, Cell, parameter_table
 from workbench.identification.report.results_json import identification_json

@@ -20,7 +20,7 @@ from rich.text import Text
 from workbench.base.errors import WorkbenchError
 from workbench.base.progress import part_of
 from workbench.base.wording import plural
-from workbench.identification.arm_match import require_same_arm
+from workbench.identification.checks.arm_match import require_same_arm
 from workbench.identification.fit import Fit
 from workbench.identification.result import judged
 from workbench.report.json import plain

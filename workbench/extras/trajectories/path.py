@@ -23,7 +23,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
-from workbench.identification.comparable_arms import comparable
+from workbench.identification.errors.comparable_arms import comparable
 
 SINGULAR = 1e-3
 """Dimensionless singular value below which an arm is at a singularity."""

@@ -15,7 +15,7 @@ from workbench.arm.statics.moments import JointMoments
 from workbench.base.wording import plural
 from workbench.extras.trajectories.correction import ACCEPTED_ERROR, Compensation, PathErrors
 from workbench.extras.trajectories.planning import Planned
-from workbench.identification.row_errors import Spread
+from workbench.identification.errors.row_errors import Spread
 from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, png
 from workbench.report.json import Json, plain

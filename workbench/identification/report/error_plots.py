@@ -9,8 +9,8 @@ from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import joint_elements, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
+from workbench.identification.errors.row_errors import RowErrors
 from workbench.identification.result import Evaluation, Identification
-from workbench.identification.row_errors import RowErrors
 from workbench.report.colours import CALIBRATED, NOMINAL
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_white, plain_ticks
 

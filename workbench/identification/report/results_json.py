@@ -8,11 +8,11 @@ import numpy as np
 
 from workbench.arm.joint_units import sliding
 from workbench.identification.controller_parameters import ControllerNumbers, PoseErrors
+from workbench.identification.errors.row_errors import Errors, Spread
 from workbench.identification.fit import Fit
 from workbench.identification.prior import prior_json
 from workbench.identification.report.parameters import unseen
 from workbench.identification.result import Evaluation, Identification, Run, Validation
-from workbench.identification.row_errors import Errors, Spread
 from workbench.report.json import Json, plain
 
 IDENTIFICATION = "workbench.identification/1"

@@ -14,10 +14,10 @@ from rich.table import Table
 from rich.text import Text
 
 from workbench.base.wording import plural
+from workbench.identification.errors.row_errors import Errors, Spread
 from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import LEGEND, Cell, ConstantStatus, parameter_table
 from workbench.identification.result import Evaluation, Identification, Run, Validation, error_rows
-from workbench.identification.row_errors import Errors, Spread
 from workbench.report.numbers import factor, short
 from workbench.report.tables import folded, line, new_table, unbroken
 

@@ -22,7 +22,7 @@ from workbench.data.readers.preview import Preview
 from workbench.data.simulation.hidden_effects import hidden_effects, surprise
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.identification.arm_match import ArmMatch, arm_match
+from workbench.identification.checks.arm_match import ArmMatch, arm_match
 from workbench.plate.region import Region
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import (

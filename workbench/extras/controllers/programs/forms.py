@@ -18,7 +18,7 @@ from workbench.arm.statics.wrenches import masses, mounts
 from workbench.base.errors import OptionError
 from workbench.exports.export_format import AbstractForm, Job
 from workbench.extras.controllers.programs.terms import CodeTerm, TermKind, terms_of
-from workbench.identification.comparable_arms import comparable
+from workbench.identification.errors.comparable_arms import comparable
 
 EMPTY = "ARM: dict = {}  # filled in by the export"
 

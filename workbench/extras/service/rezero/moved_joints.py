@@ -26,6 +26,7 @@ from workbench.extras.service.rezero.result import JointShift, Rezero
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
+from workbench.identification.errors.row_errors import Errors, instrument_places
 from workbench.identification.fit_choices import Excluded, FitChoices
 from workbench.identification.frames import Sessions, visible_parts
 from workbench.identification.own_preparation import preparation_of
@@ -33,8 +34,7 @@ from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.result import BeforeAfter
-from workbench.identification.row_errors import Errors, instrument_places
-from workbench.identification.row_selection import check_enough
+from workbench.identification.rows.row_selection import check_enough
 from workbench.plate.argument_types import checked_arguments
 
 SIGNIFICANT = 0.3

@@ -8,8 +8,8 @@ from rich.text import Text
 from workbench.extras.service.verification.intervals import CONFIDENCE, SHARE, Bounds
 from workbench.extras.service.verification.iso9283 import RepeatedPose
 from workbench.extras.service.verification.verify import Verification
+from workbench.identification.errors.row_errors import Spread
 from workbench.identification.report.results_json import errors_json
-from workbench.identification.row_errors import Spread
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short, signed
 from workbench.report.tables import line, new_table

@@ -30,7 +30,7 @@ from workbench.extras.trajectories.pencil.reading import (
 )
 from workbench.extras.trajectories.pencil.sheet import Drawn, Image, draw, scan, sheet
 from workbench.extras.trajectories.trajectory_files import path_state
-from workbench.identification.row_errors import Spread
+from workbench.identification.errors.row_errors import Spread
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, png
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short

@@ -7,7 +7,7 @@ import viser
 from PIL import Image
 
 from workbench.base.wording import capital
-from workbench.identification.file_errors import file_errors, file_notes, judging_text, sizes
+from workbench.identification.errors.file_errors import file_errors, file_notes, judging_text, sizes
 from workbench.identification.result import Identification
 from workbench.session.export import (
     calibrated_toml,

@@ -8,7 +8,7 @@ from jaxtyping import Int
 
 from workbench.data.dataset import Dataset
 from workbench.identification.fit import Fit
-from workbench.identification.outlying_rows import limits, row_sizes
+from workbench.identification.rows.outlying_rows import limits, row_sizes
 
 MAX_SET_APART = 30
 """Number of outliers above which no exchange is looked for."""

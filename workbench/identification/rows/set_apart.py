@@ -17,14 +17,14 @@ from workbench.arm.robot import Robot
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.expected_deviation import MAX_DEVIATION
+from workbench.identification.errors.expected_deviation import MAX_DEVIATION
+from workbench.identification.errors.row_errors import Errors, Spread, instrument_places
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices
-from workbench.identification.outlying_rows import find_outliers, limits, robust_fit, row_sizes
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import Problem
-from workbench.identification.row_errors import Errors, Spread, instrument_places
-from workbench.identification.undecided_rows import UNDECIDED, undecided_rows
+from workbench.identification.rows.outlying_rows import find_outliers, limits, robust_fit, row_sizes
+from workbench.identification.rows.undecided_rows import UNDECIDED, undecided_rows
 
 GROSS = 10.0
 """A row is a gross outlier if its error exceeds the median of the aligned nominal arm by this factor …"""

@@ -23,8 +23,7 @@ from workbench.base.wording import in_mm, plural, ranges
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import spread_rows
-from workbench.identification.frames import visible_parts
-from workbench.identification.likely_mistakes import (
+from workbench.identification.checks.likely_mistakes import (
     BETTER,
     FRAME_STEPS,
     aligned,
@@ -33,6 +32,7 @@ from workbench.identification.likely_mistakes import (
     median_error,
     rough_error,
 )
+from workbench.identification.frames import visible_parts
 from workbench.identification.problem import FrameFreedom, Problem
 
 LOOKED_AT = 60

@@ -14,7 +14,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
 from workbench.data.plausibility import repeated_rows
-from workbench.identification.row_errors import count_measured
+from workbench.identification.errors.row_errors import count_measured
 from workbench.plate.region import Region
 
 Excluded = list[tuple[int, str]]

@@ -19,7 +19,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
-from workbench.identification.row_errors import UNKNOWN, Errors, row_errors
+from workbench.identification.errors.row_errors import UNKNOWN, Errors, row_errors
 
 
 @final

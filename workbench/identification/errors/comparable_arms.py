@@ -8,7 +8,7 @@ from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.robot import Robot
 from workbench.arm.usable import away_text, expected_error, usable_arm
 from workbench.base.errors import OptionError
-from workbench.identification.arm_match import require_same_arm
+from workbench.identification.checks.arm_match import require_same_arm
 
 
 class ComparedArms(NamedTuple):

@@ -7,9 +7,9 @@ from workbench.arm.robot import Robot
 from workbench.arm.usable import unobserved_text, usable_arm
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
+from workbench.identification.errors.row_errors import Errors
+from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.result import Run, judged
-from workbench.identification.row_errors import Errors
-from workbench.identification.saved_arm import SavedArm
 
 
 def file_errors(run: Run) -> dict[str, Errors]:
