@@ -192,19 +192,17 @@ def test_a_search_over_all_places_is_a_fit_at_each():
     stage = rounds.geometry_first(
         diagnose(made.robot, made.data, held_out=0.0).before_fit.problem.without_deviation()
     )
-    fold, problem = np.arange(len(made.data)) % 5, stage.fitted.problem
+    fold, problem = np.arange(len(made.data)) % 5, stage.problem
     kinds, line = changeable(problem), Timeline.of(problem.data)
-    grams = compress(
-        problem, stage.fitted.fit.x, [], fold, changed=[k.event for k in kinds], pieces=line.piece
-    )
+    grams = compress(problem, stage.fit.x, [], fold, changed=[k.event for k in kinds], pieces=line.piece)
     joint = made.truth[0].joint
     best = next(
         c for c in promising(grams, (), line, kinds) if c.effect.joints == (joint,) and c.effect.is_step
     )
     squares = {}
-    at = problem.named(stage.fitted.fit.x)
-    jacobian = problem.jacobian(stage.fitted.fit.x)
-    residual = problem.residual(stage.fitted.fit.x)
+    at = problem.named(stage.fit.x)
+    jacobian = problem.jacobian(stage.fit.x)
+    residual = problem.residual(stage.fit.x)
     for row in range(3, len(made.data) - 3):
         effect = EFFECTS["zero-step"]((joint,), row=row)
         column = slopes(replace(problem, prior=None, prior_centre=None, deviation=None), [effect], at)
@@ -213,7 +211,7 @@ def test_a_search_over_all_places_is_a_fit_at_each():
         left = residual - wide @ np.linalg.lstsq(wide, residual, rcond=1e-12)[0]
         squares[row] = float(left @ left)
     assert best.effect.row == min(squares, key=squares.get)
-    alone = compress(problem, stage.fitted.fit.x, [best.effect], fold)
+    alone = compress(problem, stage.fit.x, [best.effect], fold)
     gain = offer(left_by(alone, ()), best).gain
     before = left_by(alone, ()).square
     expected = 0.5 * left_by(alone, ()).freedom * np.log(before / squares[best.effect.row])

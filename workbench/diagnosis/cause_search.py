@@ -15,10 +15,11 @@ from workbench.base.progress import progress
 from workbench.diagnosis.claims.claimed_causes import odds_of_events
 from workbench.diagnosis.claims.structure import structure_of
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
+from workbench.diagnosis.coverage import too_few_rows
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import held_fit
 from workbench.diagnosis.search.rounds import Searched, Stage, geometry_first, rounds
-from workbench.diagnosis.verdict import explains_little, too_few_rows
+from workbench.diagnosis.verdict import explains_little
 from workbench.identification.errors.row_errors import Errors, RowErrors
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
@@ -62,6 +63,11 @@ class CauseSearch:
     nominal: Validation
 
     @property
+    def last(self) -> Searched:
+        """The last round, at the final fit to the fitted rows."""
+        return self.rounds[-1]
+
+    @property
     def is_lost(self) -> bool:
         """Whether the fit with effects ended far above the geometry alone, which it contains."""
         before, after = (v.errors.train.position_mm.rms for v in (self.before, self.after))
@@ -72,7 +78,7 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     """Fit the geometry, then search for effects; a result that explains next to nothing means a wrong arm."""
     progress(0.3, "fitting the geometry, excluding outliers")
     first = geometry_first(ready.problem)
-    too_few = too_few_rows(first.fitted.fit)
+    too_few = too_few_rows(first.fit)
     found = _rounds_with_sure_events(first, rng) if too_few is None else rounds(first, rng, search=False)
     progress(0.8, "judging the result")
     search = _validated_search(robot, ready, first, found, too_few)
@@ -92,7 +98,7 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator) -> tuple[Se
     found = rounds(first, rng)
     while odds := odds_of_events(found[-1]):
         needed = PROBABLE
-        if min(odds.values()) < CERTAIN and structure_of(found[-1].stage.fitted.fit, rng).found:
+        if min(odds.values()) < CERTAIN and structure_of(found[-1].stage.fit, rng).found:
             needed = CERTAIN
         sure = [event for event, its_odds in odds.items() if its_odds >= needed]
         if len(sure) == len(odds):
@@ -106,8 +112,8 @@ def _validated_search(
 ) -> CauseSearch:
     """A search with its errors on rows that lie on a known side of its events."""
     ready = without_undecided(ready, found[-1])
-    fit = found[-1].stage.fitted.fit if len(ready.held_out_rows) else held_fit(found[-1])
-    before, after = _validated(ready, first.fitted.fit), _validated(ready, fit)
+    fit = found[-1].stage.fit if len(ready.held_out_rows) else held_fit(found[-1])
+    before, after = _validated(ready, first.fit), _validated(ready, fit)
     return CauseSearch(robot, ready, first, found, fit, too_few, before, after, _nominal(ready))
 
 

@@ -18,9 +18,9 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
 
     Only these rows themselves could show on which side of the step they lie.
     """
-    held, fitted = Motion.of(ready.held_out_data), Motion.of(last.stage.fitted.problem.data)
+    held, fitted = Motion.of(ready.held_out_data), Motion.of(last.stage.problem.data)
     between = np.zeros(len(ready.held_out_data), bool)
-    for event in events_of(last.stage.fitted.fit.arm):
+    for event in events_of(last.stage.fit.arm):
         here, there = event.clock(held), event.clock(fitted)
         if event.is_step and here is not None and there is not None and (there < event.moment).any():
             between |= (here > there[there < event.moment].max()) & (here < event.moment)

@@ -26,7 +26,7 @@ def held_fit(last: Searched) -> Fit:
 
     It is the search's own where masses are no unknowns, or where this does not converge.
     """
-    before = last.stage.fitted.fit
+    before = last.stage.fit
     if not any(p.unit == "kg" for p in before.problem.parameters):
         return before
     found = _again(last, last.stage.geometric, before.problem.data)
@@ -73,7 +73,7 @@ def _again(last: Searched, geometric: Problem, rows: Dataset) -> Fit:
     They are let go where holding them leaves more; whether more than the search left is only why that is
     tried, as rows that were held out may be worse whether constants are held or not.
     """
-    before = last.stage.fitted.fit
+    before = last.stage.fit
 
     def fitted(*, holds: bool) -> Fit:
         return refit(

@@ -40,7 +40,7 @@ class Trial:
     def refitted(self, model: Model) -> Errors:
         """The same, refitted unless the problem is too large."""
         stage, grams = self._searched.stage, self._searched.grams
-        if large(stage.fitted.problem):
+        if large(stage.problem):
             return self.errors(model)
         begin = linear_answer(stage.fitted, grams, model)
         rows = stage.rows.take(stage.keep)

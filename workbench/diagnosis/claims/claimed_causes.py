@@ -202,7 +202,7 @@ class _Judge:
         together_mm: float,
     ) -> "_Judge":
         """With what holds for all terms."""
-        geometric, fit = searched.stage.geometric, searched.stage.fitted.fit
+        geometric, fit = searched.stage.geometric, searched.stage.fit
         left = float(np.sqrt(validated(searched.grams, searched.found.model).sum() / searched.grams.count))
         noise = _noise(left, geometric.typical_noise, known_noise)
         return cls(
@@ -338,7 +338,7 @@ def _noise(left: float, weighing: Noise, known_noise: Noise | None) -> float:
 def odds_of_events(searched: Searched) -> dict[Candidate, float]:
     """Odds of every event in the model; 0 if it explains too little or may be an effect of posture."""
     grams, model = searched.grams, searched.found.model
-    motion = Motion.of(searched.stage.fitted.problem.data)
+    motion = Motion.of(searched.stage.problem.data)
     events = [t for t in model if t.candidate.effect.is_event]
     after, steady = validated(grams, model).sum() if events else 0.0, leads(searched)
     out = {}

@@ -33,7 +33,7 @@ def explained(searched: Searched, groups: Sequence[Model]) -> list[Explained]:
         [without_each_fold(searched.grams, m) for m in (model, *(drop(model, g) for g in groups))], axis=2
     )
     remainders = np.concatenate(list(_remainders(searched, solutions)))
-    problem = searched.stage.fitted.problem.with_noise(searched.stage.geometric.noise)
+    problem = searched.stage.problem.with_noise(searched.stage.geometric.noise)
     straight, turned, _ = channels(problem)
     sizes = np.stack([problem.physical(each) for each in remainders.T]) ** 2
     falls = []

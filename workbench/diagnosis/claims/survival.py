@@ -96,8 +96,8 @@ def survival(
 
 def _reweighted(searched: Searched, *requested: Sequence[Candidate]) -> Iterator[Searched]:
     """The search's model and some candidates on reweighted rows."""
-    problem = searched.stage.fitted.problem.with_noise(searched.stage.geometric.noise)
-    x, rows = searched.stage.fitted.fit.x, len(problem.data)
+    problem = searched.stage.problem.with_noise(searched.stage.geometric.noise)
+    x, rows = searched.stage.fit.x, len(problem.data)
     candidates = tuple(
         dict.fromkeys(c for some in ([t.candidate for t in searched.found.model], *requested) for c in some)
     )

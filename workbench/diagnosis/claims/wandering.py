@@ -29,7 +29,7 @@ ANYWHERE = 1e6
 def leads(searched: Searched) -> dict[tuple[str, ...], float]:
     """Log odds of a fitted model's events against a random walk without events."""
     alike: dict[AbstractEvent, list[AbstractEvent]] = {}
-    effects = searched.stage.fitted.fit.arm.effects
+    effects = searched.stage.fit.arm.effects
     for event in (e for e in effects if isinstance(e, AbstractEvent)):
         alike.setdefault(_at_any_time(event), []).append(event)
     found = {moved: _lead(searched, moved, events) for moved, events in alike.items()}
@@ -45,12 +45,12 @@ def _at_any_time(event: AbstractEvent) -> AbstractEvent:
 
 def _lead(searched: Searched, moved: AbstractEvent, events: Sequence[AbstractEvent]) -> float:
     stage = searched.stage
-    problem = stage.fitted.problem.with_noise(stage.geometric.noise)
+    problem = stage.problem.with_noise(stage.geometric.noise)
     motion, rows = Motion.of(problem.data), len(problem.data)
     sizes = np.array([e.coefficients for e in events])
     size = sizes[np.argmax((sizes**2).sum(1))]
-    residual, y, info = problem.residual(stage.fitted.fit.x), np.zeros(rows), np.zeros(rows)
-    for block, columns in candidate_columns(problem, stage.fitted.fit.x, [moved]):
+    residual, y, info = problem.residual(stage.fit.x), np.zeros(rows), np.zeros(rows)
+    for block, columns in candidate_columns(problem, stage.fit.x, [moved]):
         u, part = -columns.table @ size, residual[block.start : block.stop]
         row = np.repeat(block.rows, len(u) // len(block.rows))
         y += np.bincount(row, u * part, rows)

@@ -25,6 +25,7 @@ from workbench.diagnosis.search.stepwise_search import FEW, MIN_FALL, FoundEffec
 from workbench.diagnosis.search.stepwise_search import search as search_effects
 from workbench.diagnosis.search.timeline import Timeline, crowded
 from workbench.identification.checks.gravity_direction import freed
+from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.rows.outlying_rows import find_outliers, robust_fit
 
@@ -64,6 +65,21 @@ class Stage:
     geometric: Problem
     fitted: FittedModel
     spared: Bool[np.ndarray, " rows"]
+
+    @property
+    def fit(self) -> Fit:
+        """Geometry and coefficients of the accepted effects."""
+        return self.fitted.fit
+
+    @property
+    def problem(self) -> Problem:
+        """Geometry and accepted effects on the fitted rows."""
+        return self.fitted.problem
+
+    @property
+    def motion(self) -> Motion:
+        """Motion of the fitted rows."""
+        return Motion.of(self.problem.data)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +142,7 @@ def rounds(
                 last = _search(stage, fold, events=events) if search else _unsearched(stage, fold)
         done.append(last)
         key = frozenset(_key(t.candidate) for t in last.found.model)
-        over = cancelled() or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1
+        over = cancelled() or number == (FEW_ROUNDS if large(stage.problem) else ROUNDS) - 1
         same = _same(last.found.model, stage.fitted.model)
         again = key in seen and not same
         is_last = same or again or not _better(last)
@@ -166,9 +182,9 @@ def _compressed(
     line: Timeline | None = None,
 ) -> Grams:
     """Inner products at a stage's fit, with the history for events if requested."""
-    problem = stage.fitted.problem.with_noise(stage.geometric.noise)
+    problem = stage.problem.with_noise(stage.geometric.noise)
     changed, pieces = [k.event for k in kinds], None if line is None else line.piece
-    return compress(problem, stage.fitted.fit.x, effects, fold[stage.keep], changed=changed, pieces=pieces)
+    return compress(problem, stage.fit.x, effects, fold[stage.keep], changed=changed, pieces=pieces)
 
 
 def _without_superfluous(searched: Searched) -> Stage | None:
@@ -178,7 +194,7 @@ def _without_superfluous(searched: Searched) -> Stage | None:
     If the geometry would change much without an effect, the linear search can't predict its residual.
     """
     stage, grams, model = searched.stage, searched.grams, searched.found.model
-    problem, x = stage.fitted.problem, stage.fitted.fit.x
+    problem, x = stage.problem, stage.fit.x
     if large(problem):
         return None
     begin = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if not p.is_geometry}
@@ -191,7 +207,7 @@ def _without_superfluous(searched: Searched) -> Stage | None:
             continue
         rows = stage.rows.take(stage.keep)
         without = refit(stage.geometric, grams, rest, data=rows, begin=begin)
-        ratio = without.fit.history[-1] / stage.fitted.fit.history[-1]
+        ratio = without.fit.history[-1] / stage.fit.history[-1]
         charge = len(term.candidate.names) * np.log(problem.count)
         if without.fit.outcome.ok and problem.count * np.log(ratio) < charge:
             return replace(stage, fitted=without)
@@ -239,8 +255,8 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
 def _search(stage: Stage, fold: np.ndarray, *, events: Sequence[Candidate] | None) -> Searched:
     """Search for effects and for events at their best times, until no time improves."""
     offered = catalogue(stage.geometric.robot, Motion.of(stage.rows))
-    kinds = changeable(stage.fitted.problem) if events is None else ()
-    line = Timeline.of(stage.fitted.problem.data, [e.moment for e in stage.fitted.events])
+    kinds = changeable(stage.problem) if events is None else ()
+    line = Timeline.of(stage.problem.data, [e.moment for e in stage.fitted.events])
     known = (t.candidate for t in stage.fitted.model if t.candidate.effect.is_event)
     plain, happened = offered.candidates, [*(known if events is None else events)]
 
@@ -267,13 +283,13 @@ def _search(stage: Stage, fold: np.ndarray, *, events: Sequence[Candidate] | Non
 
 def _unsearched(stage: Stage, fold: np.ndarray) -> Searched:
     """A stage without candidates."""
-    grams = compress(stage.fitted.problem, stage.fitted.fit.x, [], fold[stage.keep])
+    grams = compress(stage.problem, stage.fit.x, [], fold[stage.keep])
     return Searched(stage, Catalogue((), ()), grams, as_found(grams, ()), fold)
 
 
 def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
     """The stage with another model, or other rows, fitted from the last fit's linear prediction."""
-    begin = stage.fitted.problem.named(stage.fitted.fit.x)
+    begin = stage.problem.named(stage.fit.x)
     if grams is not None and not _same(model, stage.fitted.model):
         begin = linear_answer(stage.fitted, grams, model)
     rows = stage.rows.take(stage.keep)
@@ -287,15 +303,15 @@ def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
 
 def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
     """Exclude outliers until the selection no longer changes, then weight by the fit's residuals."""
-    for _ in range(1 if large(stage.fitted.problem) else OUTLIER_ROUNDS):
+    for _ in range(1 if large(stage.problem) else OUTLIER_ROUNDS):
         whole = _on_all_rows(stage)
-        keep = ~find_outliers(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor) | stage.spared
+        keep = ~find_outliers(whole, stage.fit.x, stage.keep, stage.fit.factor) | stage.spared
         if (keep == stage.keep).all():
             break
         stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model)
     before = stage.geometric.typical_noise
     stage = replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric))
-    if large(stage.fitted.problem):
+    if large(stage.problem):
         return stage
     model = rescaled(stage.fitted.model, _variance_ratio(before, stage.geometric.typical_noise))
     return _fit(stage, grams, model)
@@ -309,10 +325,10 @@ def _variance_ratio(before: Noise, after: Noise) -> float:
 
 def _on_all_rows(stage: Stage) -> Problem:
     """The fitted problem on all rows, outliers among them."""
-    problem = stage.fitted.problem
+    problem = stage.problem
     if stage.keep.all():
         return problem
-    return holding_likeliest(problem.again(data=stage.rows, noise=stage.geometric.noise), stage.fitted.fit.x)
+    return holding_likeliest(problem.again(data=stage.rows, noise=stage.geometric.noise), stage.fit.x)
 
 
 def _key(candidate: Candidate) -> str:

@@ -1,0 +1,62 @@
+"""Whether the poses of measurements suffice for a diagnosis, and which joints they hardly moved."""
+
+import numpy as np
+
+from workbench.arm.chain import Chain
+from workbench.arm.effects.axes import turns
+from workbench.arm.effects.effect import STILL
+from workbench.data.dataset import Dataset
+from workbench.identification.fit import Fit
+
+SMALL_TRAVEL = np.deg2rad(30.0)
+"""Range of a joint below which it moved little [rad]; below `STILL` it did not move."""
+MIN_SPREAD = 0.02
+"""Share of the widest spread of poses below which a direction in joint space was not measured."""
+PER_UNKNOWN = 3.0
+"""Minimum measured numbers per unknown to separate effects from geometry."""
+
+
+def too_few_rows(fit: Fit) -> str | None:
+    """A sentence if the rows are too few to separate effects from geometry, and how many are missing."""
+    unknowns, data = len(fit.problem.names), fit.problem.data
+    if 2 * freedoms(data) < data.joints:
+        return (
+            f"The {len(data)} poses vary in only {freedoms(data)} of {data.joints} independent directions of "
+            "joint space, too few to separate effects from geometry, so no effects were tried; measure poses "
+            "spread over all joints."
+        )
+    if fit.problem.count >= PER_UNKNOWN * unknowns:
+        return None
+    per_row = fit.problem.count / max(len(fit.problem.data), 1)
+    missing = int(PER_UNKNOWN * unknowns / per_row) + 1 - len(fit.problem.data)
+    return (
+        f"{len(fit.problem.data)} rows for {unknowns} unknowns are too few to separate effects from "
+        f"geometry, so no effects were tried; measure about {missing} more poses, spread over all joints."
+    )
+
+
+def freedoms(data: Dataset) -> int:
+    """Number of independent directions in joint space in which the poses vary."""
+    span = np.ptp(data.q, axis=0)
+    spread = (data.q - data.q.mean(0)) / np.maximum(span, STILL)
+    strength = np.linalg.svd(spread, compute_uv=False)
+    return int((strength > MIN_SPREAD * strength[0]).sum()) if span.max() > STILL else 0
+
+
+def coverage(data: Dataset, chain: Chain) -> list[str]:
+    """Notes on joints that moved little or only together, and on data with a single group."""
+    span = np.ptp(data.q, axis=0)
+    little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < SMALL_TRAVEL]
+    notes = [
+        f"joint {j + 1} moved over only {np.rad2deg(span[j]):.0f}°; its errors outside this range are unknown"
+        for j in little
+    ]
+    if data.group is not None and len(set(data.group.tolist())) == 1:
+        notes.append("all fitted rows belong to one group, so effects were cross-validated row by row")
+    together = freedoms(data)
+    if together < int((span > STILL).sum()):
+        notes.append(
+            f"the joints moved together, in {together} instead of {data.joints} independent directions: the "
+            "result is valid for such poses, and effects of different joints can hardly be separated"
+        )
+    return notes

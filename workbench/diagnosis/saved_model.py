@@ -1,0 +1,110 @@
+"""The model that a diagnosis saves: fitted to all rows, its effects with standard errors and rivals."""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from jaxtyping import Bool
+
+from workbench.arm.motion import Motion
+from workbench.base.advice import Advice
+from workbench.diagnosis.cause_search import CauseSearch
+from workbench.diagnosis.claims.named_joints import sentence_of
+from workbench.diagnosis.claims.standard_errors import StandardErrors
+from workbench.diagnosis.event_notes import Now, arm_now
+from workbench.diagnosis.final_fit import fitted_on_all
+from workbench.diagnosis.result import Accepted
+from workbench.diagnosis.rivals import Trial
+from workbench.diagnosis.search.evidence import drop
+from workbench.diagnosis.search.rounds import Searched
+from workbench.diagnosis.undetectable import Undetectable, hidden_variance, undetectable
+from workbench.identification.errors.row_errors import UNKNOWN, Errors
+from workbench.identification.fit import Fit
+from workbench.identification.result import judged
+from workbench.identification.rows.set_apart import suspects
+
+
+@dataclass(frozen=True, eq=False)
+class SavedModel:
+    """The model that is saved, and how well it is known.
+
+    Args:
+        fit: The last model, refitted to all rows of the file except suspects; that of the last search if
+            no row was held out, or if the refit did not converge.
+        suspects: Which held-out rows no arm explains.
+        note: Note on the refit; None without one.
+        undetectable: Effects of load that are unobservable in the rows.
+        std: Standard errors of the coefficients, with what undetectable effects may add.
+        effects: Effects of the model, clearest first.
+        trial: Computes the errors of other models.
+        now: The event after which the saved arm is valid, and its error since; None without events.
+    """
+
+    fit: Fit
+    suspects: Bool[np.ndarray, " held"]
+    note: str | None
+    undetectable: tuple[Undetectable, ...]
+    std: StandardErrors
+    effects: tuple[Accepted, ...]
+    trial: Trial
+    now: Now | None
+
+
+def saved_model(search: CauseSearch, advice: Advice) -> SavedModel:
+    """The last round's arm fitted to all rows, with standard errors and rivals of its effects."""
+    last, ready, geometry = search.last, search.ready, search.first.fitted
+    fit = last.stage.fit
+    suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.fit.x))
+    final, note = fitted_on_all(ready, last, search.fit, suspect_rows)
+    motion, trial = last.stage.motion, Trial(ready, last)
+    missing = advice.ask(
+        "unobservable effects", lambda: () if search.too_few else undetectable(last, fit.arm, motion), ()
+    )
+    std = StandardErrors(final, hidden_variance(last, missing))
+    alone, after = (judged(v.errors) for v in (search.before, search.after))
+    effects = _accepted(last, final, trial, std, advice, alone=alone, after=after)
+    now = arm_now(final)
+    return SavedModel(final, suspect_rows, note, missing, std, effects, trial, now)
+
+
+def _accepted(
+    last: Searched,
+    final: Fit,
+    trial: Trial,
+    std: StandardErrors,
+    advice: Advice,
+    *,
+    alone: Errors,
+    after: Errors,
+) -> tuple[Accepted, ...]:
+    """The effects of the last fit with standard errors, rivals and individual contributions.
+
+    Args:
+        last: The last search.
+        final: Its model fitted to all rows.
+        trial: Evaluates other models at that search.
+        std: Standard errors of the coefficients [SI].
+        advice: Computes rivals, and errors without each effect.
+        alone: Errors of the geometry alone on the judging rows.
+        after: Errors of the whole model on them.
+    """
+    sized = {e.names: e for e in final.arm.effects}
+    model, out = last.found.model, []
+    for k in sorted(range(len(model)), key=lambda k: -last.found.offers[k].gain):
+        term, offered = model[k], last.found.offers[k]
+        effect, rest = sized[term.candidate.names], drop(model, [term])
+        without = f"the error without {effect.phrase}"
+        alternatives = advice.ask(f"alternatives to {effect.phrase}", partial(trial.alternatives, term), ())
+        out.append(
+            Accepted(
+                effect=effect,
+                std=tuple(std[n] for n in effect.names),
+                gain=offered.gain,
+                p_value=float(np.exp(offered.log_p)),
+                before=advice.ask(without, partial(trial.refitted, rest), UNKNOWN) if rest else alone,
+                after=after,
+                alternatives=alternatives,
+                text=sentence_of(effect, (), std, final.arm, Motion.of(final.problem.data)),
+            )
+        )
+    return tuple(out)
