@@ -179,10 +179,17 @@ PARTS = {
                 SEEN.append("closed")
         """,
     "drawables": """
-        from workbench.views.drawables.region import region
+        import numpy as np
+        from workbench.views.drawables.drawable import Axes
+        from workbench.views.drawables.sink import Item
+
+        def at(reach):
+            return Axes(places=np.full((1, 3), reach), rotations=np.eye(3)[None])
 
         def Part(session):
-            yield from ()
+            reach = session.robot.reach
+            yield Item("theirs/reach", at, (reach,))
+            yield Item("theirs/broken", lambda r: 1 / 0, (reach,))
         """,
 }
 """What stands in the file of each part, by the group of its entry point."""
@@ -274,23 +281,45 @@ def test_parts_of_another_package_through_python(here, log):
     assert python(code, **here) == "['square-sag'] ['theirs'] 40 2\n5 5\n"
 
 
-def test_a_panel_with_its_command_in_page_journal_and_reopened_session(here):
+def test_parts_of_another_package_in_page_journal_recording_and_reopened_session(here, log, reader):
     code = """
+        import warnings
+        from dataclasses import replace
         from pathlib import Path
         from stranger.panels import SHOWN, Count, DoubleNoise
         from stranger.watchers import SEEN
         from workbench.arm.built_in_arms import load_robot
+        from workbench.exports import FORMS
         from workbench.plate.plate_toml import load_plate
+        from workbench.session.commands.data import LoadData
+        from workbench.session.commands.identify import Identify
+        from workbench.session.export import exported_as
         from workbench.session.journal.folder import begin
+        from workbench.session.state import Severity
         from workbench.views.page.app import App
+        from workbench.views.recording.recorder import recorder
 
-        robot, plate = load_robot("aria"), load_plate("table2")
+        warnings.simplefilter("ignore")
+        robot, plate = load_robot("ur5"), load_plate("table2")
         begun = begin(robot, plate, folder=Path("rec"))
+        begun = replace(begun, keepers=(*begun.keepers, recorder(Path("rec"))))
         app = App(robot, plate, begun=begun, data=("a.theirs", b"read by them"))
         for command in (DoubleNoise(3.0), Count(), Count()):
             app.worker.submit(command)
         assert app.worker.wait(60.0)
-        assert app.worker.session.page.messages[-1].text == "read by them"
+        messages = app.worker.session.page.messages
+        assert "read by them" in [m.text for m in messages]
+        (broken,) = [m for m in messages if "theirs/broken" in m.text]
+        assert broken.severity is Severity.WARNING
+        nodes = app.server.scene._handle_from_node_name
+        assert any("theirs/reach" in name for name in nodes)
+        app.worker.submit(LoadData("log.csv", Path("log.csv").read_bytes()))
+        assert app.worker.wait(60.0)
+        app.worker.submit(Identify(algorithms=("theirs",)))
+        assert app.worker.wait(120.0)
+        assert broken in app.worker.session.page.messages
+        made = exported_as(FORMS["their-name"])(app.worker.session)
+        assert made[1].decode() == robot.name, made
         app.close()
         print(SHOWN[0], "to", SHOWN[-1])
         print(round(max(SEEN[:-1]) / min(SEEN[:-1])), SEEN[-1])
@@ -303,7 +332,11 @@ def test_a_panel_with_its_command_in_page_journal_and_reopened_session(here):
         from workbench.session.journal.reader import read_recording
         from workbench.session.journal.restore import restore
 
-        again = restore(read_recording(Path("rec"))).session
+        opened = restore(read_recording(Path("rec")))
+        again = opened.session
+        assert not opened.differences
+        assert len(again.measurements.loaded.dataset) == 40
+        assert list(again.results.identification.runs) == ["theirs"]
         lines = map(json.loads, Path("rec/journal.jsonl").read_text().splitlines())
         reach = [line["numbers"]["reach"] for line in lines if "reach" in line.get("numbers", {})]
         print(f"{1e3 * again.noise.position:.3f}", next_step(again).sentence, [round(r, 2) for r in reach])
@@ -311,3 +344,12 @@ def test_a_panel_with_its_command_in_page_journal_and_reopened_session(here):
     reopened = python(code, **here)
     assert reopened.startswith("0.300 2 counted by them [")
     assert "[]" not in reopened
+    drawn = reader(here["folder"] / "rec" / "session.rrd")
+    assert any("theirs/reach" in path for path in drawn.paths)
+    code = """
+        from pathlib import Path
+        from workbench.session.journal.reader import read_recording
+        from workbench.session.journal.restore import restore
+        print(restore(read_recording(Path("rec"))).reason)
+        """
+    assert "DoubleNoise" in python(code, **(here | {"packages": ()}))

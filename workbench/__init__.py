@@ -33,10 +33,23 @@ def _homes() -> dict[str, tuple[str, str]]:
 
 @cache
 def _plugged_in() -> dict:
-    """Entry points of names that extras and other packages add to the root: to look takes 20 ms."""
-    from importlib.metadata import entry_points
+    """Entry points of names that extras and other packages add to the root."""
+    from workbench.base.registry import installed
 
-    return {entry.name: entry for entry in entry_points(group="workbench.root")}
+    return {entry.name: entry for entry in installed("workbench.root")}
+
+
+def _loaded(entry):
+    """The verb or class of an entry point; another package's that is broken raises what names it."""
+    try:
+        part = entry.load()
+        if not callable(part):
+            raise TypeError("a name of the root is a function or a class")
+    except Exception as error:  # whatever is wrong with somebody else's package
+        home = entry.dist.name if entry.dist is not None else entry.value
+        message = f"'{entry.name}' of {home} can't be used: {type(error).__name__}: {error}"
+        raise AttributeError(message) from error
+    return part
 
 
 @cache
@@ -54,10 +67,11 @@ def __getattr__(name: str):
     if name in _homes():
         home, own = _homes()[name]
         part = getattr(import_module(home), own)
-        return part if isinstance(part, type) or hasattr(part, "__signature__") else _checked(part)
-    if name.startswith("_") or name not in _plugged_in():
+    elif name.startswith("_") or name not in _plugged_in():
         raise AttributeError(f"module 'workbench' has no attribute '{name}'")
-    return _plugged_in()[name].load()
+    else:
+        part = _loaded(_plugged_in()[name])
+    return part if isinstance(part, type) or hasattr(part, "__signature__") else _checked(part)
 
 
 def __dir__() -> list[str]:

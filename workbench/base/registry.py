@@ -20,9 +20,11 @@ registered again (a notebook cell that runs twice) replaces itself; another one 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoints, entry_points
 from inspect import isabstract
+from pathlib import Path
 from threading import RLock
+from traceback import extract_tb
 from typing import Any, TypeVar, final
 
 from workbench.base.errors import OptionError
@@ -33,14 +35,25 @@ Added = TypeVar("Added")
 
 
 @cache
-def _installed() -> Any:
-    """Entry points of all packages: to look through them takes 20 ms."""
+def _entry_points() -> Any:
     return entry_points()
 
 
+def installed(group: str) -> EntryPoints:
+    """Entry points of a group: to look through those of all packages takes 20 ms, once."""
+    return _entry_points().select(group=group)
+
+
+LEFT_OUT: dict[str, None] = {}
+"""Sentences on the broken parts that this process goes on without, in order; views show them."""
+
+
 def leave_out(part: str, error: Exception) -> None:
-    """Warn of a part that is broken, by what raised; everything else goes on without it."""
-    text = f"{part} is left out: {type(error).__name__}: {error}"
+    """Warn of a part that is broken, by what raised and where; everything else goes on without it."""
+    *_, last = extract_tb(error.__traceback__) or [None]
+    where = "" if last is None else f" ({Path(last.filename).name}, line {last.lineno})"
+    text = f"{part} is left out: {type(error).__name__}: {error}{where}"
+    LEFT_OUT[text] = None
     warnings.warn(text, RuntimeWarning, stacklevel=3)
 
 
@@ -53,7 +66,7 @@ def plugins(
         what: What a part is called in the warning.
         add: Takes a part and where it comes from, and may refuse it.
     """
-    for entry in _installed().select(group=group):
+    for entry in installed(group):
         try:
             part = entry.load()
             add(part, entry.value)

@@ -78,6 +78,8 @@ class AbstractForm(ABC):
     """Usual ending of its files."""
     takes_calibrated: ClassVar[bool] = False
     """Whether `write` takes the calibrated arm itself, instead of what a geometry can carry of it."""
+    needs_source: ClassVar[bool] = False
+    """Whether it only updates a file that exists."""
 
     @property
     @abstractmethod

@@ -22,6 +22,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data import writer
 from workbench.data.readers.mapping import mapping_text
+from workbench.exports import AbstractForm, Job, export_robot
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
 from workbench.report.result_page import page_of
@@ -85,6 +86,21 @@ def calibrated_urdf(session: Session) -> File:
     with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
         path = write_urdf(_calibrated(session), Path(folder, "file.urdf"))
         return f"{stem_of(session.robot.name)}-calibrated.urdf", path.read_bytes()
+
+
+def exported_as(form: AbstractForm) -> Callable[[Session], NotedFile]:
+    """Writes the shown fit's arm in a form of `export --for`, with notes on what its file can't hold."""
+
+    def file(session: Session) -> NotedFile:
+        job = Job(robot=_calibrated(session), nominal=session.robot)
+        name = f"{stem_of(session.robot.name)}-{form.name}{form.ending}"
+        with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
+            done = export_robot(form, Path(folder, name), job)
+            if done.doubt:
+                raise DataError(f"{name} should not be used: {done.doubt}")
+            return name, done.path.read_bytes(), (done.verdict, *done.notes)
+
+    return file
 
 
 def captured_csv(session: Session) -> File:

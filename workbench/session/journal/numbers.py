@@ -12,6 +12,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.base.registry import Registry
+from workbench.data.readers.layouts import PLAIN
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.results_json import identification_json
@@ -94,6 +95,8 @@ def _data(loaded: Loaded) -> Json:
     found: Json = {"name": loaded.name, "rows": len(rows), "q_mean": rows.q.mean(0)}
     if rows.position is not None and np.isfinite(rows.position).any():
         found["position_mean"] = np.nanmean(rows.position, 0)
+    if loaded.file is not None and loaded.file.preview.layout != PLAIN:
+        found["layout"] = loaded.file.preview.layout
     return found | {"checks": 0 if checks is None else len(checks)}
 
 

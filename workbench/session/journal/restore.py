@@ -17,6 +17,7 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.installed_package import package_version
 from workbench.base.progress import progress
+from workbench.data.readers.layouts import LAYOUTS, PLAIN
 from workbench.session.command import AbstractChange, AbstractChore, AbstractTask, UnknownCommand
 from workbench.session.journal import codec
 from workbench.session.journal.compare_numbers import ROUNDING, Difference, compare
@@ -149,6 +150,9 @@ def _reason(recording: Recording, step: int) -> str:
     missing = sorted(name for name in _effects(recording.lines[step - 1].numbers) if name not in EFFECTS)
     if missing:
         return f"the effect '{missing[0]}' is not installed here"
+    layout = (recording.lines[step - 1].numbers.get("data") or {}).get("layout", PLAIN)
+    if layout not in (PLAIN, *LAYOUTS):
+        return f"what reads the layout '{layout}' is not installed here"
     then, now = recording.header.get("workbench", "unknown"), package_version()
     if then != now:
         return f"it was recorded by version {then}, this is {now}"

@@ -96,6 +96,10 @@ class Cubes:
     level: float = 0.0
 
 
+AXIS_LENGTH = 0.035
+"""Length of the axes of a frame [m]."""
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Axes:
     """Frames, each as three short axes."""

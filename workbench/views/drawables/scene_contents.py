@@ -36,6 +36,11 @@ def on_page(session: Session) -> Iterator[Item]:
     yield from _items((*SUBJECTS.values(), *ON_PAGE.values(), *MOVING.values()), session)
 
 
+def in_recordings(session: Session) -> Iterator[Item]:
+    """What recordings show."""
+    yield from _items(SUBJECTS.values(), session)
+
+
 def in_motion(session: Session) -> Iterator[Item]:
     """What moves while a trajectory is played."""
     yield from _items((arms, *MOVING.values()), session)

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from workbench.base.registry import leave_out
+
 
 @dataclass(frozen=True, eq=False)
 class Item:
@@ -66,13 +68,21 @@ class AbstractSink(ABC):
             if old is not None:
                 self.show(item)
             return item.path
-        new = item.make(*item.inputs)
-        if new is not None:
-            self.change(item, old, new)
-        elif old is not None:
+        new = self._changed(item, old)
+        if new is None and old is not None:
             self.remove(item.path)
         self._drawn[item.path] = item, new
         return item.path
+
+    def _changed(self, item: Item, old: Any) -> Any:
+        """What is drawn at an item's path now; None if there is nothing to see, or if it can't be drawn."""
+        try:
+            if (new := item.make(*item.inputs)) is not None:
+                self.change(item, old, new)
+        except Exception as error:  # whatever is wrong with somebody else's package
+            leave_out(f"the drawable {item.path}", error)
+            return None
+        return new
 
     @abstractmethod
     def puts_off(self, item: Item) -> bool:
@@ -88,4 +98,4 @@ class AbstractSink(ABC):
 
     @abstractmethod
     def remove(self, path: str) -> None:
-        """Take away what is drawn at a path."""
+        """Take away what is drawn at a path, if anything is."""

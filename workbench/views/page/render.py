@@ -1,15 +1,15 @@
 """The browser as a view of the session: the scene and the panels, drawn together."""
 
-import logging
 from collections.abc import Callable
 from functools import partial
+from itertools import islice
 
 import viser
 
-from workbench.base.registry import leave_out
+from workbench.base.registry import LEFT_OUT, leave_out
 from workbench.session.commands.compare import FollowSystem
 from workbench.session.commands.messages import NoteTab, Tell
-from workbench.session.state import Session, Tab
+from workbench.session.state import Session, Severity, Tab
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.camera import aim
@@ -27,7 +27,6 @@ from workbench.views.page.style import NARROW, PHONE
 from workbench.views.page.tabs import PageSignals, Tabs
 from workbench.views.page.viser_internals import controls, hand_over, icons_at_once
 
-log = logging.getLogger(__name__)
 MIN_WIDTH, SHARE = 340, 0.42
 """Where the window is narrow: least width of the panel [px], and its share of the window."""
 STRIP: tuple[type[AbstractPanel], ...] = (HeaderVerdict, Header)
@@ -58,6 +57,7 @@ class BrowserView(AbstractView):
     ):
         self._server, self._worker = server, worker
         self._failed: set[str] = set()
+        self._shown_broken = 0
         session = worker.session
         with server.atomic():
             self._scene = Scene(server, worker, session, drawn=drawn)
@@ -91,6 +91,7 @@ class BrowserView(AbstractView):
             self._guarded("the scene", self._scene.show, session)
             waits = [self._update(panel, session) for panel in self._panels]
         self._server.flush()
+        self._tell_of_broken_parts()
         self.is_behind = self._scene.is_behind or any(waits)
         if (is_mode := session.mode is not None) is not self._is_mode:
             self._is_mode = is_mode
@@ -115,12 +116,14 @@ class BrowserView(AbstractView):
         except Exception as error:
             if name not in self._failed:
                 self._failed.add(name)
-                log.exception("%s can't be shown", name)
-                sentence = (
-                    f"{name} can't be shown ({type(error).__name__}: {error}); everything else is up to date"
-                )
-                self._worker.submit(Tell(sentence))
+                leave_out(name, error)
             return None
+
+    def _tell_of_broken_parts(self) -> None:
+        """Show each sentence on a part that is left out, once."""
+        for sentence in islice(LEFT_OUT, self._shown_broken, None):
+            self._worker.submit(Tell(sentence, Severity.WARNING))
+        self._shown_broken = len(LEFT_OUT)
 
     def _follow(self, is_dark: bool) -> None:
         if is_dark is not self._worker.session.page.is_dark:

@@ -1,14 +1,13 @@
 """Drawing moments one after the other: the scene, and words, tables and pictures beside it."""
 
-import logging
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import rerun as rr
 
 from workbench.arm.kinematics.skeleton import body_frames
+from workbench.base.registry import leave_out
 from workbench.diagnosis.report.ranking import ranking
 from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_plots import before_after
@@ -22,7 +21,7 @@ from workbench.views.drawables.measured import measured
 from workbench.views.drawables.nominal_arm import nominal_arm
 from workbench.views.drawables.plate import plate
 from workbench.views.drawables.region import region
-from workbench.views.drawables.scene_contents import SUBJECTS
+from workbench.views.drawables.scene_contents import in_recordings
 from workbench.views.drawables.sink import Item
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.recorded_step import DrawingPace, Moment
@@ -32,7 +31,6 @@ from workbench.views.recording.timelines import TIMELINES
 
 MAX_ARM_ROWS = 2000
 """Rows for which the arms are drawn at most."""
-log = logging.getLogger(__name__)
 
 
 class Drawing:
@@ -52,29 +50,16 @@ class Drawing:
             self._canvas.at_rows()
             self._try("rows", draw_rows, self._canvas, session, rows)
         self._canvas.at(moment.step, moment.at)
-        scene = (item for subject in SUBJECTS.values() for item in subject(session))
-        self._try("scene", self._scene.draw, map(_guarded, scene))
-        self._try("sheets", self._sheets.draw, map(_guarded, sheets(session)))
+        self._try("scene", self._scene.draw, in_recordings(session))
+        self._try("sheets", self._sheets.draw, sheets(session))
         for timeline in self._timelines:
             self._try(type(timeline).__name__, timeline.draw, self._canvas, moment)
 
     def _try(self, name: str, draw: Callable[..., None], *args: Any) -> None:
         try:
             draw(*args)
-        except Exception:
-            log.exception("%s could not be drawn", name)
-
-
-def _guarded(item: Item) -> Item:
-    """An item that is nothing where it can't be made."""
-
-    def make(*inputs: Any) -> Any:
-        try:
-            return item.make(*inputs)
-        except Exception:
-            log.exception("%s could not be drawn", item.path)
-
-    return replace(item, make=make)
+        except Exception as error:
+            leave_out(name, error)
 
 
 def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:

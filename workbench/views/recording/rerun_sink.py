@@ -3,7 +3,6 @@
 Everything is drawn, shown or not: the viewer hides things itself.
 """
 
-import logging
 from collections.abc import Callable
 from typing import Any
 
@@ -12,20 +11,32 @@ import rerun as rr
 
 from workbench.base import se3
 from workbench.views.appearance.shapes import Solid
-from workbench.views.drawables.drawable import Arm, Arrows, Cubes, Cuboid, Label, Line, Mesh, Points
+from workbench.views.drawables.drawable import (
+    AXIS_LENGTH,
+    Arm,
+    Arrows,
+    Axes,
+    Cubes,
+    Cuboid,
+    Label,
+    Line,
+    Mesh,
+    Points,
+)
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
 from workbench.views.recording.canvas import Canvas
 
 LABEL = (241, 245, 249)
+AXIS_COLOURS = ((230, 57, 70), (42, 157, 83), (69, 123, 230))
+"""Of x, y and z."""
 THIN = 0.0015
 """Radius of lines and arrows [m]."""
 SMALL = 0.12
 """Radius of a cube's mark, as a share of its side."""
-log = logging.getLogger(__name__)
 
 
 class RecordingSink(AbstractSink):
-    """Draws onto a canvas, below a prefix; what can't be drawn is left out, and the rest goes on."""
+    """Draws onto a canvas, below a prefix."""
 
     def __init__(self, canvas: Canvas, prefix: str = ""):
         super().__init__()
@@ -38,13 +49,10 @@ class RecordingSink(AbstractSink):
         """The viewer hides things itself."""
 
     def change(self, item: Item, old: Any, new: Any) -> None:
-        try:
-            if isinstance(new, rr.AsComponents):
-                self._canvas.log(self._prefix + item.path, new)
-            else:
-                LOG[type(new)](self._canvas, self._prefix + item.path, old, new)
-        except Exception:
-            log.exception("%s could not be drawn", item.path)
+        if isinstance(new, rr.AsComponents):
+            self._canvas.log(self._prefix + item.path, new)
+        else:
+            LOG[type(new)](self._canvas, self._prefix + item.path, old, new)
 
     def remove(self, path: str) -> None:
         self._canvas.clear(self._prefix + path)
@@ -153,6 +161,12 @@ def _arrows(arrows: Arrows) -> rr.Arrows3D:
     )
 
 
+def _axes(axes: Axes) -> rr.Arrows3D:
+    vectors = AXIS_LENGTH * np.swapaxes(axes.rotations, 1, 2).reshape(-1, 3)
+    colours = np.tile(AXIS_COLOURS, (len(axes.places), 1))
+    return rr.Arrows3D(origins=np.repeat(axes.places, 3, axis=0), vectors=vectors, colors=colours, radii=THIN)
+
+
 def line(line: Line) -> rr.LineStrips3D:
     """A line of its first colour."""
     return rr.LineStrips3D([line.places], colors=line.colours[:1], radii=THIN)
@@ -179,6 +193,7 @@ LOG: dict[type, Callable[[Canvas, str, Any, Any], None]] = {
     Cubes: _log_cubes,
     Points: _whole(_points),
     Arrows: _whole(_arrows),
+    Axes: _whole(_axes),
     Line: _whole(line),
     Cuboid: _whole(_cuboid),
 }

@@ -81,6 +81,7 @@ class IntoForm(AbstractForm):
     title: str = ""
     ending: str = ""  # type: ignore[misc]
     parse: Callable[[str], Model] = urdf_model
+    needs_source = True
 
     def write(self, job: Job) -> str:
         placing = _placing(self, job)

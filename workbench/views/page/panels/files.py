@@ -7,11 +7,13 @@ import viser
 from PIL import Image
 
 from workbench.base.wording import capital
+from workbench.exports import FORMS
 from workbench.identification.errors.file_errors import file_errors, file_notes, judging_text, sizes
 from workbench.identification.result import Identification
 from workbench.session.export import (
     calibrated_toml,
     calibrated_urdf,
+    exported_as,
     measurements_csv,
     plate_toml,
     report_zip,
@@ -25,6 +27,7 @@ FORMATS = (
     "The arm of the shown fit: TOML for this program, effects and all; URDF for others, the best geometry "
     "without effects; the report as an HTML page with tables and figures."
 )
+OTHER = "Its difference from the calibrated arm, and what it can't hold, are shown when it is saved."
 SAVED = {"URDF": calibrated_urdf, "TOML": calibrated_toml, "Report": report_zip}
 PICTURE = (1200, 1920)
 """Height and width of a saved picture."""
@@ -39,11 +42,21 @@ class ArmFiles:
         self._errors = gui.add_html("", visible=False)
         self._formats = gui.add_button_group("Save", tuple(SAVED), visible=False, hint=FORMATS)
         self._formats.on_click(lambda event: panel.save(event, SAVED[event.target.value]))
+        forms = {name: form for name, form in FORMS.items() if not form.needs_source}
+        titles = ". ".join(f"{name}: {form.title}" for name, form in forms.items())
+        self._form = gui.add_dropdown("Other format", tuple(forms), visible=False, hint=titles)
+        self._other = gui.add_button(
+            "Save in this format", icon=viser.Icon.DOWNLOAD, color="gray", visible=False, hint=OTHER
+        )
+        self._other.on_click(
+            lambda event: panel.save(event, exported_as(forms[self._form.value]), is_arm=True)
+        )
 
     def show(self, session: Session) -> None:
         """The errors of the files as they would be saved now; they are evaluated once a fit."""
         found = session.results.identification
-        self._errors.visible = self._formats.visible = found is not None
+        for control in (self._errors, self._formats, self._form, self._other):
+            control.visible = found is not None
         if found is not None and (self._shown[0] is not found or self._shown[1] != session.results.fit):
             self._shown = found, session.results.fit
             self._errors.content = _errors(found, session.results.fit)

@@ -252,11 +252,17 @@ class AbstractPanel(ABC):
 
         return made
 
-    def save(self, event: viser.GuiEvent, make: Callable[[Session], File | NotedFile]) -> None:
-        """Download a file; errors are shown on the page instead of being lost in viser's thread pool."""
+    def save(
+        self, event: viser.GuiEvent, make: Callable[[Session], File | NotedFile], *, is_arm: bool = False
+    ) -> None:
+        """Download a file; errors are shown on the page instead of being lost in viser's thread pool.
+
+        Args:
+            is_arm: Whether the file is a calibrated arm, so that an implausible one is asked about.
+        """
         found, run = self._worker.session.results.identification, self._worker.session.results.run
         doubts = () if found is None or run is None else found.doubts(run)
-        if doubts and make in (calibrated_toml, calibrated_urdf):
+        if doubts and (is_arm or make in (calibrated_toml, calibrated_urdf)):
             question = f"Implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}"
             title = "Save an implausible arm?"
             ask(event, title, question, "Save anyway", lambda: self._download(event, make))

@@ -17,7 +17,18 @@ from workbench.base import se3
 from workbench.views.appearance.bodies import Body
 from workbench.views.appearance.colours import linear
 from workbench.views.appearance.shapes import cuboid_edges
-from workbench.views.drawables.drawable import Arm, Arrows, Axes, Cubes, Cuboid, Label, Line, Mesh, Points
+from workbench.views.drawables.drawable import (
+    AXIS_LENGTH,
+    Arm,
+    Arrows,
+    Axes,
+    Cubes,
+    Cuboid,
+    Label,
+    Line,
+    Mesh,
+    Points,
+)
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
 from workbench.views.page.scene.cube_mesh import add_cubes
 from workbench.views.page.scene.node import Node, Ray, place_out_of_sight, put
@@ -70,7 +81,8 @@ class PageSink(AbstractSink):
         return picked(shown, ray, points_first=points_first)
 
     def remove(self, path: str) -> None:
-        self._nodes.pop(path).root.remove()
+        if (node := self._nodes.pop(path, None)) is not None:
+            node.root.remove()
         self._hidden.discard(path)
 
 
@@ -204,7 +216,7 @@ def _segments(
 def _add_axes(server: viser.ViserServer, name: str, axes: Axes) -> Node:
     turns = se3.matrix_to_quaternion(axes.rotations)
     return Node(
-        server.scene.add_batched_axes(name, turns, axes.places, axes_length=0.035, axes_radius=0.0016)
+        server.scene.add_batched_axes(name, turns, axes.places, axes_length=AXIS_LENGTH, axes_radius=0.0016)
     )
 
 
