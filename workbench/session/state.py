@@ -101,6 +101,10 @@ class Severity(StrEnum):
     ERROR = "error"
 
 
+PASSING = (Severity.LOG, Severity.INFO)
+"""Over once the user goes on."""
+
+
 @dataclass(frozen=True)
 class Message:
     """One sentence for the user.
@@ -420,8 +424,10 @@ class Session:
             raise OptionError(f"target must be 1 to {len(self.plate)}, got {number + 1}")
 
     def tell(self, severity: Severity, text: str, *, refused: str = "") -> "Session":
-        number = self.page.message_count + 1
-        messages = (*self.page.messages, Message(number, severity, text, refused))[-MESSAGES:]
+        number, older = self.page.message_count + 1, list(self.page.messages)
+        if len(older) >= MESSAGES:  # what passes goes before what is wrong, the oldest first
+            older.remove(min(older, key=lambda m: m.severity not in PASSING))
+        messages = (*older, Message(number, severity, text, refused))
         return replace(self, page=replace(self.page, messages=messages, message_count=number))
 
     def without_refusals(self, kind: str) -> "Session":
@@ -434,8 +440,7 @@ class Session:
 
     def without_info_messages(self) -> "Session":
         """The session without messages that only inform; the user has gone on."""
-        passing = (Severity.LOG, Severity.INFO)
-        return self._with_messages(m for m in self.page.messages if m.severity not in passing)
+        return self._with_messages(m for m in self.page.messages if m.severity not in PASSING)
 
     def _with_messages(self, messages: Iterable[Message]) -> "Session":
         kept = tuple(messages)
