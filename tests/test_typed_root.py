@@ -1,5 +1,6 @@
 """What a type checker sees of the root is what there is."""
 
+import re
 import subprocess
 import sys
 from dataclasses import is_dataclass
@@ -49,6 +50,19 @@ def test_a_type_checker_knows_the_names_and_their_types(tmp_path):
     assert len(errors) == 2, done.stdout
     assert "held" in errors[0]
     assert "no_such_name" in errors[1]
+
+
+@pytest.mark.slow
+def test_calls_of_the_documentation_are_typed(tmp_path):
+    pytest.importorskip("mypy")
+    pages = [ROOT / "README.md", *sorted((ROOT / "assets" / "docs").rglob("*.md"))]
+    blocks = [block for page in pages for block in re.findall(r"```python\n(.*?)```", page.read_text(), re.S)]
+    assert blocks
+    for number, block in enumerate(blocks):
+        (tmp_path / f"block{number}.py").write_text(block)
+    command = [sys.executable, "-m", "mypy", *tmp_path.glob("*.py")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.returncode == 0, done.stdout
 
 
 def test_records_that_verbs_take_stand_at_the_root():

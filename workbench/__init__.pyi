@@ -13,7 +13,7 @@ from workbench.arm.mounting import Mounting as Mounting
 from workbench.arm.robot import Robot as Robot
 from workbench.arm.robot_toml import write_toml as write_toml
 from workbench.arm.urdf import read_urdf as read_urdf
-from workbench.arm.urdf import write_urdf as write_urdf
+from workbench.arm.urdf_writer import write_urdf as write_urdf
 from workbench.base.errors import WorkbenchError as WorkbenchError
 from workbench.base.progress import running as running
 from workbench.data.accuracy_requirement import Requirement as Requirement

@@ -21,7 +21,8 @@ from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import deflect, shift_of
 from workbench.arm.statics.load_derivatives import wrench_derivative
 from workbench.arm.statics.wrenches import motion_wrenches
-from workbench.arm.urdf import read_urdf, write_urdf
+from workbench.arm.urdf import read_urdf
+from workbench.arm.urdf_writer import write_urdf
 from workbench.base.errors import DataError, RobotError, ShapeError
 
 KNOTS = tuple(np.linspace(-3.2, 3.2, 7))

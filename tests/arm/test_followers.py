@@ -13,7 +13,8 @@ from workbench.arm.kinematics.forward import geometric_jacobian, identification_
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.wrenches import motion_wrenches, own_axis
-from workbench.arm.urdf import read_urdf, write_urdf
+from workbench.arm.urdf import read_urdf
+from workbench.arm.urdf_writer import write_urdf
 from workbench.base.errors import FileError, RobotError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset

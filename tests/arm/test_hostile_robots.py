@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.urdf import read_urdf, write_urdf
+from workbench.arm.urdf import read_urdf
+from workbench.arm.urdf_writer import write_urdf
 from workbench.base.errors import FileError
 from workbench.base.progress import Cancelled, running
 from workbench.plate.plate_toml import load_plate

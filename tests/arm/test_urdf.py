@@ -20,7 +20,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.wrenches import motion_wrenches
-from workbench.arm.urdf import read_urdf, write_urdf
+from workbench.arm.urdf import read_urdf
+from workbench.arm.urdf_writer import write_urdf
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, RobotError

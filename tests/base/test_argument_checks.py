@@ -6,14 +6,17 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from inspect import cleandoc, signature
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.base.argument_checks import accept, admit, checked_arguments
+from workbench.base.argument_checks import accept, admit, checked_arguments, share_of
 from workbench.base.errors import OptionError
+from workbench.base.types import Vector3
+
+Share = Annotated[float, lambda value, given: share_of(value) if isinstance(value, str) else value]
 
 
 class Colour(StrEnum):
@@ -28,7 +31,7 @@ class Grams:
 
 @dataclass(frozen=True, kw_only=True)
 class Extras:
-    share: float = 0.2
+    share: Share = 0.2
     names: Sequence[str] = ()
     table: Mapping[str, float] = field(default_factory=dict)
 
@@ -51,6 +54,7 @@ def verb(
     pair: tuple[float, float] = (0.0, 0.0),
     path: Path | None = None,
     flag: bool = False,
+    place: Vector3 | None = None,
     call: Callable[[], int] | None = None,
     **fields: Any,
 ) -> dict[str, Any]:
@@ -61,7 +65,6 @@ def verb(
 @pytest.mark.parametrize(
     ("given", "name", "read"),
     [
-        ({"scale": "20%"}, "scale", 0.2),
         ({"scale": np.float32(0.5)}, "scale", 0.5),
         ({"mass": 3}, "mass", Grams(6.0)),
         ({"count": np.int64(4)}, "count", 4),
@@ -74,12 +77,13 @@ def verb(
         ({"names": "a"}, "names", ("a",)),
         ({"names": "a, b"}, "names", ("a", "b")),
         ({"names": np.array(["a", "b"])}, "names", ("a", "b")),
+        ({"place": (1, 2, 3)}, "place", np.array([1.0, 2.0, 3.0])),
         ({"table": {"a": 1}}, "table", {"a": 1.0}),
     ],
 )
 def test_what_is_plain_is_read(given, name, read):
     found = verb(**{"scale": 2.0, **given})[name]
-    assert found == read
+    assert np.all(found == read)
     assert isinstance(found, type(read))
 
 
@@ -87,6 +91,12 @@ def test_what_is_plain_is_read(given, name, read):
     "given",
     [
         {"scale": "much"},
+        {"scale": "0.5"},
+        {"scale": "50%"},
+        {"place": 3.0},
+        {"place": (1.0, 2.0)},
+        {"place": "here"},
+        {"place": [[1.0], [2.0, 3.0], 4.0]},
         {"scale": True},
         {"scale": None},
         {"mass": "3"},

@@ -103,7 +103,7 @@ def test_functions_go_by_their_own_names():
 
 def entries(monkeypatch, *points):
     found = EntryPoints(EntryPoint(name, value, "tests.tools") for name, value in points)
-    monkeypatch.setattr(registry, "_installed", lambda: found)
+    monkeypatch.setattr(registry, "_entry_points", lambda: found)
 
 
 def test_a_broken_plug_in_costs_one_warning(monkeypatch):
@@ -152,7 +152,7 @@ def test_a_second_thread_waits_until_all_are_there(monkeypatch):
             return Hammer
 
     point = Slow("hammer", "somewhere:Hammer", "tests.tools")
-    monkeypatch.setattr(registry, "_installed", lambda: EntryPoints([point]))
+    monkeypatch.setattr(registry, "_entry_points", lambda: EntryPoints([point]))
     known = tools()
     threads = [threading.Thread(target=lambda: seen.append([*known])) for _ in range(2)]
     threads[0].start()

@@ -12,7 +12,7 @@ from workbench import cli
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.urdf import write_urdf
+from workbench.arm.urdf_writer import write_urdf
 from workbench.base.files import write_text
 from workbench.base.installed_package import package_version
 from workbench.data.readers import read_measurements

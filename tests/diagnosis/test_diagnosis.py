@@ -14,7 +14,8 @@ from workbench.arm.effects import EFFECTS
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.diagnosis.diagnose import NO_DIRECTION, diagnose
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.notes import NO_DIRECTION
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import Size, diagnosis_tables, error_units, lines, sizes
 from workbench.identification.problem import Problem

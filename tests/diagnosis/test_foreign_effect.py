@@ -231,7 +231,7 @@ def test_the_registry_takes_entries_and_replaces_none(monkeypatch):
     with pytest.raises(OptionError, match=r"AbstractEffect lacks law, name, sentence"):
         EFFECTS.register(AbstractEffect)
     point = EntryPoint("gear-sag", f"{__name__}:GearSag", GROUP)
-    monkeypatch.setattr(registry, "_installed", lambda: EntryPoints([point]))
+    monkeypatch.setattr(registry, "_entry_points", lambda: EntryPoints([point]))
     assert dict(registry.Registry("effect", AbstractEffect, WarmJoint, group=GROUP, classes=True)) == {
         "warm-joint": WarmJoint,
         "gear-sag": GearSag,

@@ -12,7 +12,8 @@ from workbench.arm.effects.bearing_compliance import BearingCompliance
 from workbench.arm.effects.clearance_tilt import ClearanceTilt
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.base.errors import FileError
-from workbench.diagnosis.diagnose import NO_PAYLOAD, diagnose
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.notes import NO_PAYLOAD
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.identification.problem import Problem
 

@@ -77,12 +77,13 @@ def test_the_map_takes_off_no_more_than_the_geometry_leaves(named, before, after
         return SimpleNamespace(errors=SimpleNamespace(held_out=errors(size), train=None))
 
     cause, other = EncoderScale((1,), (0.01,)), EncoderScale((2,), (0.01,))
+    model = (Term(Candidate(cause)), Term(Candidate(other)))
+    last = SimpleNamespace(found=SimpleNamespace(model=model))
+    trial = SimpleNamespace(refitted=lambda model: errors(named))
     found = residual_map(
-        (Term(Candidate(cause)), Term(Candidate(other))),
-        [SimpleNamespace(effect=e) for e in (cause, other)],
+        SimpleNamespace(last=last, before=validation(0.4), after=validation(after)),
+        SimpleNamespace(effects=[SimpleNamespace(effect=e) for e in (cause, other)], trial=trial),
         [SimpleNamespace(effects=(cause,))],
-        SimpleNamespace(refitted=lambda model: errors(named)),
-        SimpleNamespace(before=validation(0.4), after=validation(after)),
     )
     assert found.effects == (other,)
     assert found.before.position_mm.mean == pytest.approx(before)

@@ -7,7 +7,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
-from workbench.arm.urdf import write_urdf
+from workbench.arm.urdf_writer import write_urdf
 from workbench.base import se3
 from workbench.plate.optimiser.constraints import is_clear_of
 from workbench.plate.plate_toml import write_plate

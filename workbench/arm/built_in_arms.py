@@ -75,7 +75,7 @@ def save_robot(robot: Robot, path: Path | str) -> Path:
     path = check_robot_file(path)
     if path.suffix.lower() == ".toml":
         return write_toml(robot, path)
-    from workbench.arm.urdf import write_urdf
+    from workbench.arm.urdf_writer import write_urdf
 
     return write_urdf(robot, path)
 

@@ -24,6 +24,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
+from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, frozen
 
 
@@ -136,8 +137,15 @@ class Chain:
         return {e.name: i for i, e in enumerate(self.elements)}
 
     def indices(self, names: Iterable[str]) -> Int[np.ndarray, " p"]:
-        """Positions of the named elements."""
-        return np.array([self.index[name] for name in names], np.int64)
+        """Positions of the named elements.
+
+        Raises:
+            OptionError: there is none of a name.
+        """
+        try:
+            return np.array([self.index[name] for name in names], np.int64)
+        except KeyError as error:
+            raise OptionError(f"no constant {error}; choose from {', '.join(self.index)}") from None
 
     def with_values(self, values: Float[np.ndarray, " k"]) -> "Chain":
         """The same chain with other constants; everything independent of them is shared."""

@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from workbench.arm.chain import Axis, Element
 from workbench.base import se3
+from workbench.base.argument_checks import admit
 from workbench.base.types import Freedom, Matrix3, Matrix4, Vector3, frozen
 
 BASE, TOOL = -1, -2
@@ -34,6 +35,9 @@ class Frame:
     xyz: Vector3 = field(default_factory=lambda: np.zeros(3))
     rotation: Matrix3 = field(default_factory=lambda: np.eye(3))
     free: Freedom = Freedom.FIXED
+
+    def __post_init__(self):
+        admit(self)
 
     @classmethod
     def from_pose(cls, pose: Matrix4, free: Freedom = Freedom.FIXED) -> "Frame":

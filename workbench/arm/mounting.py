@@ -7,6 +7,7 @@ import numpy as np
 
 from workbench.arm.frame import Frame
 from workbench.arm.gravity import TOLERANCE, tilted
+from workbench.base.argument_checks import admit
 from workbench.base.types import Matrix4, Vector3, frozen
 
 DOWN = frozen(np.array([0.0, 0.0, -9.81]))
@@ -28,6 +29,9 @@ class Mounting:
     tool: Frame = field(default_factory=Frame)
     gravity: Vector3 = field(default_factory=lambda: DOWN)
     gravity_tolerance: float = TOLERANCE
+
+    def __post_init__(self):
+        admit(self)
 
     def at(self, base: Matrix4, tool: Matrix4) -> "Mounting":
         """The same with base and tool at other poses."""

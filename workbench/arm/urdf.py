@@ -1,36 +1,31 @@
-"""Robots as URDF files, with six small corrections per joint, and calibrated URDF files out.
+"""Robots from URDF files, with six small corrections per joint.
 
 Each joint on the path from root to tip becomes: its origin (a constant), six corrections named
 `jointN.x … jointN.yaw` that are zero until identified, and the driven rotation or translation about the
-joint's axis. A calibrated URDF has the corrections multiplied into the origins; everything else in the
-file (meshes, inertias, other branches) is unchanged. Arms from tables become URDFs of plain frames.
+joint's axis. `urdf_writer.py` multiplies the corrections into the origins again.
 """
 
 import contextlib
-import os
 import xml.etree.ElementTree as ET
 from collections import Counter
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Element
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.joint import Joint, JointKind
-from workbench.arm.masses import carried, moved, side_branches, with_bodies
+from workbench.arm.masses import side_branches, with_bodies
 from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot
 from workbench.arm.urdf_source import UrdfSource
-from workbench.arm.usable import usable_arm
 from workbench.base import se3
 from workbench.base.errors import FileError, RobotError
-from workbench.base.files import read_bytes, write_bytes
-from workbench.base.types import Freedom, Matrix4, Vector3, frozen
+from workbench.base.files import read_bytes
+from workbench.base.types import Freedom, Vector3, frozen
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -115,7 +110,7 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
 def _parse(path: Path) -> "yourdfpy.URDF":
     if not path.is_file():
         raise FileError("no such file; give a URDF", path=str(path))
-    root = _root(path)
+    root = xml_root(path)
     if root.tag != "robot":
         raise FileError(f"is not a URDF: its root is <{root.tag}>, not <robot>", path=str(path))
     if not root.findall("joint"):
@@ -159,7 +154,7 @@ def _check_angles(joint: ET.Element, path: Path) -> None:
             )
 
 
-def _root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
+def xml_root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
     """The file's <robot>, comments included."""
     parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
     content = read_bytes(path, wanted=wanted, maximum=LARGEST_FILE)
@@ -183,7 +178,7 @@ def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
             )
         into[joint.child] = joint
 
-    def to_root(link: str) -> list:
+    def toxml_root(link: str) -> list:
         joints = []
         while link in into:
             joints.append(into[link])
@@ -199,14 +194,14 @@ def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
     if tip is not None:
         if tip not in links:
             raise FileError(f"has no link '{tip}'; its links are {', '.join(links)}", path=str(path))
-        if not count(to_root(tip)):
+        if not count(toxml_root(tip)):
             raise FileError(f"has no joint that moves on the path to link '{tip}'", path=str(path))
-        return to_root(tip)
+        return toxml_root(tip)
     parents = {j.parent for j in model.robot.joints}
     ends = [link for link in links if link not in parents]
     if ours := [link for link in ends if link.startswith(TOOL_LINK)]:
-        return to_root(ours[-1])
-    leaves = [to_root(link) for link in ends]
+        return toxml_root(ours[-1])
+    leaves = [toxml_root(link) for link in ends]
     if not leaves:
         raise FileError("has no link at which a chain ends; a serial chain is needed", path=str(path))
     maximum = max(count(joints) for joints in leaves)
@@ -302,149 +297,3 @@ def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: lis
         com=frozen(com),
         max_moment=None if not effort else float(effort),
     )
-
-
-def write_urdf(robot: Robot, path: Path | str) -> Path:
-    """Write a robot as URDF: a calibrated copy of the file it came from, or frames alone.
-
-    The base frame becomes a fixed joint from the link `measuring_frame`, the tool one to `calibrated_tool`,
-    unless they are identities; of several sessions' it has the first. A URDF can't represent effects: it gets
-    the best geometry without them (`usable_arm`, which also reports the remaining error).
-
-    Raises:
-        FileError: the file that the robot came from is gone.
-        RobotError: the robot has something that a URDF can't represent.
-    """
-    robot = usable_arm(robot, effects=False).robot.in_first_session
-    if robot.urdf is not None:
-        root = _root(robot.urdf.path, wanted="the URDF that the robot was read from")
-        _correct_origins(root, robot, robot.urdf.joints)
-        _keep_references(root, robot.urdf.path, Path(path))
-    else:
-        root = _skeleton(robot)
-    _add_frames(root, robot)
-    ET.indent(root)
-    return write_bytes(path, ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
-
-
-def _keep_references(root: ET.Element, source: Path, copy: Path) -> None:
-    """Make relative mesh and texture paths valid from the folder of the copy."""
-    for node in root.iter():
-        file = node.get("filename") if node.tag in ("mesh", "texture") else None
-        if file is None or "://" in file or Path(file).is_absolute():
-            continue
-        if (source.parent / file).is_file() and copy.parent.resolve() != source.parent.resolve():
-            node.set("filename", os.path.relpath((source.parent / file).resolve(), copy.parent.resolve()))
-
-
-def _segments(robot: Robot) -> list[Matrix4]:
-    """Pose between driven elements, at q = 0: before joint 1, between 1 and 2, …, after the last."""
-    driven = moved(robot)
-    still = [
-        replace(e, joint=None, follows=None, value=0.0 if e.follows is not None else e.value)
-        for e in robot.elements
-    ]
-    undriven = chains.Chain(tuple(still), 0)
-    poses = chains.frames(undriven, np.zeros((1, 0)), np.array([*driven, len(robot.elements) - 1]))[0]
-    return [poses[0], *(se3.inverse(a) @ b for a, b in pairwise(poses))]
-
-
-def _skeleton(robot: Robot) -> ET.Element:
-    """A URDF of frames for an arm from a table; every driven element keeps its own axis."""
-    root, parent = ET.Element("robot", name=robot.name), "base_link"
-    driven = [robot.elements[i] for i in moved(robot)]
-    segments, bodies, names = _segments(robot), carried(robot), {}
-    ET.SubElement(root, "link", name=parent)
-    for number, (element, segment) in enumerate(zip(driven, segments[:-1], strict=True), start=1):
-        joint = robot.joints[element.link]
-        limits = np.array(joint.limits)
-        if element.follows is not None:
-            limits = np.sort(element.value + element.ratio * robot.limits[element.follows])
-        link = ET.SubElement(root, "link", name=f"link{number}")
-        is_limited = bool(np.isfinite(limits).all())
-        kind = "prismatic" if not element.axis.turns else "revolute" if is_limited else "continuous"
-        if kind == "prismatic" and not is_limited:
-            raise RobotError(
-                f"{joint.name} is prismatic without limits, which a URDF can't express; give limits"
-            )
-        node = _joint_node(root, f"joint{number}", kind, parent, f"link{number}", segment)
-        axis = np.eye(3)[element.axis % 3]
-        ET.SubElement(node, "axis", xyz=numbers_text(axis))
-        if kind != "continuous":
-            effort = joint.max_moment or 0.0
-            ET.SubElement(
-                node,
-                "limit",
-                lower=repr(float(limits[0])),
-                upper=repr(float(limits[1])),
-                effort=repr(float(effort)),
-                velocity="0",
-            )
-        if element.follows is None:
-            names[element.joint] = f"joint{number}"
-        else:
-            factor, offset = repr(float(element.ratio)), repr(float(element.value))
-            ET.SubElement(node, "mimic", joint=names[element.follows], multiplier=factor, offset=offset)
-        _inertial(link, *bodies[number - 1])
-        parent = f"link{number}"
-    ET.SubElement(root, "link", name="flange")
-    _joint_node(root, "flange_joint", "fixed", parent, "flange", segments[-1])
-    return root
-
-
-def _inertial(link: ET.Element, mass: float | None, com: Vector3) -> None:
-    """Mass and centre of a body in the frame right after its joint; nothing if the mass is unknown."""
-    if mass is None:
-        return
-    node = ET.SubElement(link, "inertial")
-    ET.SubElement(node, "origin", xyz=numbers_text(com), rpy="0 0 0")
-    ET.SubElement(node, "mass", value=repr(float(mass)))
-    ET.SubElement(node, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")
-
-
-def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> None:
-    """Multiply the identified corrections into the origins of the joints of the chain."""
-    by_name = {node.get("name"): node for node in root.findall("joint")}
-    for link, original in enumerate(names):
-        mine = [
-            e
-            for e in robot.elements
-            if e.link == link and e.joint is e.follows is None and not e.name.endswith(("align", "unalign"))
-        ]
-        if not any(e.value for e in mine):
-            continue
-        pose = chains.poses(chains.Chain(tuple(mine), 0), np.zeros((1, 0)))[0]
-        node = by_name[original]
-        origin = node.find("origin")
-        if origin is None:
-            origin = ET.SubElement(node, "origin")
-        origin.set("xyz", numbers_text(pose[:3, 3]))
-        origin.set("rpy", numbers_text(se3.matrix_to_rpy(pose[:3, :3])))
-
-
-def _add_frames(root: ET.Element, robot: Robot) -> None:
-    links = {node.get("name") for node in root.findall("link")}
-    first, last = ("base_link", "flange") if robot.urdf is None else (robot.urdf.root, robot.urdf.tip)
-    for frame, name in ((robot.base, BASE_LINK), (robot.tool, TOOL_LINK)):
-        if np.array_equal(frame.pose, np.eye(4)):
-            continue
-        while name in links:
-            name += "_"
-        ET.SubElement(root, "link", name=name)
-        ends = (name, first) if frame is robot.base else (last, name)
-        _joint_node(root, f"{name}_joint", "fixed", *ends, frame.pose)
-
-
-def _joint_node(root: ET.Element, name: str, kind: str, parent: str, child: str, pose: Matrix4) -> ET.Element:
-    node = ET.SubElement(root, "joint", name=name, type=kind)
-    ET.SubElement(node, "parent", link=parent)
-    ET.SubElement(node, "child", link=child)
-    ET.SubElement(
-        node, "origin", xyz=numbers_text(pose[:3, 3]), rpy=numbers_text(se3.matrix_to_rpy(pose[:3, :3]))
-    )
-    return node
-
-
-def numbers_text(numbers: np.ndarray) -> str:
-    """Numbers with all digits, separated by spaces, for XML attributes."""
-    return " ".join(repr(float(v)) for v in numbers)

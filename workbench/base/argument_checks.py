@@ -12,7 +12,18 @@ from inspect import Parameter, Signature, cleandoc, signature
 from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, NamedTuple, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    NamedTuple,
+    ParamSpec,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 from jaxtyping import AbstractArray
@@ -25,6 +36,19 @@ Given = Mapping[str, Any]
 """Arguments before the one that is read, by name: what a path means may depend on the robot."""
 Read = Callable[[Any, Given], Any]
 
+Kind = TypeVar("Kind")
+if TYPE_CHECKING:
+    Like = Union[Kind, Any]  # noqa: UP007 an alias with a parameter
+    """What may be given where a checked verb takes a kind: one, or what stands for one, such as its file."""
+else:
+
+    class Like:
+        """The kind itself: the decorator reads what stands for it."""
+
+        def __class_getitem__(cls, kind):
+            return kind
+
+
 _REFUSED = object()
 
 
@@ -35,6 +59,16 @@ class _Reading(NamedTuple):
 
 _READINGS: dict[type, _Reading] = {}
 _PLAIN = {bool: "True or False", int: "a whole number", float: "a number", str: "text", Path: "a path"}
+
+
+def _seed(value: Any, given: Given) -> Any:
+    if isinstance(value, Integral) and not isinstance(value, bool) and value < 0:
+        raise OptionError(f"seed must be at least 0, got {value}")
+    return value
+
+
+Seed = Annotated[int, _seed, "a whole number"]
+"""Where random numbers begin."""
 
 
 def accept(kind: type, text: str, read: Read) -> None:
@@ -132,8 +166,10 @@ def _bare(hint: Any) -> Any:
 def _read(value: Any, hint: Any, given: Given) -> Any:
     """The value as a type says, or `_REFUSED`."""
     kind, parts = get_origin(hint) or hint, get_args(hint)
-    if kind is Any or _is_array_like(parts):
+    if kind is Any:
         return value
+    if _is_array_like(parts):
+        return value if _is_numeric(value) else _REFUSED
     if kind is Annotated:
         for read in filter(callable, hint.__metadata__):
             value = read(value, given)
@@ -144,7 +180,7 @@ def _read(value: Any, hint: Any, given: Given) -> Any:
     if not isinstance(kind, type):
         return value
     if issubclass(kind, AbstractArray):
-        return _REFUSED if isinstance(value, str) else value
+        return _array(value, kind)
     if kind is Callable or kind is type(Callable):
         return value if callable(value) else _REFUSED
     if issubclass(kind, Mapping):
@@ -152,6 +188,28 @@ def _read(value: Any, hint: Any, given: Given) -> Any:
     if parts and issubclass(kind, Iterable):
         return _items(value, kind, parts, given)
     return _single(value, kind, given)
+
+
+def _array(value: Any, kind: Any) -> Any:
+    """An array of the shape and numbers that an annotation says, or what numpy makes one of."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of unequal length
+        return _REFUSED
+    if array.dtype.kind in "iu" and "float64" in kind.dtypes:
+        array = array.astype(float)
+    return array if isinstance(array, kind) else _REFUSED
+
+
+def _is_numeric(value: Any) -> bool:
+    """Whether numpy makes numbers of a value that is none of its text."""
+    if isinstance(value, str | bytes | Mapping):
+        return False
+    try:
+        np.asarray(value, float)
+    except (TypeError, ValueError):
+        return False
+    return True
 
 
 def _is_array_like(parts: tuple[Any, ...]) -> bool:
@@ -181,14 +239,13 @@ def _single(value: Any, kind: type, given: Given) -> Any:
 
 
 def _plain(value: Any, kind: type) -> Any:
-    """A number, a truth value or a path from what says one without doubt."""
+    """A number, a truth value or a path from what is one without doubt; text isn't a number: which unit?"""
     if kind is bool:
         return bool(value) if isinstance(value, np.bool_) else _REFUSED
     if kind is int:
         whole = isinstance(value, Integral) or (isinstance(value, float) and value.is_integer())
         return int(value) if whole else _REFUSED
     if kind is float:
-        value = share_of(value) if isinstance(value, str) else value
         return float(value) if isinstance(value, Real) else _REFUSED
     return Path(value) if kind is Path and isinstance(value, str) else _REFUSED
 
@@ -243,10 +300,10 @@ def _text(hint: Any) -> str:
     if issubclass(kind, Mapping):
         return f"a mapping to {_text(parts[1])}" if parts else "a mapping"
     if issubclass(kind, AbstractArray):
-        return "an array"
+        return f"an array of shape ({hint.dim_str})" if hint.dim_str else "a number"
     if parts and issubclass(kind, Iterable):
         pair = kind is tuple and parts[-1] is not Ellipsis
-        return f"{len(parts)} values" if pair else f"several of {_text(parts[0])}"
+        return f"{len(parts)} values" if pair else f"a list (each {_text(parts[0])})"
     return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
 
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from workbench.base.argument_checks import admit
 from workbench.base.errors import OptionError
 from workbench.data.prediction import RowComponents
 
@@ -44,6 +45,7 @@ class Wanted:
     why: str = ""
 
     def __post_init__(self):
+        admit(self)
         if not self.position > 0.0 or not (self.rotation is None or self.rotation > 0.0):
             raise OptionError(f"wanted errors must be positive, got {self.text}")
 
@@ -190,6 +192,7 @@ class Requirement:
     per_axis: float = 1e-3
 
     def __post_init__(self):
+        admit(self)
         if not (self.radius > 0 and self.insertion > 0 and self.per_axis > 0):
             raise OptionError(
                 f"a requirement needs positive lengths, not radius {self.radius:g} m, insertion "

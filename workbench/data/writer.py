@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.base.argument_checks import Like
 from workbench.base.errors import FileError
 from workbench.base.files import write_text
 from workbench.base.wording import as_cell
@@ -18,7 +19,7 @@ ENDINGS = (".csv", ".txt")
 
 
 def write_measurements(
-    dataset: Dataset,
+    dataset: Like[Dataset],
     path: Path | str,
     *,
     rotation: RotationForm = RotationForm.QUATERNION,

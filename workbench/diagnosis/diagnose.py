@@ -11,8 +11,9 @@ from jaxtyping import Float
 from workbench.arm.masses import with_assumed_masses
 from workbench.arm.robot import Robot
 from workbench.base.advice import Advice
+from workbench.base.argument_checks import Like
 from workbench.base.errors import OptionError
-from workbench.base.progress import part_of, progress
+from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
@@ -41,10 +42,11 @@ from workbench.plate.argument_types import checked_arguments
 
 
 @checked_arguments(FitChoices)
+@whole_or_nothing()
 @one_thread()
 def diagnose(
-    robot: Robot,
-    data: Dataset,
+    robot: Like[Robot],
+    data: Like[Dataset],
     choices: FitChoices | None = None,
     *,
     measurable: Measurable | None = None,
@@ -61,6 +63,7 @@ def diagnose(
     Raises:
         DataError: too few rows, or data that contradict the robot beyond doubt.
         OptionError: an unknown constant or option.
+        Cancelled: it was cancelled; what was found by then is no conclusion.
     """
     if (own := preparation_of(data)) is not None:
         raise OptionError(f"{data.source}: {own.undiagnosed}")

@@ -1,6 +1,6 @@
 """Formats of `--for`: the joint table here, those of controllers, drivers and simulators from elsewhere.
 
-URDF and TOML, which are read too, are written in `arm/urdf.py` and `arm/robot_toml.py`.
+URDF and TOML, which are read too, are written in `arm/urdf_writer.py` and `arm/robot_toml.py`.
 """
 
 from workbench.base.errors import OptionError

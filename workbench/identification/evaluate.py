@@ -3,6 +3,7 @@
 import numpy as np
 
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
@@ -17,7 +18,7 @@ from workbench.plate.argument_types import checked_arguments
 
 @checked_arguments()
 @one_thread()
-def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evaluation:
+def evaluate(robot: Like[Robot], data: Like[Dataset], *, fit_frames: bool = False) -> Evaluation:
     """Errors of a given model; nothing is fitted, or only base and tool.
 
     Args:

@@ -6,7 +6,7 @@ from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
-from workbench.base.argument_checks import Given, accept, admit, share_of
+from workbench.base.argument_checks import Given, Seed, accept, admit, share_of
 from workbench.base.errors import OptionError
 from workbench.data.argument_types import pair_of
 from workbench.data.dataset import Dataset
@@ -32,7 +32,8 @@ def _by_hand(value: Any, given: Given) -> Any:
     if value is None or isinstance(value, Mapping):
         return value or {}
     rows = value if isinstance(value, Iterable) else [value]
-    return dict.fromkeys(map(int, rows), "by hand") if all(isinstance(r, Integral) for r in rows) else value
+    are_rows = all(isinstance(r, Integral) and not isinstance(r, bool) for r in rows)
+    return dict.fromkeys(map(int, rows), "by hand") if are_rows else value
 
 
 def _noise(value: Any, given: Given) -> Any:
@@ -78,7 +79,7 @@ class FitChoices:
     noise: Noise | None = None
     levelled: bool = False
     known: Mapping[str, float] = field(default_factory=dict)
-    seed: int = 0
+    seed: Seed = 0
 
     def __post_init__(self):
         admit(self)

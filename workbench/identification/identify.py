@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.arm.built_in_arms import posed_arm
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like
 from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, part_of, progress
 from workbench.base.threads import one_thread
@@ -36,8 +37,8 @@ REWEIGHTINGS = 10
 @checked_arguments(FitChoices)
 @one_thread()
 def identify(
-    robot: Robot | None,
-    data: Dataset,
+    robot: Like[Robot] | None,
+    data: Like[Dataset],
     choices: FitChoices | None = None,
     *,
     algorithms: Sequence[str] = DEFAULT_ALGORITHMS,
@@ -75,6 +76,8 @@ def identify(
     if robot is None:
         raise OptionError("give a robot; it may be omitted only for rows with tool poses instead of joints")
     chosen = [_algorithm(name) for name in algorithms]
+    if not chosen:
+        raise OptionError(f"choose at least one algorithm from {', '.join(ALGORITHMS)}")
     weighting = option(Loss, loss, "loss")
     choices = FitChoices.of(choices, **fields)
     sound = prepare_without_outliers if weighting is Loss.SET_APART else _all_rows

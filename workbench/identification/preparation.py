@@ -31,6 +31,7 @@ from workbench.identification.own_preparation import (
 )
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.problem_blocks import observed_kinds
 from workbench.identification.rows.row_selection import (
     check_enough,
     choose_rows,
@@ -149,6 +150,7 @@ def prepare(
     robot.check_joints(data.q, data.source)
     progress(0.0, "checking the rows")
     complete = with_drivers(robot, checked(robot, data))
+    _check_known_places(complete, choices)
     rows = _choose_rows(robot, complete, choices, held_rows)
     free, scale_notes = _free_constants(robot, rows.fitted, choices)
     without_prior = [name for name in (*free, *effects) if prior is None or name not in prior.names]
@@ -351,6 +353,20 @@ def _rows_of_other_file(robot: Robot, data: Dataset, region: Region | None) -> D
     robot.check_joints(data.q, data.source)
     data = with_drivers(robot, checked(robot, data))
     return data.take(choose_rows(robot, data, {}, region)[0])
+
+
+def _check_known_places(data: Dataset, choices: FitChoices) -> None:
+    """Raise if a place is said to be known that no row uses."""
+    used = [rows for rows in (data, choices.held_out) if isinstance(rows, Dataset)] if choices.known else ()
+    places = {
+        name
+        for rows in used
+        for kind, own in observed_kinds(rows)
+        for name in kind.of(rows.take(own)).unknowns
+    }
+    if stray := sorted(choices.known.keys() - places):
+        known = f"choose from {', '.join(sorted(places))}" if places else "no row measures one"
+        raise OptionError(f"known: '{stray[0]}' is no place that the rows use; {known}")
 
 
 def _exclude_unlocated(held: Dataset, known: Collection[str]) -> tuple[Dataset, list[str]]:

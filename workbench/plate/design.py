@@ -3,11 +3,13 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like, Seed
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
@@ -17,7 +19,7 @@ from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
-from workbench.plate.optimiser.optimise import DesignRequest
+from workbench.plate.optimiser.optimise import DesignRequest, RequestFields
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.shapes import ON_THE_TABLE
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
@@ -41,32 +43,30 @@ SHIFTS = ((-0.1, 0.0), (0.1, 0.0), (0.0, -0.1), (0.0, 0.1), (-0.1, -0.1), (-0.1,
 """Where else it is tried: farther from the base's axis and higher, as shares of the arm's reach."""
 
 
-@checked_arguments()
+@checked_arguments(DesignRequest)
 @one_thread()
 def optimise_plate(
-    robot: Robot,
-    plate: Plate,
+    robot: Like[Robot],
+    plate: Like[Plate],
     *,
     request: DesignRequest | None = None,
-    number: int | None = None,
-    production: Production | None = None,
     reading: str | TargetReading | None = None,
     sigma: tuple[float, float | None] | None = None,
     visits: int = 1,
     base: bool | None = None,
     tool: bool | None = None,
     moves: bool = False,
-    seed: int = 0,
+    seed: Seed = 0,
+    **fields: Unpack[RequestFields],
 ) -> PlateDesign:
     """The plate with the smallest predicted error in its region.
 
     Args:
         robot: Nominal arm with limits.
         plate: Where the plate lies, how large it is, its region; its targets are one of the starts.
-        request: Number of targets, branches, blocks, constraints, tolerances; the usual ones if None, with
-            narrower margins (and a note) where the usual margins leave no plate.
-        number: How many targets where there is no request; as many as the given plate has if None.
-        production: Tolerances of production where the request has none; as `plate_production` says if None.
+        request: What is asked of the plate; its fields may be given as keywords, such as `number=8`. Where
+            neither it nor `constraints` is given, narrower margins are tried (with a note) if the usual ones
+            leave no plate.
         reading: What is read at a target: seat, socket, point, contacts or ball-bar; as the given plate's
             targets are if None.
         sigma: Standard deviations of one visit [m], [rad]; those of the reading if None.
@@ -83,7 +83,9 @@ def optimise_plate(
     """
     if not isinstance(reading, TargetReading):
         reading = reading_named(reading or usual_reading(plate), robot, plate, sigma=sigma, visits=visits)
-    production = production or plate_production(plate, reading.name)
+    is_usual = request is None and "constraints" not in fields
+    request = DesignRequest.of(request, **fields)
+    request = replace(request, production=request.production or plate_production(plate, reading.name))
 
     def search(request: DesignRequest, plate: Plate = plate) -> PlateDesign:
         return optimise.optimise_plate(
@@ -92,18 +94,18 @@ def optimise_plate(
             reading=reading,
             goal=goal,
             rng=np.random.default_rng(seed),
-            request=replace(request, production=request.production or production),
+            request=request,
             names=names,
         )
 
     goal, names = goal_poses(robot, plate), identified_names(robot, base=base, tool=tool)
     is_movable = moves and plate.anchors is None and not any(target.locked for target in plate.targets)
     places = (plate, *_moved(robot, plate)) if is_movable else (plate,)
-    if request is not None:
+    if not is_usual:
         found = _best_place(search, places, request)
         return _priced(lambda request: search(request, found), request)
     floor = _table(robot)
-    request = DesignRequest(number=number, constraints=Constraints(floor=floor))
+    request = replace(request, constraints=Constraints(floor=floor))
     try:
         return search(request, _best_place(search, places, request))
     except DataError as error:

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
+from workbench.base.argument_checks import admit
 from workbench.base.types import Matrix4, Vector3, frozen
 from workbench.plate.region import Region
 from workbench.plate.tolerances import EXACT, Production
@@ -55,6 +56,9 @@ class Target:
     kind: Kind = Kind.SEAT
     sigma: tuple[float, float] | None = None
     locked: bool = False
+
+    def __post_init__(self):
+        admit(self)
 
     @classmethod
     def at(cls, pose: Matrix4, **fields: Any) -> "Target":

@@ -7,6 +7,7 @@ from typing import Any, final
 import numpy as np
 import tomli_w
 
+from workbench.base.argument_checks import Like
 from workbench.base.assets import assets
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_text
@@ -146,7 +147,7 @@ def plate_text(plate: Plate) -> str:
     return tomli_w.dumps(plate_to_table(plate))
 
 
-def write_plate(plate: Plate, path: Path | str) -> Path:
+def write_plate(plate: Like[Plate], path: Path | str) -> Path:
     """Write a plate's file, whole or not at all."""
     return write_text(path, plate_text(plate))
 

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from workbench.base.argument_checks import admit
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
 
@@ -29,6 +30,7 @@ class Region:
     cube: float = field(default=0.05)
 
     def __post_init__(self):
+        admit(self)
         for axis in range(3):
             if not self.min[axis] < self.max[axis]:
                 raise OptionError(

@@ -18,6 +18,7 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.argument_checks import Like, Seed
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, part_of
 from workbench.base.threads import one_thread
@@ -171,14 +172,14 @@ class TargetScorer:
 @checked_arguments()
 @one_thread()
 def score_plate(
-    robot: Robot,
-    plate: Plate,
+    robot: Like[Robot],
+    plate: Like[Plate],
     *,
     sigma: tuple[float, float] | None = None,
     base: bool | None = None,
     tool: bool | None = None,
     evaluation_poses: Float[np.ndarray, "rows n"] | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
 ) -> PlateScore:
     """Score a plate for an arm, target by target and as a set.
 
@@ -232,7 +233,7 @@ def score_plates(
     sigma: tuple[float, float] | None = None,
     base: bool | None = None,
     tool: bool | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
 ) -> tuple[PlateScore, ...]:
     """Scores over the same poses: those of the first plate's region.
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like, Seed
 from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
@@ -46,15 +47,15 @@ DESIGNED = "designed"
 @checked_arguments()
 @one_thread()
 def measure_poses(
-    robot: Robot,
+    robot: Like[Robot],
     number: int,
     *,
     index: str = RANDOM,
     instrument: str | Instrument = "tracker-6d",
-    actual: Robot | None = None,
+    actual: Like[Robot] | None = None,
     effects: Sequence[str | AbstractEffect] = (),
     errors: tuple[float, float] = LIKELY_ERRORS,
-    seed: int = 0,
+    seed: Seed = 0,
 ) -> tuple[Robot, Dataset]:
     """A virtual arm measured at random or informative joint positions.
 
@@ -97,15 +98,15 @@ def measure_poses(
 @checked_arguments()
 @one_thread()
 def measure_plate(
-    robot: Robot,
-    plate: Plate,
+    robot: Like[Robot],
+    plate: Like[Plate],
     *,
     branch: str = DESIGNED,
     instrument: str | Instrument = "plate",
-    actual: Robot | None = None,
+    actual: Like[Robot] | None = None,
     effects: Sequence[str | AbstractEffect] = (),
     errors: tuple[float, float] = LIKELY_ERRORS,
-    seed: int = 0,
+    seed: Seed = 0,
 ) -> tuple[Robot, Dataset]:
     """A virtual arm brought to the targets of a plate.
 
@@ -164,6 +165,8 @@ def _hidden(
     errors: tuple[float, float],
 ) -> tuple[Robot, tuple[str, ...]]:
     """The arm to measure, with what is hidden in it, and a sentence on each effect."""
+    if min(errors) < 0.0:
+        raise OptionError(f"errors must be at least 0, got {errors[0]:g} m and {errors[1]:g} rad")
     if actual is None:
         actual = virtual_arm(robot, rng=rng, length=errors[0], angle=errors[1])
     hidden, notes = hidden_effects(actual, effects, rng=rng)

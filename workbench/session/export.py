@@ -81,7 +81,7 @@ def calibrated_toml(session: Session) -> File:
 
 def calibrated_urdf(session: Session) -> File:
     """What a URDF can carry of it: the geometry that is best without effects."""
-    from workbench.arm.urdf import write_urdf
+    from workbench.arm.urdf_writer import write_urdf
 
     with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
         path = write_urdf(_calibrated(session), Path(folder, "file.urdf"))

@@ -173,7 +173,7 @@ def test_joints_counted_otherwise_are_the_same_arm_with_the_same_weights(name):
 
 
 def test_descriptions_without_a_table_are_recounted_too(tmp_path):
-    from workbench.arm.urdf import write_urdf
+    from workbench.arm.urdf_writer import write_urdf
 
     arm = plain("ur10")
     urdf = load_robot(write_urdf(arm, tmp_path / "arm.urdf"))

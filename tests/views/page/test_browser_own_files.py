@@ -8,7 +8,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
-from workbench.arm.urdf import write_urdf
+from workbench.arm.urdf_writer import write_urdf
 from workbench.data.readers.mapping import read_mapping
 from workbench.data.readers.preview import preview
 from workbench.data.writer import write_measurements

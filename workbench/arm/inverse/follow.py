@@ -14,6 +14,7 @@ from workbench.arm.inverse.deflected_arm import refine_deflected
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like
 from workbench.base.errors import ShapeError
 from workbench.base.types import frozen
 
@@ -49,7 +50,7 @@ class FollowedMany:
 
 
 def follow(
-    robot: Robot,
+    robot: Like[Robot],
     pose: ArrayLike,
     q_start: ArrayLike,
     *,

@@ -43,6 +43,7 @@ from workbench.arm.inverse.solutions import (
 )
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
 
@@ -68,7 +69,7 @@ SPREAD_STARTS = 96
 
 
 def solve(
-    robot: Robot,
+    robot: Like[Robot],
     pose: ArrayLike,
     *,
     task: Task | None = None,
@@ -145,9 +146,9 @@ def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
     limits = np.asarray(limits, float)
     if limits.shape != (robot.dof, 2):
         raise ShapeError(
-            f"limits are for {len(limits)} joints, robot '{robot.name}' has {robot.dof}; give one pair each",
+            f"limits have shape {limits.shape}; '{robot.name}' has {robot.dof} joints: give a pair for each",
             expected=robot.dof,
-            found=len(limits),
+            found=len(limits) if limits.ndim else 0,
         )
     return limits
 

@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
+from workbench.base.argument_checks import admit
 from workbench.base.errors import OptionError
 from workbench.base.registry import Registry
 from workbench.base.types import Vector3, frozen
@@ -99,6 +100,7 @@ class Instrument:
     stroke: tuple[float, float] | None = None
 
     def __post_init__(self):
+        admit(self)
         if self.sigma_position < 0 or (self.sigma_rotation or 0.0) < 0:
             raise OptionError(f"instrument '{self.name}': standard deviations must be at least 0")
         if self.observes is Observes.POSE and self.sigma_rotation is None:

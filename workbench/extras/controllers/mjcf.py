@@ -17,7 +17,7 @@ from workbench.arm import chain as chains
 from workbench.arm.joint_frames import JointFrames
 from workbench.arm.masses import carried
 from workbench.arm.robot import JointKind, Robot
-from workbench.arm.urdf import numbers_text as _text
+from workbench.arm.urdf_writer import numbers_text as _text
 from workbench.base import se3
 from workbench.base.types import Matrix4
 from workbench.exports.export_format import AbstractForm, Job

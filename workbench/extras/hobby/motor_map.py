@@ -22,6 +22,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
 from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.base import se3
+from workbench.base.argument_checks import Like
 from workbench.base.errors import DataError, OptionError
 from workbench.base.hand_eye import base_and_tool
 from workbench.base.threads import one_thread
@@ -201,7 +202,7 @@ class MotorMap(AbstractShown):
 
 @checked_arguments()
 @one_thread()
-def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> MotorMap:
+def map_motors(robot: Like[Robot], data: Like[Dataset], *, motors: tuple[str, ...] = ()) -> MotorMap:
     """Find how motors count against an arm's joints, from poses of a board or of the tool.
 
     Args:
@@ -218,6 +219,8 @@ def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> 
         raise OptionError(f"{robot.name}: the map needs three or more joints, all of them revolute")
     given = [note.removeprefix(NAMED).split(", ") for note in data.notes if note.startswith(NAMED)]
     names = motors or (tuple(given[0]) if given else tuple(f"motor {k + 1}" for k in range(robot.dof)))
+    if len(names) != robot.dof:
+        raise OptionError(f"motors names {len(names)} motors; {robot.name} has {robot.dof} joints")
     q, poses, rows = _seen(robot, data)
     _check(data, q, poses, names)
     found = find_counting(robot, q, poses)

@@ -19,6 +19,7 @@ from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.argument_checks import Like
 from workbench.base.errors import FileError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
@@ -167,7 +168,7 @@ class Extraction(AbstractShown):
 
 @checked_arguments()
 @one_thread()
-def extract(robot: Robot, readings: Path | Dataset | Sequence[str]) -> Extraction:
+def extract(robot: Like[Robot], readings: Path | Like[Dataset] | Sequence[str]) -> Extraction:
     """Find the model that a controller computes with from joints and poses that its pendant shows.
 
     Args:

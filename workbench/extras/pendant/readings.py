@@ -11,7 +11,7 @@ from jaxtyping import Float
 from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.errors import DataError
+from workbench.base.errors import DataError, OptionError
 from workbench.base.units import parse_heading
 from workbench.data.dataset import Dataset
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
@@ -85,6 +85,8 @@ def read_readings(path: Path | str, robot: Robot) -> PendantReadings:
 def typed_readings(texts: Iterable[str], robot: Robot) -> PendantReadings:
     """PendantReadings as `q1,…,qn = x,y,z,a,b,c` each."""
     cells = [list(part) for part in zip(*typed_cells(texts, robot.dof), strict=True)]
+    if not cells or not cells[0]:
+        raise OptionError("no poses are typed; give them as q1,…,qn = x,y,z,a,b,c")
     return _readings(cells, ("", "", ""), robot, "the typed poses", range(len(cells[0])))
 
 

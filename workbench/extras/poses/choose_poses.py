@@ -12,6 +12,7 @@ from rich.text import Text
 
 from workbench.arm.joint_units import shown_joints, shown_units, sliding
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like, Seed
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
 from workbench.base.threads import one_thread
@@ -27,7 +28,7 @@ from workbench.plate.region_poses import PLATE_POSES, region_poses
 @checked_arguments()
 @one_thread()
 def choose_poses(
-    robot: Robot,
+    robot: Like[Robot],
     number: int,
     *,
     index: str = "O1",
@@ -36,7 +37,7 @@ def choose_poses(
     method: Method | str = Method.EXCHANGE,
     base: bool | None = None,
     tool: bool | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
 ) -> PoseSet:
     """Joint positions with a large observability index, in measuring order.
 

@@ -17,6 +17,7 @@ from jaxtyping import Bool, Float, Int
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import admit
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.extras.poses.d_optimal import greedy_choice
@@ -62,6 +63,7 @@ class PoseLimits:
     solid: Plate | None = None
 
     def __post_init__(self):
+        admit(self)
         minimum = min(self.spread, self.margin, self.dexterity)
         if minimum < 0 or not self.cone > 0 or (self.travel is not None and not self.travel > 0):
             raise OptionError(

@@ -13,6 +13,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Seed
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, check_cancelled, part_of
 from workbench.data.accuracy_requirement import Wanted
@@ -161,7 +162,7 @@ def weigh_choices(
     places: int = 500,
     arms: int = 0,
     wanted: Wanted | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
 ) -> Tradeoff:
     """Plates of several sizes, made in several ways, machined ones also of few shapes.
 

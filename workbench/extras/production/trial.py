@@ -6,6 +6,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like, Seed
 from workbench.base.errors import DataError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
@@ -28,8 +29,8 @@ JUDGED_POSES = 500
 @checked_arguments()
 @one_thread()
 def try_plate(
-    robot: Robot,
-    plate: Plate,
+    robot: Like[Robot],
+    plate: Like[Plate],
     *,
     arms: int = ARMS,
     sigma: tuple[float, float] | None = None,
@@ -38,11 +39,11 @@ def try_plate(
     undeclared: tuple[AbstractEffect, ...] = (),
     length: float = LENGTH_ERROR,
     angle: float = ANGLE_ERROR,
-    wanted: Wanted | None = None,
-    towards: Plate | None = None,
+    wanted: Like[Wanted] | None = None,
+    towards: Like[Plate] | None = None,
     poses: int = JUDGED_POSES,
     scheduler: str | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
 ) -> Yield:
     """How many arms of a production run meet the requirement after a calibration with a plate.
 

@@ -13,6 +13,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
+from workbench.base.argument_checks import Like
 from workbench.base.errors import DataError, OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import JointRows
@@ -36,10 +37,10 @@ MIN_MOVING = 6
 @checked_arguments()
 @one_thread()
 def compensate(
-    calibrated: Robot,
-    trajectory: Trajectory,
+    calibrated: Like[Robot],
+    trajectory: Like[Trajectory],
     *,
-    nominal: Robot | None = None,
+    nominal: Like[Robot] | None = None,
     method: CorrectionMethod | str = CorrectionMethod.ITERATED,
     payload: float | None = None,
     temperature: float | None = None,

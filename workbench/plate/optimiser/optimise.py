@@ -8,14 +8,16 @@ and the plate's size. First a pool of candidates is drawn, then targets are exch
 then polished (`search`). The given plate is one of the starts.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import Any, TypedDict
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import admit
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancelled, part_of, progress
 from workbench.base.types import Outcome
@@ -67,6 +69,8 @@ class DesignRequest:
     Args:
         number: How many targets; as many as the given plate has if None.
         postures: Branches mixed at will, or one branch for all targets.
+        blocks: Shapes that may be chosen from.
+        constraints: Clearances that every target keeps.
         production: Tolerances of production; as the given plate says if None.
         shapes: How many different blocks may be made; any number if None.
         places: Random blocks in the pool.
@@ -83,10 +87,29 @@ class DesignRequest:
     starts: int = STARTS
 
     def __post_init__(self):
+        admit(self)
         if self.places < 1 or self.starts < 1:
             raise OptionError(f"places and starts must be at least 1, got {self.places} and {self.starts}")
         if self.shapes is not None and self.shapes < 1:
             raise OptionError(f"the number of block shapes must be at least 1, got {self.shapes}")
+
+    @classmethod
+    def of(cls, request: "DesignRequest | None", **fields: Any) -> "DesignRequest":
+        """A request with some fields replaced; the usual one if None."""
+        return cls(**fields) if request is None else replace(request, **fields)
+
+
+class RequestFields(TypedDict, total=False):
+    """The fields of `DesignRequest` as keyword arguments, for type checkers and editors."""
+
+    number: int | None
+    postures: Postures
+    blocks: Blocks
+    constraints: Constraints
+    production: Production | None
+    shapes: int | None
+    places: int
+    starts: int
 
 
 def optimise_plate(

@@ -5,6 +5,7 @@ from html import escape
 from typing import final
 
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.plate.argument_types import checked_arguments
@@ -66,9 +67,9 @@ class Page:
 
 @checked_arguments()
 def show(
-    robot: Robot,
-    data: Dataset | None = None,
-    plate: Plate | None = None,
+    robot: Like[Robot],
+    data: Like[Dataset] | None = None,
+    plate: Like[Plate] | None = None,
     *,
     port: int | None = None,
     open_browser: bool = True,

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from workbench.arm.joint import JointKind
-from workbench.arm.urdf import KINDS, numbers_text
+from workbench.arm.urdf import KINDS
+from workbench.arm.urdf_writer import numbers_text
 from workbench.base import se3
 from workbench.base.errors import FileError
 from workbench.base.types import Matrix4

@@ -7,7 +7,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from workbench.arm.urdf import numbers_text
+from workbench.arm.urdf_writer import numbers_text
 from workbench.base.errors import FileError
 
 FILE = "the file of --into"

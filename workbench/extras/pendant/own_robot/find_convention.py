@@ -22,7 +22,7 @@ from workbench.arm.many_starts import descend
 from workbench.arm.robot import Robot
 from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.base import se3
-from workbench.base.errors import DataError, ShapeError
+from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.types import frozen
 from workbench.base.wording import in_mm
 from workbench.extras.pendant.own_robot.readings import TableReading, Typed
@@ -141,6 +141,10 @@ def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) ->
         DataError: no reading fits, or several do and differ elsewhere; says which, and what would decide.
     """
     readings = tuple(readings)
+    if not readings or not typed:
+        raise OptionError(
+            f"no {'typed poses' if readings else 'table'} to compare; give at least one reading of each"
+        )
     for numbers in typed:
         if len(numbers.q) < MIN_POSES:
             raise ShapeError(

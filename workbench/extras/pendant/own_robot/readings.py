@@ -10,7 +10,7 @@ from jaxtyping import Float
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_from_rows
-from workbench.base.errors import FileError
+from workbench.base.errors import FileError, OptionError
 from workbench.base.types import frozen
 from workbench.extras.pendant.own_robot.displayed_poses import SIZES, USUAL_ORIENTATIONS, meanings, possible
 from workbench.plate.argument_types import checked_arguments
@@ -64,6 +64,8 @@ def table_readings(
         name: Of the robot.
         limits: Of its joints [rad or m], if known.
     """
+    if unknown := [unit for unit in (*lengths, *angles) if unit not in SIZES]:
+        raise OptionError(f"unknown unit '{unknown[0]}'; choose from {', '.join(SIZES)}")
     titles = {"dh": "standard DH", "craig": "modified DH (Craig)"}
     lengths = possible(lengths, [float(r.get(c, 0.0)) for r in rows for c in ("d", "a")])
     angles = possible(angles, [float(r.get(c, 0.0)) for r in rows for c in ("theta", "alpha", "beta")])

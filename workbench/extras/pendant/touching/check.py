@@ -25,6 +25,7 @@ from scipy import special
 
 from workbench.arm.joint_units import shown_units, sliding
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like
 from workbench.base.errors import DataError
 from workbench.base.wording import in_mm, joint_list
 from workbench.data.dataset import Dataset
@@ -222,7 +223,11 @@ class Check(AbstractShown):
 
 @checked_arguments()
 def check(
-    robot: Robot, touches: Path | Dataset, *, reference: Path | Dataset | None = None, wanted: float = WANTED
+    robot: Like[Robot],
+    touches: Path | Like[Dataset],
+    *,
+    reference: Path | Like[Dataset] | None = None,
+    wanted: float = WANTED,
 ) -> Check:
     """Check an arm by touching two or three seats, joints alone.
 

@@ -21,6 +21,7 @@ from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.argument_checks import Like
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
 from workbench.base.wording import in_mm
@@ -140,8 +141,8 @@ class UserFrame(AbstractShown):
 
 @checked_arguments()
 def frame(
-    robot: Robot,
-    touches: Path | Dataset,
+    robot: Like[Robot],
+    touches: Path | Like[Dataset],
     *,
     cad: Path | Mapping[str, Sequence[float]] | None = None,
     radius: float = 0.0,

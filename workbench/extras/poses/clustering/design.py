@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Seed
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.extras.poses.clustering import search
@@ -31,7 +32,7 @@ def cluster_region(
     towards: Float[np.ndarray, "orientations 3 3"] | None = None,
     cone: float = np.pi,
     solid: Plate | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
 ) -> Clustering:
     """Poses with equal O in different cubes of a region, the best such set (ARIA 4.2).
 

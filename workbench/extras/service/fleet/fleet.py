@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like
 from workbench.base.errors import OptionError
 from workbench.base.parallel import spread
 from workbench.base.wording import plural
@@ -105,7 +106,7 @@ class Fleet(AbstractShown):
 def compare_fleet(
     folder: Path | str,
     *,
-    robot: Robot | None = None,
+    robot: Like[Robot] | None = None,
     allowed: float = ALLOWED,
     workers: int | None = None,
     scheduler: str | None = None,

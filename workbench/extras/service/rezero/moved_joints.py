@@ -15,6 +15,7 @@ import numpy as np
 from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import FRAMES
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import Like
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
@@ -51,13 +52,13 @@ FARTHEST = np.deg2rad(120.0)
 @one_thread()
 @whole_or_nothing()
 def rezero(
-    robot: Robot,
-    data: Dataset,
+    robot: Like[Robot],
+    data: Like[Dataset],
     *,
     replaced: Sequence[int] = (),
     prior: Prior | None = None,
     tolerance: tuple[float, float] | None = None,
-    noise: Noise | None = None,
+    noise: Like[Noise] | None = None,
     frames: Sessions | str = Sessions.AUTO,
     exclude: Excluded | None = None,
     known: Mapping[str, float] | None = None,

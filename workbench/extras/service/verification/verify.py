@@ -9,7 +9,8 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.arm.robot import Robot
 from workbench.arm.usable import unobserved_text
-from workbench.base.errors import DataError
+from workbench.base.argument_checks import Like, Seed
+from workbench.base.errors import DataError, OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
 from workbench.base.wording import plural
@@ -141,15 +142,15 @@ class Verification(AbstractShown):
 @checked_arguments()
 @one_thread()
 def verify(
-    robot: Robot,
-    data: Dataset,
+    robot: Like[Robot],
+    data: Like[Dataset],
     *,
-    wanted: Wanted | float | None = None,
-    used: Dataset | None = None,
+    wanted: Like[Wanted] | float | None = None,
+    used: Like[Dataset] | None = None,
     same: float = SAME_POSE,
     fit_frames: bool = False,
     facts: dict[str, str] | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
 ) -> Verification:
     """Errors of a calibrated arm on fresh poses, with intervals; AP and RP where poses repeat.
 
@@ -171,6 +172,10 @@ def verify(
         DataError: no fresh row is left, or data that contradict the robot beyond doubt.
     """
     robot.check_joints(data.q, data.source)
+    if not same > 0.0:
+        raise OptionError(f"same must be positive, got {same:g}")
+    if not len(data):
+        raise DataError(f"{data.source or 'the measurements'}: no rows to verify with")
     fresh, warnings = _fresh(robot, data, used, same)
     warnings += unobserved_text(robot)
     if data.distance is not None or data.contact is not None:

@@ -1,0 +1,171 @@
+"""Robots written as URDF files, with what was identified multiplied into the origins of the joints.
+
+Everything else in the file that a robot was read from (meshes, inertias, other branches) is unchanged. Arms
+from tables become URDFs of plain frames.
+"""
+
+import os
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from workbench.arm import chain as chains
+from workbench.arm.masses import carried, moved
+from workbench.arm.robot import Robot
+from workbench.arm.urdf import BASE_LINK, TOOL_LINK, xml_root
+from workbench.arm.usable import usable_arm
+from workbench.base import se3
+from workbench.base.argument_checks import Like
+from workbench.base.errors import RobotError
+from workbench.base.files import write_bytes
+from workbench.base.types import Matrix4, Vector3
+
+
+def write_urdf(robot: Like[Robot], path: Path | str) -> Path:
+    """Write a robot as URDF: a calibrated copy of the file it came from, or frames alone.
+
+    The base frame becomes a fixed joint from the link `measuring_frame`, the tool one to `calibrated_tool`,
+    unless they are identities; of several sessions' it has the first. A URDF can't represent effects: it gets
+    the best geometry without them (`usable_arm`, which also reports the remaining error).
+
+    Raises:
+        FileError: the file that the robot came from is gone.
+        RobotError: the robot has something that a URDF can't represent.
+    """
+    robot = usable_arm(robot, effects=False).robot.in_first_session
+    if robot.urdf is not None:
+        root = xml_root(robot.urdf.path, wanted="the URDF that the robot was read from")
+        _correct_origins(root, robot, robot.urdf.joints)
+        _keep_references(root, robot.urdf.path, Path(path))
+    else:
+        root = _skeleton(robot)
+    _add_frames(root, robot)
+    ET.indent(root)
+    return write_bytes(path, ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
+
+
+def _keep_references(root: ET.Element, source: Path, copy: Path) -> None:
+    """Make relative mesh and texture paths valid from the folder of the copy."""
+    for node in root.iter():
+        file = node.get("filename") if node.tag in ("mesh", "texture") else None
+        if file is None or "://" in file or Path(file).is_absolute():
+            continue
+        if (source.parent / file).is_file() and copy.parent.resolve() != source.parent.resolve():
+            node.set("filename", os.path.relpath((source.parent / file).resolve(), copy.parent.resolve()))
+
+
+def _segments(robot: Robot) -> list[Matrix4]:
+    """Pose between driven elements, at q = 0: before joint 1, between 1 and 2, …, after the last."""
+    driven = moved(robot)
+    still = [
+        replace(e, joint=None, follows=None, value=0.0 if e.follows is not None else e.value)
+        for e in robot.elements
+    ]
+    undriven = chains.Chain(tuple(still), 0)
+    poses = chains.frames(undriven, np.zeros((1, 0)), np.array([*driven, len(robot.elements) - 1]))[0]
+    return [poses[0], *(se3.inverse(a) @ b for a, b in pairwise(poses))]
+
+
+def _skeleton(robot: Robot) -> ET.Element:
+    """A URDF of frames for an arm from a table; every driven element keeps its own axis."""
+    root, parent = ET.Element("robot", name=robot.name), "base_link"
+    driven = [robot.elements[i] for i in moved(robot)]
+    segments, bodies, names = _segments(robot), carried(robot), {}
+    ET.SubElement(root, "link", name=parent)
+    for number, (element, segment) in enumerate(zip(driven, segments[:-1], strict=True), start=1):
+        joint = robot.joints[element.link]
+        limits = np.array(joint.limits)
+        if element.follows is not None:
+            limits = np.sort(element.value + element.ratio * robot.limits[element.follows])
+        link = ET.SubElement(root, "link", name=f"link{number}")
+        is_limited = bool(np.isfinite(limits).all())
+        kind = "prismatic" if not element.axis.turns else "revolute" if is_limited else "continuous"
+        if kind == "prismatic" and not is_limited:
+            raise RobotError(
+                f"{joint.name} is prismatic without limits, which a URDF can't express; give limits"
+            )
+        node = _joint_node(root, f"joint{number}", kind, parent, f"link{number}", segment)
+        axis = np.eye(3)[element.axis % 3]
+        ET.SubElement(node, "axis", xyz=numbers_text(axis))
+        if kind != "continuous":
+            effort = joint.max_moment or 0.0
+            ET.SubElement(
+                node,
+                "limit",
+                lower=repr(float(limits[0])),
+                upper=repr(float(limits[1])),
+                effort=repr(float(effort)),
+                velocity="0",
+            )
+        if element.follows is None:
+            names[element.joint] = f"joint{number}"
+        else:
+            factor, offset = repr(float(element.ratio)), repr(float(element.value))
+            ET.SubElement(node, "mimic", joint=names[element.follows], multiplier=factor, offset=offset)
+        _inertial(link, *bodies[number - 1])
+        parent = f"link{number}"
+    ET.SubElement(root, "link", name="flange")
+    _joint_node(root, "flange_joint", "fixed", parent, "flange", segments[-1])
+    return root
+
+
+def _inertial(link: ET.Element, mass: float | None, com: Vector3) -> None:
+    """Mass and centre of a body in the frame right after its joint; nothing if the mass is unknown."""
+    if mass is None:
+        return
+    node = ET.SubElement(link, "inertial")
+    ET.SubElement(node, "origin", xyz=numbers_text(com), rpy="0 0 0")
+    ET.SubElement(node, "mass", value=repr(float(mass)))
+    ET.SubElement(node, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")
+
+
+def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> None:
+    """Multiply the identified corrections into the origins of the joints of the chain."""
+    by_name = {node.get("name"): node for node in root.findall("joint")}
+    for link, original in enumerate(names):
+        mine = [
+            e
+            for e in robot.elements
+            if e.link == link and e.joint is e.follows is None and not e.name.endswith(("align", "unalign"))
+        ]
+        if not any(e.value for e in mine):
+            continue
+        pose = chains.poses(chains.Chain(tuple(mine), 0), np.zeros((1, 0)))[0]
+        node = by_name[original]
+        origin = node.find("origin")
+        if origin is None:
+            origin = ET.SubElement(node, "origin")
+        origin.attrib.update(_placing(pose))
+
+
+def _add_frames(root: ET.Element, robot: Robot) -> None:
+    links = {node.get("name") for node in root.findall("link")}
+    first, last = ("base_link", "flange") if robot.urdf is None else (robot.urdf.root, robot.urdf.tip)
+    for frame, name in ((robot.base, BASE_LINK), (robot.tool, TOOL_LINK)):
+        if np.array_equal(frame.pose, np.eye(4)):
+            continue
+        while name in links:
+            name += "_"
+        ET.SubElement(root, "link", name=name)
+        ends = (name, first) if frame is robot.base else (last, name)
+        _joint_node(root, f"{name}_joint", "fixed", *ends, frame.pose)
+
+
+def _joint_node(root: ET.Element, name: str, kind: str, parent: str, child: str, pose: Matrix4) -> ET.Element:
+    node = ET.SubElement(root, "joint", name=name, type=kind)
+    ET.SubElement(node, "parent", link=parent)
+    ET.SubElement(node, "child", link=child)
+    ET.SubElement(node, "origin", _placing(pose))
+    return node
+
+
+def _placing(pose: Matrix4) -> dict[str, str]:
+    return {"xyz": numbers_text(pose[:3, 3]), "rpy": numbers_text(se3.matrix_to_rpy(pose[:3, :3]))}
+
+
+def numbers_text(numbers: np.ndarray) -> str:
+    """Numbers with all digits, separated by spaces, for XML attributes."""
+    return " ".join(repr(float(v)) for v in numbers)
