@@ -62,8 +62,10 @@ from workbench.identification.result import Evaluation as Evaluation
 from workbench.identification.result import Identification as Identification
 from workbench.plate.design import optimise_plate as optimise_plate
 from workbench.plate.measured_plate import load_plate as load_plate
+from workbench.plate.optimiser.constraints import Constraints as Constraints
 from workbench.plate.optimiser.optimise import DesignRequest as DesignRequest
 from workbench.plate.optimiser.result import PlateDesign as PlateDesign
+from workbench.plate.optimiser.target_blocks import Blocks as Blocks
 from workbench.plate.plate import Plate as Plate
 from workbench.plate.plate import Target as Target
 from workbench.plate.plate_toml import write_plate as write_plate

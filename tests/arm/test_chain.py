@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Chain, Element
+from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 
 CODES = "xyz"
@@ -154,7 +155,7 @@ def test_units_and_names():
     assert [e.unit for e in chain.elements] == ["rad", "m"]
     assert chain.indices(["up", "tilt"]).tolist() == [1, 0]
     assert chain.indices([]).shape == (0,)
-    with pytest.raises(KeyError):
+    with pytest.raises(OptionError, match="nothing"):
         chain.indices(["nothing"])
 
 

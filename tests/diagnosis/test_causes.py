@@ -12,7 +12,7 @@ from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.diagnosis.claims.cause import together
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.verdict import CHECK_DRIVES
+from workbench.diagnosis.remaining_error import CHECK_DRIVES
 
 
 def test_one_soft_joint_is_named_alone():

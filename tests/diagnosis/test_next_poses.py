@@ -96,7 +96,7 @@ def failing(*_, **__):
     "adviser",
     [
         f"workbench.diagnosis.{name}"
-        for name in ("diagnose.next_poses", "diagnose.undetectable", "rivals.rivals_of", "rivals.ranked")
+        for name in ("diagnose.next_poses", "saved_model.undetectable", "rivals.rivals_of", "rivals.ranked")
     ],
 )
 def test_an_adviser_that_fails_costs_a_warning_and_nothing_else(adviser, case, whole, monkeypatch):

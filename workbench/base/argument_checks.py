@@ -166,10 +166,8 @@ def _bare(hint: Any) -> Any:
 def _read(value: Any, hint: Any, given: Given) -> Any:
     """The value as a type says, or `_REFUSED`."""
     kind, parts = get_origin(hint) or hint, get_args(hint)
-    if kind is Any:
+    if kind is Any or _is_array_like(parts):
         return value
-    if _is_array_like(parts):
-        return value if _is_numeric(value) else _REFUSED
     if kind is Annotated:
         for read in filter(callable, hint.__metadata__):
             value = read(value, given)
@@ -201,15 +199,16 @@ def _array(value: Any, kind: Any) -> Any:
     return array if isinstance(array, kind) else _REFUSED
 
 
-def _is_numeric(value: Any) -> bool:
-    """Whether numpy makes numbers of a value that is none of its text."""
-    if isinstance(value, str | bytes | Mapping):
-        return False
+def numbers(value: Any, what: str) -> np.ndarray:
+    """What numpy makes numbers of.
+
+    Raises:
+        OptionError: it makes none.
+    """
     try:
-        np.asarray(value, float)
-    except (TypeError, ValueError):
-        return False
-    return True
+        return np.asarray(value, float)
+    except (TypeError, ValueError) as error:
+        raise OptionError(f"{what} must be numbers: {error}") from error
 
 
 def _is_array_like(parts: tuple[Any, ...]) -> bool:

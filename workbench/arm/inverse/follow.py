@@ -14,7 +14,7 @@ from workbench.arm.inverse.deflected_arm import refine_deflected
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
+from workbench.base.argument_checks import Like, numbers
 from workbench.base.errors import ShapeError
 from workbench.base.types import frozen
 
@@ -68,7 +68,7 @@ def follow(
     Raises:
         ShapeError: the pose is not a 4×4 matrix, or the start has another number of joints than the robot.
     """
-    start = np.asarray(q_start, float)
+    start = numbers(q_start, "joint positions to start from [rad or m]")
     if start.shape != (robot.dof,):
         raise ShapeError(
             f"robot '{robot.name}' has {robot.dof} joints, got {start.size} joint positions to start from",
@@ -86,7 +86,7 @@ def follow(
 
 def as_pose(pose: ArrayLike) -> Float[np.ndarray, "4 4"]:
     """One pose as a 4×4 array, checked."""
-    matrix = np.asarray(pose, float)
+    matrix = numbers(pose, "a pose")
     if matrix.shape != (4, 4):
         size = "×".join(map(str, matrix.shape)) or "a single number"
         found = matrix.shape[-1] if matrix.ndim else 1

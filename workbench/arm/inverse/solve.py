@@ -43,7 +43,7 @@ from workbench.arm.inverse.solutions import (
 )
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
+from workbench.base.argument_checks import Like, numbers
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
 
@@ -143,7 +143,7 @@ def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows
 def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
     if limits is None:
         return robot.limits
-    limits = np.asarray(limits, float)
+    limits = numbers(limits, "limits [rad or m]")
     if limits.shape != (robot.dof, 2):
         raise ShapeError(
             f"limits have shape {limits.shape}; '{robot.name}' has {robot.dof} joints: give a pair for each",

@@ -23,8 +23,8 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import effect_columns, shift_of
 from workbench.base import se3
-from workbench.base.argument_checks import Like
-from workbench.base.errors import DataError, OptionError, ShapeError
+from workbench.base.argument_checks import Like, numbers
+from workbench.base.errors import DataError, ShapeError
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,10 +182,7 @@ def _rows(robot: Robot, at: ArrayLike | Motion) -> tuple[Motion, bool]:
     if isinstance(at, Motion):
         robot.check_joints(at.q)
         return at, False
-    try:
-        q = np.asarray(at, float)
-    except (TypeError, ValueError) as error:
-        raise OptionError(f"joint positions must be numbers [rad or m]: {error}") from error
+    q = numbers(at, "joint positions [rad or m]")
     if q.ndim not in (1, 2) or q.shape[-1] != robot.dof:
         found = q.shape[-1] if q.ndim else 1
         rows = "" if q.ndim < 2 else " per row" if q.ndim == 2 else f" in an array of {q.ndim} axes"
