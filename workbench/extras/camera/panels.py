@@ -114,23 +114,24 @@ class PictureFields:
     def __init__(self, panel: AbstractPanel, gui: viser.GuiApi):
         self._side = panel.number(
             "Square [mm]",
-            1e3 * Board().square,
             (5.0, 200.0, 0.1),
             "Side of a square, as measured on the print.",
+            unit=1e-3,
+            value=1e3 * Board().square,
         )
         self._carrier = gui.add_dropdown("Board is", (*CARRIERS,), hint="The camera is on the other.")
 
     @property
     def board(self) -> Board:
         """One of these squares."""
-        return Board(square=1e-3 * float(self._side.value), mounted=CARRIERS[str(self._carrier.value)])
+        return Board(square=self._side.typed, mounted=CARRIERS[str(self._carrier.value)])
 
     def show(self, data: Dataset) -> None:
         """The board of pictures that were read."""
         rig = rig_of(data)
         set_value(self._carrier, ON[rig.mounted])
         if (board := rig.targets[0].charuco) is not None:
-            set_value(self._side, 1e3 * board.square)
+            set_value(self._side.control, 1e3 * board.square)
 
     def build_upload(self, panel: AbstractPanel, gui: viser.GuiApi) -> None:
         """What takes the folder of the pictures, or an archive of it."""

@@ -22,29 +22,29 @@ class YieldPanel(AbstractPanel):
     depends = ("is_idle", "trial", "tried")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._try = self.press(
+        self.press(
             "Try this plate",
             self._pressed,
             viser.Icon.CHART_BAR,
             "Calibrate virtual arms with random manufacturing errors on it: the share that meets the "
             "required error everywhere in the region, and which error source dominates. Takes about a "
             "minute; Cancel stops it.",
+            disabled=_is_busy,
         )
-        self._result = gui.add_html("", visible=False)
+        self.html(result)
         self._arms = self.number(
             "Virtual arms",
-            TryPlate.arms,
             (1, MAX_ARMS, 1),
             "Number of arms to try. More arms give a narrower interval and take longer.",
+            value=TryPlate.arms,
         )
 
     def _pressed(self, event: viser.GuiEvent) -> None:
-        try_plate(event, self._worker, TryPlate(int(self._arms.value)))
+        try_plate(event, self._worker, TryPlate(self._arms.typed))
 
-    def show(self, session: Session) -> None:
-        self._try.disabled = session.page.job is not None
-        self._result.visible = session.trial is not None
-        self._result.content = result(session)
+
+def _is_busy(session: Session) -> bool:
+    return session.page.job is not None
 
 
 def result(session: Session) -> str:
@@ -68,12 +68,13 @@ class TradeoffPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Cost and accuracy of plates", expand_by_default=False):
-            self._weigh = self.button(
+            self.button(
                 "Compare plates",
                 WeighPlates,
                 viser.Icon.SCALE,
                 "Search plates with 8 and 12 targets, machined, printed, on a breadboard, with a ball-bar, "
                 "and compare their predicted errors. Takes a few minutes; Cancel stops it.",
+                disabled=_is_busy,
             )
             self._rows = [
                 gui.add_button("–", color="gray", visible=False, hint="Open this plate; Undo reverts this.")
@@ -84,7 +85,6 @@ class TradeoffPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         choices = choices_of(session)
-        self._weigh.disabled = session.page.job is not None
         for i, row in enumerate(self._rows):
             row.visible = i < len(choices)
             row.disabled = session.page.job is not None

@@ -62,57 +62,70 @@ class TrackPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Trajectory"):
-            self._kind = gui.add_dropdown(
-                "Path", list(KINDS), hint="Path of the tool: a circle or a line in the region."
-            )
+            kind = self.dropdown("Path", KINDS, "Path of the tool: a circle or a line in the region.")
             self._centre = gui.add_vector3(
                 "Centre [mm]", (0.0, 0.0, 0.0), step=1.0, hint="Middle of the path in the base frame."
             )
             self._radius = self.number(
                 "Radius [mm]",
-                100.0,
                 (1.0, 5000.0, 1.0),
                 "Radius of the circle, or half the length of the line.",
+                unit=1e-3,
+                value=100.0,
             )
             self._plane = gui.add_dropdown("Plane", list(PLANES), hint="Plane of the path.")
-            self._duration = self.number(
+            duration = self.number(
                 "Duration [s]",
-                10.0,
                 (MIN_TIME, MAX_TIME, 1.0),
                 "Time from rest at the start to rest at the end.",
+                value=10.0,
             )
-            self._corrected = gui.add_checkbox(
-                "Corrected", False, hint="With the calibrated arm, so that its tool follows the path."
-            )
-            self._plan = self.button(
+            hint = "With the calibrated arm, so that its tool follows the path."
+            corrected = self.checkbox("Corrected", hint, disabled=lambda s: deviating_robot(s) is None)
+            self._corrected = corrected.control
+            self.button(
                 "Plan it",
-                self._path,
+                lambda: self._path(kind.typed, duration.typed, corrected.typed),
                 viser.Icon.ROUTE,
                 "Plan as the controller does, with the nominal model.",
+                disabled=lambda s: s.page.job is not None,
             )
-            self._pace = self.slider(
-                "Speed ×", 1.0, (SLOWEST, QUICKEST, 0.1), "Playback speed.", visible=False
-            )
-            self.sends(self._pace, lambda: SetPace(float(self._pace.value)))
-            self._build_buttons(gui)
+            limits, pace = (SLOWEST, QUICKEST, 0.1), "Playback speed."
+            self.form(SetPace, self.slider("Speed ×", limits, pace, lambda s: s.play.pace, visible=_is_there))
+            self._build_buttons()
             self._curves = gui.add_html("")
-            self._time = self.slider(
-                "Time", 0.0, (0.0, 1.0, 0.001), "Click or drag on the curves.", visible=False
+            time = self.slider(
+                "Time", (0.0, 1.0, 0.001), "Click or drag on the curves.", value=0.0, visible=_is_there
             )
-            self.sends(self._time, self._go)
-            self._result = gui.add_html("")
+            self._time = time.control
+            self.form(self._go, time)
+            self.html(_result)
 
-    def _build_buttons(self, gui: viser.GuiApi) -> None:
-        def button(label, command, icon, hint, *, main=True):
-            return self.button(label, command, icon, hint, main=main, visible=False)
-
+    def _build_buttons(self) -> None:
         icon = viser.Icon
-        self._play = button(
-            "Play", PlayTrack, icon.PLAYER_PLAY, "Move the arms along the path; any other input pauses."
+        self.button(
+            "Play",
+            PlayTrack,
+            icon.PLAYER_PLAY,
+            "Move the arms along the path; any other input pauses.",
+            main=True,
+            visible=lambda s: _is_there(s) and not s.is_playing,
+            disabled=lambda s: s.page.job is not None or s.mode is not None,
         )
-        self._pause = button("Pause", PauseTrack, icon.PLAYER_PAUSE, "Stop here; Play continues.")
-        self._leave = button(
-            "Back to the target", LeaveTrack, icon.PLAYER_STOP, "Stop, and return to the target.", main=False
+        self.button(
+            "Pause",
+            PauseTrack,
+            icon.PLAYER_PAUSE,
+            "Stop here; Play continues.",
+            main=True,
+            visible=lambda s: s.is_playing,
+        )
+        self.button(
+            "Back to the target",
+            LeaveTrack,
+            icon.PLAYER_STOP,
+            "Stop, and return to the target.",
+            visible=lambda s: _is_there(s) and s.focus is Focus.TRACK,
         )
 
     def moved(self, share: float) -> None:
@@ -123,44 +136,41 @@ class TrackPanel(AbstractPanel):
         """Where the path is unless another one is typed; a new arm or region has another one."""
         usual = default_trajectory_circle(session)
         set_value(self._centre, tuple(np.round(1e3 * usual.centre, 1).tolist()))
-        set_value(self._radius, round(1e3 * usual.radius, 1))
+        set_value(self._radius.control, round(1e3 * usual.radius, 1))
         flat = [abs(np.cross(*axes) @ np.cross(usual.along, usual.across)) for axes in PLANES.values()]
         set_value(self._plane, list(PLANES)[int(np.argmax(flat))])
 
     def show(self, session: Session) -> None:
-        track, is_there = session.track, session.track is not None
+        track = session.track
         if (known := (session.robot, session.plate.region)) != self._usual_of:
             self._usual_of = known
             self._show_usual(session)
         if track is not self._drawn_track:
             self._drawn_track = track
             self._curves.content = "" if track is None else curves(track)
-        self._time.visible = is_there
         if track is not None:
             self.moved(session.play.at / track.duration)
-        self._plan.disabled = session.page.job is not None
-        self._corrected.disabled = deviating_robot(session) is None
         if self._corrected.disabled:
             set_value(self._corrected, False)
-        self._pace.visible = is_there
-        self._play.visible = is_there and not session.is_playing
-        self._play.disabled = session.page.job is not None or session.mode is not None
-        self._pause.visible = session.is_playing
-        self._leave.visible = is_there and session.focus is Focus.TRACK
-        set_value(self._pace, round(session.play.pace, 1))
-        times = session.choices.overlay.exaggeration
-        self._result.content = note(EMPTY_NOTE, "track") if track is None else result(track, times)
 
-    def _path(self) -> PlanTrack:
-        duration = float(self._duration.value)
-        is_corrected = bool(self._corrected.value)
+    def _path(self, kind: str, duration: float, is_corrected: bool) -> PlanTrack:
         x, y, z = (1e-3 * float(v) for v in self._centre.value)
-        place = (x, y, z), 1e-3 * float(self._radius.value), str(self._plane.value)
-        return PlanTrack(KINDS[self._kind.value], duration, is_corrected, *place)
+        place = (x, y, z), self._radius.typed, str(self._plane.value)
+        return PlanTrack(kind, duration, is_corrected, *place)
 
-    def _go(self) -> PlaceTrack | None:
-        track, share = self._worker.session.track, float(self._time.value)
+    def _go(self, share: float) -> PlaceTrack | None:
+        track = self._worker.session.track
         return None if track is None else PlaceTrack(share * track.duration, is_shown=True)
+
+
+def _is_there(session: Session) -> bool:
+    return session.track is not None
+
+
+def _result(session: Session) -> str:
+    if session.track is None:
+        return note(EMPTY_NOTE, "track")
+    return result(session.track, session.choices.overlay.exaggeration)
 
 
 def result(track: Track, times: float) -> str:

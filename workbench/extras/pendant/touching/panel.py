@@ -42,34 +42,39 @@ class TouchesPanel(AbstractPanel):
         with gui.add_folder("Tool tip or user frame from touches", expand_by_default=False):
             gui.add_html(note(READY, "touches"))
             self._file("Touches of one point", ReadTouches, "Find the tool's tip from joints alone.")
-            self._radius = self.number(
-                "Ball's radius [mm]", 0.0, (0.0, 99.0, 0.1), "Of the ball that touches faces (3-2-1); else 0."
-            )
+            hint = "Of the ball that touches faces (3-2-1); else 0."
+            self._radius = self.number("Ball's radius [mm]", (0.0, 99.0, 0.1), hint, unit=1e-3, value=0.0)
             self._file("Touches of a frame", self._frame, "Find a user frame from joints alone.")
             self._file("Points of a drawing", self._keep, CAD)
-        self._card = gui.add_html("")
-        self._tool = self.download(
-            "Arm with this tool (TOML)", tool_toml, "The arm of this session with the tip.", visible=False
+        self.html(_cards)
+        self.download(
+            "Arm with this tool (TOML)",
+            tool_toml,
+            "The arm of this session with the tip.",
+            visible=lambda s: usable(touched_of(s).tip),
         )
-        self._place = self.download(
-            "User frame (TOML)", frame_toml, "Pose of the frame in the robot's base.", visible=False
+        self.download(
+            "User frame (TOML)",
+            frame_toml,
+            "Pose of the frame in the robot's base.",
+            visible=lambda s: usable(touched_of(s).frame),
         )
-
-    def show(self, session: Session) -> None:
-        kept = touched_of(session)
-        self._tool.visible, self._place.visible = bool(usable(kept.tip)), bool(usable(kept.frame))
-        cards = _card(TIP, kept.tip) + _card(FRAME, kept.frame)
-        self._card.content = block(cards, testid="touched", style="margin:4px 0 8px") if cards else ""
 
     def _file(self, label: str, do: Callable[[str, bytes], AbstractCommand], hint: str) -> None:
         self.upload(label, do, hint, endings=".csv,.tsv,.txt,.xlsx", maximum=LARGEST_FILE)
 
     def _frame(self, name: str, content: bytes) -> ReadTouches:
-        return ReadTouches(name, content, FRAME, *self._drawing, 1e-3 * self._radius.value)
+        return ReadTouches(name, content, FRAME, *self._drawing, self._radius.typed)
 
     def _keep(self, name: str, content: bytes) -> Tell:
         self._drawing = name, content
         return Tell(f"{name}: points of the drawing for the next touches of a frame", Severity.INFO)
+
+
+def _cards(session: Session) -> str:
+    kept = touched_of(session)
+    cards = _card(TIP, kept.tip) + _card(FRAME, kept.frame)
+    return block(cards, testid="touched", style="margin:4px 0 8px") if cards else ""
 
 
 def _card(what: str, found: ToolTip | UserFrame | None) -> str:

@@ -31,7 +31,13 @@ class ArmPanel(AbstractPanel):
         arms, at_first = (CHOSEN, *built_in_robots()), "aria"
         self._choice = gui.add_dropdown("Robot", arms, initial_value=at_first, hint="The built-in arms.")
         hint = "Start again with this arm, on its own plate, or on yours if it reaches half of the targets."
-        self._change = self.press("Change to this robot", self._choose, viser.Icon.ROBOT, hint)
+        self.press(
+            "Change to this robot",
+            self._choose,
+            viser.Icon.ROBOT,
+            hint,
+            disabled=lambda s: s.page.job is not None,
+        )
         self.upload(
             "Open a robot or plate",
             LoadModel,
@@ -42,7 +48,7 @@ class ArmPanel(AbstractPanel):
                 LOST, lambda content: "" if b"[[target]]" in content else self._lost(), "Open it"
             ),
         )
-        self._facts = gui.add_html("")
+        self.html(lambda s: block(facts(s.robot), testid="arm", style="margin:6px 0"))
 
     def _choose(self, event: viser.GuiEvent) -> None:
         """Change the robot; ask first where that puts measurements away."""
@@ -63,11 +69,9 @@ class ArmPanel(AbstractPanel):
         return f"The measurements ({loaded.name}){fit} will be removed; Undo restores them."
 
     def show(self, session: Session) -> None:
-        self._change.disabled = session.page.job is not None
         shown = self._choice.value
         if shown != CHOSEN and session.is_idle and load_robot(shown).name != session.robot.name:
             set_value(self._choice, CHOSEN)  # it is of a file, or was chosen elsewhere
-        self._facts.content = block(facts(session.robot), testid="arm", style="margin:6px 0")
 
 
 def facts(robot: Robot) -> str:

@@ -11,7 +11,8 @@ from workbench.session.export import columns_toml
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import BAD, MUTED, block, table, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_options
+from workbench.views.page.panels.form import on_change, show_options
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 MAX_LISTED_COLUMNS = 80
 """Columns that are listed."""
@@ -62,7 +63,8 @@ class ColumnsPanel(AbstractPanel):
         self._list.content = listing(file)
         if plain:
             is_same = file is self._shown and self._column.value in headings
-            set_options(self._column, headings, self._column.value if is_same else _first_doubtful(file))
+            show_options(self._column, headings)
+            set_value(self._column, self._column.value if is_same else _first_doubtful(file))
             self._show_meaning(file)
         self._shown = file
 
@@ -72,7 +74,8 @@ class ColumnsPanel(AbstractPanel):
             return
         is_now = _understood(file, self._column.value)
         options = list(meanings(self._worker.session.robot.dof))
-        set_options(self._is, options if is_now in options else [is_now, *options], is_now)
+        show_options(self._is, options if is_now in options else [is_now, *options])
+        set_value(self._is, is_now)
 
     def _choose(self) -> LoadData | None:
         file = file_of(self._worker.session)

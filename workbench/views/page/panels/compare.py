@@ -14,6 +14,7 @@ from workbench.views.appearance.colours import CALIBRATED, NOMINAL, css
 from workbench.views.page.camera import aim
 from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.html import MUTED, badge, block, number, table, text
+from workbench.views.page.panels.form import Field
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 SWITCHES = {
@@ -49,72 +50,75 @@ class ComparePanel(AbstractPanel):
             "Pose", 1, 2, 1, 1, visible=False, hint="Step through the measured poses; the arms follow."
         )
         self.sends(self._row, lambda: ShowRow(int(self._row.value) - 1))
-        self._readout = gui.add_html("")
-        self._leave = gui.add_checkbox(
+        self.html(_readout)
+        excluded = self.checkbox(
             "Exclude this row",
-            False,
-            hint="Exclude this row from the next identification, such as a wrong measurement.",
+            "Exclude this row from the next identification, such as a wrong measurement.",
+            lambda s: _fitted_row(s) in s.measurements.left_out,
+            visible=_has_rows,
+            disabled=lambda s: _fitted_row(s) is None,
         )
-        self.sends(self._leave, self._leave_out)
-        overlay = self._worker.session.choices.overlay
+        self.form(self._leave_out, excluded)
         with gui.add_folder("Shown in the scene"):
-            self._switches = {
-                name: gui.add_checkbox(label, getattr(overlay, name), hint=hint)
-                for name, (label, hint) in SWITCHES.items()
-            }
-            self._times, self._times_after = (
-                self.number(label, getattr(overlay, name), (MIN_EXAGGERATION, MAX_EXAGGERATION, 1.0), hint)
-                for name, (label, hint) in FACTORS.items()
-            )
-        for control in (*self._switches.values(), self._times, self._times_after):
-            self.sends(control, self._set)
+            switches = [self._switch(name, *texts) for name, texts in SWITCHES.items()]
+            factors = [self._factor(name, *texts) for name, texts in FACTORS.items()]
+        self.form(self._set, *switches, *factors)
         hint = "Move the camera to show the robot and all measured positions."
-        self._look = self.press("View all measurements", self._look_at_all, viser.Icon.FOCUS_2, hint)
+        self.press("View all measurements", self._look_at_all, viser.Icon.FOCUS_2, hint, visible=_has_rows)
+
+    def _switch(self, name: str, label: str, hint: str) -> Field:
+        def visible(session: Session) -> bool:
+            is_fitted = session.results.identification is not None
+            return name == "ghosts" or is_fitted or (name in OF_ROWS and _has_rows(session))
+
+        return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
+
+    def _factor(self, name: str, label: str, hint: str) -> Field:
+        def visible(session: Session) -> bool:
+            of_track = name == "exaggeration" and session.track is not None
+            return of_track or session.results.identification is not None
+
+        limits = (MIN_EXAGGERATION, MAX_EXAGGERATION, 1.0)
+        return self.number(label, limits, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
 
     def show(self, session: Session) -> None:
-        comparison, overlay = session.results.comparison, session.choices.overlay
-        for part in (self._row, self._readout, self._leave, self._look):
-            part.visible = comparison is not None
+        comparison = session.results.comparison
+        self._row.visible = comparison is not None
         if comparison is not None:
             if self._row.value > len(comparison):
                 set_value(self._row, 1)
             self._row.max = max(len(comparison), 2)
             set_value(self._row, session.results.row + 1)
-        for name, box in self._switches.items():
-            set_value(box, getattr(overlay, name))
-        for name, control in zip(FACTORS, (self._times, self._times_after), strict=True):
-            set_value(control, getattr(overlay, name))
-        is_fitted = session.results.identification is not None
-        for name, box in self._switches.items():
-            box.visible = name == "ghosts" or is_fitted or (comparison is not None and name in OF_ROWS)
-        self._times.visible = is_fitted or session.track is not None
-        self._times_after.visible = is_fitted
-        self._readout.content = _readout(session)
-        fitted = comparison is not None and not comparison.held_out[session.results.row]
-        can_leave = fitted and session.measurements.loaded is not None
-        self._leave.disabled = not can_leave
-        number = int(comparison.number[session.results.row]) if comparison is not None and can_leave else -1
-        set_value(self._leave, number in session.measurements.left_out)
 
     def _look_at_all(self, event: viser.GuiEvent) -> None:
         session = self._worker.session
         if event.client is not None and session.results.comparison is not None:
             aim(event.client, *view_of_rows(session.robot, session.results.comparison))
 
-    def _leave_out(self) -> LeaveRowsOut | None:
+    def _leave_out(self, is_excluded: bool) -> LeaveRowsOut | None:
         session = self._worker.session
         if session.results.comparison is None:
             return None
         number = {int(session.results.comparison.number[session.results.row])}
         left_out = session.measurements.left_out
-        rows = left_out | number if self._leave.value else left_out - number
+        rows = left_out | number if is_excluded else left_out - number
         return LeaveRowsOut(tuple(sorted(rows)))
 
-    def _set(self) -> SetOverlay:
-        switches = {name: bool(box.value) for name, box in self._switches.items()}
-        factors = map(float, (self._times.value, self._times_after.value))
-        chosen: dict[str, Any] = switches | dict(zip(FACTORS, factors, strict=True))
+    def _set(self, *typed: Any) -> SetOverlay:
+        chosen = dict(zip((*SWITCHES, *FACTORS), typed, strict=True))
         return SetOverlay(replace(self._worker.session.choices.overlay, **chosen))
+
+
+def _has_rows(session: Session) -> bool:
+    return session.results.comparison is not None
+
+
+def _fitted_row(session: Session) -> int | None:
+    """Number of the shown row in the data; None if it is not fitted anyway."""
+    comparison, row = session.results.comparison, session.results.row
+    if comparison is None or comparison.held_out[row] or session.measurements.loaded is None:
+        return None
+    return int(comparison.number[row])
 
 
 def _readout(session: Session) -> str:

@@ -6,8 +6,8 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
-from workbench.session.state import Units
-from workbench.views.page.panels.panel import set_value
+from workbench.session.state import Session, Units
+from workbench.views.page.panels.form import DEGREE, Field, Shown
 
 
 class Measure(StrEnum):
@@ -17,7 +17,6 @@ class Measure(StrEnum):
     ANGLE = "angle"
 
 
-DEGREE = float(np.deg2rad(1.0))
 NAMES = {
     (Units.MILLIMETRES, Measure.LENGTH): "mm",
     (Units.MILLIMETRES, Measure.ANGLE): "°",
@@ -32,28 +31,40 @@ ARROW_KEY_STEPS = {"mm": 1.0, "°": 1.0, "m": 1e-3, "rad": 1e-2}
 """What an arrow key adds."""
 
 
-class Coordinates:
+class Coordinates(Field):
     """A control with three numbers; its title has no unit."""
 
-    def __init__(self, gui: viser.GuiApi, title: str, quantity: Measure, *, hint: str):
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        title: str,
+        quantity: Measure,
+        shows: Shown,
+        *,
+        hint: str,
+        disabled: Shown | None = None,
+    ):
         self._title, self._quantity = title, quantity
         self._unit = NAMES[Units.MILLIMETRES, quantity]
         self._exact: Float[np.ndarray, "3"] = np.zeros(3)
-        self.control = gui.add_vector3(
+        made = gui.add_vector3(
             f"{title} [{self._unit}]", (0.0, 0.0, 0.0), step=ARROW_KEY_STEPS[self._unit], hint=hint
         )
+        super().__init__(made, shows, to_page=self._rounded, disabled=disabled)
         self.control.precision = PLACES[self._unit]  # not that of the step: what is typed stays
 
-    def show(self, exact: Float[np.ndarray, "3"], units: Units) -> None:
-        """Show three numbers [m or rad] in these units."""
-        unit = NAMES[units, self._quantity]
+    def show(self, session: Session) -> None:
+        unit = NAMES[session.page.units, self._quantity]
         if unit != self._unit:
             self._unit = unit
             self.control.label = f"{self._title} [{unit}]"
             self.control.step = ARROW_KEY_STEPS[unit]
             self.control.precision = PLACES[unit]
+        super().show(session)
+
+    def _rounded(self, exact: Float[np.ndarray, "3"]) -> tuple[float, ...]:
         self._exact = np.array(exact)
-        set_value(self.control, shown(self._exact, unit))
+        return shown(self._exact, self._unit)
 
     @property
     def typed(self) -> tuple[float, float, float]:

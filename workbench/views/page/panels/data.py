@@ -12,7 +12,7 @@ from workbench.session.commands.data import (
     virtual_instruments,
 )
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
-from workbench.session.state import Session, Tab
+from workbench.session.state import Tab
 from workbench.views.page.html import LINE, block, bullets, heading, note, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -44,10 +44,10 @@ class DataPanel(AbstractPanel):
                 main=True,
             )
         with gui.add_folder("Virtual arm"):
-            self._instrument = gui.add_dropdown(
+            self._instrument = self.dropdown(
                 "Instrument",
-                (SEAT, *virtual_instruments()),
-                hint="Seats use the noise set in the Plate tab; other instruments have their own.",
+                {SEAT: "", **{name: name for name in virtual_instruments()}},
+                "Seats use the noise set in the Plate tab; other instruments have their own.",
             )
             self.button(
                 "Measure a virtual arm",
@@ -57,24 +57,18 @@ class DataPanel(AbstractPanel):
                 "it at the targets and at more poses.",
                 main=True,
             )
-        self._preview = gui.add_html("")
-        self._forget = self.button(
+        self.html(lambda s: _preview(s.measurements.loaded, s.measurements.unread))
+        self.button(
             "Remove these measurements",
             ForgetData,
             viser.Icon.TRASH,
             "Remove the measurements and everything identified from them.",
-            visible=False,
+            visible=lambda s: s.measurements.loaded is not None,
         )
-
-    def show(self, session: Session) -> None:
-        self._preview.content = _preview(session.measurements.loaded, session.measurements.unread)
-        self._forget.visible = session.measurements.loaded is not None
 
     def _virtual(self) -> MeasureVirtualArm:
         self._arms += 1
-        name = str(self._instrument.value)
-        instrument = "" if name == SEAT else name
-        return MeasureVirtualArm(self._arms, True, MORE, instrument, LIKELY_ERRORS)
+        return MeasureVirtualArm(self._arms, True, MORE, self._instrument.typed, LIKELY_ERRORS)
 
 
 def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:

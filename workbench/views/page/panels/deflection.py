@@ -13,7 +13,7 @@ from workbench.session.deflection import MAX_DRAWN, Bending, bend, bending_robot
 from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import DEFLECTED, css
 from workbench.views.page.html import MUTED, badge, block, table, text
-from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.panels.panel import AbstractPanel
 
 MAX_BENDING = 500
 
@@ -29,37 +29,32 @@ class BendingPanel(AbstractPanel):
     )
 
     def build(self, gui: viser.GuiApi) -> None:
-        overlay = self._worker.session.choices.overlay
-        self._folder = gui.add_folder("Deflection under load", visible=False)
-        with self._folder:
-            self._is_on = gui.add_checkbox(
+        with self.folder("Deflection under load", visible=lambda s: bending_robot(s) is not None):
+            is_on = self.checkbox(
                 "Deflected arm",
-                overlay.is_deflected,
-                hint="Show the violet arm, deflected by the effects of its model.",
+                "Show the violet arm, deflected by the effects of its model.",
+                lambda s: s.choices.overlay.is_deflected,
             )
-            self._times = self.slider(
+            times = self.slider(
                 "Deflection ×",
-                int(overlay.deflection),
                 (int(MIN_EXAGGERATION), MAX_BENDING, 1),
                 "Exaggeration of the violet arm's deflection.",
+                lambda s: s.choices.overlay.deflection,
             )
-            self._table = gui.add_html("")
-        for control in (self._is_on, self._times):
-            self.sends(control, self._set)
+            self.html(_bending)
+        self.form(self._set, is_on, times)
 
-    def show(self, session: Session) -> None:
-        robot, q = bending_robot(session), drawn_joints(session)
-        set_value(self._is_on, session.choices.overlay.is_deflected)
-        set_value(self._times, int(session.choices.overlay.deflection))
-        self._folder.visible = robot is not None
-        if robot is None:
-            return
-        content = _joints(robot, bend(robot, q)) + _drawn(robot, q, session.choices.overlay.deflection)
-        self._table.content = block(content, testid="bending", style="margin:4px 0")
+    def _set(self, is_on: bool, times: int) -> SetOverlay:
+        overlay = self._worker.session.choices.overlay
+        return SetOverlay(replace(overlay, is_deflected=is_on, deflection=float(times)))
 
-    def _set(self) -> SetOverlay:
-        is_on, times = bool(self._is_on.value), float(self._times.value)
-        return SetOverlay(replace(self._worker.session.choices.overlay, is_deflected=is_on, deflection=times))
+
+def _bending(session: Session) -> str:
+    robot, q = bending_robot(session), drawn_joints(session)
+    if robot is None:
+        return ""
+    content = _joints(robot, bend(robot, q)) + _drawn(robot, q, session.choices.overlay.deflection)
+    return block(content, testid="bending", style="margin:4px 0")
 
 
 def _drawn(robot: Robot, q: np.ndarray, wanted: float) -> str:

@@ -71,9 +71,9 @@ class DiagnosePanel(AbstractPanel):
     depends = ("results.diagnosis", "results.accepted", "measurements.loaded", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._verdict = gui.add_html("", visible=False)
+        self.html(_verdict)
         self._events = EventButtons(self, gui, lambda: self._worker.session)
-        self._details = gui.add_html("", visible=False)
+        self.html(_details)
         self._next = gui.add_button_group(
             "Next poses",
             (TARGETS, FILE),
@@ -91,16 +91,21 @@ class DiagnosePanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         found = session.results.diagnosis
-        self._verdict.visible = self._details.visible = found is not None
         self._next.visible = found is not None and len(found.measure_next) > 0
         self._events.show(session)
-        if found is not None:
-            self._verdict.content = _verdict(found, session)
-            self._details.content = block(folded("Where to measure next", _next(found)), testid="diagnosis")
 
 
-def _verdict(found: Diagnosis, session: Session) -> str:
+def _details(session: Session) -> str:
+    found = session.results.diagnosis
+    if found is None:
+        return ""
+    return block(folded("Where to measure next", _next(found)), testid="diagnosis")
+
+
+def _verdict(session: Session) -> str:
     """In two words, the size of each cause, and why; the strip has the sentence, and its colour."""
+    if (found := session.results.diagnosis) is None:
+        return ""
     added = "; now part of the model" if session.results.accepted else ""
     head = heading(f"{capital(found.verdict_text)}{added}. Sizes at the tool [mm]")
     return block(f"{head}{budget_bars(found)}{_why(found)}", testid="verdict")

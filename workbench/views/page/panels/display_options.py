@@ -11,7 +11,7 @@ from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.state import Session, Tab, Units
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, heading, pairs
-from workbench.views.page.panels.panel import AbstractPanel, set_value, sheet
+from workbench.views.page.panels.panel import AbstractPanel, sheet
 
 BRAND = (37, 99, 235)
 MOUSE = (
@@ -51,20 +51,15 @@ class LookPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Page"):
-            self._dark = gui.add_checkbox("Dark", False, hint="Dark colours.")
-            self.sends(self._dark, lambda: SetDark(bool(self._dark.value)))
-            self._units = gui.add_dropdown(
-                "Coordinates", [str(units) for units in Units], hint="Units for display and input."
-            )
-            self.sends(self._units, lambda: SetUnits(Units(self._units.value)))
+            self.form(SetDark, self.checkbox("Dark", "Dark colours.", lambda s: s.page.is_dark))
+            units, hint = {str(units): units for units in Units}, "Units for display and input."
+            self.form(SetUnits, self.dropdown("Coordinates", units, hint, lambda s: s.page.units))
             title = "How to use this page"
             show = partial(sheet, title=title, content=help_sheet())
             self.press("Help and keys", show, viser.Icon.HELP, f"{title}, and its keyboard shortcuts.")
         self._keys(gui)
 
     def show(self, session: Session) -> None:
-        set_value(self._dark, session.page.is_dark)
-        set_value(self._units, str(session.page.units))
         if session.page.is_dark is not self._is_dark:
             self._is_dark = session.page.is_dark
             self._gui.configure_theme(

@@ -90,19 +90,20 @@ class FilesPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Calibrated arm"):
-            self._nothing = gui.add_html(note(EMPTY_NOTE, "unsaved"))
+            self.html(lambda s: "" if s.results.identification else note(EMPTY_NOTE, "unsaved"))
             self._arm = ArmFiles(self, gui)
         with gui.add_folder("Plate, measurements, picture"):
             self.download("Plate (TOML)", plate_toml, "The plate with its targets and its region.")
-            self._rows = self.download(
-                "Measurements (CSV)", measurements_csv, "One row per line, with units."
+            self.download(
+                "Measurements (CSV)",
+                measurements_csv,
+                "One row per line, with units.",
+                disabled=lambda s: s.measurements.loaded is None,
             )
             hint = "The scene as shown, without the panel."
             self.press("Picture of the scene (PNG)", self._picture, viser.Icon.CAMERA, hint)
 
     def show(self, session: Session) -> None:
-        self._rows.disabled = session.measurements.loaded is None
-        self._nothing.visible = session.results.identification is None
         self._arm.show(session)
 
     def _picture(self, event: viser.GuiEvent) -> None:

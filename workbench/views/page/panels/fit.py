@@ -13,7 +13,6 @@ from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.fit import Fit
 from workbench.identification.report.changed_constants import constant_bars
 from workbench.identification.result import Identification, judged
-from workbench.session.command import AbstractCommand
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut, SetLevelled
@@ -36,6 +35,7 @@ from workbench.views.page.html import (
     text,
 )
 from workbench.views.page.panels.files import ArmFiles
+from workbench.views.page.panels.form import Commands, Field, Shown
 from workbench.views.page.panels.index import WantedPanel
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 from workbench.views.page.panels.result_card import result_card
@@ -62,6 +62,9 @@ LEVELLED = (
 )
 
 
+BELOW = "margin-bottom:10px"
+
+
 class FitPanel(AbstractPanel):
     """The steps of a calibration, their options, the result, and its files."""
 
@@ -85,63 +88,50 @@ class FitPanel(AbstractPanel):
         self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
 
     def build(self, gui: viser.GuiApi) -> None:
-        steps: dict[str, Callable[[], AbstractCommand]] = {
-            "Identify": self._identify,
-            "Diagnose": self._diagnose,
-            "Add causes": AddEffects,
-        }
-        self._steps = gui.add_button_group("Calculate", tuple(steps), visible=False, hint=HOW_TO_FIT)
-        self.sends_one_of(self._steps, steps)
+        steps: Commands = {"Identify": self._identify, "Diagnose": self._diagnose, "Add causes": AddEffects}
+        self.buttons("Calculate", steps, HOW_TO_FIT, visible=_has_rows)
         with gui.add_folder("Options", expand_by_default=False):
             self._build_options(gui)
-        self._card = gui.add_html("")
-        self._requirement = gui.add_html("", visible=False)
-        self._zeros = gui.add_html("", visible=False)
+        self.html(_card)
+        self.html(_requirement)
+        self.html(_of_fit(lambda found, s: joint_zeros(found, s.results.fit, s.choices.fixed)))
         self._changes = gui.add_html("", visible=False)
         self._explained: Fit | None = None
         self._files = ArmFiles(self, gui)
-        self._warnings = gui.add_html("", visible=False)
+        self.html(_of_fit(lambda found, s: _warnings(found)))
 
     def _build_options(self, gui: viser.GuiApi) -> None:
         self._wanted.make(gui)
-        self._levelled = gui.add_checkbox("Levelled", False, hint=LEVELLED)
-        self.sends(self._levelled, lambda: SetLevelled(bool(self._levelled.value)))
-        self._held_out = self.slider(
-            "Held out [%]", 20, (5, 50, 5), "Share of the rows held out for checking."
+        self.form(SetLevelled, self.checkbox("Levelled", LEVELLED, lambda s: s.measurements.levelled))
+        hint = "Share of the rows held out for checking."
+        self._held_out = self.slider("Held out [%]", (5, 50, 5), hint, unit=0.01, value=20)
+        self._frames = self.dropdown("Base and tool", FRAMES, "Whether sessions share base and tool.")
+        rows = self.line(
+            "Excluded rows",
+            "Rows that are not fitted, such as 3, 17, 20-24.",
+            lambda s: ", ".join(map(str, sorted(s.measurements.left_out))),
+            disabled=lambda s: not _has_rows(s),
         )
-        self._frames = gui.add_dropdown(
-            "Base and tool", list(FRAMES), hint="Whether sessions share base and tool."
-        )
-        self._rows = gui.add_text("Excluded rows", "", hint="Rows that are not fitted, such as 3, 17, 20-24.")
-        self.sends(self._rows, lambda: LeaveRowsOut(read_rows(self._rows.value)))
-        with gui.add_folder("Algorithms", expand_by_default=False):
-            self._chosen = {
-                name: gui.add_checkbox(algorithm.title, name in DEFAULT_ALGORITHMS, hint=algorithm.summary)
-                for name, algorithm in ALGORITHMS.items()
-            }
+        self.sends(rows, lambda: LeaveRowsOut(read_rows(rows.typed)))
+        self._algorithms = gui.add_folder("Algorithms", expand_by_default=False)
+        self._chosen = dict[str, Field]()
         self._free = gui.add_folder("Free parameters", expand_by_default=False)
 
     def show(self, session: Session) -> None:
-        self._steps.visible = session.measurements.loaded is not None
         found = session.results.identification
-        self._wanted.show(session)
+        self._wanted.show_fields(session)
         self._files.show(session)
-        set_value(self._levelled, session.measurements.levelled)
-        self._rows.disabled = session.measurements.loaded is None
-        set_value(self._rows, ", ".join(map(str, sorted(session.measurements.left_out))))
+        with self._algorithms:  # one may have been registered since
+            for name in ALGORITHMS.keys() - self._chosen.keys():
+                title, hint = ALGORITHMS[name].title, ALGORITHMS[name].summary
+                self._chosen[name] = self.checkbox(title, hint, value=name in DEFAULT_ALGORITHMS)
         if session.robot is not self._robot:
             self._robot = session.robot
             self._rebuild(session.robot)
         for name, box in self._boxes.items():
             set_value(box, name not in session.choices.fixed)
-        for part in (self._requirement, self._zeros, self._changes, self._warnings):
-            part.visible = found is not None
-        missing = note(EMPTY_NOTE, "result", margin="6px 0") if session.measurements.loaded is None else ""
-        self._card.content = missing if found is None else result_card(session)
+        self._changes.visible = found is not None
         if found is not None:
-            self._requirement.content = _requirement(session)
-            self._zeros.content = joint_zeros(found, session.results.fit, session.choices.fixed)
-            self._warnings.content = _warnings(found)
             fit = found.runs[session.results.fit].fit
             if fit is not self._explained:
                 self._explained, drawing = fit, constant_bars(fit)
@@ -161,10 +151,9 @@ class FitPanel(AbstractPanel):
         return HoldParameter(name, not self._boxes[name].value)
 
     def _identify(self) -> Identify:
-        algorithms = tuple(name for name, box in self._chosen.items() if box.value)
-        share = 0.01 * float(self._held_out.value)
+        algorithms = tuple(name for name in ALGORITHMS if name in self._chosen and self._chosen[name].typed)
         levelled = self._worker.session.measurements.levelled
-        return Identify(algorithms, share, FRAMES[self._frames.value], levelled=levelled)
+        return Identify(algorithms, self._held_out.typed, self._frames.typed, levelled=levelled)
 
     def _diagnose(self) -> Diagnose:
         return Diagnose(levelled=self._worker.session.measurements.levelled)
@@ -177,29 +166,41 @@ class FitDetailsPanel(AbstractPanel):
     depends = ("results.identification", "results.fit")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._folder = gui.add_folder("Details", expand_by_default=False, visible=False)
-        with self._folder:
-            self._build_details(gui)
+        with self.folder("Details", is_open=False, visible=lambda s: s.results.identification is not None):
+            self.html(_of_fit(lambda found, s: _errors(found, s.results.fit)))
+            fits = self.dropdown(
+                "Shown fit", _fits, "The fit that is shown and saved.", lambda s: s.results.fit
+            )
+            self.html(_of_fit(lambda found, s: _parameters(found, s.results.fit)))
+            self.html(_of_fit(lambda found, s: block(_remarks(found), testid="remarks", style=BELOW)))
+        self.form(ShowFit, fits)
 
-    def _build_details(self, gui: viser.GuiApi) -> None:
-        self._errors = gui.add_html("")
-        self._fit = gui.add_dropdown(
-            "Shown fit", list(_titles().values()), hint="The fit that is shown and saved."
-        )
-        names = {title: name for name, title in _titles().items()}
-        self.sends(self._fit, lambda: ShowFit(names[self._fit.value]))
-        self._parameters = gui.add_html("")
-        self._remarks = gui.add_html("")
 
-    def show(self, session: Session) -> None:
+def _of_fit(make: Callable[[Identification, Session], str]) -> Shown:
+    """What is said of an identification; nothing without one."""
+
+    def shown(session: Session) -> str:
         found = session.results.identification
-        self._folder.visible = found is not None
-        if found is not None:
-            self._errors.content = _errors(found, session.results.fit)
-            self._fit.options = [_titles()[name] for name in found.runs]
-            set_value(self._fit, _titles()[session.results.fit])
-            self._parameters.content = _parameters(found, session.results.fit)
-            self._remarks.content = block(_remarks(found), testid="remarks", style="margin-bottom:10px")
+        return "" if found is None else make(found, session)
+
+    return shown
+
+
+def _has_rows(session: Session) -> bool:
+    return session.measurements.loaded is not None
+
+
+def _card(session: Session) -> str:
+    if session.results.identification is not None:
+        return result_card(session)
+    return "" if _has_rows(session) else note(EMPTY_NOTE, "result", margin="6px 0")
+
+
+def _fits(session: Session) -> dict[str, str]:
+    """Those that there are, by title; all algorithms before there are any."""
+    found = session.results.identification
+    names = ALGORITHMS if found is None else found.runs
+    return {_titles()[name]: name for name in names}
 
 
 def read_rows(typed: str) -> tuple[int, ...]:
@@ -318,7 +319,7 @@ def _parameters(found: Identification, shown: str) -> str:
     header = ("Parameter", "identified", "from nominal", "std. error")
     return block(
         heading(f"Parameters identified by {_titles()[shown]}") + table(header, rows, testid="parameters"),
-        style="margin-bottom:10px",
+        style=BELOW,
     )
 
 

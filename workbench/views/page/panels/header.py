@@ -9,7 +9,7 @@ import viser
 from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.next_step import Action, NextStep, next_step
-from workbench.session.state import Message, Session, Severity
+from workbench.session.state import PASSING, Message, Session, Severity
 from workbench.session.worker import Worker
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.index import try_plate
@@ -84,60 +84,46 @@ class Header(AbstractPanel):
     )
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._back = self.button(
+        self.button(
             "Back",
             lambda: SteerDemo(Steer.BACK),
             viser.Icon.PLAYER_SKIP_BACK,
             "Replay the previous scene.",
-            visible=False,
+            visible=lambda s: s.page.caption,
         )
         self._pause = self.button(
             Steer.PAUSE,
             lambda: SteerDemo(Steer.ON if self._worker.session.page.is_paused else Steer.PAUSE),
             viser.Icon.PLAYER_PAUSE,
             "Pause the demo here, or continue.",
-            visible=False,
+            visible=lambda s: s.page.caption,
         )
-        self._stop = self.button(
+        self.button(
             "Stop the demo",
             lambda: SetCaption(""),
             viser.Icon.PLAYER_STOP,
             "End the demo here; any other input ends it too.",
-            visible=False,
+            visible=lambda s: s.page.caption,
         )
-        self._message = gui.add_html("", visible=False)
-        self._dismiss = self.button("Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=False)
-        self._chore = gui.add_html("", visible=False)
-        self._work = gui.add_html("", visible=False)
+        self._message = self.html(lambda s: _message(_newest(s)))
+        self.button("Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=_can_be_dismissed)
+        self.html(_chore)
+        self.html(_job)
         self._bar = gui.add_progress_bar(0.0, visible=False, animated=True)
-        self._cancel = self.button(
+        self.button(
             "Cancel",
             self._worker.cancel,
             viser.Icon.PLAYER_STOP,
             "Stop the computation; nothing changes.",
-            visible=False,
+            visible=lambda s: s.page.job is not None,
         )
 
     def show(self, session: Session) -> None:
         self._gui.set_panel_label(f"{session.robot.name} · {session.plate.name}")
-        for button in (self._back, self._pause, self._stop):
-            button.visible = bool(session.page.caption)
         self._pause.label = Steer.ON if session.page.is_paused else Steer.PAUSE
-        newest = _newest(session.page.messages)
-        advice = next_step(session).sentence.rstrip(".").lower()
-        if newest is not None and newest.severity is not Severity.ERROR and advice in newest.text.lower():
-            newest = None  # the strip says it; a refusal is said all the same
-        self._message.content = "" if newest is None else _message(newest)
-        self._message.visible = newest is not None
-        self._dismiss.visible = newest is not None and newest.severity is not Severity.INFO
-        self._chore.content = block(f"{text(session.page.chore)} …", testid="chore", style=f"color:{MUTED}")
-        self._chore.visible = bool(session.page.chore)
         job = session.page.job
-        for part in (self._work, self._bar, self._cancel):
-            part.visible = job is not None
+        self._bar.visible = job is not None
         if job is not None:
-            message = text(job.title) + (f": {text(job.text)}" if job.text else " …")
-            self._work.content = block(message, testid="job")
             set_value(self._bar, 100.0 * min(max(job.fraction, 0.02), 1.0))
 
 
@@ -149,14 +135,39 @@ def _verdict(step: NextStep) -> str:
     return block(text(step.sentence) + figure, testid="hint", style=style)
 
 
-def _newest(messages: tuple[Message, ...]) -> Message | None:
-    """The last one for the user; one that only informs is over as soon as another comes."""
-    passing = (Severity.LOG, Severity.INFO)
+def _job(session: Session) -> str:
+    """The computation under way."""
+    if (job := session.page.job) is None:
+        return ""
+    return block(text(job.title) + (f": {text(job.text)}" if job.text else " …"), testid="job")
+
+
+def _newest(session: Session) -> Message | None:
+    """The last message for the user; one that only informs is over as soon as another comes.
+
+    None as well if the strip says the same; a refusal is shown all the same.
+    """
+    messages = session.page.messages
     last = messages[-1:] if messages and messages[-1].severity is Severity.INFO else ()
-    return next(reversed((*(m for m in messages if m.severity not in passing), *last)), None)
+    newest = next(reversed((*(m for m in messages if m.severity not in PASSING), *last)), None)
+    advice = next_step(session).sentence.rstrip(".").lower()
+    is_said = newest is not None and newest.severity is not Severity.ERROR and advice in newest.text.lower()
+    return None if is_said else newest
 
 
-def _message(message: Message) -> str:
+def _can_be_dismissed(session: Session) -> bool:
+    newest = _newest(session)
+    return newest is not None and newest.severity is not Severity.INFO
+
+
+def _chore(session: Session) -> str:
+    chore = session.page.chore
+    return chore and block(f"{text(chore)} …", testid="chore", style=f"color:{MUTED}")
+
+
+def _message(message: Message | None) -> str:
+    if message is None:
+        return ""
     ground, ink = TINTS[message.severity]
     lines = 3 if message.severity is Severity.INFO else 6  # whole ones; the rest is scrolled
     return (

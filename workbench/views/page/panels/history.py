@@ -25,14 +25,14 @@ class HistoryPanel(AbstractPanel):
     depends = ("history.scores",)
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._html = gui.add_html("")
+        self.html(self._plot)
 
-    def show(self, session: Session) -> None:
+    def _plot(self, session: Session) -> str:
         first = max(len(session.history.scores) - SHOWN, 0)
         scores = session.history.scores[first:]
         is_shown, steps = len(scores) > 1, range(first, len(session.history.scores))
         links = [self.link(f"step-{k}", partial(self.send, partial(GoBackTo, k))) for k in steps]
-        self._html.content = block(plot(scores, first, links), testid="history") if is_shown else ""
+        return block(plot(scores, first, links), testid="history") if is_shown else ""
 
 
 def values_of(scores: tuple[Score, ...]) -> tuple[np.ndarray, str, str]:

@@ -19,7 +19,8 @@ from workbench.session.worker import Worker
 from workbench.views.appearance.colours import css
 from workbench.views.drawables.plate import target_colour
 from workbench.views.page.html import BAD, MUTED, UNCHANGED, block, change, heading, note, number, text
-from workbench.views.page.panels.panel import AbstractPanel, ask, set_value
+from workbench.views.page.panels.form import DEGREE, Shown
+from workbench.views.page.panels.panel import AbstractPanel, ask
 
 INDEX = "O1"
 """Of all targets together."""
@@ -35,20 +36,20 @@ class IndexPanel(AbstractPanel):
     depends = ("score", "history.first_score", "states", "selected", "noise", "plate.region", "drag")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._html = gui.add_html("")
+        self.html(_prediction)
 
-    def show(self, session: Session) -> None:
-        now = session.score
-        self._html.content = block(
-            heading(predicted_heading(session))
-            + _measurable(session)
-            + predicted(session)
-            + reading(now, session.noise.position)
-            + heading("Predicted error without each target")
-            + loss_bars(session)
-            + determined(session),
-            testid="index",
-        )
+
+def _prediction(session: Session) -> str:
+    return block(
+        heading(predicted_heading(session))
+        + _measurable(session)
+        + predicted(session)
+        + reading(session.score, session.noise.position)
+        + heading("Predicted error without each target")
+        + loss_bars(session)
+        + determined(session),
+        testid="index",
+    )
 
 
 class DetailsPanel(AbstractPanel):
@@ -59,18 +60,19 @@ class DetailsPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Details of the plate", expand_by_default=False):
-            self._html = gui.add_html("")
+            self.html(_details)
 
-    def show(self, session: Session) -> None:
-        now, first = session.score, session.history.first_score
-        index = change(now.indices[INDEX], first.indices[INDEX], larger_is_better=True)
-        content = (
-            f'<div title="{text(INDICES[INDEX].meaning)} — {text(INDICES[INDEX].source)}">'
-            f"Observability index {INDEX} of all targets: {number(now.indices[INDEX], 4)} {index}</div>"
-            + _worst(now)
-            + _rank(now)
-        )
-        self._html.content = block(content, testid="details")
+
+def _details(session: Session) -> str:
+    now, first = session.score, session.history.first_score
+    index = change(now.indices[INDEX], first.indices[INDEX], larger_is_better=True)
+    content = (
+        f'<div title="{text(INDICES[INDEX].meaning)} — {text(INDICES[INDEX].source)}">'
+        f"Observability index {INDEX} of all targets: {number(now.indices[INDEX], 4)} {index}</div>"
+        + _worst(now)
+        + _rank(now)
+    )
+    return block(content, testid="details")
 
 
 def reading(score: Score, noise: float) -> str:
@@ -225,6 +227,10 @@ FIELDS = (
     ("Required [mm]", "Maximum position error allowed for the calibrated arm; 0: no requirement."),
     ("Required [°]", "Maximum orientation error allowed; 0: no requirement."),
 )
+SHOWN: tuple[Shown, Shown] = (
+    lambda s: 0.0 if s.choices.wanted is None else s.choices.wanted.position,
+    lambda s: 0.0 if s.choices.wanted is None else s.choices.wanted.rotation or 0.0,
+)
 NOTHING = "0 mm: no requirement, so there is no pass or fail. Set a value to assess plate and arm against it."
 NO_ANGLE = "0°: no requirement for orientations."
 
@@ -236,28 +242,24 @@ class WantedPanel(AbstractPanel):
     depends = ("choices.wanted",)
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._fields = [self.number(label, 0.0, (0.0, 1000.0, 0.01), hint) for label, hint in FIELDS]
-        for field in self._fields:
-            self.sends(field, self._want)
-        self._unjudged = gui.add_html("", visible=False)
-
-    def show(self, session: Session) -> None:
-        wanted = session.choices.wanted
-        set_value(self._fields[0], 0.0 if wanted is None else 1e3 * wanted.position)
-        angle = 0.0 if wanted is None or wanted.rotation is None else wanted.rotation
-        set_value(self._fields[1], round(float(np.rad2deg(angle)), 3))
-        sentence = NOTHING if wanted is None else NO_ANGLE if wanted.rotation is None else ""
-        self._unjudged.content = note(sentence, "unjudged", margin="0 0 4px")
-        self._unjudged.visible = bool(sentence)
-
-    def _want(self) -> SetWanted:
-        position, rotation = (float(field.value) for field in self._fields)
-        before = self._worker.session.choices.wanted
-        return SetWanted(
-            1e-3 * position if position > 0.0 else None,
-            float(np.deg2rad(rotation)) if rotation > 0.0 else None,
-            before is not None and before.per_axis,
+        self.form(
+            self._want,
+            *(
+                self.number(label, (0.0, 1000.0, 0.01), hint, shows, unit=unit)
+                for (label, hint), shows, unit in zip(FIELDS, SHOWN, (1e-3, DEGREE), strict=True)
+            ),
         )
+        self.html(_unjudged)
+
+    def _want(self, position: float, rotation: float) -> SetWanted:
+        before = self._worker.session.choices.wanted
+        return SetWanted(position or None, rotation or None, before is not None and before.per_axis)
+
+
+def _unjudged(session: Session) -> str:
+    wanted = session.choices.wanted
+    sentence = NOTHING if wanted is None else NO_ANGLE if wanted.rotation is None else ""
+    return sentence and note(sentence, "unjudged", margin="0 0 4px")
 
 
 TIMES = 3.0

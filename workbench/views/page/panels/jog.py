@@ -10,6 +10,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.types import Matrix4, Vector3
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, drawn_joints
 from workbench.session.export import CapturedPoses, captured, captured_csv
 from workbench.session.state import Session, Tab
@@ -50,9 +51,11 @@ class JogPanel(AbstractPanel):
         self._robot = robot
         with self._folder:
             for i in range(len(self._sliders), robot.dof):
-                slider = self.slider(f"Joint {i + 1}", 0.0, (-1.0, 1.0, 0.1), "Move this joint of both arms.")
-                self.sends(slider, partial(self._jog, i))
-                self._sliders.append(slider)
+                hint = "Move this joint of both arms."
+                hint = "Move this joint of both arms."
+                joint = self.slider(f"Joint {i + 1}", (-1.0, 1.0, 0.1), hint, value=0.0)
+                self.sends(joint, partial(self._jog, i))
+                self._sliders.append(joint.control)
         ends = shown_joints(robot, robot.search_limits.T).T
         settings = zip(self._sliders, ends, shown_units(robot), joint_titles(robot), strict=False)
         for slider, (low, high), unit, title in settings:
@@ -81,27 +84,26 @@ class ToolPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Tool"):
-            self._xyz = Coordinates(
-                gui,
-                "Tool",
-                Measure.LENGTH,
-                hint="Position of the tool in the base frame; enter the desired one.",
-            )
-            self._rpy = Coordinates(
-                gui, "Tool", Measure.ANGLE, hint="Roll, pitch and yaw of the tool; enter the desired ones."
-            )
+            hint = "Position of the tool in the base frame; enter the desired one."
+            xyz = self.add(Coordinates(gui, "Tool", Measure.LENGTH, lambda s: _tool(s)[:3, 3], hint=hint))
+            hint = "Roll, pitch and yaw of the tool; enter the desired ones."
+            turn = self.add(Coordinates(gui, "Tool", Measure.ANGLE, _angles, hint=hint))
             self.button(
                 "Go to this pose",
-                lambda: JogTo(self._xyz.typed, self._rpy.typed),
+                lambda: JogTo(xyz.typed, turn.typed),
                 viser.Icon.ARROW_RIGHT,
                 "Move the tool there, by the inverse-kinematics solution closest to the current posture.",
             )
 
-    def show(self, session: Session) -> None:
-        tool = tool_poses(session.robot, Motion(drawn_joints(session)[None]))[0]
-        tool = se3.inverse(session.robot.base.pose) @ tool
-        self._xyz.show(tool[:3, 3], session.page.units)
-        self._rpy.show(se3.matrix_to_rpy(tool[:3, :3]), session.page.units)
+
+def _tool(session: Session) -> Matrix4:
+    """The tool in the robot's base."""
+    tool = tool_poses(session.robot, Motion(drawn_joints(session)[None]))[0]
+    return se3.inverse(session.robot.base.pose) @ tool
+
+
+def _angles(session: Session) -> Vector3:
+    return se3.matrix_to_rpy(_tool(session)[:3, :3])
 
 
 LISTED = 12
@@ -122,21 +124,20 @@ class CapturedPanel(AbstractPanel):
                 viser.Icon.PLUS,
                 "Keep the joint positions, and the tool pose of both models.",
             )
-            self._table = gui.add_html("")
-            self._file = self.download(
+            self.html(lambda s: _content(captured(s)))
+            self.download(
                 "Save the kept poses (CSV)",
                 captured_csv,
                 "Joint positions, and tool poses of both models.",
-                visible=False,
+                visible=lambda s: s.choices.captured,
             )
-            self._forget = self.button(
-                ForgetPoses.title, ForgetPoses, viser.Icon.TRASH, "Empty the list.", visible=False
+            self.button(
+                ForgetPoses.title,
+                ForgetPoses,
+                viser.Icon.TRASH,
+                "Empty the list.",
+                visible=lambda s: s.choices.captured,
             )
-
-    def show(self, session: Session) -> None:
-        self._table.content = _content(captured(session))
-        for button in (self._file, self._forget):
-            button.visible = bool(session.choices.captured)
 
 
 def _content(poses: CapturedPoses) -> str:

@@ -15,7 +15,7 @@ from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law
 from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import BLAMED, css, stage_colours
 from workbench.views.page.html import MUTED, badge, block, heading, text
-from workbench.views.page.panels.panel import AbstractPanel, set_options
+from workbench.views.page.panels.panel import AbstractPanel
 
 HEIGHT = 64.0
 """Of a plot."""
@@ -32,29 +32,38 @@ class JointsPanel(AbstractPanel):
     depends = ("results.comparison", "results.diagnosis", "choices.overlay.law")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._folder = gui.add_folder("Errors along each joint", expand_by_default=False, visible=False)
-        with self._folder:
-            self._law = gui.add_dropdown(
+        with self.folder("Errors along each joint", is_open=False, visible=_has_errors):
+            law = self.dropdown(
                 "Law of",
-                [NO_LAW],
-                visible=False,
-                hint="Plot this effect's law over the errors and highlight its joint on the arm. Candidates "
-                "that were not added are fitted to the residuals of the geometry.",
+                _laws,
+                "Plot this effect's law over the errors and highlight its joint on the arm. Candidates that "
+                "were not added are fitted to the residuals of the geometry.",
+                lambda s: NO_LAW if (effect := shown_effect(s)) is None else effect.label,
+                visible=lambda s: s.results.diagnosis is not None,
             )
-            self.sends(self._law, self._choose)
-            self._html = gui.add_html("")
+            self.html(_plots)
+        self.form(self._choose, law)
 
-    def show(self, session: Session) -> None:
-        rows, found, effect = session.results.comparison, session.results.diagnosis, shown_effect(session)
-        self._folder.visible = rows is not None and bool(rows.stages)
-        self._law.visible = found is not None
-        labels = () if found is None else tuple(e.label for e in candidates(found))
-        set_options(self._law, [NO_LAW, *labels], NO_LAW if effect is None else effect.label)
-        if rows is not None and rows.stages:
-            self._html.content = block(joint_plots(session, rows), testid="joints", style="margin:2px 0 8px")
+    def _choose(self, law: str) -> SetOverlay:
+        return SetOverlay(replace(self._worker.session.choices.overlay, law=law))
 
-    def _choose(self) -> SetOverlay:
-        return SetOverlay(replace(self._worker.session.choices.overlay, law=str(self._law.value)))
+
+def _has_errors(session: Session) -> bool:
+    rows = session.results.comparison
+    return rows is not None and bool(rows.stages)
+
+
+def _laws(session: Session) -> dict[str, str]:
+    found = session.results.diagnosis
+    labels = () if found is None else tuple(e.label for e in candidates(found))
+    return {label: label for label in (NO_LAW, *labels)}
+
+
+def _plots(session: Session) -> str:
+    rows = session.results.comparison
+    if rows is None or not _has_errors(session):
+        return ""
+    return block(joint_plots(session, rows), testid="joints", style="margin:2px 0 8px")
 
 
 def joint_plots(session: Session, rows: Comparison) -> str:

@@ -23,13 +23,14 @@ from workbench.session.state import Session, Severity, Tab
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
 from workbench.views.page.html import block, text
+from workbench.views.page.panels.form import Form, Shown
+from workbench.views.page.panels.form import on_change as on_change
+from workbench.views.page.panels.form import on_press as on_press
 from workbench.views.page.viser_internals import forget_uploads, limit_upload
 from workbench.views.page.viser_internals import set_value as set_value
 
 ARRIVED = 0.3
 """How long a page has to note that a file has come [s]: without its button the note would load for ever."""
-DECIMALS = 3
-"""Digits that fields keep behind the point of what is typed, at least."""
 PATIENCE = 0.5
 """Time after which a page says that a file is being made [s]."""
 AFTERWARDS = math.inf
@@ -93,8 +94,9 @@ class Door(NamedTuple):
     build: Build | None = None
 
 
-class AbstractPanel(ABC):
-    """Controls on the page: `build` makes them once; afterwards only `show` changes them."""
+class AbstractPanel(Form, ABC):
+    """Controls on the page: `build` makes them once; afterwards each shows what it was made to show of the
+    session, and `show` changes what is left."""
 
     tab: ClassVar[Tab | None] = Tab.ROBOT
     """Where it stands; None: above the tabs, and in place of them in a mode (`AbstractPart.is_mode`)."""
@@ -110,12 +112,11 @@ class AbstractPanel(ABC):
     """Whether controls stay as they are when a message comes. It may be a refusal: all others then go back to
     what the session has."""
 
-    _gui: viser.GuiApi
     link: Callable[[str, Callable[[], None]], str] = staticmethod(lambda name, do: "")
     """Where a link leads that does something; its name must be unique, and empty is what pages can't tell."""
 
     def __init__(self, worker: Worker):
-        self._worker = worker
+        super().__init__(worker)
         self._parts: tuple[Any, ...] = ()
         self._drawn = -math.inf
 
@@ -132,9 +133,8 @@ class AbstractPanel(ABC):
         """The arm has come this far along a trajectory that is played, frame by frame."""
         return None
 
-    @abstractmethod
     def show(self, session: Session) -> None:
-        """Bring the controls in line with this snapshot."""
+        """Bring in line with this snapshot what no control shows by itself."""
 
     def update(self, session: Session) -> bool:
         """Show this snapshot, if anything is new in it; returns whether that has to wait a while."""
@@ -144,77 +144,15 @@ class AbstractPanel(ABC):
         parts = (0 if self.keeps_typed else session.page.message_count, *(find(session) for find in finders))
         if len(parts) != len(self._parts) or not all(map(is_same, parts, self._parts)):
             self._parts, self._drawn = parts, time.monotonic()
+            self.show_fields(session)
             self.show(session)
         return False
 
-    def button(
-        self,
-        label: str,
-        do: Callable[[], AbstractCommand | None],
-        icon: viser.IconName,
-        hint: str,
-        *,
-        main: bool = False,
-        visible: bool = True,
-    ) -> viser.GuiButtonHandle:
-        """A button that sends the command that `do` gives, if any; coloured if it is its panel's main one."""
-        made = self._gui.add_button(
-            label, icon=icon, hint=hint, color=None if main else "gray", visible=visible
-        )
-        on_press(made, lambda: self.send(do))
-        return made
-
-    def press(
-        self, label: str, do: Callable[[viser.GuiEvent], None], icon: viser.IconName, hint: str
-    ) -> viser.GuiButtonHandle:
-        """A button that does something on the page of the user who presses it."""
-        made = self._gui.add_button(label, icon=icon, hint=hint, color="gray")
-        made.on_click(do)
-        return made
-
-    def number(
-        self, label: str, value: float, limits: tuple[float, float, float], hint: str
-    ) -> viser.GuiNumberHandle:
-        """A field for a number, with its least and greatest value and what an arrow key adds."""
-        minimum, maximum, step = limits
-        made = self._gui.add_number(label, value, min=minimum, max=maximum, step=step, hint=hint)
-        if isinstance(step, float):
-            made.precision = max(made.precision, DECIMALS)
-        return made
-
-    def slider(
-        self, label: str, value: float, limits: tuple[float, float, float], hint: str, *, visible: bool = True
-    ) -> viser.GuiSliderHandle:
-        return self._gui.add_slider(label, *limits, value, visible=visible, hint=hint)
-
-    def send(self, make: Callable[[], AbstractCommand | None]) -> None:
-        """Send the command that `make` gives, if any; what was typed wrong is told on the page."""
-        try:
-            command = make()
-        except WorkbenchError as error:
-            command = Tell(str(error))
-        if command is not None:
-            self._worker.submit(command)
-
-    def sends(self, control: Any, make: Callable[[], AbstractCommand | None]) -> None:
-        """Send the command that `make` gives, if any, whenever a user changes the control."""
-        on_change(control, lambda: self.send(make))
-
-    def sends_one_of(self, buttons: Any, commands: dict[str, Callable[[], AbstractCommand]]) -> None:
-        """Send the command of the button that a user presses in a group."""
-
-        @buttons.on_click
-        async def _(event: viser.GuiEvent) -> None:
-            self.send(commands[event.target.value])
-
     def download(
-        self, label: str, make: Callable[[Session], File | NotedFile], hint: str, *, visible: bool = True
+        self, label: str, make: Callable[[Session], File | NotedFile], hint: str, **when: Shown | bool | None
     ) -> viser.GuiButtonHandle:
         """A button that saves a file on the user's machine."""
-        icon = viser.Icon.DOWNLOAD
-        made = self._gui.add_button(label, icon=icon, hint=hint, color="gray", visible=visible)
-        made.on_click(lambda event: self.save(event, make))
-        return made
+        return self.press(label, lambda event: self.save(event, make), viser.Icon.DOWNLOAD, hint, **when)
 
     def upload(
         self,
@@ -346,27 +284,3 @@ def sheet(event: viser.GuiEvent, title: str, content: str) -> None:
         gui.add_html(content)
         close = gui.add_button("Close", color="gray", hint="Close this sheet.")
         close.on_click(lambda _: made.close())
-
-
-def set_options(control: Any, options: list[str], value: str) -> None:
-    """Show these options with one of them chosen; nothing is sent if nothing has changed."""
-    if list(control.options) != options:
-        control.options = options
-    set_value(control, value)
-
-
-def on_change(control: Any, action: Callable[[], None]) -> None:
-    """Call the action when a user changes the control, not when the program does."""
-
-    @control.on_update
-    async def _(event: viser.GuiEvent) -> None:
-        if event.client_id is not None:
-            action()
-
-
-def on_press(button: Any, action: Callable[[], None]) -> None:
-    """Call the action when a user presses the button."""
-
-    @button.on_click
-    async def _(event: viser.GuiEvent) -> None:
-        action()

@@ -6,19 +6,21 @@ import viser
 
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.region import SetRegion, ShowCubes
-from workbench.session.cube_values import IN_MILLIMETRES, TITLES, CubeValues, shown_layer, values
-from workbench.session.state import Field, Session, Tab
+from workbench.session.cube_values import IN_MILLIMETRES, TITLES, shown_layer, values
+from workbench.session.state import Field as CubeField
+from workbench.session.state import Session, Tab
 from workbench.views.page.html import block, note, number, pairs
 from workbench.views.page.panels.coordinates import Coordinates, Measure
+from workbench.views.page.panels.form import Field
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 FIELDS = {
-    "Nothing": Field.NONE,
-    "Reachability": Field.REACH,
-    "Best index O": Field.INDEX,
-    "Predicted error": Field.PREDICTED,
-    "Measured error": Field.MEASURED,
-    "Error of virtual arms": Field.YIELD,
+    "Nothing": CubeField.NONE,
+    "Reachability": CubeField.REACH,
+    "Best index O": CubeField.INDEX,
+    "Predicted error": CubeField.PREDICTED,
+    "Measured error": CubeField.MEASURED,
+    "Error of virtual arms": CubeField.YIELD,
 }
 MEANINGS = (
     "What colours the cubes of the region. Reachability: in how many of the targets' orientations the arm "
@@ -45,69 +47,58 @@ class RegionPanel(AbstractPanel):
     )
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._field = gui.add_dropdown("Cubes show", list(FIELDS), hint=MEANINGS)
-        self._cut = gui.add_dropdown("Slice", list(CUTS), hint="Show all cubes, or one layer across an axis.")
-        self._layer = self.slider("Layer", 1, (1, 2, 1), "Which layer is shown.")
-        for control in (self._field, self._cut, self._layer):
-            self.sends(control, self._view)
-        self._picked = gui.add_html("")
-        self._move = self.button(
+        field = self.dropdown("Cubes show", FIELDS, MEANINGS, lambda s: s.cube_view.field)
+        cut = self.dropdown(
+            "Slice",
+            CUTS,
+            "Show all cubes, or one layer across an axis.",
+            lambda s: s.cube_view.cut,
+            disabled=lambda s: s.cube_view.field is CubeField.NONE,
+        )
+        self._layer = self.slider("Layer", (1, 2, 1), "Which layer is shown.", value=1)
+        self.html(picked)
+        self.button(
             "Move the selected target there",
             self._move_there,
             viser.Icon.ARROW_MOVE_RIGHT,
             "Move the selected target to the centre of the clicked cube.",
-            visible=False,
+            visible=lambda s: s.cube_view.picked is not None and s.cube_view.field is not CubeField.NONE,
         )
         with gui.add_folder("Cuboid"):
-            self._build_cuboid(gui)
+            corners = self._build_cuboid(gui)
+        self.form(self._view, field, cut, self._layer, corners)
 
     def show(self, session: Session) -> None:
-        view, region = session.cube_view, session.plate.region
-        numbers = values(session)
-        set_value(self._field, next(name for name, field in FIELDS.items() if field is view.field))
-        set_value(self._cut, next(name for name, cut in CUTS.items() if cut == view.cut))
-        self._layer.visible = view.cut is not None
-        if view.cut is not None:
-            self._layer.max = max(region.shape[view.cut], 2)
-            set_value(self._layer, shown_layer(session) + 1)
-        self._cut.disabled = view.field is Field.NONE
-        self._picked.content = picked(session, numbers)
-        self._move.visible = view.picked is not None and view.field is not Field.NONE
-        self._minimum.show(region.min, session.page.units)
-        self._maximum.show(region.max, session.page.units)
-        set_value(self._cube, round(1e3 * region.cube))
-        set_value(self._corners, view.corners)
+        cut, layer = session.cube_view.cut, self._layer.control
+        layer.visible = cut is not None
+        if cut is not None:
+            layer.max = max(session.plate.region.shape[cut], 2)
+            set_value(layer, shown_layer(session) + 1)
 
-    def _build_cuboid(self, gui: viser.GuiApi) -> None:
-        self._minimum = Coordinates(
-            gui, "From", Measure.LENGTH, hint="Corner of the region with the smallest coordinates."
+    def _build_cuboid(self, gui: viser.GuiApi) -> Field:
+        """The cuboid's own form; returns the switch of the handles."""
+        ends = {
+            "From": ("Corner of the region with the smallest coordinates.", lambda s: s.plate.region.min),
+            "To": ("Corner of the region with the largest coordinates.", lambda s: s.plate.region.max),
+        }
+        low, high = (
+            self.add(Coordinates(gui, title, Measure.LENGTH, shows, hint=hint))
+            for title, (hint, shows) in ends.items()
         )
-        self._maximum = Coordinates(
-            gui, "To", Measure.LENGTH, hint="Corner of the region with the largest coordinates."
+        cube = self.slider(
+            "Cube [mm]",
+            (10, 200, 1),
+            "Side L of the cubes that the region is divided into.",
+            lambda s: s.plate.region.cube,
+            unit=1e-3,
         )
-        self._cube = self.slider(
-            "Cube [mm]", 50, (10, 200, 1), "Side L of the cubes that the region is divided into."
-        )
-        for control in (self._minimum.control, self._maximum.control, self._cube):
-            self.sends(control, self._set)
-        self._corners = gui.add_checkbox(
-            "Corner handles", False, hint="Drag two corners of the region in the scene."
-        )
-        self.sends(self._corners, self._view)
+        self.form(SetRegion, low, high, cube)
+        hint = "Drag two corners of the region in the scene."
+        return self.checkbox("Corner handles", hint, lambda s: s.cube_view.corners)
 
-    def _view(self) -> ShowCubes:
-        view = replace(
-            self._worker.session.cube_view,
-            is_chosen=True,
-            field=FIELDS[self._field.value],
-            cut=CUTS[self._cut.value],
-            layer=int(self._layer.value) - 1,
-            corners=bool(self._corners.value),
-        )
-        return ShowCubes(view)
-
-    def _set(self) -> SetRegion:
-        return SetRegion(self._minimum.typed, self._maximum.typed, 1e-3 * float(self._cube.value))
+    def _view(self, field: CubeField, cut: int | None, layer: int, corners: bool) -> ShowCubes:
+        now = self._worker.session.cube_view
+        return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer - 1, corners=corners))
 
     def _move_there(self) -> MoveTarget | None:
         session = self._worker.session
@@ -119,9 +110,11 @@ class RegionPanel(AbstractPanel):
         return MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw))
 
 
-def picked(session: Session, numbers: CubeValues | None) -> str:
+def picked(session: Session) -> str:
+    """Numbers of the clicked cube."""
+    numbers = values(session)
     view, region, cubes = session.cube_view, session.plate.region, session.cubes
-    if view.field is Field.NONE:
+    if view.field is CubeField.NONE:
         return ""
     if view.picked is None or view.picked >= region.cubes:
         return note("Click a cube to see its numbers.", "cube")

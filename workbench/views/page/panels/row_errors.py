@@ -28,29 +28,27 @@ class RowErrorsPanel(AbstractPanel):
     depends = ("results.comparison", "results.row", "measurements.left_out")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._html = gui.add_html("", visible=False)
+        self.html(self._chart)
         self._player = RepeatingSend(self, self._next, PACE)
-        self._play = self.button(
+        self.button(
             "Play the rows",
             self._player.toggle,
             viser.Icon.PLAYER_PLAY,
             "Move the arm from row to row in the order of measuring; press again to stop.",
-            visible=False,
+            visible=_is_shown,
         )
 
-    def show(self, session: Session) -> None:
+    def _chart(self, session: Session) -> str:
         rows = session.results.comparison
-        is_shown = rows is not None and len(rows.stages) > 1
-        self._html.visible = self._play.visible = is_shown
-        if rows is None or not is_shown:
-            return
+        if rows is None or not _is_shown(session):
+            return ""
         links = {k: self.link(f"row-{k}", partial(self.send, partial(ShowRow, k))) for k in shown(rows)}
         found, excluded = session.results.diagnosis, set(session.measurements.left_out)
         if found is not None:
             excluded |= {number for number, _ in found.excluded}
         happened = () if found is None else found.events
         drawing = chart(rows, session.results.row, links, excluded, happened)
-        self._html.content = block(drawing, testid="row-chart")
+        return block(drawing, testid="row-chart")
 
     def _next(self) -> ShowRow | None:
         """The row that was measured after the one that is shown."""
@@ -59,6 +57,11 @@ class RowErrorsPanel(AbstractPanel):
             return None
         later = np.flatnonzero(rows.number > rows.number[row])
         return ShowRow(int(later[np.argmin(rows.number[later])])) if len(later) else None
+
+
+def _is_shown(session: Session) -> bool:
+    rows = session.results.comparison
+    return rows is not None and len(rows.stages) > 1
 
 
 def shown(rows: Comparison) -> list[int]:

@@ -21,16 +21,31 @@ from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Und
 from workbench.session.reach import from_limit
 from workbench.session.state import Session, Tab
 from workbench.session.target_state import TargetState
-from workbench.session.worker import Worker
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.views.page.html import CAREFUL, MUTED, badge, block, text
 from workbench.views.page.panels.coordinates import Coordinates, Measure
-from workbench.views.page.panels.panel import AbstractPanel, set_options, set_value
+from workbench.views.page.panels.panel import AbstractPanel
 
 LEFT_TO_PROGRAM = "automatic"
 MARK = " · blocked"
 ROUNDED = 1e-6
 HIDDEN = "The scene shows measured rows; plate and targets are hidden."
+
+
+POSE = (
+    (
+        "x, y, z",
+        Measure.LENGTH,
+        lambda s: s.plate.targets[s.selected].xyz,
+        "x, y and z of the tool at the target, in the base frame.",
+    ),
+    (
+        "Angles",
+        Measure.ANGLE,
+        lambda s: s.plate.targets[s.selected].rpy,
+        "Roll, pitch and yaw of the tool: turned about x, then y, then z of the base.",
+    ),
+)
 
 
 class TargetsPanel(AbstractPanel):
@@ -40,81 +55,66 @@ class TargetsPanel(AbstractPanel):
     depends = ("plate", "selected", "states", "drag", "page.units", "shows_plate")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._choice = gui.add_dropdown(
+        chosen = self.dropdown(
             "Target",
-            ["1"],
-            hint="The target that the arm goes to; clicking a block in the scene does the same.",
+            lambda s: {str(k + 1): k for k in range(len(s.plate))},
+            "The target that the arm goes to; clicking a block in the scene does the same.",
+            lambda s: s.selected,
         )
-        self.sends(self._choice, lambda: SelectTarget(self._number))
-        self._xyz = Coordinates(
-            gui, "x, y, z", Measure.LENGTH, hint="x, y and z of the tool at the target, in the base frame."
+        self.form(SelectTarget, chosen)
+        xyz, rpy = (
+            self.add(Coordinates(gui, title, measure, shows, hint=hint, disabled=_is_fixed))
+            for title, measure, shows, hint in POSE
         )
-        self._rpy = Coordinates(
-            gui,
-            "Angles",
-            Measure.ANGLE,
-            hint="Roll, pitch and yaw of the tool: turned about x, then y, then z of the base.",
-        )
-        for field in (self._xyz, self._rpy):
-            self.sends(field.control, self._typed)
-        self._state = gui.add_html("")
-        self._show_plate = self.button(
+        for field in (xyz, rpy):
+            self.sends(field, lambda: MoveTarget(chosen.typed, xyz.typed, rpy.typed))
+        self.html(_selected)
+        self.button(
             "Show the plate",
-            lambda: SelectTarget(self._number),
+            lambda: SelectTarget(chosen.typed),
             viser.Icon.EYE,
             "Show plate and targets in the scene again, instead of the measured rows.",
-            visible=False,
+            visible=_is_hidden,
         )
-        self._locked = gui.add_checkbox("Locked", False, hint="Keep this target fixed when others are moved.")
-        self.sends(self._locked, lambda: LockTarget(self._number, self._locked.value))
-        self._build_buttons(gui)
-
-    def show(self, session: Session) -> None:
-        i = session.selected
-        target, state = session.plate.targets[i], session.states[i]
-        set_options(self._choice, [str(k + 1) for k in range(len(session.plate))], str(i + 1))
-        self._xyz.show(target.xyz, session.page.units)
-        self._rpy.show(target.rpy, session.page.units)
-        set_value(self._locked, target.locked)
-        is_hidden = not session.shows_plate
-        self._show_plate.visible = is_hidden
-        self._edit.visible = not is_hidden
-        self._locked.disabled = is_hidden
-        for field in (self._xyz, self._rpy):
-            field.control.disabled = is_hidden or target.locked
-        sentence = text(HIDDEN) if is_hidden else _state(target, state) + near_limit(session.robot, state)
-        self._state.content = block(sentence, testid="state", style="margin:4px 0 6px")
-
-    @property
-    def _number(self) -> int:
-        return int(self._choice.value) - 1
-
-    def _build_buttons(self, gui: viser.GuiApi) -> None:
-        self._edit = gui.add_button_group(
+        locked = self.checkbox(
+            "Locked",
+            "Keep this target fixed when others are moved.",
+            lambda s: s.plate.targets[s.selected].locked,
+            disabled=_is_hidden,
+        )
+        self.sends(locked, lambda: LockTarget(chosen.typed, locked.typed))
+        self.buttons(
             "Target",
-            ("Add", "Copy", "Delete"),
-            hint="Add a target in a free place of the region, copy the selected one, or delete it.",
-        )
-        self.sends_one_of(
-            self._edit,
             {
                 "Add": lambda: AddTarget(free_place(self._worker.session)),
-                "Copy": lambda: CopyTarget(self._number),
-                "Delete": lambda: DeleteTarget(self._number),
+                "Copy": lambda: CopyTarget(chosen.typed),
+                "Delete": lambda: DeleteTarget(chosen.typed),
             },
+            "Add a target in a free place of the region, copy the selected one, or delete it.",
+            visible=lambda s: s.shows_plate,
         )
-        self.sends_one_of(
-            gui.add_button_group(
-                "Steps",
-                ("Undo", "Redo", "Best", "Reset"),
-                hint="Undo or redo the last step, go back to the best plate so far (lowest "
-                "predicted error), or to the plate as loaded.",
-            ),
+        self.buttons(
+            "Steps",
             {"Undo": Undo, "Redo": Redo, "Best": RestoreBest, "Reset": ResetTargets},
+            "Undo or redo the last step, go back to the best plate so far (lowest predicted error), or to "
+            "the plate as loaded.",
         )
 
-    def _typed(self) -> MoveTarget:
-        return MoveTarget(self._number, self._xyz.typed, self._rpy.typed)
+
+def _is_hidden(session: Session) -> bool:
+    return not session.shows_plate
+
+
+def _is_fixed(session: Session) -> bool:
+    return _is_hidden(session) or session.plate.targets[session.selected].locked
+
+
+def _selected(session: Session) -> str:
+    """State of the selected target."""
+    target, state = session.plate.targets[session.selected], session.states[session.selected]
+    is_hidden = _is_hidden(session)
+    sentence = text(HIDDEN) if is_hidden else _state(target, state) + near_limit(session.robot, state)
+    return block(sentence, testid="state", style="margin:4px 0 6px")
 
 
 class BranchesPanel(AbstractPanel):
@@ -123,32 +123,27 @@ class BranchesPanel(AbstractPanel):
     tab, order = Tab.PLATE, 12
     depends = ("plate", "selected", "branches", "branches_of", "drag", "shows_plate")
 
-    def __init__(self, worker: Worker):
-        super().__init__(worker)
-        self._names = {AUTO: LEFT_TO_PROGRAM}
-
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Branch of the arm", expand_by_default=False):
-            self._branch = gui.add_dropdown(
+            branch = self.dropdown(
                 "Branch",
-                [LEFT_TO_PROGRAM],
-                hint="The arm's posture there; it is as important as the position.",
+                _branches,
+                "The arm's posture there; it is as important as the position.",
+                lambda s: s.plate.targets[s.selected].branch,
+                disabled=_is_hidden,
             )
-            self.sends(self._branch, self._choose_branch)
+        self.form(lambda name: ChooseBranch(self._worker.session.selected, name), branch)
 
-    def show(self, session: Session) -> None:
-        target = session.plate.targets[session.selected]
-        known = {b.name: b.name for b in session.branches} if session.branches_of is target else {}
-        if known and session.drag is None:
-            known |= {name: name + MARK for name in blocked_branches(session)}
-        mine = {} if target.branch in (AUTO, *known) else {target.branch: target.branch}
-        self._names = {AUTO: LEFT_TO_PROGRAM, **mine, **known}
-        set_options(self._branch, list(self._names.values()), self._names[target.branch])
-        self._branch.disabled = not session.shows_plate
 
-    def _choose_branch(self) -> ChooseBranch:
-        names = {shown: name for name, shown in self._names.items()}
-        return ChooseBranch(self._worker.session.selected, names[self._branch.value])
+def _branches(session: Session) -> dict[str, str]:
+    """Branches of the selected target, by what they are called on the page."""
+    target = session.plate.targets[session.selected]
+    known = {b.name: b.name for b in session.branches} if session.branches_of is target else {}
+    if known and session.drag is None:
+        known |= {name: name + MARK for name in blocked_branches(session)}
+    mine = {} if target.branch in (AUTO, *known) else {target.branch: target.branch}
+    names = {AUTO: LEFT_TO_PROGRAM, **mine, **known}
+    return {shown: name for name, shown in names.items()}
 
 
 def blocked_branches(session: Session) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 import viser
 
 from workbench.session.commands.plate import ImprovePlate
-from workbench.session.state import Session, Tab
+from workbench.session.state import Tab
 from workbench.views.page.panels.panel import AbstractPanel
 
 
@@ -14,14 +14,12 @@ class ImprovePanel(AbstractPanel):
     depends = ("is_idle",)
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._improve = self.button(
+        self.button(
             ImprovePlate.title,
             lambda: ImprovePlate(seed=len(self._worker.session.history.scores)),
             viser.Icon.SPARKLES,
             "Optimise all unlocked targets, and the plate's place while it is not good enough, for the "
             "lowest predicted error in the region. Cancel stops it, Undo restores the old plate.",
             main=True,
+            disabled=lambda s: s.page.job is not None,
         )
-
-    def show(self, session: Session) -> None:
-        self._improve.disabled = session.page.job is not None
