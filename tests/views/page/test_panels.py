@@ -5,6 +5,7 @@ import re
 import tempfile
 import warnings
 import zipfile
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -62,12 +63,11 @@ from workbench.views.page import app as page_app
 from workbench.views.page import html
 from workbench.views.page.local_server import local_server
 from workbench.views.page.panels import PANELS, fit
-from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.fit import read_rows
+from workbench.views.page.panels.form import Html
 from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.history import HistoryPanel
-from workbench.views.page.panels.selected_target import TargetsPanel
 from workbench.views.page.panels.start_card import StartCard, load
 from workbench.views.page.render import BrowserView
 from workbench.views.page.style import RULES
@@ -84,9 +84,8 @@ def test_every_control_has_a_tooltip(app):
 def test_text_from_outside_is_escaped(app):
     app.worker.submit(Tell("<script>alert(1)</script>"))
     app.worker.wait()
-    header = next(p for p in app.view._panels if isinstance(p, Header))._message.content
-    assert "<script>" not in header
-    assert "&lt;script&gt;" in header
+    assert "&lt;script&gt;" in html_of(app, "message")
+    assert "<script>" not in html_of(app, "message")
 
 
 def test_what_a_reader_is_added_for_can_be_chosen_on_the_page(request):
@@ -237,20 +236,17 @@ def test_changes_are_green_where_better():
 
 
 def test_coordinates_are_shown_and_typed_in_metres_and_radians_too(app):
-    def control(label):
-        handles = app.server.gui._gui_input_handle_from_uuid.values()
-        return next(c for c in handles if getattr(c, "label", "") == label)
-
     plate = app.worker.session.plate
-    assert control("x, y, z [mm]").value == (566.0, 354.0, 235.0)
+    assert control(app, "x, y, z [mm]").value == (566.0, 354.0, 235.0)
     app.worker.submit(SetUnits(Units.METRES))
     assert app.worker.wait()
-    assert control("x, y, z [m]").value == (0.566, 0.354, 0.235)
-    assert control("Angles [rad]").value == (-2.61799, 0.0, 0.0)
-    targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
-    targets._xyz.control.value = (0.6, 0.354, 0.235)
-    assert targets._xyz.typed == (0.6, *plate.targets[0].xyz[1:])
-    assert targets._rpy.typed == tuple(plate.targets[0].rpy)
+    assert control(app, "x, y, z [m]").value == (0.566, 0.354, 0.235)
+    assert control(app, "Angles [rad]").value == (-2.61799, 0.0, 0.0)
+    change(app, "x, y, z [m]", (0.6, 0.354, 0.235))
+    assert app.worker.wait()
+    moved = app.worker.session.plate.targets[0]
+    assert tuple(moved.xyz) == (0.6, *plate.targets[0].xyz[1:])
+    assert tuple(moved.rpy) == tuple(plate.targets[0].rpy)
 
 
 def test_row_numbers_are_read_as_people_write_them():
@@ -380,14 +376,27 @@ def test_a_few_poses_tell_whether_the_robot_as_opened_still_holds(app):
     assert app.worker.wait(60.0)
     rows = app.worker.session.results.comparison
     mean = 1e3 * np.linalg.norm(rows.measured - rows.nominal[:, :3, 3], axis=1).mean()
-    readout = next(p for p in app.view._panels if isinstance(p, ComparePanel))._readout.content
-    assert f"{html.number(mean)} mm" in readout
+    assert f"{html.number(mean)} mm" in html_of(app, "row")
 
 
 def control(app, label):
     """The control of this label."""
-    handles = app.server.gui._gui_input_handle_from_uuid.values()
-    return next(c for c in handles if getattr(c, "label", "") == label)
+    return next(c for c in controls(app.server.gui).values() if getattr(c, "label", "") == label)
+
+
+def change(app, label, value):
+    """What a user types into the control of this label."""
+    changed = control(app, label)
+    changed.value = value
+    for callback in changed._impl.update_cb:
+        with suppress(StopIteration):
+            callback(SimpleNamespace(client_id=1, target=changed)).send(None)
+
+
+def html_of(app, testid):
+    """What a panel shows by this name; empty while it is not there."""
+    shown = (f.control for p in app.view._panels for f in p._controls if isinstance(f, Html))
+    return next((c.content for c in shown if c.visible and f'data-testid="{testid}"' in c.content), "")
 
 
 def test_every_algorithm_can_be_chosen_on_the_page(app):
@@ -430,9 +439,8 @@ def test_a_move_sets_only_what_it_changes(app, monkeypatch):
 def test_a_refused_entry_goes_back_and_a_typed_pose_stays(app):
     place, tool = control(app, "x, y, z [mm]"), control(app, "Tool [mm]")
     before = place.value
-    place.value, tool.value = (1e6, 0.0, 0.0), (1.0, 2.0, 3.0)
-    targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
-    targets.send(targets._typed)
+    tool.value = (1.0, 2.0, 3.0)
+    change(app, "x, y, z [mm]", (1e6, 0.0, 0.0))
     assert app.worker.wait(60.0)
     assert app.worker.session.page.messages[-1].severity is Severity.ERROR
     assert place.value == before
@@ -518,15 +526,16 @@ def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_s
         file = write_measurements(rows, Path(folder) / "rows.csv").read_bytes()
     app.worker.submit(LoadData("rows.csv", file))
     assert app.worker.wait(60.0)
-    panel = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
-    edits = [panel._xyz.control, panel._rpy.control, control(app, "Branch"), panel._locked]
+    edits = [control(app, label) for label in ("x, y, z [mm]", "Angles [°]", "Branch", "Locked")]
+    (group,) = (c for c in controls(app.server.gui).values() if "Copy" in getattr(c, "options", ()))
+    show = control(app, "Show the plate")
     assert not app.worker.session.shows_plate
-    assert (panel._show_plate.visible, panel._edit.visible) == (True, False)
+    assert (show.visible, group.visible) == (True, False)
     assert all(edit.disabled for edit in edits)
-    panel.send(lambda: SelectTarget(3))
+    app.worker.submit(SelectTarget(3))
     assert app.worker.wait(60.0)
     assert app.worker.session.shows_plate
-    assert (panel._show_plate.visible, panel._edit.visible) == (False, True)
+    assert (show.visible, group.visible) == (False, True)
     assert not any(edit.disabled for edit in edits)
 
 
@@ -591,14 +600,14 @@ def test_a_note_for_the_recording_alone_is_not_on_the_page_and_ends_what_only_in
         (warnings.tell(Severity.LOG, "three"), "One."),
         (warnings.tell(Severity.LOG, "three").without_info_messages(), "One."),
     ):
-        header.show(session)
-        assert shown in header._message.content
-    header.show(
+        header.show_fields(session)
+        assert shown in html_of(app, "message")
+    header.show_fields(
         replace(warnings, page=replace(warnings.page, messages=warnings.page.messages[1:])).tell(
             Severity.LOG, "three"
         )
     )
-    assert not header._message.visible
+    assert not html_of(app, "message")
 
 
 def test_the_map_of_the_plate_is_worked_out_once_the_page_is_made(monkeypatch):

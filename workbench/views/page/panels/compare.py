@@ -14,7 +14,7 @@ from workbench.views.appearance.colours import CALIBRATED, NOMINAL, css
 from workbench.views.page.camera import aim
 from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.html import MUTED, badge, block, number, table, text
-from workbench.views.page.panels.form import Field
+from workbench.views.page.panels.form import ValueControl
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 SWITCHES = {
@@ -66,14 +66,14 @@ class ComparePanel(AbstractPanel):
         hint = "Move the camera to show the robot and all measured positions."
         self.press("View all measurements", self._look_at_all, viser.Icon.FOCUS_2, hint, visible=_has_rows)
 
-    def _switch(self, name: str, label: str, hint: str) -> Field:
+    def _switch(self, name: str, label: str, hint: str) -> ValueControl:
         def visible(session: Session) -> bool:
             is_fitted = session.results.identification is not None
             return name == "ghosts" or is_fitted or (name in OF_ROWS and _has_rows(session))
 
         return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
 
-    def _factor(self, name: str, label: str, hint: str) -> Field:
+    def _factor(self, name: str, label: str, hint: str) -> ValueControl:
         def visible(session: Session) -> bool:
             of_track = name == "exaggeration" and session.track is not None
             return of_track or session.results.identification is not None

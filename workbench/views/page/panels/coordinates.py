@@ -1,13 +1,15 @@
 """Places and angles on the page: three numbers in the units that the page shows, SI inside."""
 
 from enum import StrEnum
+from typing import final
 
 import numpy as np
 import viser
 from jaxtyping import Float
 
 from workbench.session.state import Session, Units
-from workbench.views.page.panels.form import DEGREE, Field, Shown
+from workbench.views.page.panels.form import DEGREE, AbstractControl, Shown
+from workbench.views.page.viser_internals import set_value
 
 
 class Measure(StrEnum):
@@ -31,7 +33,8 @@ ARROW_KEY_STEPS = {"mm": 1.0, "°": 1.0, "m": 1e-3, "rad": 1e-2}
 """What an arrow key adds."""
 
 
-class Coordinates(Field):
+@final
+class Coordinates(AbstractControl):
     """A control with three numbers; its title has no unit."""
 
     def __init__(
@@ -50,21 +53,19 @@ class Coordinates(Field):
         made = gui.add_vector3(
             f"{title} [{self._unit}]", (0.0, 0.0, 0.0), step=ARROW_KEY_STEPS[self._unit], hint=hint
         )
-        super().__init__(made, shows, to_page=self._rounded, disabled=disabled)
+        super().__init__(made, disabled=disabled)
+        self._shows = shows
         self.control.precision = PLACES[self._unit]  # not that of the step: what is typed stays
 
-    def show(self, session: Session) -> None:
+    def show_value(self, session: Session) -> None:
         unit = NAMES[session.page.units, self._quantity]
         if unit != self._unit:
             self._unit = unit
             self.control.label = f"{self._title} [{unit}]"
             self.control.step = ARROW_KEY_STEPS[unit]
             self.control.precision = PLACES[unit]
-        super().show(session)
-
-    def _rounded(self, exact: Float[np.ndarray, "3"]) -> tuple[float, ...]:
-        self._exact = np.array(exact)
-        return shown(self._exact, self._unit)
+        self._exact = np.array(self._shows(session))
+        set_value(self.control, shown(self._exact, self._unit))
 
     @property
     def typed(self) -> tuple[float, float, float]:

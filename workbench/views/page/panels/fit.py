@@ -35,7 +35,7 @@ from workbench.views.page.html import (
     text,
 )
 from workbench.views.page.panels.files import ArmFiles
-from workbench.views.page.panels.form import Commands, Field, Shown
+from workbench.views.page.panels.form import Commands, Shown, ValueControl
 from workbench.views.page.panels.index import WantedPanel
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 from workbench.views.page.panels.result_card import result_card
@@ -114,7 +114,7 @@ class FitPanel(AbstractPanel):
         )
         self.sends(rows, lambda: LeaveRowsOut(read_rows(rows.typed)))
         self._algorithms = gui.add_folder("Algorithms", expand_by_default=False)
-        self._chosen = dict[str, Field]()
+        self._chosen = dict[str, ValueControl]()
         self._free = gui.add_folder("Free parameters", expand_by_default=False)
 
     def show(self, session: Session) -> None:

@@ -9,8 +9,9 @@
 Panels bring all controls in line with every snapshot that they draw; SI inside, units on the page.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, final
 
 import numpy as np
 import viser
@@ -35,16 +36,47 @@ Limits = tuple[float, float, float]
 """Minimum, maximum, and what an arrow key adds, in the unit of the control."""
 
 
-class Field:
-    """A control of a form.
+class AbstractControl(ABC):
+    """A control of a panel.
 
     Args:
         control: viser's handle.
-        shows: The session's value for it; None where only the user changes it.
-        to_page: The control's value for that of the session.
-        typed: The session's value for that of the control.
         visible: When it is there; None: always. Whether it is there at first, if the panel itself decides.
         disabled: When it can't be used.
+    """
+
+    def __init__(self, control: Any, *, visible: Shown | bool | None = None, disabled: Shown | None = None):
+        self.control = control
+        self._visible, self._disabled = None if isinstance(visible, bool) else visible, disabled
+        if isinstance(visible, bool):
+            control.visible = visible
+
+    @property
+    @abstractmethod
+    def typed(self) -> Any:
+        """What stands there, as commands take it."""
+
+    @abstractmethod
+    def show_value(self, session: Session) -> None:
+        """Bring what stands there in line with a snapshot."""
+
+    def show(self, session: Session) -> None:
+        """Bring the control in line with a snapshot."""
+        if self._visible is not None:
+            self.control.visible = bool(self._visible(session))
+        if self._disabled is not None:
+            self.control.disabled = bool(self._disabled(session))
+        self.show_value(session)
+
+
+@final
+class ValueControl(AbstractControl):
+    """A number, a switch or a text.
+
+    Args:
+        shows: The session's value for it; None where only the user changes it, or where it has none.
+        to_page: The control's value for that of the session.
+        typed: The session's value for that of the control.
     """
 
     def __init__(
@@ -54,76 +86,75 @@ class Field:
         *,
         to_page: Callable[[Any], Any] = lambda value: value,
         typed: Callable[[Any], Any] = lambda value: value,
-        visible: Shown | bool | None = None,
-        disabled: Shown | None = None,
+        **when: Any,
     ):
-        self.control = control
+        super().__init__(control, **when)
         self._shows, self._to_page, self._typed = shows, to_page, typed
-        self._visible, self._disabled = None if isinstance(visible, bool) else visible, disabled
-        if isinstance(visible, bool):  # the panel shows and hides it by itself
-            control.visible = visible
 
     @property
     def typed(self) -> Any:
-        """What stands there, as commands take it."""
         return self._typed(self.control.value)
 
-    def show(self, session: Session) -> None:
-        if self._visible is not None:
-            self.control.visible = bool(self._visible(session))
-        if self._disabled is not None:
-            self.control.disabled = bool(self._disabled(session))
+    def show_value(self, session: Session) -> None:
         if self._shows is not None:
             set_value(self.control, self._to_page(self._shows(session)))
 
 
-class Choice(Field):
+@final
+class Dropdown(AbstractControl):
     """One of several, by what they are called on the page; which there are may depend on the session."""
 
     def __init__(self, control: Any, shows: Shown | None, options: Shown, **when: Any):
-        super().__init__(control, shows, to_page=self._name, **when)
-        self._of, self._options = options, dict[str, Any]()
+        super().__init__(control, **when)
+        self._shows, self._of, self._options = shows, options, dict[str, Any]()
 
     @property
     def typed(self) -> Any:
         return self._options.get(self.control.value)
 
-    def show(self, session: Session) -> None:
+    def show_value(self, session: Session) -> None:
         self._options = dict(self._of(session))
         show_options(self.control, list(self._options))
-        super().show(session)
+        if self._shows is not None:
+            value = self._shows(session)
+            name = next((name for name, option in self._options.items() if option == value), None)
+            set_value(self.control, self.control.value if name is None else name)
 
-    def _name(self, value: Any) -> str:
-        return next(name for name, option in self._options.items() if option == value)
 
+@final
+class Html(AbstractControl):
+    """What is said of a session; not there while that is nothing."""
 
-class Text(Field):
-    """HTML; not there while there is nothing to say."""
+    def __init__(self, control: Any, shows: Shown):
+        super().__init__(control)
+        self._shows = shows
 
-    def show(self, session: Session) -> None:
-        assert self._shows is not None
-        content = self._shows(session)
-        self.control.content = content
+    @property
+    def typed(self) -> str:
+        return str(self.control.content)
+
+    def show_value(self, session: Session) -> None:
+        self.control.content = content = self._shows(session)
         self.control.visible = bool(content)
 
 
-AnyField = TypeVar("AnyField", bound=Field)
+AnyControl = TypeVar("AnyControl", bound=AbstractControl)
 
 
-class Form:
+class AbstractControls(ABC):
     """Makes controls; `show_fields` brings all of them in line with a snapshot."""
 
     _gui: viser.GuiApi
 
     def __init__(self, worker: Worker):
         self._worker = worker
-        self._controls: list[Field] = []
+        self._controls: list[AbstractControl] = []
 
     def show_fields(self, session: Session) -> None:
         for field in self._controls:
             field.show(session)
 
-    def add(self, field: AnyField) -> AnyField:
+    def add(self, field: AnyControl) -> AnyControl:
         """Keep a control in line with the session."""
         self._controls.append(field)
         return field
@@ -137,8 +168,8 @@ class Form:
         *,
         unit: float = 1.0,
         **more: Any,
-    ) -> Field:
-        """A field for a number, shown in its unit [SI]; `more` as for `Field`, and `value` to begin with."""
+    ) -> ValueControl:
+        """A field for a number, shown in its unit [SI]; `more` as for it, and `value` to begin with."""
         minimum, maximum, step = limits
         value = more.pop("value", None)
         first = self._first(shows, unit, limits) if value is None else value
@@ -156,7 +187,7 @@ class Form:
         *,
         unit: float = 1.0,
         **more: Any,
-    ) -> Field:
+    ) -> ValueControl:
         """The same as a slider."""
         value = more.pop("value", None)
         first = self._first(shows, unit, limits) if value is None else value
@@ -165,9 +196,9 @@ class Form:
 
     def checkbox(
         self, label: str, hint: str, shows: Shown | None = None, *, value: bool = False, **more: Any
-    ) -> Field:
+    ) -> ValueControl:
         made = self._gui.add_checkbox(label, value, hint=hint)
-        return self.add(Field(made, shows, typed=bool, **more))
+        return self.add(ValueControl(made, shows, typed=bool, **more))
 
     def dropdown(
         self,
@@ -176,26 +207,26 @@ class Form:
         hint: str,
         shows: Shown | None = None,
         **more: Any,
-    ) -> Choice:
+    ) -> Dropdown:
         """One of several values, by their names; a function of the session if it decides which there are."""
         of = options if callable(options) else lambda session: options
         made = self._gui.add_dropdown(label, tuple(of(self._worker.session)), hint=hint)
-        return self.add(Choice(made, shows, of, **more))
+        return self.add(Dropdown(made, shows, of, **more))
 
-    def line(self, label: str, hint: str, shows: Shown | None = None, **more: Any) -> Field:
+    def line(self, label: str, hint: str, shows: Shown | None = None, **more: Any) -> ValueControl:
         """A line of text to type."""
-        return self.add(Field(self._gui.add_text(label, "", hint=hint), shows, **more))
+        return self.add(ValueControl(self._gui.add_text(label, "", hint=hint), shows, **more))
 
     def folder(
         self, label: str, *, is_open: bool = True, **when: Shown | bool | None
     ) -> viser.GuiFolderHandle:
         made = self._gui.add_folder(label, expand_by_default=is_open)
-        self.add(Field(made, **when))  # type: ignore[arg-type]
+        self.add(ValueControl(made, **when))  # type: ignore[arg-type]
         return made
 
-    def html(self, shows: Shown) -> Text:
+    def html(self, shows: Shown) -> Html:
         """What a function of the session says; not there while that is nothing."""
-        return self.add(Text(self._gui.add_html("", visible=False), shows))
+        return self.add(Html(self._gui.add_html("", visible=False), shows))
 
     def button(
         self,
@@ -210,7 +241,7 @@ class Form:
         """A button that sends the command that `do` gives, if any; coloured if it is its panel's main one."""
         made = self._gui.add_button(label, icon=icon, hint=hint, color=None if main else "gray")
         on_press(made, lambda: self.send(do))
-        self.add(Field(made, **when))  # type: ignore[arg-type]
+        self.add(ValueControl(made, **when))  # type: ignore[arg-type]
         return made
 
     def press(
@@ -224,7 +255,7 @@ class Form:
         """A button that does something on the page of the user who presses it."""
         made = self._gui.add_button(label, icon=icon, hint=hint, color="gray")
         made.on_click(do)
-        self.add(Field(made, **when))  # type: ignore[arg-type]
+        self.add(ValueControl(made, **when))  # type: ignore[arg-type]
         return made
 
     def buttons(
@@ -237,17 +268,17 @@ class Form:
         async def _(event: viser.GuiEvent) -> None:
             self.send(commands[event.target.value])
 
-        self.add(Field(made, **when))  # type: ignore[arg-type]
+        self.add(ValueControl(made, **when))  # type: ignore[arg-type]
         return made
 
-    def form(self, command: Callable[..., AbstractCommand | None], *fields: Field) -> None:
+    def form(self, command: Callable[..., AbstractCommand | None], *fields: AbstractControl) -> None:
         """Send a command of what stands in the fields whenever a user changes one of them."""
         for field in fields:
             self.sends(field, lambda: command(*(each.typed for each in fields)))
 
-    def sends(self, field: Field | Any, make: Callable[[], AbstractCommand | None]) -> None:
+    def sends(self, field: AbstractControl | Any, make: Callable[[], AbstractCommand | None]) -> None:
         """Send the command that `make` gives, if any, whenever a user changes the control."""
-        control = field.control if isinstance(field, Field) else field
+        control = field.control if isinstance(field, AbstractControl) else field
         on_change(control, lambda: self.send(make))
 
     def send(self, make: Callable[[], AbstractCommand | None]) -> None:
@@ -265,9 +296,9 @@ class Form:
         return type(limits[2])(min(max(value, limits[0]), limits[1]))
 
 
-def _numeric(control: Any, shows: Shown | None, unit: float, **more: Any) -> Field:
+def _numeric(control: Any, shows: Shown | None, unit: float, **more: Any) -> ValueControl:
     kind = type(control.value)
-    return Field(
+    return ValueControl(
         control,
         shows,
         to_page=lambda value: kind(round(float(value) / unit, SHOWN_DIGITS)),

@@ -4,7 +4,7 @@ import asyncio
 import math
 import threading
 import time
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -23,7 +23,7 @@ from workbench.session.state import Session, Severity, Tab
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
 from workbench.views.page.html import block, text
-from workbench.views.page.panels.form import Form, Shown
+from workbench.views.page.panels.form import AbstractControls, Shown
 from workbench.views.page.panels.form import on_change as on_change
 from workbench.views.page.panels.form import on_press as on_press
 from workbench.views.page.viser_internals import forget_uploads, limit_upload
@@ -94,7 +94,7 @@ class Door(NamedTuple):
     build: Build | None = None
 
 
-class AbstractPanel(Form, ABC):
+class AbstractPanel(AbstractControls):
     """Controls on the page: `build` makes them once; afterwards each shows what it was made to show of the
     session, and `show` changes what is left."""
 

@@ -11,7 +11,7 @@ from workbench.session.state import Field as CubeField
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import block, note, number, pairs
 from workbench.views.page.panels.coordinates import Coordinates, Measure
-from workbench.views.page.panels.form import Field
+from workbench.views.page.panels.form import ValueControl
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 FIELDS = {
@@ -75,7 +75,7 @@ class RegionPanel(AbstractPanel):
             layer.max = max(session.plate.region.shape[cut], 2)
             set_value(layer, shown_layer(session) + 1)
 
-    def _build_cuboid(self, gui: viser.GuiApi) -> Field:
+    def _build_cuboid(self, gui: viser.GuiApi) -> ValueControl:
         """The cuboid's own form; returns the switch of the handles."""
         ends = {
             "From": ("Corner of the region with the smallest coordinates.", lambda s: s.plate.region.min),
