@@ -17,6 +17,8 @@ from hypothesis import HealthCheck, settings
 from threadpoolctl import threadpool_limits
 from xdist.scheduler import LoadFileScheduling
 
+from workbench.base.registry import LEFT_OUT
+
 # One thread of linear algebra a worker: several workers with several threads each only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Those of OpenCV spin while they wait: a third of the processor time of every search for markers.
@@ -202,3 +204,10 @@ def run_unread(run, monkeypatch):
         return run(*options)
 
     return call
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_out():
+    """What one test leaves out on purpose is no news for the next."""
+    yield
+    LEFT_OUT.clear()

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import partial
-from itertools import islice
 
 import viser
 
@@ -57,7 +56,7 @@ class BrowserView(AbstractView):
     ):
         self._server, self._worker = server, worker
         self._failed: set[str] = set()
-        self._shown_broken = 0
+        self._shown_broken = set[str]()
         session = worker.session
         with server.atomic():
             self._scene = Scene(server, worker, session, drawn=drawn)
@@ -121,9 +120,9 @@ class BrowserView(AbstractView):
 
     def _tell_of_broken_parts(self) -> None:
         """Show each sentence on a part that is left out, once."""
-        for sentence in islice(LEFT_OUT, self._shown_broken, None):
+        for sentence in LEFT_OUT.keys() - self._shown_broken:
             self._worker.submit(Tell(sentence, Severity.WARNING))
-        self._shown_broken = len(LEFT_OUT)
+            self._shown_broken.add(sentence)
 
     def _follow(self, is_dark: bool) -> None:
         if is_dark is not self._worker.session.page.is_dark:

@@ -26,7 +26,7 @@ from workbench.views.page.viser_internals import set_value
 DEGREE = float(np.deg2rad(1.0))
 DECIMALS = 3
 """Digits that fields keep behind the point of what is typed, at least."""
-SHOWN_DIGITS = 9
+SHOWN_DIGITS = 6
 """Decimal places to which a number in its unit is shown: conversion leaves more."""
 Shown = Callable[[Session], Any]
 """What something shows of a session."""
@@ -296,12 +296,14 @@ class AbstractControls(ABC):
         return type(limits[2])(min(max(value, limits[0]), limits[1]))
 
 
-def _numeric(control: Any, shows: Shown | None, unit: float, **more: Any) -> ValueControl:
+def _numeric(
+    control: Any, shows: Shown | None, unit: float, *, digits: int = SHOWN_DIGITS, **more: Any
+) -> ValueControl:
     kind = type(control.value)
     return ValueControl(
         control,
         shows,
-        to_page=lambda value: kind(round(float(value) / unit, SHOWN_DIGITS)),
+        to_page=lambda value: kind(round(float(value) / unit, digits)),
         typed=(lambda value: unit * float(value)) if kind is float or unit != 1.0 else int,
         **more,
     )

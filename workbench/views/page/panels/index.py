@@ -245,7 +245,7 @@ class WantedPanel(AbstractPanel):
         self.form(
             self._want,
             *(
-                self.number(label, (0.0, 1000.0, 0.01), hint, shows, unit=unit)
+                self.number(label, (0.0, 1000.0, 0.01), hint, shows, unit=unit, digits=3)
                 for (label, hint), shows, unit in zip(FIELDS, SHOWN, (1e-3, DEGREE), strict=True)
             ),
         )
