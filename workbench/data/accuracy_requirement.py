@@ -23,6 +23,7 @@ from jaxtyping import Bool, Float
 from workbench.base.argument_checks import admit
 from workbench.base.errors import OptionError
 from workbench.data.prediction import RowComponents
+from workbench.report.fields import POSE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,11 +61,7 @@ class Wanted:
         return f"{self.position_text}{angle}"
 
     def json(self) -> dict[str, float | bool | None]:
-        return {
-            "position_mm": 1e3 * self.position,
-            "orientation_deg": None if self.rotation is None else float(np.rad2deg(self.rotation)),
-            "per_axis": self.per_axis,
-        }
+        return {**POSE.json(self), "per_axis": self.per_axis}
 
     def check(self, errors: RowComponents) -> "WantedCheck":
         """Judge every row that has a measured point."""

@@ -27,6 +27,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, TiltObservation, Unknown
 from workbench.data.prediction import predict
 from workbench.identification.frame_freedom import FrameFreedom, frame_name, gravity_names
+from workbench.report.fields import POSE
 
 NO_PLACES = np.zeros(0, np.int64)
 MIN_SIGMA = 1e-9
@@ -65,7 +66,7 @@ class Noise(NamedTuple):
 
     def json(self) -> dict[str, float]:
         """Of positions and orientations as files have it."""
-        return {"position_mm": 1e3 * self.position, "orientation_deg": np.rad2deg(self.rotation)}
+        return POSE.json(self)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,8 @@
 
 import json
 import re
+from datetime import date
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +28,14 @@ def json_text(content: Json) -> str:
     return NUMBERS.sub(lambda found: "[" + " ".join(found[1].split()) + "]", written)
 
 
+def document(schema: str, **content: Any) -> Json:
+    """A result as plain data under its schema."""
+    return plain({"schema": schema, **content})
+
+
 def plain(value: Any) -> Any:
-    """The same data with Python's own types, and None for every number that is not finite."""
+    """The same data with Python's own types: dates and enumerations as text, and None for every number that
+    is not finite."""
     if isinstance(value, dict):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, np.ndarray):
@@ -38,4 +46,6 @@ def plain(value: Any) -> Any:
         return plain(value.item())
     if isinstance(value, float):
         return value if np.isfinite(value) else None
-    return value
+    if isinstance(value, Enum):
+        return str(value)
+    return value.isoformat() if isinstance(value, date) else value

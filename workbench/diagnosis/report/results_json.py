@@ -10,50 +10,46 @@ from workbench.diagnosis.claims.structure import LEVEL, Structure
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.errors.row_errors import Errors
-from workbench.identification.report.results_json import validation_json
-from workbench.report.json import Json, plain
+from workbench.identification.report.results_json import excluded_json, validation_json
+from workbench.report.json import Json, document
 
 DIAGNOSIS = "workbench.diagnosis/1"
 
 
 def diagnosis_json(result: Diagnosis) -> Json:
     """The result of a diagnosis as plain data; joints count from 1, outliers are data rows from 0."""
-    return plain(
-        {
-            "schema": DIAGNOSIS,
-            "robot": result.robot.name,
-            "measurements": {
-                "used": len(result.after_fit.problem.data),
-                "held_out": len(result.held_out_data),
-                "held_out_rows": result.held_out_data.row,
-                "outliers": sorted(result.data.row[result.outliers].tolist()),
-                "excluded": [{"row": row, "reason": reason} for row, reason in result.excluded],
-                "source": result.data.source,
-            },
-            "nominal": validation_json(result.nominal),
-            "before": validation_json(result.before),
-            "effects": [_accepted(e, result) for e in result.effects],
-            "causes": [_cause(c) for c in result.causes],
-            "map": None if result.residual_map is None else _map(result.residual_map),
-            "after": validation_json(result.after),
-            "noise": result.noise.json(),
-            "noise_floor": None if result.known_noise is None else result.known_noise.json(),
-            **_joint_noise(result),
-            "saved_arm": None
-            if result.now is None
-            else {"from_row": result.now.row, "mean_mm": result.now.mean_mm},
-            "structure": _structure(result.structure),
-            "not_identifiable": [_undetectable(u, result) for u in result.undetectable],
-            "suspects": result.held_out_data.row[result.suspects],
-            "verdict": str(result.verdict),
-            "message": result.message,
-            "measure_next": result.measure_next,
-            "next_reasons": [reason.sentence for reason in result.next_reasons],
-            "ranking": [_ranked(r) for r in result.ranking],
-            "warnings": list(result.warnings),
-            "notes": list(result.notes),
-            "seconds": result.seconds,
-        }
+    return document(
+        DIAGNOSIS,
+        robot=result.robot.name,
+        measurements={
+            "used": len(result.after_fit.problem.data),
+            "held_out": len(result.held_out_data),
+            "held_out_rows": result.held_out_data.row,
+            "outliers": sorted(result.data.row[result.outliers].tolist()),
+            "excluded": excluded_json(result.excluded),
+            "source": result.data.source,
+        },
+        nominal=validation_json(result.nominal),
+        before=validation_json(result.before),
+        effects=[_accepted(e, result) for e in result.effects],
+        causes=[_cause(c) for c in result.causes],
+        map=None if result.residual_map is None else _map(result.residual_map),
+        after=validation_json(result.after),
+        noise=result.noise.json(),
+        noise_floor=None if result.known_noise is None else result.known_noise.json(),
+        **_joint_noise(result),
+        saved_arm=None if result.now is None else {"from_row": result.now.row, "mean_mm": result.now.mean_mm},
+        structure=_structure(result.structure),
+        not_identifiable=[_undetectable(u, result) for u in result.undetectable],
+        suspects=result.held_out_data.row[result.suspects],
+        verdict=result.verdict,
+        message=result.message,
+        measure_next=result.measure_next,
+        next_reasons=[reason.sentence for reason in result.next_reasons],
+        ranking=[_ranked(r) for r in result.ranking],
+        warnings=result.warnings,
+        notes=result.notes,
+        seconds=result.seconds,
     )
 
 

@@ -16,6 +16,7 @@ from workbench.extras.camera.rig import owner_in, rig_of
 from workbench.identification.fit import Fit
 from workbench.identification.own_preparation import AbstractIdentifiability
 from workbench.identification.problem import Noise
+from workbench.report.fields import DEG, MM, Field, Fields
 from workbench.report.json import Json
 
 ZEROS, GEOMETRY, EFFECTS = "joint zeros", "geometry", "geometry and effects"
@@ -78,21 +79,21 @@ class Step:
         """What it leaves with the tool's orientation, by which effects are judged [m]."""
         return float(np.hypot(self.uncertainty_seen, self.lack_seen))
 
-    def json(self) -> Json:
-        """As plain data."""
-        return {
-            "name": self.name,
-            "taken": not self.refused,
-            "reason": self.refused,
-            "free": list(self.free),
-            "left_out_px": self.pixel,
-            "evidence": self.evidence,
-            "moved_mm": 1e3 * self.moved,
-            "uncertainty_mm": 1e3 * self.uncertainty,
-            "uncertainty_deg": np.rad2deg(self.turned),
-            "unexplained_mm": 1e3 * self.lack,
-            "expected_mm": 1e3 * self.expected,
-        }
+
+STEP = Fields(
+    "name",
+    Field("taken", of=lambda step: not step.refused),
+    Field("reason", of="refused"),
+    "free",
+    Field("left_out_px", of="pixel"),
+    "evidence",
+    Field("moved", MM),
+    Field("uncertainty", MM),
+    Field("uncertainty", DEG, of="turned"),
+    Field("unexplained", MM, of="lack"),
+    Field("expected", MM),
+)
+"""Of a `Step`."""
 
 
 class Zero(NamedTuple):
@@ -201,7 +202,7 @@ class Identifiability(AbstractIdentifiability):
                 "identified": bool(self.taken),
                 "refused": self.refused,
                 "measure_next": self.advice,
-                "steps": [step.json() for step in self.steps],
+                "steps": STEP.each(self.steps),
                 "noise": {"pixel_px": np.sqrt(2.0) * noise.own, **noise.json()},
                 "poses": _poses(fit),
                 "zeros": [{**zero._asdict(), "moved": zero.moved} for zero in zeros(fit)],

@@ -1,20 +1,28 @@
 """Reports on a single arm: redundant constants of its model, axes from circle points."""
 
-import numpy as np
-from rich import box
 from rich.console import RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from workbench.arm.robot import Robot
 from workbench.base.wording import plural
 from workbench.extras.geometry.circle_points import CircleAxis
 from workbench.extras.geometry.redundant_constants import Redundancy, complete
-from workbench.report.json import Json, plain
-from workbench.report.numbers import short
+from workbench.report.fields import DEG, JOINT, MM, Field, Fields
+from workbench.report.json import Json, document
 from workbench.report.tables import headed
 
 REDUNDANCY, AXES = "workbench.redundancy/1", "workbench.axes/1"
+COMBINATION = Fields("names", "weights", Field("words", of="text"))
+AXIS = Fields(
+    JOINT,
+    Field("rows", of=lambda axis: len(axis.rows), title="rows"),
+    Field("centre", MM),
+    Field("direction"),
+    Field("radius", MM, title="radius"),
+    Field("rms", MM, title="off the circle, rms"),
+    Field("angle", DEG, title="tilted by"),
+    Field("distance", MM, title="away"),
+)
 
 
 def redundancy_text(robot: Robot, found: Redundancy, *, frames: bool) -> RenderableType:
@@ -29,51 +37,22 @@ def redundancy_text(robot: Robot, found: Redundancy, *, frames: bool) -> Rendera
 
 def redundancy_json(robot: Robot, found: Redundancy) -> Json:
     """The same as plain data."""
-    return plain(
-        {
-            "schema": REDUNDANCY,
-            "robot": robot.name,
-            "constants": list(found.names),
-            "independent": list(found.independent),
-            "redundant": list(found.redundant),
-            "complete": complete(robot),
-            "combinations": [
-                {"names": list(c.names), "weights": list(c.weights), "words": c.text}
-                for c in found.combinations
-            ],
-        }
+    return document(
+        REDUNDANCY,
+        robot=robot.name,
+        constants=found.names,
+        independent=found.independent,
+        redundant=found.redundant,
+        complete=complete(robot),
+        combinations=COMBINATION.each(found.combinations),
     )
 
 
 def axes_table(robot: Robot, axes: tuple[CircleAxis, ...]) -> RenderableType:
     """Each joint's axis as its circle shows it, against the model's."""
-    table = Table(box=box.SIMPLE_HEAD)
-    for heading in ("joint", "rows", "radius [mm]", "off the circle, rms [mm]", "tilted by [°]", "away [mm]"):
-        table.add_column(heading, justify="right")
-    for axis in axes:
-        numbers = (1e3 * axis.radius, 1e3 * axis.rms, np.rad2deg(axis.angle), 1e3 * axis.distance)
-        table.add_row(str(axis.joint + 1), str(len(axis.rows)), *(short(v) for v in numbers))
-    return headed(f"axes of {robot.name} from circles", table)
+    return headed(f"axes of {robot.name} from circles", AXIS.table("", axes))
 
 
 def axes_json(robot: Robot, axes: tuple[CircleAxis, ...]) -> Json:
     """The same as plain data; joints count from 1, lengths in mm, angles in degrees."""
-    return plain(
-        {
-            "schema": AXES,
-            "robot": robot.name,
-            "axes": [
-                {
-                    "joint": axis.joint + 1,
-                    "rows": len(axis.rows),
-                    "centre_mm": 1e3 * axis.centre,
-                    "direction": axis.direction,
-                    "radius_mm": 1e3 * axis.radius,
-                    "rms_mm": 1e3 * axis.rms,
-                    "angle_deg": np.rad2deg(axis.angle),
-                    "distance_mm": 1e3 * axis.distance,
-                }
-                for axis in axes
-            ],
-        }
-    )
+    return document(AXES, robot=robot.name, axes=AXIS.each(axes))

@@ -31,7 +31,7 @@ from workbench.data.readers.read import read_table
 from workbench.extras.hobby.data_set import ACTION, STATE, MotorLog, read_data_set, root_of
 from workbench.extras.hobby.layouts import COUNTS, TURN
 from workbench.plate.argument_types import checked_arguments
-from workbench.report.json import Json, plain
+from workbench.report.json import Json, document
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import headed, new_table
@@ -126,7 +126,7 @@ class Following(AbstractShown):
             for j in self.joints
         ]
         message = {"message": self.sentence, "commanded": self.commanded, "notes": list(self.notes)}
-        return plain({"schema": SCHEMA, "source": self.source, **message, "joints": joints})
+        return document(SCHEMA, source=self.source, **message, joints=joints)
 
 
 @checked_arguments()

@@ -37,7 +37,7 @@ from workbench.identification.noise import with_alike_readings
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
 from workbench.plate.argument_types import checked_arguments
-from workbench.report.json import Json, plain
+from workbench.report.json import Json, document
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import headed, new_table
@@ -182,21 +182,19 @@ class MotorMap(AbstractShown):
             {"joint": k + 1, "motor": name, "sign": signs[k], "offset": zeros[k], "half_width": half[k]}
             for k, name in enumerate(self.moved_by)
         ]
-        return plain(
-            {
-                "schema": SCHEMA,
-                "robot": self.nominal.name,
-                "message": self.sentence,
-                "joints": joints,
-                "before_m": self.before,
-                "after_m": self.after,
-                "effects": [str(e.name) for e in self.effects],
-                "expected_m": self.expected,
-                "scatter_rad": self.scatter,
-                "poses_wanted": self.poses_wanted,
-                "notes": self.notes_in_full,
-                "identification": identification_json(self.run),
-            }
+        return document(
+            SCHEMA,
+            robot=self.nominal.name,
+            message=self.sentence,
+            joints=joints,
+            before_m=self.before,
+            after_m=self.after,
+            effects=[str(e.name) for e in self.effects],
+            expected_m=self.expected,
+            scatter_rad=self.scatter,
+            poses_wanted=self.poses_wanted,
+            notes=self.notes_in_full,
+            identification=identification_json(self.run),
         )
 
 

@@ -34,7 +34,7 @@ from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json, validation_json
 from workbench.identification.result import Identification, error_rows
 from workbench.plate.argument_types import checked_arguments
-from workbench.report.json import Json, plain
+from workbench.report.json import Json, document
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import headed, line, new_table
 
@@ -142,27 +142,25 @@ class Extraction(AbstractShown):
     def json(self) -> Json:
         """The result as plain data, with the identification under its own schema."""
         joints, lengths, angles = self.meaning.units
-        return plain(
-            {
-                "schema": SCHEMA,
-                "robot": self.run.nominal_robot.name,
-                "verdict": str(self.verdict),
-                "message": self.sentence,
-                "display": {
-                    "joints": joints,
-                    "positions": lengths,
-                    "angles": angles or None,
-                    "orientation": self.meaning.orientation.text,
-                    "tool_set": bool(self.run.frames.tool),
-                    "base_set": bool(self.run.frames.base),
-                },
-                "nominal": validation_json(self.run.nominal),
-                "extracted": validation_json(self.run.best),
-                "left": {"nominal": self.left[0], "extracted": self.left[1]},
-                "expected": {"position_m": self.expected.position, "rotation_rad": self.expected.rotation},
-                "outliers": [o.row for o in self.run.outliers],
-                "identification": identification_json(self.run),
-            }
+        return document(
+            SCHEMA,
+            robot=self.run.nominal_robot.name,
+            verdict=self.verdict,
+            message=self.sentence,
+            display={
+                "joints": joints,
+                "positions": lengths,
+                "angles": angles or None,
+                "orientation": self.meaning.orientation.text,
+                "tool_set": bool(self.run.frames.tool),
+                "base_set": bool(self.run.frames.base),
+            },
+            nominal=validation_json(self.run.nominal),
+            extracted=validation_json(self.run.best),
+            left={"nominal": self.left[0], "extracted": self.left[1]},
+            expected={"position_m": self.expected.position, "rotation_rad": self.expected.rotation},
+            outliers=[o.row for o in self.run.outliers],
+            identification=identification_json(self.run),
         )
 
 

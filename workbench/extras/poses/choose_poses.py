@@ -1,7 +1,6 @@
 """Informative poses as one call, with output as a table, as JSON, and as a file for measuring."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich import box
@@ -23,6 +22,7 @@ from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.argument_types import checked_arguments
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region_poses import PLATE_POSES, region_poses
+from workbench.report.json import Json, document
 
 
 @checked_arguments()
@@ -115,13 +115,13 @@ def poses_table(robot: Robot, poses: PoseSet) -> RenderableType:
     return Group(table, Text("\n".join(sentences)))
 
 
-def poses_json(robot: Robot, poses: PoseSet) -> dict[str, Any]:
-    return {
-        "schema": "workbench.poses/1",
-        "robot": robot.name,
-        "index": {"name": poses.index, "before": poses.before, "after": poses.after},
-        "bound": poses.bound,
-        "travel": {"max": float(poses.travels.max(initial=0.0)), "sum": float(poses.travels.sum())},
-        "outcome": str(poses.outcome),
-        "poses": poses.q.tolist(),
-    }
+def poses_json(robot: Robot, poses: PoseSet) -> Json:
+    return document(
+        "workbench.poses/1",
+        robot=robot.name,
+        index={"name": poses.index, "before": poses.before, "after": poses.after},
+        bound=poses.bound,
+        travel={"max": poses.travels.max(initial=0.0), "sum": poses.travels.sum()},
+        outcome=poses.outcome,
+        poses=poses.q,
+    )

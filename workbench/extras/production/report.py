@@ -6,7 +6,7 @@ from rich.markup import escape
 from rich.text import Text
 
 from workbench.extras.production.production_yield import Yield
-from workbench.report.json import Json
+from workbench.report.json import Json, document
 from workbench.report.tables import new_table
 
 YIELD = "workbench.plate-yield/1"
@@ -60,40 +60,35 @@ def yield_sentence(found: Yield) -> str:
 
 def yield_json(found: Yield) -> Json:
     """The yield with the distribution over the cubes of the region."""
-    low, high = found.interval
-    return {
-        "schema": YIELD,
-        "outcome": str(found.outcome),
-        "arms": found.arms,
-        "holds": found.assumptions,
-        "requirement": found.wanted.json(),
-        "share": found.share,
-        "share_95": [low, high],
-        "not_reached": int((~found.reached).sum()),
-        "other_branch": int((found.reached & ~found.planned).sum()),
-        "position_rms_mm": 1e3 * found.position_rms,
-        "orientation_rms_deg": float(np.rad2deg(found.rotation_rms)),
-        "sources": {
+    cubes = zip(found.cells, found.samples, found.predicted, found.observed, strict=True)
+    return document(
+        YIELD,
+        outcome=found.outcome,
+        arms=found.arms,
+        holds=found.assumptions,
+        requirement=found.wanted.json(),
+        share=found.share,
+        share_95=found.interval,
+        not_reached=(~found.reached).sum(),
+        other_branch=(found.reached & ~found.planned).sum(),
+        position_rms_mm=1e3 * found.position_rms,
+        orientation_rms_deg=np.rad2deg(found.rotation_rms),
+        sources={
             name: {
                 "position_rms_mm": 1e3 * position,
-                "orientation_rms_deg": float(np.rad2deg(rotation)),
+                "orientation_rms_deg": np.rad2deg(rotation),
                 "share": found.shares.get(name, 0.0),
             }
             for name, (position, rotation) in found.sources.items()
         },
-        "cubes": [
+        cubes=[
             {
-                "cube": int(cell),
-                "samples": int(samples),
-                "position_mm": {"predicted": 1e3 * float(p[0]), "observed": 1e3 * float(o[0])},
-                "orientation_deg": {
-                    "predicted": float(np.rad2deg(p[1])),
-                    "observed": float(np.rad2deg(o[1])),
-                },
+                "cube": cell,
+                "samples": samples,
+                "position_mm": {"predicted": 1e3 * p[0], "observed": 1e3 * o[0]},
+                "orientation_deg": {"predicted": np.rad2deg(p[1]), "observed": np.rad2deg(o[1])},
             }
-            for cell, samples, p, o in zip(
-                found.cells, found.samples, found.predicted, found.observed, strict=True
-            )
+            for cell, samples, p, o in cubes
         ],
-        "notes": list(found.notes),
-    }
+        notes=found.notes,
+    )

@@ -25,9 +25,9 @@ from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
-from workbench.report.json import Json
+from workbench.report.fields import DEG, MM, Field, Fields
+from workbench.report.json import Json, document
 from workbench.report.result_display import AbstractShown
-from workbench.report.tables import new_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -96,13 +96,39 @@ class Tradeoff(AbstractShown):
                 kept.append(choice)
         return tuple(kept)
 
+    @property
+    def _fields(self) -> Fields:
+        """Of a choice."""
+        return Fields(
+            Field(
+                "", of=lambda choice: f"{self.choices.index(choice) + 1}: {choice.name}", title="no., plate"
+            ),
+            "name",
+            Field("made", of="method"),
+            Field("targets", of=lambda choice: len(choice.design.plate)),
+            "shapes",
+            Field("position_rms", MM, of="design.cost", title="rms"),
+            Field(
+                "",
+                DEG,
+                of="design.rotation",
+                title="rms",
+                text=lambda v: f"{v:.3f}" if np.isfinite(v) else "open",
+            ),
+            Field("holds", of="design.assumptions"),
+            "share",
+            Field("share_95", of=lambda choice: choice.tried and choice.tried.interval),
+            Field("", of=lambda choice: choice.tried and _share(choice.tried), title="yield [%]"),
+            Field(
+                "front",
+                of=lambda c: c in self.front,
+                title="front",
+                text=lambda is_front: "●" if is_front else "",
+            ),
+        )
+
     def summary(self) -> RenderableType:
-        table = new_table("Cost and accuracy", "no., plate", "rms [mm]", "rms [°]", "yield [%]", "front")
-        for number, choice in enumerate(self.choices, start=1):
-            share = "–" if choice.tried is None else _share(choice.tried)
-            turned = np.rad2deg(choice.design.rotation)
-            errors = (f"{1e3 * choice.design.cost:.3f}", f"{turned:.3f}" if np.isfinite(turned) else "open")
-            table.add_row(f"{number}: {choice.name}", *errors, share, "●" if choice in self.front else "")
+        table = self._fields.table("Cost and accuracy", self.choices)
         held = [f"{name}: {choice.held}" for name, choice in self.methods.items()]
         return Group(table, Text("\n".join([*held, FRONT_TEXT, *self.missing])))
 
@@ -130,23 +156,7 @@ class Tradeoff(AbstractShown):
         return on_white(figure)
 
     def json(self) -> Json:
-        return {
-            "schema": "workbench.plate-tradeoff/1",
-            "choices": [
-                {
-                    "name": choice.name,
-                    "made": choice.method,
-                    "targets": len(choice.design.plate),
-                    "shapes": choice.shapes,
-                    "position_rms_mm": 1e3 * choice.design.cost,
-                    "holds": choice.design.assumptions,
-                    "share": choice.share,
-                    "share_95": None if choice.tried is None else list(choice.tried.interval),
-                    "front": choice in self.front,
-                }
-                for choice in self.choices
-            ],
-        }
+        return document("workbench.plate-tradeoff/1", choices=self._fields.each(self.choices))
 
 
 def _places(choices: Sequence[Choice]) -> np.ndarray:

@@ -23,7 +23,8 @@ from workbench.base.wording import plural
 from workbench.identification.checks.arm_match import require_same_arm
 from workbench.identification.fit import Fit
 from workbench.identification.result import judged
-from workbench.report.json import plain
+from workbench.report.fields import Field, Fields
+from workbench.report.json import document
 from workbench.report.numbers import signed
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.restore import restore
@@ -63,6 +64,11 @@ class Move:
     def has_moved(self) -> bool:
         """Whether any session's value is beyond chance."""
         return any(abs(ratio) > BEYOND_CHANCE for ratio in self.ratios if math.isfinite(ratio))
+
+
+MOVE = Fields(
+    *("name", "unit", "values", "stds"), Field("moved", of="has_moved"), Field("standard_errors", of="ratios")
+)
 
 
 @dataclass(frozen=True)
@@ -122,24 +128,12 @@ class ComparedSessions:
         return f"{count} of {all_} parameters moved by more than {BEYOND_CHANCE:g} standard errors."
 
     def json(self) -> dict[str, Any]:
-        return plain(
-            {
-                "schema": "workbench.comparison/1",
-                "sessions": list(self.names),
-                "other_arms": list(self.others),
-                "figures": {figure.name: list(figure.values) for figure in self.figures},
-                "parameters": [
-                    {
-                        "name": move.name,
-                        "unit": move.unit,
-                        "values": list(move.values),
-                        "stds": list(move.stds),
-                        "moved": move.has_moved,
-                        "standard_errors": list(move.ratios),
-                    }
-                    for move in self.moves
-                ],
-            }
+        return document(
+            "workbench.comparison/1",
+            sessions=self.names,
+            other_arms=self.others,
+            figures={figure.name: list(figure.values) for figure in self.figures},
+            parameters=MOVE.each(self.moves),
         )
 
     def _rows(self) -> Iterator[tuple[str, list[str], str, str]]:

@@ -18,7 +18,7 @@ from workbench.extras.trajectories.planning import Planned
 from workbench.identification.errors.row_errors import Spread
 from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, png
-from workbench.report.json import Json, plain
+from workbench.report.json import Json, document
 from workbench.report.numbers import short
 from workbench.report.tables import headed, new_table
 
@@ -28,21 +28,19 @@ COMPENSATION = "workbench.compensation/1"
 
 def path_json(planned: Planned, moments: JointMoments | None) -> Json:
     """The trajectory as plain data, SI; moments are null if the arm has no masses."""
-    return plain(
-        {
-            "schema": PATH,
-            "robot": planned.robot.name,
-            "task": planned.task.name.lower(),
-            "axis": planned.axis,
-            "time": planned.time,
-            "q": planned.q,
-            "velocity": planned.motion.velocity,
-            "acceleration": planned.motion.acceleration,
-            "torque": None if moments is None else moments.about,
-            "moment_x": None if moments is None else moments.across[:, :, 0],
-            "moment_y": None if moments is None else moments.across[:, :, 1],
-            "notes": list(planned.notes),
-        }
+    return document(
+        PATH,
+        robot=planned.robot.name,
+        task=planned.task.name.lower(),
+        axis=planned.axis,
+        time=planned.time,
+        q=planned.q,
+        velocity=planned.motion.velocity,
+        acceleration=planned.motion.acceleration,
+        torque=None if moments is None else moments.about,
+        moment_x=None if moments is None else moments.across[:, :, 0],
+        moment_y=None if moments is None else moments.across[:, :, 1],
+        notes=planned.notes,
     )
 
 
@@ -128,21 +126,19 @@ def compensation_json(found: Compensation) -> Json:
         "after_mm": 1e3 * found.after.position,
         "kept": found.kept,
     }
-    return plain(
-        {
-            "schema": COMPENSATION,
-            "robot": found.commanded.calibrated.name,
-            "method": str(found.method),
-            "task": found.commanded.task.name.lower(),
-            "effects": [e.name for e in found.commanded.calibrated.effects],
-            "before": _errors(found.before),
-            "after": _errors(found.after),
-            "model_error": None if found.commanded.expected is None else list(found.commanded.expected),
-            "largest_correction": np.abs(found.q - found.commanded.q).max(0),
-            "greatest_speed": found.speed,
-            "rows": [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)],
-            "notes": list(found.notes),
-        }
+    return document(
+        COMPENSATION,
+        robot=found.commanded.calibrated.name,
+        method=found.method,
+        task=found.commanded.task.name.lower(),
+        effects=[e.name for e in found.commanded.calibrated.effects],
+        before=_errors(found.before),
+        after=_errors(found.after),
+        model_error=None if found.commanded.expected is None else list(found.commanded.expected),
+        largest_correction=np.abs(found.q - found.commanded.q).max(0),
+        greatest_speed=found.speed,
+        rows=[dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)],
+        notes=found.notes,
     )
 
 

@@ -4,6 +4,8 @@ Only finite numbers are written; unknown ones (the orientation of point data, th
 unobservable parameter) are null.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from workbench.arm.joint_units import sliding
@@ -13,7 +15,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.prior import prior_json
 from workbench.identification.report.parameters import unseen
 from workbench.identification.result import Evaluation, Identification, Run, Validation
-from workbench.report.json import Json, plain
+from workbench.report.json import Json, document, plain
 
 IDENTIFICATION = "workbench.identification/1"
 EVALUATION = "workbench.evaluation/1"
@@ -30,7 +32,7 @@ def identification_json(result: Identification) -> Json:
                 "used": len(result.train_rows),
                 "held_out": len(result.held_out_data),
                 "held_out_rows": result.held_out_data.row,
-                "excluded": [{"row": row, "reason": reason} for row, reason in result.excluded],
+                "excluded": excluded_json(result.excluded),
                 "outliers": [outlier.row for outlier in result.outliers],
                 "suspects": list(result.suspects),
                 "source": result.data.source,
@@ -50,48 +52,46 @@ def identification_json(result: Identification) -> Json:
 
 def evaluation_json(result: Evaluation) -> Json:
     """The result of an evaluation as plain data."""
-    return plain(
-        {
-            "schema": EVALUATION,
-            "robot": result.robot.name,
-            "errors": errors_json(result.errors),
-            "rows": [
-                {"row": row, "position_mm": position, "orientation_deg": angle}
-                for row, position, angle in zip(
-                    result.row_numbers,
-                    1e3 * result.rows.position,
-                    np.rad2deg(result.rows.rotation),
-                    strict=True,
-                )
-            ],
-            "notes": list(result.notes),
-        }
+    return document(
+        EVALUATION,
+        robot=result.robot.name,
+        errors=errors_json(result.errors),
+        rows=[
+            {"row": row, "position_mm": position, "orientation_deg": angle}
+            for row, position, angle in zip(
+                result.row_numbers, 1e3 * result.rows.position, np.rad2deg(result.rows.rotation), strict=True
+            )
+        ],
+        notes=result.notes,
     )
 
 
 def controller_json(numbers: ControllerNumbers) -> Json:
     """Controller-ready numbers as plain data, in SI."""
-    return plain(
-        {
-            "schema": CONTROLLER,
-            "robot": numbers.robot.name,
-            "takes": [str(p) for p in numbers.parts],
-            "units": ["m" if slides else "rad" for slides in sliding(numbers.robot)],
-            "offsets": numbers.offsets,
-            "tool": {"xyz": numbers.robot.tool.xyz, "rpy": numbers.robot.tool.rpy},
-            "base": {"xyz": numbers.robot.base.xyz, "rpy": numbers.robot.base.rpy},
-            "held": numbers.held,
-            "compared_at": numbers.rows,
-            "without": _pose_errors(numbers.before),
-            "remains": _pose_errors(numbers.after),
-            "advised": numbers.is_better,
-            "losses": numbers.losses,
-        }
+    return document(
+        CONTROLLER,
+        robot=numbers.robot.name,
+        takes=[str(p) for p in numbers.parts],
+        units=["m" if slides else "rad" for slides in sliding(numbers.robot)],
+        offsets=numbers.offsets,
+        tool={"xyz": numbers.robot.tool.xyz, "rpy": numbers.robot.tool.rpy},
+        base={"xyz": numbers.robot.base.xyz, "rpy": numbers.robot.base.rpy},
+        held=numbers.held,
+        compared_at=numbers.rows,
+        without=_pose_errors(numbers.before),
+        remains=_pose_errors(numbers.after),
+        advised=numbers.is_better,
+        losses=numbers.losses,
     )
 
 
 def _spread(spread: Spread | None) -> Json | None:
     return None if spread is None or np.isnan(spread.mean) else spread._asdict()
+
+
+def excluded_json(excluded: Iterable[tuple[int, str]]) -> list[Json]:
+    """Rows that were excluded, each with the reason."""
+    return [{"row": row, "reason": reason} for row, reason in excluded]
 
 
 def errors_json(errors: Errors | None) -> Json | None:

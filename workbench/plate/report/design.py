@@ -1,6 +1,6 @@
 """Designed plates, for people and programs."""
 
-from typing import Any
+from operator import itemgetter
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -10,11 +10,20 @@ from rich.text import Text
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import places_of
 from workbench.plate.plate import Kind
+from workbench.report.fields import DEG, MM, Field, Fields
+from workbench.report.json import Json, document
 from workbench.report.tables import new_table
 
 DESIGN = "workbench.plate-design/1"
-
-Json = dict[str, Any]
+PREDICTED = Fields(
+    Field("position_rms", MM, of="cost"),
+    Field("orientation_rms", DEG, of="rotation"),
+    Field("given_position_rms", MM, of="start_cost"),
+    Field("given_keeps_constraints", of="start_kept"),
+)
+TARGET = Fields("xyz", "rpy", "branch", "q")
+MARGINS = Fields(Field("clearance", MM, of=itemgetter(0)), Field("limit_margin", DEG, of=itemgetter(1)))
+"""Of a target's clearance [m] and distance from the joint limits [rad]; None where unchecked."""
 
 
 def design_tables(design: PlateDesign) -> RenderableType:
@@ -63,34 +72,19 @@ def _design_text(design: PlateDesign) -> list[str]:
 
 
 def design_json(design: PlateDesign) -> Json:
-    targets, count = design.plate.targets, len(design.plate)
-    clearance, margin = (
-        v if len(v) else np.full(count, np.nan) for v in (design.clearance, design.limit_margin)
-    )
-    return {
-        "schema": DESIGN,
-        "plate": design.plate.name,
-        "outcome": str(design.outcome),
-        "holds": design.assumptions,
-        "predicted": {
-            "position_rms_mm": 1e3 * design.cost,
-            "orientation_rms_deg": np.rad2deg(design.rotation),
-            "given_position_rms_mm": 1e3 * design.start_cost,
-            "given_keeps_constraints": design.start_kept,
-        },
-        "shapes": design.plate_shapes,
-        "spacing_mm": 1e3 * design.spacing,
-        "targets": [
-            {
-                "xyz": target.xyz,
-                "rpy": target.rpy,
-                "branch": target.branch,
-                "q": target.q,
-                "clearance_mm": 1e3 * clearance[i],
-                "limit_margin_deg": np.rad2deg(margin[i]),
-            }
-            for i, target in enumerate(targets)
+    checked = [*zip(design.clearance, design.limit_margin, strict=True)] or [(None, None)] * len(design.plate)
+    return document(
+        DESIGN,
+        plate=design.plate.name,
+        outcome=design.outcome,
+        holds=design.assumptions,
+        predicted=PREDICTED.json(design),
+        shapes=design.plate_shapes,
+        spacing_mm=1e3 * design.spacing,
+        targets=[
+            TARGET.json(target) | MARGINS.json(margins)
+            for target, margins in zip(design.plate.targets, checked, strict=True)
         ],
-        "history_mm": 1e3 * np.array(design.history),
-        "notes": list(design.notes),
-    }
+        history_mm=1e3 * np.array(design.history),
+        notes=design.notes,
+    )

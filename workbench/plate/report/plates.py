@@ -1,7 +1,6 @@
 """Plates for people and programs: scores target by target and side by side."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -14,9 +13,9 @@ from workbench.plate.observability import INDICES, I
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.score import PlateScore, SetScore
 from workbench.plate.target_readings import assumptions
+from workbench.report.fields import DEG, MM, Field, Fields
+from workbench.report.json import Json, document
 from workbench.report.tables import new_table
-
-Json = dict[str, Any]
 
 SCORE = "workbench.plate-score/1"
 COMPARISON = "workbench.plate-comparison/1"
@@ -130,27 +129,27 @@ def number_or_open(value: float) -> str:
 
 def score_json(score: PlateScore) -> Json:
     """The same in SI, with angles in rad but errors in mm and degrees as everywhere."""
-    return {"schema": SCORE, **_plate_json(score)}
+    return document(SCORE, **_plate_json(score))
 
 
 def comparison_json(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> Json:
     """Scores of several plates, all made alike, and what each would be as its own file says."""
-    return {
-        "schema": COMPARISON,
-        "robot": scores[0].robot.name,
-        "region_of": scores[0].plate.name,
-        "best": _best(scores),
-        "plates": [
+    return document(
+        COMPARISON,
+        robot=scores[0].robot.name,
+        region_of=scores[0].plate.name,
+        best=_best(scores),
+        plates=[
             {
                 **_plate_json(score),
                 "as_stated": {
                     "holds": assumptions(own.plate, own.sigma),
-                    "predicted": set_json(own.measured)["predicted"],
+                    "predicted": PREDICTED.json(own.measured.error),
                 },
             }
             for score, own in zip(scores, stated, strict=True)
         ],
-    }
+    )
 
 
 def _plate_json(score: PlateScore) -> Json:
@@ -169,32 +168,29 @@ def _plate_json(score: PlateScore) -> Json:
                 zip(score.measured.branches, score.measured.per_target, score.measured.shares, strict=True)
             )
         ],
-        "set": set_json(score.measured),
-        "one_branch": None
-        if score.single is None
-        else {"branch": score.single_branch, **set_json(score.single)},
+        "set": SET.json(score.measured),
+        "one_branch": score.single and {"branch": score.single_branch, **SET.json(score.single)},
     }
 
 
-def set_json(score: SetScore) -> Json:
-    """Score of one set of measurements."""
-    return {
-        "predicted": {
-            "position_mm": {
-                "mean": 1e3 * score.error.position_mean,
-                "rms": 1e3 * score.error.position_rms,
-                "max": 1e3 * float(score.error.position.max(initial=0.0)),
-            },
-            "orientation_deg": {
-                "mean": np.rad2deg(score.error.rotation_mean),
-                "rms": np.rad2deg(score.error.rotation_rms),
-                "max": float(np.rad2deg(score.error.rotation.max(initial=0.0))),
-            },
-        },
-        "indices": score.indices,
-        "stacked_ratio": score.stacked,
-        "rank": score.rank,
-        "visible": score.visible,
-        "parameters": len(score.names),
-        "open": _open_text(score),
-    }
+def _sizes(kind: str) -> Fields:
+    """Mean, rms and maximum of a predicted error."""
+    largest = Field("max", of=lambda error: getattr(error, kind).max(initial=0.0))
+    return Fields(Field("mean", of=f"{kind}_mean"), Field("rms", of=f"{kind}_rms"), largest)
+
+
+PREDICTED = Fields(
+    Field("position", MM, of=lambda error: error, each=_sizes("position")),
+    Field("orientation", DEG, of=lambda error: error, each=_sizes("rotation")),
+)
+"""Of a `PredictedError`."""
+SET = Fields(
+    Field("predicted", of="error", each=PREDICTED),
+    "indices",
+    Field("stacked_ratio", of="stacked"),
+    "rank",
+    "visible",
+    Field("parameters", of=lambda score: len(score.names)),
+    Field("open", of=_open_text),
+)
+"""Of the `SetScore` of one set of measurements."""

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.base.progress import progress
+from workbench.report.fields import Fields
+from workbench.report.json import document
 from workbench.session.journal.numbers import numbers_of
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
@@ -85,16 +87,14 @@ class Replayed:
         )
 
     def json(self) -> dict[str, Any]:
-        return {
-            "schema": "workbench.replay/1",
-            "steps": self.steps,
-            "compared": self.compared,
-            "exact": not self.differences and self.rounding == 0.0,
-            "rounding": self.rounding,
-            "differences": [
-                {"step": d.step, "name": d.name, "then": d.then, "now": d.now} for d in self.differences
-            ],
-        }
+        return document(
+            "workbench.replay/1",
+            steps=self.steps,
+            compared=self.compared,
+            exact=not self.differences and self.rounding == 0.0,
+            rounding=self.rounding,
+            differences=Fields("step", "name", "then", "now").each(self.differences),
+        )
 
 
 def check(recording: Recording) -> Replayed:

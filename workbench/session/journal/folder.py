@@ -26,7 +26,7 @@ from workbench.base.files import write_text
 from workbench.base.installed_package import package_version
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import write_plate
-from workbench.report.json import plain
+from workbench.report.json import document
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.drag import DropTarget
 from workbench.session.journal.entry import Entry
@@ -180,16 +180,14 @@ def _without_folder(
 
 
 def _header(session: Session) -> dict[str, Any]:
-    return plain(
-        {
-            "schema": SCHEMA,
-            "workbench": package_version(),
-            "began": _now().isoformat(timespec="seconds"),
-            "robot": session.robot.name,
-            "plate": session.plate.name,
-            "plate_given": session.is_plate_given,
-            "numbers": changed_numbers(session, None),
-        }
+    return document(
+        SCHEMA,
+        workbench=package_version(),
+        began=_now().isoformat(timespec="seconds"),
+        robot=session.robot.name,
+        plate=session.plate.name,
+        plate_given=session.is_plate_given,
+        numbers=changed_numbers(session, None),
     )
 
 

@@ -15,7 +15,7 @@ from workbench.extras.katana.load_test.postures import LoadTestPlan, PairPurpose
 from workbench.extras.katana.load_test.tolerance import LENGTH
 from workbench.identification.report.table import line, new_table
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
-from workbench.report.json import Json, plain
+from workbench.report.json import Json, document
 from workbench.report.numbers import short
 
 LOADING = "workbench.loading/1"
@@ -81,26 +81,22 @@ def notes(found: LoadTest) -> list[str]:
 def load_test_json(found: LoadTest) -> Json:
     """The result as plain data in SI; joints count from 1."""
     hidden = {j.joint: j for j in found.hidden}
-    return plain(
-        {
-            "schema": LOADING,
-            "robot": found.robot.name,
-            "joints": [
-                {
-                    "joint": j.joint + 1,
-                    **{part: _size(j, part) for part in KINDS},
-                    "hidden": {part: getattr(hidden[j.joint], part) for part in KINDS},
-                }
-                for j in found.joints
-            ],
-            "unturned": [j + 1 for j in found.plan.unturned],
-            "missing": [{"joint": j + 1, "purpose": str(p)} for j, p in found.plan.missing],
-            "postures": [_pair(pair) for pair in found.plan.pairs],
-            "pulls": [
-                {"joint": s.joint + 1, "q": s.q, "wrench": s.wrench, "about": s.about} for s in found.side
-            ],
-            "notes": notes(found),
-        }
+    return document(
+        LOADING,
+        robot=found.robot.name,
+        joints=[
+            {
+                "joint": j.joint + 1,
+                **{part: _size(j, part) for part in KINDS},
+                "hidden": {part: getattr(hidden[j.joint], part) for part in KINDS},
+            }
+            for j in found.joints
+        ],
+        unturned=[j + 1 for j in found.plan.unturned],
+        missing=[{"joint": j + 1, "purpose": str(p)} for j, p in found.plan.missing],
+        postures=[_pair(pair) for pair in found.plan.pairs],
+        pulls=[{"joint": s.joint + 1, "q": s.q, "wrench": s.wrench, "about": s.about} for s in found.side],
+        notes=notes(found),
     )
 
 

@@ -46,7 +46,7 @@ from workbench.extras.pendant.touching.touches import (
     tips,
 )
 from workbench.plate.argument_types import checked_arguments
-from workbench.report.json import Json, plain
+from workbench.report.json import Json, document
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import headed, new_table
@@ -197,27 +197,25 @@ class Check(AbstractShown):
         return headed(f"{self.calibrated.name}: {self.sentence}", table, notes=[noise])
 
     def json(self) -> Json:
-        return plain(
-            {
-                "schema": SCHEMA,
-                "robot": self.calibrated.name,
-                "verdict": str(self.health),
-                "message": self.sentence,
-                "joints": [
-                    {"joint": k, "shift": j.shift, "std": j.std, "found_from": j.minimum}
-                    | {"found_from_at_tip": j.minimum * j.lever, "seen": j.seen}
-                    for k, j in enumerate(self.joints, start=1)
-                ],
-                "found": [
-                    {"cause": t.cause.text, "kind": t.cause.kind}
-                    | {"values": t.x, "std": t.std, "chance": t.chance}
-                    for t in self.found
-                ],
-                "power": {"displacement": self.detectable, "probability": POWER, "false_alarms": FALSE_ALARM},
-                "noise": self.noise,
-                "wait_s": self.wait,
-                "touches": {"today": self.touches[0], "reference": self.touches[1]},
-            }
+        return document(
+            SCHEMA,
+            robot=self.calibrated.name,
+            verdict=self.health,
+            message=self.sentence,
+            joints=[
+                {"joint": k, "shift": j.shift, "std": j.std, "found_from": j.minimum}
+                | {"found_from_at_tip": j.minimum * j.lever, "seen": j.seen}
+                for k, j in enumerate(self.joints, start=1)
+            ],
+            found=[
+                {"cause": t.cause.text, "kind": t.cause.kind}
+                | {"values": t.x, "std": t.std, "chance": t.chance}
+                for t in self.found
+            ],
+            power={"displacement": self.detectable, "probability": POWER, "false_alarms": FALSE_ALARM},
+            noise=self.noise,
+            wait_s=self.wait,
+            touches={"today": self.touches[0], "reference": self.touches[1]},
         )
 
 

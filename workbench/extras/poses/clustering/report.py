@@ -5,13 +5,26 @@ from rich.text import Text
 
 from workbench.arm.joint_units import shown_joints
 from workbench.base.wording import plural
-from workbench.extras.poses.clustering.search import Cluster, Clustering
-from workbench.plate.report.plates import Json, number_or_open
+from workbench.extras.poses.clustering.search import Clustering
+from workbench.plate.report.plates import number_or_open
+from workbench.report.fields import Field, Fields
+from workbench.report.json import Json, document
 from workbench.report.tables import new_table
 
 CLUSTERING = "workbench.clustering/1"
 EQUAL = 1e-6
 """Relative difference of O below which it is called equal."""
+REGION = Fields("min", "max", "cube")
+CLUSTER = Fields(
+    "q",
+    Field("O", of="o"),
+    Field("cubes", title="cubes", text=lambda cubes: str(len(cubes))),
+    Field("difference", title="O apart [%]", text=lambda share: f"{100 * share:.2g}"),
+    Field("rank", title="rank"),
+    Field("stacked_ratio", of="stacked", title="σmin/σmax", text=number_or_open),
+    Field("index", of="value"),
+)
+"""Of a `Cluster`."""
 
 
 def cluster_tables(found: Clustering) -> RenderableType:
@@ -27,47 +40,27 @@ def cluster_tables(found: Clustering) -> RenderableType:
     for k, (cube, o, q) in enumerate(zip(cubes, found.best.o, found.best.q, strict=True)):
         joints = " ".join(f"{v:.1f}" for v in shown_joints(found.robot, q))
         poses.add_row(str(k + 1), " ".join(f"{1e3 * v:.0f}" for v in cube), f"{o:.5f}", joints)
-    sets = new_table("Sets with equal O", "", "cubes", "O apart [%]", "rank", "σmin/σmax", found.index)
-    for text, cluster in (
-        ("the best", found.best),
-        ("the first found", found.plain),
-        ("joint 1 alone turned", found.turned),
-    ):
-        numbers = (f"{100 * cluster.difference:.2g}", str(cluster.rank))
-        values = (number_or_open(cluster.stacked), number_or_open(cluster.value))
-        sets.add_row(text, str(len(cluster.cubes)), *numbers, *values)
+    sets = {"the best": found.best, "the first found": found.plain, "joint 1 alone turned": found.turned}
+    table = new_table("Sets with equal O", "", *CLUSTER.headings, found.index)
+    for text, cluster in sets.items():
+        table.add_row(text, *CLUSTER.cells(cluster), number_or_open(cluster.value))
     difference = found.best.difference
     equal = (
         "O is equal in all poses"
         if difference < EQUAL
         else f"O is equal to {100 * difference:.2g} % in all poses"
     )
-    return Group(poses, sets, Text(equal))
+    return Group(poses, table, Text(equal))
 
 
 def cluster_json(found: Clustering) -> Json:
-    sets = {"best": found.best, "plain": found.plain, "turned": found.turned}
-    return {
-        "schema": CLUSTERING,
-        "robot": found.robot.name,
-        "index": found.index,
-        "region": {
-            "min": found.region.min,
-            "max": found.region.max,
-            "cube": found.region.cube,
-            "cells": found.region.size / found.region.shape,
-        },
-        **{name: _cluster_json(cluster) for name, cluster in sets.items()},
-    }
-
-
-def _cluster_json(cluster: Cluster) -> Json:
-    return {
-        "q": cluster.q,
-        "O": cluster.o,
-        "difference": cluster.difference,
-        "cubes": cluster.cubes,
-        "rank": cluster.rank,
-        "stacked_ratio": cluster.stacked,
-        "index": cluster.value,
-    }
+    region = found.region
+    return document(
+        CLUSTERING,
+        robot=found.robot.name,
+        index=found.index,
+        region={**REGION.json(region), "cells": region.size / region.shape},
+        best=CLUSTER.json(found.best),
+        plain=CLUSTER.json(found.plain),
+        turned=CLUSTER.json(found.turned),
+    )

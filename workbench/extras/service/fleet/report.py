@@ -1,5 +1,6 @@
 """A fleet as tables, as plain data (`workbench.fleet/1`), and as a page with its pictures."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,32 +16,16 @@ from workbench.base.wording import plural
 from workbench.extras.service.fleet.fleet import ArmReport, Fleet
 from workbench.extras.service.fleet.movement import Law, Movement
 from workbench.report.colours import NOMINAL
+from workbench.report.fields import MM, Field, Fields
 from workbench.report.figures import COLOURS, INK, DrawnFigure, grid, look, new_figure, on_white, svg
 from workbench.report.html import write_page
-from workbench.report.json import Json, plain
-from workbench.report.tables import line, new_table
+from workbench.report.json import Json, document
+from workbench.report.tables import line
 
 SCHEMA = "workbench.fleet/1"
 PAGE = "fleet.html"
 LISTED, DRAWN, PAGE_ROWS = 15, 6, 200
 """Arms in the terminal's table, with a chart of their own, and in the page's table."""
-HEADS = ("arm", "moved most", "by", "σ", "since", "tool\n[mm]", "again by")
-
-
-def arm_cells(arm: ArmReport) -> tuple[str, ...]:
-    """One arm's line, as `HEADS` has it."""
-    worst, dates = arm.worst, arm.history.dates
-    if worst is None:
-        return (arm.history.arm, "nothing" if len(dates) > 1 else "one calibration", *["–"] * 5)
-    return (
-        arm.history.arm,
-        worst.name,
-        shift_text(worst),
-        f"{worst.sigmas:.0f}",
-        "drifts" if worst.law is Law.DRIFT else f"{worst.since}",
-        f"{1e3 * arm.tool:.2f}",
-        "–" if arm.again is None else f"{arm.again}",
-    )
 
 
 def shift_text(moved: Movement) -> str:
@@ -50,13 +35,41 @@ def shift_text(moved: Movement) -> str:
     return f"{1e3 * moved.shift:+.3g} {unit}".replace("-", "−")
 
 
+def _of_worst(text: Callable[[Movement], str]) -> Callable[[ArmReport], str | None]:
+    return lambda arm: None if arm.worst is None else text(arm.worst)
+
+
+def _moved_most(arm: ArmReport) -> str:
+    if arm.worst is not None:
+        return arm.worst.name
+    return "nothing" if len(arm.history.dates) > 1 else "one calibration"
+
+
+MOVED = Fields(
+    *("name", "joint", "law", "shift", "std", "sigmas", "since"),
+    Field("rate_per_day", of="rate"),
+    Field("tool", MM),
+)
+"""Of a `Movement`."""
+ARM = Fields(
+    Field("arm", of="history.arm", title="arm"),
+    Field("dates", of="history.dates"),
+    Field("worst_joint", of="joint"),
+    Field("", title="moved most", of=_moved_most),
+    Field("", title="by", of=_of_worst(shift_text)),
+    Field("", title="σ", of=_of_worst(lambda worst: f"{worst.sigmas:.0f}")),
+    Field("", title="since", of=_of_worst(lambda w: "drifts" if w.law is Law.DRIFT else f"{w.since}")),
+    Field("tool", MM, title="tool", text="{:.2f}".format),
+    Field("again_by", of="again", title="again by"),
+    Field("moved", each=MOVED),
+)
+"""Of an `ArmReport`."""
+
+
 def fleet_tables(fleet: Fleet) -> RenderableType:
     """The worst arms, those that could not be read, and what was decided."""
-    table = new_table(f"{plural(len(fleet.arms), 'arm')}", *HEADS)
     shown = (fleet.worn or fleet.worst_first)[:LISTED]
-    for arm in shown:
-        table.add_row(*arm_cells(arm))
-    parts: list[RenderableType] = [table]
+    parts: list[RenderableType] = [ARM.table(plural(len(fleet.arms), "arm"), shown)]
     if (more := len(fleet.worn) - LISTED) > 0:
         parts.append(Text(f"and {more} more"))
     parts.append(Text(fleet.verdict, style="bold"))
@@ -80,42 +93,16 @@ def notes_of(fleet: Fleet) -> tuple[str, ...]:
 
 def fleet_json(fleet: Fleet) -> Json:
     """The result as plain data."""
-    return plain(
-        {
-            "schema": SCHEMA,
-            "verdict": fleet.verdict,
-            "sigma_factor": fleet.factor,
-            "threshold_sigmas": fleet.minimum,
-            "allowed_mm": 1e3 * fleet.allowed,
-            "arms": [
-                {
-                    "arm": arm.history.arm,
-                    "dates": [day.isoformat() for day in arm.history.dates],
-                    "worst_joint": arm.joint,
-                    "tool_mm": 1e3 * arm.tool,
-                    "again_by": None if arm.again is None else arm.again.isoformat(),
-                    "moved": [_moved(m) for m in arm.moved],
-                }
-                for arm in fleet.worst_first
-            ],
-            "unread": [{"arm": arm.arm, "reason": arm.why} for arm in fleet.unread],
-            "notes": list(notes_of(fleet)),
-        }
+    return document(
+        SCHEMA,
+        verdict=fleet.verdict,
+        sigma_factor=fleet.factor,
+        threshold_sigmas=fleet.minimum,
+        allowed_mm=1e3 * fleet.allowed,
+        arms=ARM.each(fleet.worst_first),
+        unread=[{"arm": arm.arm, "reason": arm.why} for arm in fleet.unread],
+        notes=notes_of(fleet),
     )
-
-
-def _moved(moved: Movement) -> Json:
-    return {
-        "name": moved.name,
-        "joint": moved.joint,
-        "law": str(moved.law),
-        "shift": moved.shift,
-        "std": moved.std,
-        "sigmas": moved.sigmas,
-        "since": moved.since.isoformat(),
-        "rate_per_day": moved.rate,
-        "tool_mm": 1e3 * moved.tool,
-    }
 
 
 def write_fleet(fleet: Fleet, folder: Path | str) -> Path:
@@ -133,8 +120,8 @@ def write_fleet(fleet: Fleet, folder: Path | str) -> Path:
         package="workbench.extras.service.fleet",
         replaces=[f"drift-{number}.svg" for number in range(1, DRAWN + 1)],
         fleet=fleet,
-        heads=HEADS,
-        rows=[arm_cells(arm) for arm in fleet.worn[:PAGE_ROWS]],
+        heads=ARM.headings,
+        rows=[ARM.cells(arm) for arm in fleet.worn[:PAGE_ROWS]],
         more=max(len(fleet.worn) - PAGE_ROWS, 0),
         still=[f"{arm.history.arm} ({len(arm.history.dates)})" for arm in fleet.arms if not arm.moved],
         unread=[f"{arm.arm}: {arm.why}" for arm in fleet.unread],

@@ -1,9 +1,9 @@
 """The result of a search for moved joints."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -11,9 +11,10 @@ from rich.text import Text
 
 from workbench.arm.robot import Robot
 from workbench.identification.problem import Noise
-from workbench.identification.report.results_json import errors_json
+from workbench.identification.report.results_json import errors_json, excluded_json
 from workbench.identification.result import BeforeAfter
-from workbench.report.json import Json, plain
+from workbench.report.fields import JOINT, Field, Fields
+from workbench.report.json import Json, document
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import line, new_table
@@ -167,40 +168,36 @@ class Rezero(AbstractShown):
 
     def json(self) -> Json:
         before, after = self.error
-        return plain(
-            {
-                "schema": SCHEMA,
-                "robot": self.calibrated.name,
-                "verdict": str(self.verdict),
-                "message": self.sentence,
-                "joints": [
-                    {
-                        "joint": s.joint + 1,
-                        "name": s.name,
-                        "unit": s.unit,
-                        "shift": s.shift if s.determined else None,
-                        "std": s.std if s.determined else None,
-                        "interval": [s.shift - s.half, s.shift + s.half] if s.determined else None,
-                        "moved": s.moved,
-                    }
-                    for s in self.shifts
-                ],
-                "geometry": [{"name": n, "change": c, "std": s} for n, c, s in self.renewed],
-                "doubts": list(self.doubts),
-                "ambiguous": list(self.ambiguous),
-                "before": errors_json(before),
-                "after": errors_json(after),
-                "measurements": {
-                    "used": self.rows,
-                    "excluded": [{"row": row, "reason": reason} for row, reason in self.excluded],
-                },
-                "noise": {
-                    "position_mm": 1e3 * self.noise.position,
-                    "orientation_deg": np.rad2deg(self.noise.rotation),
-                },
-                "notes": list(self.notes),
-            }
+        return document(
+            SCHEMA,
+            robot=self.calibrated.name,
+            verdict=self.verdict,
+            message=self.sentence,
+            joints=SHIFT.each(self.shifts),
+            geometry=[{"name": n, "change": c, "std": s} for n, c, s in self.renewed],
+            doubts=self.doubts,
+            ambiguous=self.ambiguous,
+            before=errors_json(before),
+            after=errors_json(after),
+            measurements={"used": self.rows, "excluded": excluded_json(self.excluded)},
+            noise=self.noise.json(),
+            notes=self.notes,
         )
+
+
+def _determined(value: Callable[[JointShift], Any]) -> Callable[[JointShift], Any]:
+    return lambda shift: value(shift) if shift.determined else None
+
+
+SHIFT = Fields(
+    JOINT,
+    *("name", "unit"),
+    Field("shift", of=_determined(lambda s: s.shift)),
+    Field("std", of=_determined(lambda s: s.std)),
+    Field("interval", of=_determined(lambda s: (s.shift - s.half, s.shift + s.half))),
+    "moved",
+)
+"""Of a `JointShift`."""
 
 
 def _joints(shifts: Sequence[JointShift]) -> str:

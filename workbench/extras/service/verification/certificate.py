@@ -15,9 +15,8 @@ from workbench.base.wording import plural
 from workbench.extras.service.verification.iso9283 import cycle_text
 from workbench.extras.service.verification.plots import CAPTION, error_map
 from workbench.extras.service.verification.results import (
-    REPEATS,
+    REPEATED,
     error_lines,
-    repeat_cells,
     verification_json,
     worst_first,
 )
@@ -27,7 +26,7 @@ from workbench.report.html import write_page
 from workbench.report.numbers import short
 
 PAGE, MAP = "certificate.html", "error-map"
-REPEATED = 5
+LISTED = 5
 """Repeated poses in the table: as many as the standard's cycle has."""
 SIGNATURES = ("Measured by", "Approved by")
 
@@ -113,7 +112,7 @@ def _errors(result: Verification) -> list[tuple[str, ...]]:
 def _repeats(result: Verification) -> list[tuple[str, ...]]:
     if not result.repeated:
         return []
-    return [("ISO 9283: rows", *REPEATS[1:]), *map(repeat_cells, worst_first(result)[:REPEATED])]
+    return [("ISO 9283: rows", *REPEATED.headings[1:]), *map(REPEATED.cells, worst_first(result)[:LISTED])]
 
 
 def _method(result: Verification) -> list[str]:
@@ -129,8 +128,8 @@ def _method(result: Verification) -> list[str]:
             f" Visits are rows whose joints agree within {np.rad2deg(result.same):.2g}°; AP: barycentre "
             "of the visits against the command pose; RP: mean + 3 S of their distances from it."
         )
-        if (more := len(result.repeated) - REPEATED) > 0:
-            sentences[1] += f" The least accurate {REPEATED} are listed, {more} more are in the result file."
+        if (more := len(result.repeated) - LISTED) > 0:
+            sentences[1] += f" The least accurate {LISTED} are listed, {more} more are in the result file."
     return sentences
 
 

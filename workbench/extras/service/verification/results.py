@@ -10,15 +10,33 @@ from workbench.extras.service.verification.iso9283 import RepeatedPose
 from workbench.extras.service.verification.verify import Verification
 from workbench.identification.errors.row_errors import Spread
 from workbench.identification.report.results_json import errors_json
-from workbench.report.json import Json, plain
+from workbench.report.fields import DEG, MM, Field, Fields, Unit
+from workbench.report.json import Json, document
 from workbench.report.numbers import short, signed
 from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.verification/1"
 LISTED = 10
 """Repeated poses that a table names one by one, the least accurate first."""
-REPEATS = ("rows", "visits", "AP [mm]", "RP [mm]", "AP a b c [°]", "RP a b c [±°]")
-DEG = np.rad2deg(1.0)
+
+
+def _rows(rows: np.ndarray) -> str:
+    return f"{rows[0]}, {rows[1]}" if len(rows) == 2 else f"{rows[0]} …"
+
+
+def _angles(values: np.ndarray) -> str:
+    return " ".join(signed(v, 3) for v in values.tolist()) if np.isfinite(values).all() else "–"
+
+
+REPEATED = Fields(
+    Field("rows", title="rows", text=_rows),
+    Field("visits", title="visits"),
+    Field("AP", MM, of="accuracy", title="AP"),
+    Field("RP", MM, of="repeatability", title="RP"),
+    Field("AP_abc", DEG, of="angle_accuracy", title="AP a b c", text=_angles),
+    Field("RP_abc", DEG, of="angle_repeatability", title="± RP a b c", text=_angles),
+)
+"""Of a `RepeatedPose`."""
 
 
 def verification_tables(result: Verification) -> RenderableType:
@@ -53,9 +71,9 @@ def verification_tables(result: Verification) -> RenderableType:
 def error_lines(result: Verification) -> list[tuple[str, Spread, Bounds, float]]:
     """Name with unit, summary in that unit, intervals in SI and the factor to that unit."""
     errors = result.evaluation.errors
-    lines = [("position [mm]", errors.position_mm, result.position, 1e3)]
+    lines = [("position [mm]", errors.position_mm, result.position, MM.factor)]
     if errors.orientation_deg is not None and result.rotation is not None:
-        lines.append(("orientation [°]", errors.orientation_deg, result.rotation, DEG))
+        lines.append(("orientation [°]", errors.orientation_deg, result.rotation, DEG.factor))
     return lines
 
 
@@ -64,22 +82,8 @@ def worst_first(result: Verification) -> list[RepeatedPose]:
     return sorted(result.repeated, key=lambda pose: -pose.accuracy)
 
 
-def repeat_cells(pose: RepeatedPose) -> tuple[str, ...]:
-    """Cells of a repeated pose, as `REPEATS` names them."""
-    named = f"{pose.rows[0]}, {pose.rows[1]}" if pose.visits == 2 else f"{pose.rows[0]} …"
-    angles = [
-        " ".join(signed(v, 3) for v in (DEG * values).tolist())
-        for values in (pose.angle_accuracy, pose.angle_repeatability)
-    ]
-    if not np.isfinite(pose.angle_accuracy).all():
-        angles = ["–", "–"]
-    return named, str(pose.visits), short(1e3 * pose.accuracy), short(1e3 * pose.repeatability), *angles
-
-
 def _repeats_table(result: Verification) -> RenderableType:
-    table = new_table("ISO 9283", *REPEATS)
-    for pose in worst_first(result)[:LISTED]:
-        table.add_row(*repeat_cells(pose))
+    table = REPEATED.table("ISO 9283", worst_first(result)[:LISTED])
     if (more := len(result.repeated) - LISTED) > 0:
         table.add_row(f"and {more} more", *[""] * 5)
     return table
@@ -88,45 +92,29 @@ def _repeats_table(result: Verification) -> RenderableType:
 def verification_json(result: Verification) -> Json:
     """The result as plain data."""
     wanted = result.wanted
-    return plain(
-        {
-            "schema": SCHEMA,
-            "robot": result.robot.name,
-            "passed": result.passed,
-            "verdict": result.verdict,
-            "wanted": wanted and wanted.json(),
-            "rows": len(result.within),
-            "poses": result.poses,
-            "errors": errors_json(result.evaluation.errors),
-            "confidence": CONFIDENCE,
-            "intervals": {
-                "position_mm": _bounds(result.position, 1e3),
-                "orientation_deg": None if result.rotation is None else _bounds(result.rotation, DEG),
-            },
-            "share_within_at_least": None if wanted is None else result.minimum_share,
-            "iso9283": [
-                {
-                    "rows": pose.rows,
-                    "visits": pose.visits,
-                    "AP_mm": 1e3 * pose.accuracy,
-                    "RP_mm": 1e3 * pose.repeatability,
-                    "AP_abc_deg": DEG * pose.angle_accuracy,
-                    "RP_abc_deg": DEG * pose.angle_repeatability,
-                }
-                for pose in result.repeated
-            ],
-            "failed_rows": result.data.row[~result.within],
-            "facts": result.facts,
-            "warnings": list(result.warnings),
-            "notes": list(result.evaluation.notes),
-        }
+    return document(
+        SCHEMA,
+        robot=result.robot.name,
+        passed=result.passed,
+        verdict=result.verdict,
+        wanted=wanted and wanted.json(),
+        rows=len(result.within),
+        poses=result.poses,
+        errors=errors_json(result.evaluation.errors),
+        confidence=CONFIDENCE,
+        intervals={
+            "position_mm": _bounds(result.position, MM),
+            "orientation_deg": result.rotation and _bounds(result.rotation, DEG),
+        },
+        share_within_at_least=None if wanted is None else result.minimum_share,
+        iso9283=REPEATED.each(result.repeated),
+        failed_rows=result.data.row[~result.within],
+        facts=result.facts,
+        warnings=result.warnings,
+        notes=result.evaluation.notes,
     )
 
 
-def _bounds(bounds: Bounds, scale: float) -> Json:
-    return {
-        "mean": [scale * v for v in bounds.mean],
-        "rms": [scale * v for v in bounds.rms],
-        "share": SHARE,
-        "share_within": scale * bounds.maximum,
-    }
+def _bounds(bounds: Bounds, unit: Unit) -> Json:
+    mean, rms, maximum = (np.multiply(unit.factor, bound) for bound in bounds)
+    return {"mean": mean, "rms": rms, "share": SHARE, "share_within": maximum}

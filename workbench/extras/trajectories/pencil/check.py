@@ -32,7 +32,7 @@ from workbench.extras.trajectories.pencil.sheet import Drawn, Image, draw, scan,
 from workbench.extras.trajectories.trajectory_files import path_state
 from workbench.identification.errors.row_errors import Spread
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, png
-from workbench.report.json import Json, plain
+from workbench.report.json import Json, document
 from workbench.report.numbers import short
 from workbench.report.tables import new_table
 
@@ -191,16 +191,14 @@ def _write(image: Image, path: Path | str, dpi: float) -> Path:
 def plotted_json(found: Plotted) -> Json:
     """The reading as plain data; null where nothing was drawn."""
     profile, errors = found.profile, found.errors
-    return plain(
-        {
-            "schema": PLOTTED,
-            "dot_mm": 1e3 * profile.scale,
-            "oval": profile.oval,
-            "angle_deg": np.rad2deg(profile.angle),
-            "out_mm": 1e3 * profile.out,
-            "time": found.time,
-            "errors_mm": None if errors is None else 1e3 * errors.vector,
-        }
+    return document(
+        PLOTTED,
+        dot_mm=1e3 * profile.scale,
+        oval=profile.oval,
+        angle_deg=np.rad2deg(profile.angle),
+        out_mm=1e3 * profile.out,
+        time=found.time,
+        errors_mm=None if errors is None else 1e3 * errors.vector,
     )
 
 

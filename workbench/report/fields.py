@@ -1,0 +1,137 @@
+"""Fields of a record: name, unit and meaning stated once; JSON and tables follow.
+
+AXIS = Fields(
+    Field("joint", of=lambda axis: axis.joint + 1, title="joint"),
+    Field("direction"),
+    Field("radius", MM, title="radius"),
+)
+AXIS.json(axis)             {"joint": 2, "direction": [0.0, 0.0, 1.0], "radius_mm": 412.06}
+AXIS.table("Axes", axes)    columns "joint" and "radius [mm]"
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, is_dataclass
+from operator import attrgetter
+from typing import Any, NamedTuple, final
+
+import numpy as np
+from rich.markup import escape
+from rich.table import Table
+
+from workbench.report.json import Json
+from workbench.report.numbers import short
+from workbench.report.tables import new_table
+
+
+class Unit(NamedTuple):
+    """A unit in which people and files have a quantity.
+
+    Args:
+        factor: From SI to this unit.
+        suffix: Of JSON keys.
+        symbol: In headings; empty for numbers without unit.
+    """
+
+    factor: float
+    suffix: str
+    symbol: str
+
+    def of(self, size: Any) -> Any:
+        """A size [SI], an array or several by name, in this unit."""
+        if isinstance(size, dict):
+            return {name: self.of(part) for name, part in size.items()}
+        return None if size is None else np.multiply(self.factor, size)
+
+
+SI = Unit(1.0, "", "")
+MM = Unit(1e3, "_mm", "mm")
+DEG = Unit(float(np.rad2deg(1.0)), "_deg", "°")
+
+
+def as_cell(value: Any) -> str:
+    """A number with three decimals, anything else as it is."""
+    return short(float(value)) if isinstance(value, float | np.floating) else str(value)
+
+
+@final
+@dataclass(frozen=True)
+class Field:
+    """One number, text or list of a record.
+
+    Args:
+        name: JSON key without its unit; fields without one stand in tables alone.
+        unit: Unit in files and tables; the record has SI.
+        of: Attribute, such as `robot.name`, or a function of the record; the attribute `name` if empty.
+        title: Column heading without its unit; fields without one stand in no table.
+        text: How tables have the value.
+        each: Fields of the value, or of each of its entries, if it is a record or a sequence of records.
+        is_optional: Whether the key is left out where the value is None.
+    """
+
+    name: str
+    unit: Unit = SI
+    of: str | Callable[[Any], Any] = ""
+    title: str = ""
+    text: Callable[[Any], str] = as_cell
+    each: "Fields | None" = None
+    is_optional: bool = False
+
+    @property
+    def key(self) -> str:
+        return self.name + self.unit.suffix
+
+    @property
+    def heading(self) -> str:
+        return f"{self.title} [{self.unit.symbol}]" if self.unit.symbol else self.title
+
+    def value(self, record: Any) -> Any:
+        """The value in its unit; records within it as plain data; None where it is None."""
+        found = self.of(record) if callable(self.of) else attrgetter(self.of or self.name)(record)
+        if found is None:
+            return None
+        if self.each is not None:
+            found = self.each.json(found) if is_dataclass(found) else self.each.each(found)
+        return found if self.unit is SI else self.unit.of(found)
+
+    def cell(self, record: Any) -> str:
+        """The value in a table; – where it is unknown."""
+        value = self.value(record)
+        return "–" if value is None else self.text(value)
+
+
+@final
+class Fields:
+    """The fields of one kind of record, in their order; a name alone stands for `Field(name)`."""
+
+    def __init__(self, *fields: Field | str):
+        self.fields = tuple(Field(field) if isinstance(field, str) else field for field in fields)
+        self.columns = tuple(field for field in self.fields if field.title)
+
+    def json(self, record: Any) -> Json:
+        """The record as JSON has it."""
+        values = ((field, field.value(record)) for field in self.fields if field.name)
+        return {field.key: value for field, value in values if not (field.is_optional and value is None)}
+
+    def each(self, records: Iterable[Any]) -> list[Json]:
+        return [self.json(record) for record in records]
+
+    @property
+    def headings(self) -> list[str]:
+        return [field.heading for field in self.columns]
+
+    def cells(self, record: Any) -> list[str]:
+        """The record's row of a table."""
+        return [field.cell(record) for field in self.columns]
+
+    def table(self, title: str, records: Iterable[Any]) -> Table:
+        """A table with a row for each record."""
+        table = new_table(title, *self.headings)
+        for record in records:
+            table.add_row(*map(escape, self.cells(record)))
+        return table
+
+
+JOINT = Field("joint", of=lambda record: record.joint + 1, title="joint")
+"""Of records that count joints from 0."""
+POSE = Fields(Field("position", MM), Field("orientation", DEG, of="rotation"))
+"""Of errors, limits or deviations `position` [m] and `rotation` [rad]."""
