@@ -23,7 +23,7 @@ from jaxtyping import Bool, Float
 from workbench.base.argument_checks import admit
 from workbench.base.errors import OptionError
 from workbench.data.prediction import RowComponents
-from workbench.report.fields import POSE
+from workbench.report.result_fields import POSE
 
 
 @dataclass(frozen=True, kw_only=True)

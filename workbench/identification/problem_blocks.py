@@ -27,7 +27,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, TiltObservation, Unknown
 from workbench.data.prediction import predict
 from workbench.identification.frame_freedom import FrameFreedom, frame_name, gravity_names
-from workbench.report.fields import POSE
+from workbench.report.result_fields import POSE
 
 NO_PLACES = np.zeros(0, np.int64)
 MIN_SIGMA = 1e-9

@@ -16,8 +16,8 @@ from workbench.extras.camera.rig import owner_in, rig_of
 from workbench.identification.fit import Fit
 from workbench.identification.own_preparation import AbstractIdentifiability
 from workbench.identification.problem import Noise
-from workbench.report.fields import DEG, MM, Field, Fields
 from workbench.report.json import Json
+from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 
 ZEROS, GEOMETRY, EFFECTS = "joint zeros", "geometry", "geometry and effects"
 NEARBY = 0.15
@@ -80,18 +80,18 @@ class Step:
         return float(np.hypot(self.uncertainty_seen, self.lack_seen))
 
 
-STEP = Fields(
+STEP = ResultFields(
     "name",
-    Field("taken", of=lambda step: not step.refused),
-    Field("reason", of="refused"),
+    ResultField("taken", of=lambda step: not step.refused),
+    ResultField("reason", of="refused"),
     "free",
-    Field("left_out_px", of="pixel"),
+    ResultField("left_out_px", of="pixel"),
     "evidence",
-    Field("moved", MM),
-    Field("uncertainty", MM),
-    Field("uncertainty", DEG, of="turned"),
-    Field("unexplained", MM, of="lack"),
-    Field("expected", MM),
+    ResultField("moved", MM),
+    ResultField("uncertainty", MM),
+    ResultField("uncertainty", DEG, of="turned"),
+    ResultField("unexplained", MM, of="lack"),
+    ResultField("expected", MM),
 )
 """Of a `Step`."""
 

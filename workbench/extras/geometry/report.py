@@ -7,21 +7,21 @@ from workbench.arm.robot import Robot
 from workbench.base.wording import plural
 from workbench.extras.geometry.circle_points import CircleAxis
 from workbench.extras.geometry.redundant_constants import Redundancy, complete
-from workbench.report.fields import DEG, JOINT, MM, Field, Fields
 from workbench.report.json import Json, document
+from workbench.report.result_fields import DEG, JOINT, MM, ResultField, ResultFields
 from workbench.report.tables import headed
 
 REDUNDANCY, AXES = "workbench.redundancy/1", "workbench.axes/1"
-COMBINATION = Fields("names", "weights", Field("words", of="text"))
-AXIS = Fields(
+COMBINATION = ResultFields("names", "weights", ResultField("words", of="text"))
+AXIS = ResultFields(
     JOINT,
-    Field("rows", of=lambda axis: len(axis.rows), title="rows"),
-    Field("centre", MM),
-    Field("direction"),
-    Field("radius", MM, title="radius"),
-    Field("rms", MM, title="off the circle, rms"),
-    Field("angle", DEG, title="tilted by"),
-    Field("distance", MM, title="away"),
+    ResultField("rows", of=lambda axis: len(axis.rows), title="rows"),
+    ResultField("centre", MM),
+    ResultField("direction"),
+    ResultField("radius", MM, title="radius"),
+    ResultField("rms", MM, title="off the circle, rms"),
+    ResultField("angle", DEG, title="tilted by"),
+    ResultField("distance", MM, title="away"),
 )
 
 

@@ -25,9 +25,9 @@ from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
-from workbench.report.fields import DEG, MM, Field, Fields
 from workbench.report.json import Json, document
 from workbench.report.result_display import AbstractShown
+from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -97,29 +97,29 @@ class Tradeoff(AbstractShown):
         return tuple(kept)
 
     @property
-    def _fields(self) -> Fields:
+    def _fields(self) -> ResultFields:
         """Of a choice."""
-        return Fields(
-            Field(
+        return ResultFields(
+            ResultField(
                 "", of=lambda choice: f"{self.choices.index(choice) + 1}: {choice.name}", title="no., plate"
             ),
             "name",
-            Field("made", of="method"),
-            Field("targets", of=lambda choice: len(choice.design.plate)),
+            ResultField("made", of="method"),
+            ResultField("targets", of=lambda choice: len(choice.design.plate)),
             "shapes",
-            Field("position_rms", MM, of="design.cost", title="rms"),
-            Field(
+            ResultField("position_rms", MM, of="design.cost", title="rms"),
+            ResultField(
                 "",
                 DEG,
                 of="design.rotation",
                 title="rms",
                 text=lambda v: f"{v:.3f}" if np.isfinite(v) else "open",
             ),
-            Field("holds", of="design.assumptions"),
+            ResultField("holds", of="design.assumptions"),
             "share",
-            Field("share_95", of=lambda choice: choice.tried and choice.tried.interval),
-            Field("", of=lambda choice: choice.tried and _share(choice.tried), title="yield [%]"),
-            Field(
+            ResultField("share_95", of=lambda choice: choice.tried and choice.tried.interval),
+            ResultField("", of=lambda choice: choice.tried and _share(choice.tried), title="yield [%]"),
+            ResultField(
                 "front",
                 of=lambda c: c in self.front,
                 title="front",

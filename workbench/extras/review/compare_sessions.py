@@ -23,9 +23,9 @@ from workbench.base.wording import plural
 from workbench.identification.checks.arm_match import require_same_arm
 from workbench.identification.fit import Fit
 from workbench.identification.result import judged
-from workbench.report.fields import Field, Fields
 from workbench.report.json import document
 from workbench.report.numbers import signed
+from workbench.report.result_fields import ResultField, ResultFields
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.restore import restore
 from workbench.session.state import Session
@@ -66,8 +66,10 @@ class Move:
         return any(abs(ratio) > BEYOND_CHANCE for ratio in self.ratios if math.isfinite(ratio))
 
 
-MOVE = Fields(
-    *("name", "unit", "values", "stds"), Field("moved", of="has_moved"), Field("standard_errors", of="ratios")
+MOVE = ResultFields(
+    *("name", "unit", "values", "stds"),
+    ResultField("moved", of="has_moved"),
+    ResultField("standard_errors", of="ratios"),
 )
 
 

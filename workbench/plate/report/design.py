@@ -10,19 +10,21 @@ from rich.text import Text
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import places_of
 from workbench.plate.plate import Kind
-from workbench.report.fields import DEG, MM, Field, Fields
 from workbench.report.json import Json, document
+from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 from workbench.report.tables import new_table
 
 DESIGN = "workbench.plate-design/1"
-PREDICTED = Fields(
-    Field("position_rms", MM, of="cost"),
-    Field("orientation_rms", DEG, of="rotation"),
-    Field("given_position_rms", MM, of="start_cost"),
-    Field("given_keeps_constraints", of="start_kept"),
+PREDICTED = ResultFields(
+    ResultField("position_rms", MM, of="cost"),
+    ResultField("orientation_rms", DEG, of="rotation"),
+    ResultField("given_position_rms", MM, of="start_cost"),
+    ResultField("given_keeps_constraints", of="start_kept"),
 )
-TARGET = Fields("xyz", "rpy", "branch", "q")
-MARGINS = Fields(Field("clearance", MM, of=itemgetter(0)), Field("limit_margin", DEG, of=itemgetter(1)))
+TARGET = ResultFields("xyz", "rpy", "branch", "q")
+MARGINS = ResultFields(
+    ResultField("clearance", MM, of=itemgetter(0)), ResultField("limit_margin", DEG, of=itemgetter(1))
+)
 """Of a target's clearance [m] and distance from the joint limits [rad]; None where unchecked."""
 
 

@@ -13,8 +13,8 @@ from workbench.plate.observability import INDICES, I
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.score import PlateScore, SetScore
 from workbench.plate.target_readings import assumptions
-from workbench.report.fields import DEG, MM, Field, Fields
 from workbench.report.json import Json, document
+from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 from workbench.report.tables import new_table
 
 SCORE = "workbench.plate-score/1"
@@ -173,24 +173,24 @@ def _plate_json(score: PlateScore) -> Json:
     }
 
 
-def _sizes(kind: str) -> Fields:
+def _sizes(kind: str) -> ResultFields:
     """Mean, rms and maximum of a predicted error."""
-    largest = Field("max", of=lambda error: getattr(error, kind).max(initial=0.0))
-    return Fields(Field("mean", of=f"{kind}_mean"), Field("rms", of=f"{kind}_rms"), largest)
+    largest = ResultField("max", of=lambda error: getattr(error, kind).max(initial=0.0))
+    return ResultFields(ResultField("mean", of=f"{kind}_mean"), ResultField("rms", of=f"{kind}_rms"), largest)
 
 
-PREDICTED = Fields(
-    Field("position", MM, of=lambda error: error, each=_sizes("position")),
-    Field("orientation", DEG, of=lambda error: error, each=_sizes("rotation")),
+PREDICTED = ResultFields(
+    ResultField("position", MM, of=lambda error: error, each=_sizes("position")),
+    ResultField("orientation", DEG, of=lambda error: error, each=_sizes("rotation")),
 )
 """Of a `PredictedError`."""
-SET = Fields(
-    Field("predicted", of="error", each=PREDICTED),
+SET = ResultFields(
+    ResultField("predicted", of="error", each=PREDICTED),
     "indices",
-    Field("stacked_ratio", of="stacked"),
+    ResultField("stacked_ratio", of="stacked"),
     "rank",
     "visible",
-    Field("parameters", of=lambda score: len(score.names)),
-    Field("open", of=_open_text),
+    ResultField("parameters", of=lambda score: len(score.names)),
+    ResultField("open", of=_open_text),
 )
 """Of the `SetScore` of one set of measurements."""

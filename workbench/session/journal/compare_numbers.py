@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.base.progress import progress
-from workbench.report.fields import Fields
 from workbench.report.json import document
+from workbench.report.result_fields import ResultFields
 from workbench.session.journal.numbers import numbers_of
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
@@ -93,7 +93,7 @@ class Replayed:
             compared=self.compared,
             exact=not self.differences and self.rounding == 0.0,
             rounding=self.rounding,
-            differences=Fields("step", "name", "then", "now").each(self.differences),
+            differences=ResultFields("step", "name", "then", "now").each(self.differences),
         )
 
 

@@ -7,22 +7,22 @@ from workbench.arm.joint_units import shown_joints
 from workbench.base.wording import plural
 from workbench.extras.poses.clustering.search import Clustering
 from workbench.plate.report.plates import number_or_open
-from workbench.report.fields import Field, Fields
 from workbench.report.json import Json, document
+from workbench.report.result_fields import ResultField, ResultFields
 from workbench.report.tables import new_table
 
 CLUSTERING = "workbench.clustering/1"
 EQUAL = 1e-6
 """Relative difference of O below which it is called equal."""
-REGION = Fields("min", "max", "cube")
-CLUSTER = Fields(
+REGION = ResultFields("min", "max", "cube")
+CLUSTER = ResultFields(
     "q",
-    Field("O", of="o"),
-    Field("cubes", title="cubes", text=lambda cubes: str(len(cubes))),
-    Field("difference", title="O apart [%]", text=lambda share: f"{100 * share:.2g}"),
-    Field("rank", title="rank"),
-    Field("stacked_ratio", of="stacked", title="σmin/σmax", text=number_or_open),
-    Field("index", of="value"),
+    ResultField("O", of="o"),
+    ResultField("cubes", title="cubes", text=lambda cubes: str(len(cubes))),
+    ResultField("difference", title="O apart [%]", text=lambda share: f"{100 * share:.2g}"),
+    ResultField("rank", title="rank"),
+    ResultField("stacked_ratio", of="stacked", title="σmin/σmax", text=number_or_open),
+    ResultField("index", of="value"),
 )
 """Of a `Cluster`."""
 

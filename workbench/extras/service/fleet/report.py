@@ -16,10 +16,10 @@ from workbench.base.wording import plural
 from workbench.extras.service.fleet.fleet import ArmReport, Fleet
 from workbench.extras.service.fleet.movement import Law, Movement
 from workbench.report.colours import NOMINAL
-from workbench.report.fields import MM, Field, Fields
 from workbench.report.figures import COLOURS, INK, DrawnFigure, grid, look, new_figure, on_white, svg
 from workbench.report.html import write_page
 from workbench.report.json import Json, document
+from workbench.report.result_fields import MM, ResultField, ResultFields
 from workbench.report.tables import line
 
 SCHEMA = "workbench.fleet/1"
@@ -45,23 +45,23 @@ def _moved_most(arm: ArmReport) -> str:
     return "nothing" if len(arm.history.dates) > 1 else "one calibration"
 
 
-MOVED = Fields(
+MOVED = ResultFields(
     *("name", "joint", "law", "shift", "std", "sigmas", "since"),
-    Field("rate_per_day", of="rate"),
-    Field("tool", MM),
+    ResultField("rate_per_day", of="rate"),
+    ResultField("tool", MM),
 )
 """Of a `Movement`."""
-ARM = Fields(
-    Field("arm", of="history.arm", title="arm"),
-    Field("dates", of="history.dates"),
-    Field("worst_joint", of="joint"),
-    Field("", title="moved most", of=_moved_most),
-    Field("", title="by", of=_of_worst(shift_text)),
-    Field("", title="σ", of=_of_worst(lambda worst: f"{worst.sigmas:.0f}")),
-    Field("", title="since", of=_of_worst(lambda w: "drifts" if w.law is Law.DRIFT else f"{w.since}")),
-    Field("tool", MM, title="tool", text="{:.2f}".format),
-    Field("again_by", of="again", title="again by"),
-    Field("moved", each=MOVED),
+ARM = ResultFields(
+    ResultField("arm", of="history.arm", title="arm"),
+    ResultField("dates", of="history.dates"),
+    ResultField("worst_joint", of="joint"),
+    ResultField("", title="moved most", of=_moved_most),
+    ResultField("", title="by", of=_of_worst(shift_text)),
+    ResultField("", title="σ", of=_of_worst(lambda worst: f"{worst.sigmas:.0f}")),
+    ResultField("", title="since", of=_of_worst(lambda w: "drifts" if w.law is Law.DRIFT else f"{w.since}")),
+    ResultField("tool", MM, title="tool", text="{:.2f}".format),
+    ResultField("again_by", of="again", title="again by"),
+    ResultField("moved", each=MOVED),
 )
 """Of an `ArmReport`."""
 

@@ -13,10 +13,10 @@ from workbench.arm.robot import Robot
 from workbench.identification.problem import Noise
 from workbench.identification.report.results_json import errors_json, excluded_json
 from workbench.identification.result import BeforeAfter
-from workbench.report.fields import JOINT, Field, Fields
 from workbench.report.json import Json, document
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
+from workbench.report.result_fields import JOINT, ResultField, ResultFields
 from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.rezero/1"
@@ -189,12 +189,12 @@ def _determined(value: Callable[[JointShift], Any]) -> Callable[[JointShift], An
     return lambda shift: value(shift) if shift.determined else None
 
 
-SHIFT = Fields(
+SHIFT = ResultFields(
     JOINT,
     *("name", "unit"),
-    Field("shift", of=_determined(lambda s: s.shift)),
-    Field("std", of=_determined(lambda s: s.std)),
-    Field("interval", of=_determined(lambda s: (s.shift - s.half, s.shift + s.half))),
+    ResultField("shift", of=_determined(lambda s: s.shift)),
+    ResultField("std", of=_determined(lambda s: s.std)),
+    ResultField("interval", of=_determined(lambda s: (s.shift - s.half, s.shift + s.half))),
     "moved",
 )
 """Of a `JointShift`."""

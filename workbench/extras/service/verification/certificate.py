@@ -112,7 +112,8 @@ def _errors(result: Verification) -> list[tuple[str, ...]]:
 def _repeats(result: Verification) -> list[tuple[str, ...]]:
     if not result.repeated:
         return []
-    return [("ISO 9283: rows", *REPEATED.headings[1:]), *map(REPEATED.cells, worst_first(result)[:LISTED])]
+    cells = (tuple(REPEATED.cells(pose)) for pose in worst_first(result)[:LISTED])
+    return [("ISO 9283: rows", *REPEATED.headings[1:]), *cells]
 
 
 def _method(result: Verification) -> list[str]:

@@ -10,9 +10,9 @@ from workbench.extras.service.verification.iso9283 import RepeatedPose
 from workbench.extras.service.verification.verify import Verification
 from workbench.identification.errors.row_errors import Spread
 from workbench.identification.report.results_json import errors_json
-from workbench.report.fields import DEG, MM, Field, Fields, Unit
 from workbench.report.json import Json, document
 from workbench.report.numbers import short, signed
+from workbench.report.result_fields import DEG, MM, ResultField, ResultFields, Unit
 from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.verification/1"
@@ -28,13 +28,13 @@ def _angles(values: np.ndarray) -> str:
     return " ".join(signed(v, 3) for v in values.tolist()) if np.isfinite(values).all() else "–"
 
 
-REPEATED = Fields(
-    Field("rows", title="rows", text=_rows),
-    Field("visits", title="visits"),
-    Field("AP", MM, of="accuracy", title="AP"),
-    Field("RP", MM, of="repeatability", title="RP"),
-    Field("AP_abc", DEG, of="angle_accuracy", title="AP a b c", text=_angles),
-    Field("RP_abc", DEG, of="angle_repeatability", title="± RP a b c", text=_angles),
+REPEATED = ResultFields(
+    ResultField("rows", title="rows", text=_rows),
+    ResultField("visits", title="visits"),
+    ResultField("AP", MM, of="accuracy", title="AP"),
+    ResultField("RP", MM, of="repeatability", title="RP"),
+    ResultField("AP_abc", DEG, of="angle_accuracy", title="AP a b c", text=_angles),
+    ResultField("RP_abc", DEG, of="angle_repeatability", title="± RP a b c", text=_angles),
 )
 """Of a `RepeatedPose`."""
 

@@ -1,12 +1,14 @@
-"""Fields of a record: name, unit and meaning stated once; JSON and tables follow.
+"""Fields of a result: name, unit and meaning stated once; JSON and tables follow.
 
-AXIS = Fields(
-    Field("joint", of=lambda axis: axis.joint + 1, title="joint"),
-    Field("direction"),
-    Field("radius", MM, title="radius"),
-)
-AXIS.json(axis)             {"joint": 2, "direction": [0.0, 0.0, 1.0], "radius_mm": 412.06}
-AXIS.table("Axes", axes)    columns "joint" and "radius [mm]"
+What an axis is in files and tables:
+
+    AXIS = ResultFields(
+        ResultField("joint", of=lambda axis: axis.joint + 1, title="joint"),
+        ResultField("direction"),
+        ResultField("radius", MM, title="radius"),
+    )
+    AXIS.json(axis)             {"joint": 2, "direction": [0.0, 0.0, 1.0], "radius_mm": 412.06}
+    AXIS.table("Axes", axes)    columns "joint" and "radius [mm]"
 """
 
 from collections.abc import Callable, Iterable
@@ -55,7 +57,7 @@ def as_cell(value: Any) -> str:
 
 @final
 @dataclass(frozen=True)
-class Field:
+class ResultField:
     """One number, text or list of a record.
 
     Args:
@@ -73,7 +75,7 @@ class Field:
     of: str | Callable[[Any], Any] = ""
     title: str = ""
     text: Callable[[Any], str] = as_cell
-    each: "Fields | None" = None
+    each: "ResultFields | None" = None
     is_optional: bool = False
 
     @property
@@ -100,11 +102,11 @@ class Field:
 
 
 @final
-class Fields:
-    """The fields of one kind of record, in their order; a name alone stands for `Field(name)`."""
+class ResultFields:
+    """The fields of one kind of record, in their order; a name alone stands for `ResultField(name)`."""
 
-    def __init__(self, *fields: Field | str):
-        self.fields = tuple(Field(field) if isinstance(field, str) else field for field in fields)
+    def __init__(self, *fields: ResultField | str):
+        self.fields = tuple(ResultField(field) if isinstance(field, str) else field for field in fields)
         self.columns = tuple(field for field in self.fields if field.title)
 
     def json(self, record: Any) -> Json:
@@ -131,7 +133,7 @@ class Fields:
         return table
 
 
-JOINT = Field("joint", of=lambda record: record.joint + 1, title="joint")
+JOINT = ResultField("joint", of=lambda record: record.joint + 1, title="joint")
 """Of records that count joints from 0."""
-POSE = Fields(Field("position", MM), Field("orientation", DEG, of="rotation"))
+POSE = ResultFields(ResultField("position", MM), ResultField("orientation", DEG, of="rotation"))
 """Of errors, limits or deviations `position` [m] and `rotation` [rad]."""
