@@ -1,15 +1,14 @@
 """All columns that a file may have: the table in `base/columns.py`, and those that observations bring."""
 
 from functools import lru_cache
-from pkgutil import resolve_name
 from typing import Any
 
 from workbench.base.columns import COLUMNS, Column
+from workbench.data.observations import OBSERVATIONS
 
 
 def known_columns() -> dict[str, Column]:
-    observations = resolve_name("workbench.data.observations:OBSERVATIONS")  # which import the rows they see
-    return _by_name(tuple(observations.values()), tuple(COLUMNS.values()))
+    return _by_name(tuple(OBSERVATIONS.values()), tuple(COLUMNS.values()))
 
 
 @lru_cache(maxsize=4)

@@ -12,14 +12,16 @@ Where the base stands can't be seen, and with a single point neither can the arm
 Source: derived here; contact planes of this kind in Ikits & Hollerbach, IEEE ICRA 1997.
 """
 
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base.types import frozen
-from workbench.data.dataset import Dataset
 from workbench.data.observations.observation import AbstractPlaceObservation, Channel, Linearised
+
+if TYPE_CHECKING:
+    from workbench.data.dataset import Dataset
 
 PLANE = "plane"
 """How the name of a contact with a plane begins."""
@@ -41,13 +43,13 @@ class ContactObservation(AbstractPlaceObservation):
     channels = (Channel.POSITION,) * 3
 
     @classmethod
-    def own_rows(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+    def own_rows(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
         if data.contact is None:
             return np.zeros(len(data), bool)
         return (data.contact != "") & ~touches_plane(data.contact)
 
     @classmethod
-    def of(cls, data: Dataset) -> "ContactObservation":
+    def of(cls, data: "Dataset") -> "ContactObservation":
         return cls(*cls.numbered(np.asarray(data.contact)))
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
@@ -70,11 +72,11 @@ class PlaneObservation(AbstractPlaceObservation):
     channels = (Channel.POSITION,)
 
     @classmethod
-    def own_rows(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+    def own_rows(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
         return np.zeros(len(data), bool) if data.contact is None else touches_plane(data.contact)
 
     @classmethod
-    def of(cls, data: Dataset) -> "PlaneObservation":
+    def of(cls, data: "Dataset") -> "PlaneObservation":
         return cls(*cls.numbered(np.asarray(data.contact)))
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:

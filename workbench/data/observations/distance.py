@@ -1,12 +1,14 @@
 """Distance of the tool point from an anchor: ball bars and wire sensors."""
 
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.data.dataset import Dataset
 from workbench.data.observations.observation import AbstractPlaceObservation, Channel, Linearised
+
+if TYPE_CHECKING:
+    from workbench.data.dataset import Dataset
 
 
 @final
@@ -21,7 +23,7 @@ class DistanceObservation(AbstractPlaceObservation):
     channels = (Channel.POSITION,)
 
     @classmethod
-    def of(cls, data: Dataset) -> "DistanceObservation":
+    def of(cls, data: "Dataset") -> "DistanceObservation":
         labels = np.full(len(data), "anchor") if data.anchor is None else data.anchor
         return cls(*cls.numbered(labels), np.asarray(data.distance))
 

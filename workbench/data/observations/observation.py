@@ -9,14 +9,16 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import ClassVar, NamedTuple, dataclass_transform
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, dataclass_transform
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from workbench.base.columns import Column
 from workbench.base.types import frozen
-from workbench.data.dataset import Dataset
+
+if TYPE_CHECKING:
+    from workbench.data.dataset import Dataset
 
 NO_UNKNOWNS = frozen(np.zeros(0))
 
@@ -103,7 +105,7 @@ class AbstractObservation(ABC):
         dataclass(frozen=True, eq=False)(cls)
 
     @classmethod
-    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+    def applies(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
         if (own := cls.own_rows(data)) is not None:
             return own
         values = [v for name in cls.columns if (v := data.column(name)) is not None]
@@ -112,22 +114,22 @@ class AbstractObservation(ABC):
         return np.all([np.isfinite(v).all(axis=tuple(range(1, v.ndim))) for v in values], axis=0)
 
     @classmethod
-    def own_rows(cls, data: Dataset) -> Bool[np.ndarray, " rows"] | None:
+    def own_rows(cls, data: "Dataset") -> Bool[np.ndarray, " rows"] | None:
         """Rows that carry it, where its columns don't tell."""
         return None
 
     @classmethod
     @abstractmethod
-    def of(cls, data: Dataset) -> "AbstractObservation":
+    def of(cls, data: "Dataset") -> "AbstractObservation":
         """The observation of rows that all carry it."""
 
     @classmethod
-    def each(cls, data: Dataset) -> tuple["AbstractObservation", ...]:
+    def each(cls, data: "Dataset") -> tuple["AbstractObservation", ...]:
         """The observations of rows that all carry it: one, unless several links were watched at once."""
         return cls.by_link(data) or (cls.of(data),)
 
     @classmethod
-    def by_link(cls, data: Dataset) -> tuple["AbstractObservation", ...]:
+    def by_link(cls, data: "Dataset") -> tuple["AbstractObservation", ...]:
         return ()
 
     @property

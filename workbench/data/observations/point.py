@@ -1,12 +1,14 @@
 """One point of the tool in the measuring frame: a reflector, a ball in a socket, a touch probe."""
 
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.data.dataset import Dataset
 from workbench.data.observations.observation import AbstractObservation, Channel, Linearised
+
+if TYPE_CHECKING:
+    from workbench.data.dataset import Dataset
 
 
 @final
@@ -19,7 +21,7 @@ class PointObservation(AbstractObservation):
     channels = (Channel.POSITION,) * 3
 
     @classmethod
-    def of(cls, data: Dataset) -> "PointObservation":
+    def of(cls, data: "Dataset") -> "PointObservation":
         return cls(np.asarray(data.position))
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:

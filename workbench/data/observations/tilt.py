@@ -14,15 +14,17 @@ Source: derived here; inclinometers on links in Katana figs. 4.6 and 5.4.
 """
 
 from dataclasses import replace
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base import se3
 from workbench.base.types import frozen
-from workbench.data.dataset import Dataset
 from workbench.data.observations.observation import AbstractObservation, Channel, Linearised, Unknown
+
+if TYPE_CHECKING:
+    from workbench.data.dataset import Dataset
 
 ASKEW = float(np.deg2rad(1.0))
 """How far an inclinometer may be mounted askew, one standard deviation [rad]."""
@@ -83,20 +85,20 @@ class TiltObservation(AbstractObservation):
         return np.repeat(np.isfinite(self.measured).all(1)[:, None], 2, axis=1)
 
     @classmethod
-    def own_rows(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+    def own_rows(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
         links = (data.tilt or {}).values()
         return np.any([np.isfinite(t).all(-1) for t in links], axis=0) if links else np.zeros(len(data), bool)
 
     @classmethod
-    def of(cls, data: Dataset) -> "TiltObservation":
+    def of(cls, data: "Dataset") -> "TiltObservation":
         return cls.by_link(data)[0]
 
     @classmethod
-    def by_link(cls, data: Dataset) -> tuple["TiltObservation", ...]:
+    def by_link(cls, data: "Dataset") -> tuple["TiltObservation", ...]:
         return tuple(cls(frozen(upward(t)), link) for link, t in sorted((data.tilt or {}).items()))
 
     @classmethod
-    def each_beside(cls, data: Dataset) -> tuple["TiltObservation", ...]:
+    def each_beside(cls, data: "Dataset") -> tuple["TiltObservation", ...]:
         """The inclinometers of rows that carry another observation, as far as they show anything."""
         return tuple(replace(o, beside=True) for o in cls.by_link(data) if o.seen.any())
 
