@@ -48,10 +48,10 @@ from workbench.extras.pendant.touching.user_frame import frame as frame
 from workbench.extras.poses.choose_poses import choose_poses as choose_poses
 from workbench.extras.poses.pose_limits import PoseLimits as PoseLimits
 from workbench.extras.production.trial import try_plate as try_plate
-from workbench.extras.service.fleet.fleet import Fleet as Fleet
 from workbench.extras.service.fleet.fleet import compare_fleet as compare_fleet
+from workbench.extras.service.fleet.result import Fleet as Fleet
 from workbench.extras.service.rezero.moved_joints import rezero as rezero
-from workbench.extras.service.verification.verify import Verification as Verification
+from workbench.extras.service.verification.result import Verification as Verification
 from workbench.extras.service.verification.verify import verify as verify
 from workbench.extras.trajectories.trajectory_files import compensate as compensate
 from workbench.identification.evaluate import evaluate as evaluate
@@ -68,9 +68,9 @@ from workbench.plate.optimiser.result import PlateDesign as PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks as Blocks
 from workbench.plate.plate import Plate as Plate
 from workbench.plate.plate import Target as Target
+from workbench.plate.plate_score import PlateScore as PlateScore
 from workbench.plate.plate_toml import write_plate as write_plate
 from workbench.plate.region import Region as Region
-from workbench.plate.score import PlateScore as PlateScore
 from workbench.plate.score import score_plate
 from workbench.plate.simulated_measurement import measure_plate as measure_plate
 from workbench.plate.simulated_measurement import measure_poses as measure_poses

@@ -21,7 +21,8 @@ from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows, Poses, Positions
-from workbench.extras.trajectories.correction import CorrectionMethod, correct
+from workbench.extras.trajectories.compensation import CorrectionMethod
+from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.curves import Circle, circle_through
 from workbench.extras.trajectories.path import command_joints
 from workbench.extras.trajectories.pencil.reading import plotted_errors, plotted_profile

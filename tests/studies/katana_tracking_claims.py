@@ -14,8 +14,8 @@ from studies.katana_tracking import STEPS, TrackingStudy
 from studies.page import Picture, drawn
 from workbench.arm.motion import Motion
 from workbench.arm.statics.moments import JointMoments, joint_moments
+from workbench.extras.trajectories.path_pictures import draw_moments, draw_motion
 from workbench.extras.trajectories.planning import Planned
-from workbench.extras.trajectories.report import draw_moments, draw_motion
 from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 

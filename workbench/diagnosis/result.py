@@ -25,7 +25,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged
-from workbench.report.result_display import AbstractShown, tables_of
+from workbench.report.result_display import AbstractReported
 from workbench.report.result_page import page_figure
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def harm_done(before: RowErrors, after: RowErrors) -> str | None:
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Diagnosis(AbstractShown):
+class Diagnosis(AbstractReported):
     """A whole diagnosis.
 
     Args:
@@ -164,7 +164,6 @@ class Diagnosis(AbstractShown):
         warnings: Advice that could not be computed, one sentence each.
     """
 
-    summary = tables_of("workbench.diagnosis.report.table:summary")
     plot = page_figure
 
     nominal_robot: Robot

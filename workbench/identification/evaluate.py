@@ -2,6 +2,7 @@
 
 import numpy as np
 
+import workbench.identification.report.table  # noqa: F401 how results are shown
 from workbench.arm.robot import Robot
 from workbench.base.argument_checks import Like
 from workbench.base.errors import DataError

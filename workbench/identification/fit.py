@@ -24,7 +24,7 @@ from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.observed import idle_constants, observed_by
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor, factorise_pieces
-from workbench.report.result_display import AbstractShown, tables_of
+from workbench.report.result_display import AbstractReported
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -41,7 +41,7 @@ MAX_NAMED_ROWS = 10
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Fit(AbstractShown):
+class Fit(AbstractReported):
     """One algorithm's solution of a problem.
 
     Args:
@@ -55,8 +55,6 @@ class Fit(AbstractShown):
         actual: Actual scatter of the readings, where all were weighted equally.
         considered: Uncertain constants that were held at nominal.
     """
-
-    summary = tables_of("workbench.identification.report.table:parameters_tables")
 
     algorithm: str
     title: str

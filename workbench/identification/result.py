@@ -29,7 +29,7 @@ from workbench.identification.noise import from_repeats, stated
 from workbench.identification.own_preparation import AbstractIdentifiability
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.set_apart import suspect_note
-from workbench.report.result_display import AbstractShown, figures_of, tables_of
+from workbench.report.result_display import AbstractPlotted, AbstractReported, AbstractShown
 from workbench.report.result_page import page_figure
 
 if TYPE_CHECKING:
@@ -194,7 +194,7 @@ class Outlier(NamedTuple):
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Identification(AbstractShown):
+class Identification(AbstractReported):
     """A complete run: data, decisions, parameters and errors.
 
     Args:
@@ -215,7 +215,6 @@ class Identification(AbstractShown):
         suspects: Numbers of the held-out rows that no arm explains; held-out errors include them.
     """
 
-    summary = tables_of("workbench.identification.report.table:identification_summary")
     plot = page_figure
 
     nominal_robot: Robot
@@ -392,16 +391,13 @@ def order_of_measuring(result: Identification) -> np.ndarray:
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Evaluation(AbstractShown):
+class Evaluation(AbstractPlotted):
     """Errors of a given model on data.
 
     Args:
         robot: The model, with fitted frames if these were requested.
         rows: Their errors, row by row.
     """
-
-    summary = tables_of("workbench.identification.report.table:evaluation_tables")
-    plot = figures_of("workbench.identification.report.error_plots:evaluation_figure")
 
     robot: Robot
     data: Dataset

@@ -8,11 +8,11 @@ reach, or where it would collide with plate or blocks, can't be measured and is 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
 
 import numpy as np
 from jaxtyping import Float, Int
 
+import workbench.plate.report.plates  # noqa: F401 how results are shown
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
@@ -22,95 +22,20 @@ from workbench.base.argument_checks import Like, Seed
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, part_of
 from workbench.base.threads import one_thread
-from workbench.base.types import Outcome, frozen
+from workbench.base.types import frozen
 from workbench.plate.argument_types import checked_arguments
 from workbench.plate.free_constants import identified_names, visible, visible_basis, visible_weight
 from workbench.plate.observability import I, O, evaluate
 from workbench.plate.plate import Plate
-from workbench.plate.predicted_error import PredictedError, position_weight, predicted_error
+from workbench.plate.plate_score import PlateScore, SetScore
+from workbench.plate.predicted_error import position_weight, predicted_error
 from workbench.plate.region_poses import plate_region_poses
-from workbench.plate.target_branches import Measurable, choose_branches, measurable, single_branches
+from workbench.plate.target_branches import choose_branches, measurable, single_branches
 from workbench.plate.target_readings import SEAT, linearise_targets, usual_sigma
 from workbench.plate.tolerances import EXACT, Production
-from workbench.report.result_display import AbstractShown, figures_of, tables_of
 
 STARTS = 20
 """Number of random mixes of branches that are improved."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SetScore:
-    """Score of a set of measurements at a plate's targets.
-
-    Args:
-        q: Joint positions at the targets [rad or m]; NaN where they can't be measured, as below.
-        branches: Name of each target's branch; empty there.
-        per_target: O of each target alone, ARIA eq. (17).
-        shares: Contribution of each target to the index I: the share that would be lost without it.
-        stacked: σmin/σmax of the stacked Jacobian as in the paper: unscaled, metres and radians mixed.
-        indices: O, O1 … O5, A, D and I of the set; of the combinations that measurements anywhere show.
-        rank: Combinations of constants that the set determines.
-        visible: Number of combinations that any measurements could determine.
-        names: The constants that are identified.
-        open: Combinations that this set doesn't determine although others would, as columns [rad, m].
-        error: Predicted errors over the region.
-    """
-
-    q: Float[np.ndarray, "targets n"]
-    branches: tuple[str, ...]
-    per_target: Float[np.ndarray, " targets"]
-    shares: Float[np.ndarray, " targets"]
-    stacked: float
-    indices: dict[str, float]
-    rank: int
-    visible: int
-    names: tuple[str, ...]
-    open: Float[np.ndarray, "p missing"]
-    error: PredictedError
-
-
-@final
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class PlateScore(AbstractShown):
-    """A plate's score.
-
-    Args:
-        measured: In the branches to be measured.
-        single: In the best single branch for all targets; None where no branch reaches all.
-        sigma: Standard deviations of the instrument [m], [rad]; they whiten the rows for all indices but O.
-        length: Length at which an angle counts as an arc, for all indices but O [m].
-        region_rows: Number of joint positions in the region for the predicted error.
-        can: The targets that can be measured, and why others can't.
-        outcome: How the choice of branches ended.
-    """
-
-    summary = tables_of("workbench.plate.report.plates:score_tables")
-    plot = figures_of("workbench.plate.report.figures:score_figure")
-
-    plate: Plate
-    robot: Robot
-    measured: SetScore
-    single: SetScore | None
-    sigma: tuple[float, float]
-    length: float
-    region_rows: int
-    can: Measurable
-    outcome: Outcome
-
-    @property
-    def left_out(self) -> str:
-        """Targets that can't be measured and are ignored, in a sentence; empty if all can."""
-        lacking, count = self.can.lacking, len(self.plate)
-        if not lacking:
-            return ""
-        why = "; ".join(f"target {i + 1} is {text}" for i, text in lacking.items())
-        many = f"{len(lacking)} of {count} targets of {self.plate.name} can't be measured"
-        return f"{many} ({why}); the figures are of the other {count - len(lacking)}"
-
-    @property
-    def single_branch(self) -> str:
-        """The best single branch; empty where none reaches all targets that the arm can stand at."""
-        return "" if self.single is None else max(self.single.branches)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,12 +1,12 @@
 """Display of results: the same small tables in a terminal and in a notebook.
 
-A result says what it shows as `rich` renderables (`summary`); here they become text and HTML.
+A result says what it shows as `rich` renderables (`summary`); here they become text and HTML. A result that
+others compute with leaves that to its report, which registers a function for its class.
 """
 
 import io
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from pkgutil import resolve_name
+from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
@@ -14,6 +14,7 @@ from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from workbench.base.errors import OptionError
 from workbench.base.wording import readable
 
 if TYPE_CHECKING:
@@ -23,24 +24,16 @@ WIDTH = 100
 """Columns of a result that is printed."""
 
 
-def tables_of(home: str) -> Callable[[Any], RenderableType]:
-    """The `summary` of a result by a function of its report, which imports it: named as entry points are."""
-
-    def summary(self: Any) -> RenderableType:
-        """The key results, for display."""
-        return resolve_name(home)(self)
-
-    return summary
+@singledispatch
+def summary_of(result: Any) -> RenderableType:
+    """The key results for display; the report of each kind of result registers its own."""
+    return Text(f"<{type(result).__name__}>")
 
 
-def figures_of(home: str) -> Callable[..., "Figure"]:
-    """Likewise its `plot`."""
-
-    def plot(self: Any, name: str = "") -> "Figure":
-        """A figure of the result; where there are several, one of the report's by its name."""
-        return resolve_name(home)(self, *((name,) if name else ()))
-
-    return plot
+@singledispatch
+def figure_of(result: Any, name: str = "") -> "Figure":
+    """A figure of a result, likewise; where there are several, one by its name."""
+    raise OptionError(f"there is no figure of a {type(result).__name__}")
 
 
 class AbstractShown(ABC):
@@ -55,6 +48,20 @@ class AbstractShown(ABC):
 
     def _repr_html_(self) -> str:
         return as_html(self.summary())
+
+
+class AbstractReported(AbstractShown):
+    """A result that a report shows, which imports it: see `summary_of`."""
+
+    def summary(self) -> RenderableType:
+        return summary_of(self)
+
+
+class AbstractPlotted(AbstractReported):
+    """One of which there is a figure, too: see `figure_of`."""
+
+    def plot(self, name: str = "") -> "Figure":
+        return figure_of(self, *filter(None, [name]))
 
 
 def as_text(renderable: RenderableType) -> str:

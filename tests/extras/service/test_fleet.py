@@ -14,7 +14,8 @@ from workbench.arm.calibration_record import Calibration
 from workbench.base.errors import FileError, OptionError
 from workbench.extras.service.fleet.history import History, arms_of
 from workbench.extras.service.fleet.movement import Law, movements, scatter_factor, threshold
-from workbench.extras.service.fleet.report import fleet_json, write_fleet
+from workbench.extras.service.fleet.page import write_fleet
+from workbench.extras.service.fleet.report import fleet_json
 
 DATES = ("2026-01-10", "2026-04-02", "2026-07-01", "2026-10-01")
 SIGMA = 2e-5

@@ -14,7 +14,8 @@ from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import DataError, OptionError, ShapeError
-from workbench.extras.trajectories.correction import CorrectionMethod, correct
+from workbench.extras.trajectories.compensation import CorrectionMethod
+from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.path import command_joints, command_poses
 
 SOFT = np.zeros((6, 3))

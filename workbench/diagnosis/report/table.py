@@ -23,6 +23,7 @@ from workbench.diagnosis.verdict import SPELT_OUT
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.table import models_table
 from workbench.report.numbers import readable_unit, short, with_error
+from workbench.report.result_display import summary_of
 from workbench.report.tables import folded, line, new_table, unbroken
 
 STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NONE: "bold", Verdict.PARTLY: "bold yellow"}
@@ -64,6 +65,7 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
     return Group(*parts)
 
 
+@summary_of.register
 def summary(result: Diagnosis) -> RenderableType:
     """The verdict, errors before and after, and the contribution of each candidate."""
     ranking = [ranking_table(result)] if result.ranking else []

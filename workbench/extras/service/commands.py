@@ -35,7 +35,7 @@ def verify(
 ) -> None:
     """Verify a calibrated robot on fresh poses: errors with intervals, AP and RP, a certificate."""
     from workbench.extras.service.verification.certificate import write_certificate
-    from workbench.extras.service.verification.results import verification_json
+    from workbench.extras.service.verification.report import verification_json
 
     fit_frames = opt.fits_frames(frames)
     arm = wb.load_robot(robot)
@@ -131,7 +131,8 @@ def fleet(
     report: opt.ReportOption = None,
 ) -> None:
     """Compare calibrations over time: what moved, by how many σ, since when, and which arm is worst."""
-    from workbench.extras.service.fleet.report import fleet_json, fleet_tables, write_fleet
+    from workbench.extras.service.fleet.page import write_fleet
+    from workbench.extras.service.fleet.report import fleet_json, fleet_tables
 
     opt.check_writable(json, folder=report)
     with opt.progress_bar("fleet"):

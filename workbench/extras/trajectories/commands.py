@@ -41,8 +41,9 @@ class PlanOptions:
     def make(self, arm, curve, duration: float) -> None:
         """Plan, show and write."""
         from workbench.base.files import write_bytes
+        from workbench.extras.trajectories.path_pictures import path_picture
         from workbench.extras.trajectories.planning import plan
-        from workbench.extras.trajectories.report import path_json, path_picture, path_table
+        from workbench.extras.trajectories.report import path_json, path_table
         from workbench.extras.trajectories.trajectory_files import planned_moments, write_plan
 
         picture = None if self.picture is None else opt.png(self.picture)

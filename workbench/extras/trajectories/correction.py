@@ -9,13 +9,10 @@ accelerations.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from enum import StrEnum
-from typing import final
 
 import numpy as np
-from jaxtyping import Bool, Float
 
+import workbench.extras.trajectories.report  # noqa: F401 how results are shown
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import WEIGHT, Refined, refine
 from workbench.arm.inverse.deflected_arm import refine_deflected, rigid_targets
@@ -25,6 +22,12 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
+from workbench.extras.trajectories.compensation import (
+    ACCEPTED_ERROR,
+    Compensation,
+    CorrectionMethod,
+    PathErrors,
+)
 from workbench.extras.trajectories.path import (
     Commanded,
     Times,
@@ -33,69 +36,15 @@ from workbench.extras.trajectories.path import (
     refuse_fast,
     refuse_singular,
 )
-from workbench.report.result_display import AbstractShown, tables_of
 
 MAX_CORRECTION = 0.35
 """Correction of a joint above which the cause is a singularity, not the calibration [rad or m]."""
-ACCEPTED_ERROR = 1e-6
-"""Remaining error of an iterated correction above which it is reported [m]."""
 AT_LIMIT = 1e-9
 """A joint this near to its limit counts as held by it [rad or m]."""
 
 
 BOUNDARY = 0.02
 """Singular value of the Jacobian below which an unconverged run has met the boundary of its branch."""
-
-
-class CorrectionMethod(StrEnum):
-    """How a trajectory is corrected."""
-
-    ONE_STEP = "one-step"
-    ITERATED = "iterated"
-
-
-@dataclass(frozen=True, eq=False)
-class PathErrors:
-    """Errors of an arm along a path, row by row.
-
-    Args:
-        position: Distance from the commanded position [m].
-        rotation: Angle to the commanded orientation, as far as the task requires [rad].
-    """
-
-    position: Float[np.ndarray, " rows"]
-    rotation: Float[np.ndarray, " rows"]
-
-
-@final
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Compensation(AbstractShown):
-    """A corrected trajectory.
-
-    Args:
-        commanded: The path as commanded.
-        motion: The corrected joint positions, with drivers of effects.
-        before: Predicted errors of the calibrated arm without correction.
-        after: Its predicted errors with it.
-        kept: Uncorrected rows, which a correction would have made worse.
-        speed: Maximum speed of every joint with the correction [rad/s or m/s]; None without time.
-    """
-
-    summary = tables_of("workbench.extras.trajectories.report:compensation_table")
-
-    commanded: Commanded
-    motion: Motion
-    method: CorrectionMethod
-    before: PathErrors
-    after: PathErrors
-    kept: Bool[np.ndarray, " rows"]
-    speed: Float[np.ndarray, " n"] | None
-    notes: tuple[str, ...]
-
-    @property
-    def q(self) -> Float[np.ndarray, "rows n"]:
-        """Corrected joint positions [rad or m]."""
-        return self.motion.q
 
 
 def correct(

@@ -24,7 +24,8 @@ from workbench.data.readers import read_trajectory
 from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import write_measurements
-from workbench.extras.trajectories.correction import Compensation, CorrectionMethod, correct
+from workbench.extras.trajectories.compensation import Compensation, CorrectionMethod
+from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.curves import Circle, circle_through
 from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
 from workbench.extras.trajectories.planning import Planned, derivatives

@@ -10,7 +10,7 @@ from workbench.extras.workshop.csv_lists import MM
 from workbench.extras.workshop.drawing import svg_of
 from workbench.extras.workshop.drawing_set import drawings_of
 from workbench.extras.workshop.parts import Fixture
-from workbench.plate.score import PlateScore
+from workbench.plate.plate_score import PlateScore
 from workbench.plate.target_readings import assumptions
 from workbench.report.html import page_template
 from workbench.report.numbers import short

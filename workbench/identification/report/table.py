@@ -6,6 +6,7 @@ Functions return what `rich` can print:
 """
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -19,7 +20,11 @@ from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import LEGEND, Cell, ConstantStatus, parameter_table
 from workbench.identification.result import Evaluation, Identification, Run, Validation, error_rows
 from workbench.report.numbers import factor, short
+from workbench.report.result_display import figure_of, summary_of
 from workbench.report.tables import folded, line, new_table, unbroken
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 STYLES = {
     ConstantStatus.IDENTIFIED: "",
@@ -86,10 +91,12 @@ def models_table(models: Sequence[tuple[str, Validation | Run]]) -> Table:
     return table
 
 
+@summary_of.register
 def identification_summary(result: Identification) -> RenderableType:
     return identification_tables(result, parameters=False)
 
 
+@summary_of.register
 def evaluation_tables(result: Evaluation) -> RenderableType:
     """Errors of a given model, and the decisions taken."""
     kinds, table = error_columns([result.errors])
@@ -97,6 +104,7 @@ def evaluation_tables(result: Evaluation) -> RenderableType:
     return Group(table, *(line("note", note) for note in result.notes))
 
 
+@summary_of.register
 def parameters_tables(fit: Fit) -> RenderableType:
     """The joint table of the paper (Tables 3, 4) with nominal values and standard errors; then the frames."""
     content = parameter_table(fit)
@@ -188,3 +196,10 @@ def error_cards(before: Errors, after: Errors) -> list[dict[str, str]]:
                 {"label": label, "unit": unit, "before": short(a), "after": short(b), "factor": factor(a, b)}
             )
     return cards
+
+
+@figure_of.register(Evaluation)
+def _figure(result: Evaluation) -> "Figure":
+    from workbench.identification.report.error_plots import evaluation_figure
+
+    return evaluation_figure(result)

@@ -15,6 +15,7 @@ from typing import Any, TypedDict
 import numpy as np
 from jaxtyping import Float
 
+import workbench.plate.report.design  # noqa: F401 how results are shown
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
 from workbench.base.argument_checks import admit

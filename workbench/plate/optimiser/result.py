@@ -14,14 +14,14 @@ from workbench.plate.optimiser.target_blocks import SHAPE, Places, places_of, sh
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.predicted_error import PredictedError, predicted_error
 from workbench.plate.target_readings import linearise_reading
-from workbench.report.result_display import AbstractShown, figures_of, tables_of
+from workbench.report.result_display import AbstractPlotted
 
 NOTHING = frozen(np.zeros(0))
 
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class PlateDesign(AbstractShown):
+class PlateDesign(AbstractPlotted):
     """A plate that was designed.
 
     Args:
@@ -40,9 +40,6 @@ class PlateDesign(AbstractShown):
         narrowed: The margins that it keeps where the usual ones left no plate, and why; else empty.
         notes: What else is worth knowing, one sentence each.
     """
-
-    summary = tables_of("workbench.plate.report.design:design_tables")
-    plot = figures_of("workbench.plate.report.figures:design_figure")
 
     plate: Plate
     cost: float

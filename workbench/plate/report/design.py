@@ -1,6 +1,7 @@
 """Designed plates, for people and programs."""
 
 from operator import itemgetter
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -11,8 +12,12 @@ from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import places_of
 from workbench.plate.plate import Kind
 from workbench.report.json import Json, document
+from workbench.report.result_display import figure_of, summary_of
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 from workbench.report.tables import new_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DESIGN = "workbench.plate-design/1"
 PREDICTED = ResultFields(
@@ -28,6 +33,7 @@ MARGINS = ResultFields(
 """Of a target's clearance [m] and distance from the joint limits [rad]; None where unchecked."""
 
 
+@summary_of.register
 def design_tables(design: PlateDesign) -> RenderableType:
     """The design target by target, then its predicted errors."""
     table = new_table(
@@ -90,3 +96,10 @@ def design_json(design: PlateDesign) -> Json:
         history_mm=1e3 * np.array(design.history),
         notes=design.notes,
     )
+
+
+@figure_of.register(PlateDesign)
+def _figure(design: PlateDesign) -> "Figure":
+    from workbench.plate.report.figures import design_figure
+
+    return design_figure(design)

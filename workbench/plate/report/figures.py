@@ -8,7 +8,7 @@ from matplotlib.patches import Rectangle
 from workbench.base import se3
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Plate
-from workbench.plate.score import PlateScore
+from workbench.plate.plate_score import PlateScore
 from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_white
 

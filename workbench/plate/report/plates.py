@@ -1,6 +1,7 @@
 """Plates for people and programs: scores target by target and side by side."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -10,17 +11,22 @@ from rich.text import Text
 from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import Parameter
 from workbench.plate.observability import INDICES, I
+from workbench.plate.plate_score import PlateScore, SetScore
 from workbench.plate.region_poses import PLATE_CONE
-from workbench.plate.score import PlateScore, SetScore
 from workbench.plate.target_readings import assumptions
 from workbench.report.json import Json, document
+from workbench.report.result_display import figure_of, summary_of
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 from workbench.report.tables import new_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SCORE = "workbench.plate-score/1"
 COMPARISON = "workbench.plate-comparison/1"
 
 
+@summary_of.register
 def score_tables(score: PlateScore) -> RenderableType:
     """Target by target, then the set in the mixed and in the best single branch."""
     targets = new_table(
@@ -194,3 +200,10 @@ SET = ResultFields(
     ResultField("open", of=_open_text),
 )
 """Of the `SetScore` of one set of measurements."""
+
+
+@figure_of.register(PlateScore)
+def _figure(score: PlateScore) -> "Figure":
+    from workbench.plate.report.figures import score_figure
+
+    return score_figure(score)

@@ -1,25 +1,28 @@
 """Many arms over time: which one is worst, which joint wears, when to measure again."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from datetime import date, timedelta
-from functools import cached_property
+from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
-from typing import final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+import workbench.extras.service.fleet.report  # noqa: F401 how results are shown
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.argument_checks import Like
 from workbench.base.errors import OptionError
 from workbench.base.parallel import spread
-from workbench.base.wording import plural
 from workbench.data.simulation.hidden_effects import varied_state
 from workbench.extras.service.fleet.history import History, Unread, arms_of, read_histories, values_of
 from workbench.extras.service.fleet.movement import Movement, movements, scatter_factor, threshold
+from workbench.extras.service.fleet.result import ArmReport, Fleet
 from workbench.plate.poses.sampling import random_poses
-from workbench.report.result_display import AbstractShown, figures_of, tables_of
+from workbench.report.result_display import figure_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 PIECE = 8
 """Arms that a worker reads at a time."""
@@ -31,76 +34,6 @@ SAFE_ERRORS = 1.645
 """Standard errors by which a rate is taken larger, to be on the safe side."""
 MAX_DAYS_AHEAD = 3650
 """Days beyond which no date is named."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class ArmReport:
-    """One arm of a fleet.
-
-    Args:
-        moved: Constants that moved, those by the most σ first.
-        tool: Displacement of the tool by all of them together [m].
-        again: When the drift will have moved the tool by what is allowed; None without one in sight.
-    """
-
-    history: History
-    moved: tuple[Movement, ...]
-    tool: float
-    again: date | None
-
-    @property
-    def worst(self) -> Movement | None:
-        return max(self.moved, key=lambda m: m.tool, default=None)
-
-    @property
-    def joint(self) -> int | None:
-        """The joint that wears: that of the worst movement, counted from 1."""
-        return None if self.worst is None else self.worst.joint
-
-
-@final
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Fleet(AbstractShown):
-    """Arms compared over time.
-
-    Args:
-        arms: By name.
-        unread: Arms that could not be compared, and why.
-        factor: How many times farther calibrations scatter than their standard errors imply.
-        minimum: Number of σ from which a constant moved.
-        allowed: Displacement of the tool by a drift after which to measure again [m].
-    """
-
-    summary = tables_of("workbench.extras.service.fleet.report:fleet_tables")
-    plot = figures_of("workbench.extras.service.fleet.report:fleet_figure")
-
-    arms: tuple[ArmReport, ...]
-    unread: tuple[Unread, ...]
-    factor: float
-    minimum: float
-    allowed: float
-
-    @cached_property
-    def worst_first(self) -> tuple[ArmReport, ...]:
-        """The arms whose tool moved most come first; those in which nothing moved are last, by name."""
-        return tuple(sorted(self.arms, key=lambda arm: -arm.tool))
-
-    @property
-    def worn(self) -> tuple[ArmReport, ...]:
-        """Arms in which something moved, the worst first."""
-        return tuple(arm for arm in self.worst_first if arm.moved)
-
-    @property
-    def verdict(self) -> str:
-        many = plural(len(self.arms), "arm")
-        if not self.worn:
-            return f"Nothing moved in {many} by more than chance ({self.minimum:.1f} σ)."
-        worst = self.worn[0]
-        joint = "" if worst.joint is None else f", joint {worst.joint}"
-        return (
-            f"Something moved in {len(self.worn)} of {many}; most in {worst.history.arm}{joint}: the tool by "
-            f"{1e3 * worst.tool:.2f} mm."
-        )
 
 
 def compare_fleet(
@@ -169,3 +102,10 @@ def _displacement(robot: Robot, at: Motion, shifts: dict[str, float]) -> float:
     before = robot.with_values({n: value - shifts[n] for n, value in now})
     moved = robot.predict(at)[:, :3, 3] - before.predict(at)[:, :3, 3]
     return float(np.sqrt((moved**2).sum(1).mean()))
+
+
+@figure_of.register(Fleet)
+def _figure(fleet: Fleet, arm: str | None = None) -> "Figure":
+    from workbench.extras.service.fleet.page import fleet_figure
+
+    return fleet_figure(fleet, arm)

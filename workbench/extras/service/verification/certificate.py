@@ -14,13 +14,8 @@ from workbench.base.installed_package import package_version
 from workbench.base.wording import plural
 from workbench.extras.service.verification.iso9283 import cycle_text
 from workbench.extras.service.verification.plots import CAPTION, error_map
-from workbench.extras.service.verification.results import (
-    REPEATED,
-    error_lines,
-    verification_json,
-    worst_first,
-)
-from workbench.extras.service.verification.verify import Verification
+from workbench.extras.service.verification.report import REPEATED, error_lines, verification_json, worst_first
+from workbench.extras.service.verification.result import Verification
 from workbench.report.figures import DrawnFigure, svg
 from workbench.report.html import write_page
 from workbench.report.numbers import short

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from workbench.base import se3
 from workbench.data.prediction import predict
-from workbench.extras.service.verification.verify import Verification
+from workbench.extras.service.verification.result import Verification
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_white
 
 CAPTION = (

@@ -1,5 +1,7 @@
 """A verification as tables and plain data: the schema `workbench.verification/1`."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
@@ -7,13 +9,17 @@ from rich.text import Text
 
 from workbench.extras.service.verification.intervals import CONFIDENCE, SHARE, Bounds
 from workbench.extras.service.verification.iso9283 import RepeatedPose
-from workbench.extras.service.verification.verify import Verification
+from workbench.extras.service.verification.result import Verification
 from workbench.identification.errors.row_errors import Spread
 from workbench.identification.report.results_json import errors_json
 from workbench.report.json import Json, document
 from workbench.report.numbers import short, signed
+from workbench.report.result_display import figure_of, summary_of
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields, Unit
 from workbench.report.tables import line, new_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SCHEMA = "workbench.verification/1"
 LISTED = 10
@@ -39,6 +45,7 @@ REPEATED = ResultFields(
 """Of a `RepeatedPose`."""
 
 
+@summary_of.register
 def verification_tables(result: Verification) -> RenderableType:
     """Errors with intervals, AP and RP, the verdict, and what weakens it."""
     table = new_table(
@@ -118,3 +125,10 @@ def verification_json(result: Verification) -> Json:
 def _bounds(bounds: Bounds, unit: Unit) -> Json:
     mean, rms, maximum = (np.multiply(unit.factor, bound) for bound in bounds)
     return {"mean": mean, "rms": rms, "share": SHARE, "share_within": maximum}
+
+
+@figure_of.register(Verification)
+def _figure(result: Verification) -> "Figure":
+    from workbench.extras.service.verification.plots import error_figure
+
+    return error_figure(result)
