@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,9 +34,6 @@ if TYPE_CHECKING:
 
 MAX_JOINTS = 50
 """Maximum number of moving joints, to bound computing times."""
-FROM_ROWS, FROM_URDF = "workbench.arm.robot_toml:robot_from_rows", "workbench.arm.urdf:read_urdf"
-SAVE, PREDICT = "workbench.arm.built_in_arms:save_robot", "workbench.arm.kinematics.forward:tool_poses"
-"""Functions that create, write and deflect robots and therefore import this module, as entry-point names."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -107,17 +103,23 @@ class Robot:
         Raises:
             FileError, RobotError: the table describes no robot; the message names the entry.
         """
-        return resolve_name(FROM_ROWS)(table, convention, name=name, limits=limits)
+        from workbench.arm.robot_toml import robot_from_rows
+
+        return robot_from_rows(table, convention, name=name, limits=limits)
 
     @classmethod
     def from_urdf(cls, path: Path | str, *, tip: str | None = None) -> "Robot":
         """The longest chain of a URDF, or the one that ends in the link `tip`."""
-        return resolve_name(FROM_URDF)(path, tip=tip)
+        from workbench.arm.urdf import read_urdf
+
+        return read_urdf(path, tip=tip)
 
     def save(self, path: Path | str) -> Path:
         """Write the robot in the format of the extension: `.toml`, or `.urdf` for its best geometry without
         effects."""
-        return resolve_name(SAVE)(self, path)
+        from workbench.arm.built_in_arms import save_robot
+
+        return save_robot(self, path)
 
     def __repr__(self) -> str:
         free = plural(len(self.default_free), "constant")
@@ -312,7 +314,9 @@ class Robot:
             ShapeError: another number of joint positions than the robot has joints.
             DataError: an effect lacks its driver, such as temperature.
         """
-        return resolve_name(PREDICT)(self, at)
+        from workbench.arm.kinematics.forward import tool_poses
+
+        return tool_poses(self, at)
 
     def extrapolation_warnings(self, q: np.ndarray, rows: np.ndarray | None = None) -> list[str]:
         """A sentence for every effect that fades out in some rows; arguments of `extrapolation_notes`."""
