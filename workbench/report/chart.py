@@ -98,6 +98,7 @@ class Chart:
         ends: Words below the left and the right end.
         ticks: Places [x] with words below them.
         floor: Where the upright axis begins; None: at the smallest value.
+        sides: Words at the lower and the upper end of the upright axis; None: its numbers.
         now: Place of an upright line [x], if any.
         uprights: Lines that mark where something happened, over the marks.
     """
@@ -108,6 +109,7 @@ class Chart:
     ticks: Sequence[tuple[float, str]] = ()
     is_log: bool = False
     floor: float | None = None
+    sides: tuple[str, str] | None = None
     now: float | None = None
     uprights: Sequence[Upright] = ()
     testid: str = field(default="chart", kw_only=True)
@@ -118,10 +120,11 @@ class Chart:
         if not np.isfinite(y).any():
             return ""
         low, high = np.nanmin(y) if self.floor is None else self.floor, np.nanmax(y)
+        bottom, top = self.sides or (significant(float(low)), significant(float(high)))
         parts = [f'<path d="M{LEFT} 0V{self.height:.0f}H{WIDTH:.0f}" fill="none" {_ink("stroke", 0.3)}/>']
         parts += [
-            text(LEFT - 4, MARGIN + 6, significant(float(high)), anchor="end"),
-            text(LEFT - 4, self.height, significant(float(low)), anchor="end"),
+            text(LEFT - 4, MARGIN + 6, top, anchor="end"),
+            text(LEFT - 4, self.height, bottom, anchor="end"),
             text(LEFT, self.height + FOOT - 2, self.ends[0]),
             text(WIDTH - 2, self.height + FOOT - 2, self.ends[1], anchor="end"),
         ]

@@ -5,6 +5,7 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.extras.trajectories.session import KATANA
+from workbench.report.chart import LEFT, MARGIN, WIDTH
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.start import default_circle, start
 from workbench.views.appearance.bodies import body_frames
@@ -35,9 +36,10 @@ def test_a_trajectory_is_planned_played_and_put_anywhere_along_it(app, look):
     for i, frame in enumerate(body_frames(paused.robot, drawn_joints(paused))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     box = screen.box("curves", "svg")
-    screen.page.mouse.click(box["x"] + 0.25 * box["width"], box["y"] + 0.5 * box["height"])
+    quarter = (0.75 * (LEFT + MARGIN) + 0.25 * (WIDTH - MARGIN)) / WIDTH
+    screen.page.mouse.click(box["x"] + quarter * box["width"], box["y"] + 0.5 * box["height"])
     shown = screen.until(
-        lambda s: s.play.at != paused.play.at and abs(s.play.at - 2.5) < 0.3 and not s.is_track_active
+        lambda s: s.play.at != paused.play.at and abs(s.play.at - 2.5) < 0.1 and not s.is_track_active
     )
     for i, frame in enumerate(body_frames(shown.robot, drawn_joints(shown))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])

@@ -1,5 +1,7 @@
 """Trajectories: plan one, play it on both arms, and read the tool error along it."""
 
+from itertools import cycle
+
 import numpy as np
 import viser
 
@@ -18,25 +20,26 @@ from workbench.extras.trajectories.session import (
     deviating_robot,
 )
 from workbench.plate.region import Region
+from workbench.report.chart import FOOT, Chart, Marks
+from workbench.report.numbers import signed
 from workbench.session.commands.playing import SLOWEST, LeaveTrack, PauseTrack, PlaceTrack, PlayTrack, SetPace
 from workbench.session.planned_trajectory import Track
 from workbench.session.state import Focus, Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import gradient
-from workbench.views.page.html import MUTED, block, bullets, label, note, number, pairs, text
+from workbench.views.page.html import MUTED, block, bullets, heading, note, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 from workbench.views.page.style import OVER, OVER_HEIGHT
 
 KINDS = {"Circle": CIRCLE, "Straight line": LINE}
-WIDTH, ROOM = 340, OVER_HEIGHT // 2
-"""Width of the curves, and height of the error's and of the joints' part."""
+ERROR_HEIGHT = 44.0
 MIN_MOVED = 1.0
 """A joint that moves less is drawn as nearly at rest [° or mm]."""
 JOINT_INKS = ("#3b82f6", "#16a34a", "#c2700a", "#db2777", "#7c3aed", "#0891b2", "#737373")
 EMPTY_NOTE = "Plan a path, then play it. After an identification, both arms follow it and the error is shown."
 QUICKEST = 5.0
-MIN_SHOWN = 1e-6
-"""Error that the curve's full height stands for, at least [m]."""
+ERROR_DECIMALS = 3
+"""Of errors in mm: smaller ones are numerical noise."""
 
 
 class TrackPanel(AbstractPanel):
@@ -191,45 +194,34 @@ def result(track: Track, times: float) -> str:
 
 def curves(track: Track) -> str:
     """Error and joint positions over time, one above the other; a slider lies over them (`style.py`)."""
-    parts = []
     is_shown = track.before is not None and not track.is_corrected
+    height, title, drawn = OVER_HEIGHT - FOOT, "Joints", ""
     if is_shown:
-        errors = track.errors / max(float(track.errors.max()), MIN_SHOWN)
-        parts.append(_polyline(track.time, errors, 0.0, "currentColor"))
-    for column, ink in zip(shown_joints(track.robot, track.q).T, JOINT_INKS * 2, strict=False):
-        share = (column - column.min()) / max(float(np.ptp(column)), MIN_MOVED)
-        parts.append(_polyline(track.time, share, ROOM, ink))
-    drawn = f'<svg viewBox="0 0 {WIDTH} {2 * ROOM}" preserveAspectRatio="none">{"".join(parts)}</svg>'
-    top = f"error, maximum {in_mm(track.errors.max())}" if is_shown else ""
-    labels = (
-        label("0", 10, top, size=12),
-        label("0", ROOM + 10, "joints, each scaled to its range", size=12),
-        label("100%", ROOM - 2, f"{number(float(track.time[-1]))} s", anchor="end", size=12),
-    )
-    return (
-        f'<div {OVER} data-testid="curves" style="padding:0 12px;color:var(--mantine-color-text)">'
-        f'<svg width="100%" height="{2 * ROOM}">{drawn}{"".join(labels)}</svg></div>'
-    )
+        errors = Marks(track.time, np.round(1e3 * track.errors, ERROR_DECIMALS), "currentColor", is_line=True)
+        drawn = Chart([errors], ERROR_HEIGHT, floor=0.0).svg()
+        height, title = height - ERROR_HEIGHT - FOOT, "Error [mm] and joints"
+    joints = [
+        Marks(track.time, (q - q.min()) / max(float(np.ptp(q)), MIN_MOVED), ink, is_line=True)
+        for q, ink in _joints(track)
+    ]
+    ends = "0 s", f"{track.duration:g} s"
+    drawn += Chart(joints, height, ends, floor=0.0, sides=("min", "max")).svg()
+    head = heading(f"{title} over time; click or drag to go there")
+    return block(head) + block(drawn, testid=OVER)
 
 
 def legend(track: Track) -> str:
     """Colour and range of every joint."""
     parts = []
-    columns = shown_joints(track.robot, track.q).T
-    shown = zip(columns, JOINT_INKS * 2, shown_units(track.robot), strict=False)
-    for j, (column, ink, unit) in enumerate(shown):
-        bounds = f"{column.min():.0f} … {column.max():.0f}{unit}".replace("-", "−")
-        parts.append(f'<span style="white-space:nowrap"><b style="color:{ink}">{j + 1}</b> {bounds}</span>')
+    for j, ((q, ink), unit) in enumerate(zip(_joints(track), shown_units(track.robot), strict=False), 1):
+        bounds = f"{signed(q.min(), 0)} … {signed(q.max(), 0)}{unit}"
+        parts.append(f'<span style="white-space:nowrap"><b style="color:{ink}">{j}</b> {bounds}</span>')
     return f'<div data-testid="legend-joints" style="color:{MUTED}">{" · ".join(parts)}</div>'
 
 
-def _polyline(time: np.ndarray, share: np.ndarray, top: float, ink: str) -> str:
-    x, y = WIDTH * time / time[-1], top + ROOM - 4 - (ROOM - 18) * share
-    line = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x[::2], y[::2], strict=True))
-    return (
-        f'<polyline points="{line}" fill="none" stroke="{ink}" stroke-width="1.4" '
-        'vector-effect="non-scaling-stroke"/>'
-    )
+def _joints(track: Track) -> list[tuple[np.ndarray, str]]:
+    """Every joint over time, as it is shown, and its colour."""
+    return list(zip(shown_joints(track.robot, track.q).T, cycle(JOINT_INKS), strict=False))
 
 
 def _scale(errors: np.ndarray, times: float) -> str:

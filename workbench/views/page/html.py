@@ -94,15 +94,6 @@ def bullets(lines: Iterable[str], *, style: str = "margin:0") -> str:
     return f'<ul style="{style};padding-left:16px">{items}</ul>' if items else ""
 
 
-def label(
-    x: float | str, y: float, shown: str, *, anchor: str = "start", size: int = 12, fill: str = MUTED
-) -> str:
-    """Words in a drawing (SVG)."""
-    x = x if isinstance(x, str) else f"{x:.1f}"
-    look = f'font-size="{size}" text-anchor="{anchor}" style="fill:{fill}"'
-    return f'<text x="{x}" y="{y:.1f}" {look}>{text(shown)}</text>'
-
-
 def badge(title: str, colour: str) -> str:
     """A coloured dot and a word."""
     return (

@@ -11,6 +11,7 @@ import json
 
 import viser
 
+from workbench.report.chart import FOOT, LEFT, MARGIN, WIDTH
 from workbench.views.appearance.colours import SKY, SKY_DARK, css
 from workbench.views.page.viser_internals import run_script
 
@@ -30,16 +31,18 @@ NARROW = 1000
 """Windows up to this width have a narrower panel [px]."""
 PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
+OVER, OVER_HEIGHT = "curves", 140.0
+"""Test id of charts over time with a slider over them, where a click or drag sets it; their height in all."""
 CHARTS = ", ".join(
     f'[data-testid="{name}"]'
-    for name in ("index", "history", "changes", "verdict", "row-chart", "joints", "result", "rezero")
+    for name in ("index", "history", "changes", "verdict", "row-chart", "joints", "result", "rezero", OVER)
 )
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
 """Marks what is hidden in a narrow window."""
-OVER = 'data-over="1"'
-OVER_HEIGHT = 152
-"""Marks curves with a slider over them, where a click or drag sets the time; their height [px]."""
+UNIT = 100.0 / WIDTH
+"""Of charts, where the slider is [cqw]."""
+SLIDER = f'div:has(> [data-testid="{OVER}"]) + div'
 CAPTION = 'data-caption="1"'
 """Marks what is said over the scene."""
 RULES = f"""
@@ -87,17 +90,20 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 .mantine-ScrollArea-scrollbar[data-orientation="vertical"] {{
   width: 8px !important; padding: 0 1px !important }}
 .gone {{ display: none }}
-[{OVER}] {{ height: {OVER_HEIGHT}px; margin-bottom: -{OVER_HEIGHT}px }}
-div:has(> [{OVER}]) + div {{ height: {OVER_HEIGHT}px; padding: 0 12px !important; position: relative }}
-div:has(> [{OVER}]) + div :is(.mantine-Slider-bar, .mantine-Slider-markWrapper, .mantine-NumberInput-root),
-div:has(> [{OVER}]) + div div:has(> .mantine-Text-root) {{ display: none }}
-div:has(> [{OVER}]) + div .mantine-Slider-root {{
-  padding: 0 !important; margin-top: {OVER_HEIGHT // 2 - 4}px !important }}
-div:has(> [{OVER}]) + div .mantine-Slider-trackContainer::before {{
-  content: ""; position: absolute; inset: -{OVER_HEIGHT // 2 - 4}px 0; cursor: col-resize }}
-div:has(> [{OVER}]) + div .mantine-Slider-track::before {{ display: none }}
-div:has(> [{OVER}]) + div .mantine-Slider-thumb {{
-  width: 2px !important; height: {OVER_HEIGHT}px !important; border: 0; border-radius: 0 }}
+[data-testid="{OVER}"] {{ margin-bottom: calc({-OVER_HEIGHT / WIDTH:.5f} * (100% - 24px)) }}
+[data-testid="{OVER}"] svg {{ display: block }}
+{SLIDER} {{ padding: 0 12px !important; position: relative; container-type: inline-size }}
+{SLIDER} > .mantine-Flex-root {{
+  height: {UNIT * (OVER_HEIGHT - FOOT):.3f}cqw; margin-bottom: {UNIT * FOOT:.3f}cqw }}
+{SLIDER} :is(.mantine-Slider-bar, .mantine-Slider-markWrapper, .mantine-NumberInput-root),
+{SLIDER} div:has(> .mantine-Text-root) {{ display: none }}
+{SLIDER} .mantine-Slider-root {{ padding: 0 !important;
+  margin: 0 {UNIT * MARGIN:.3f}cqw 0 {UNIT * (LEFT + MARGIN):.3f}cqw }}
+{SLIDER} .mantine-Slider-trackContainer::before {{ content: ""; position: absolute;
+  inset: calc(4px - {UNIT * (OVER_HEIGHT - FOOT) / 2:.3f}cqw) 0; cursor: col-resize }}
+{SLIDER} .mantine-Slider-track::before {{ display: none }}
+{SLIDER} .mantine-Slider-thumb {{ border: 0; border-radius: 0;
+  width: 2px !important; height: {UNIT * (OVER_HEIGHT - FOOT):.3f}cqw !important }}
 .mantine-Modal-body div:has(> [accept]) {{ position: relative }}
 .mantine-Modal-body input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}

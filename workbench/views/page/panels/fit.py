@@ -122,7 +122,7 @@ class FitPanel(AbstractPanel):
         self._wanted.show_fields(session)
         self._files.show(session)
         with self._algorithms:  # one may have been registered since
-            for name in ALGORITHMS.keys() - self._chosen.keys():
+            for name in filter(lambda name: name not in self._chosen, ALGORITHMS):
                 title, hint = ALGORITHMS[name].title, ALGORITHMS[name].summary
                 self._chosen[name] = self.checkbox(title, hint, value=name in DEFAULT_ALGORITHMS)
         if session.robot is not self._robot:
