@@ -194,6 +194,12 @@ def test_no_test_of_the_core_imports_an_extra():
     assert not wrong
 
 
+def test_every_extra_has_a_documentation_page():
+    table = re.findall(r"^\| `(\w+)/` \| .*? \| `(\w+\.md)` \|", (ROOT / "README.md").read_text(), re.M)
+    assert {name for name, _ in table} == {path.name for path in EXTRAS}
+    assert all((ROOT.parent / "assets/docs" / page).is_file() for _, page in table)
+
+
 def test_extras_come_in_by_entry_points():
     """Those of an extra lead into its folder; what the typed root shows of extras is there."""
     groups = tomllib.loads((ROOT.parent / "pyproject.toml").read_text())["project"]["entry-points"]
