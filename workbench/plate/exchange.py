@@ -159,7 +159,7 @@ class _ExchangeSearch:
         return np.flatnonzero(tried)
 
     def promising(self, numbers: np.ndarray, total: np.ndarray, old: int) -> np.ndarray:
-        """The options whose first-order gain is greatest, if there are many."""
+        """The options whose first-order gain is largest, if there are many."""
         if len(numbers) <= TRIED:
             return numbers
         slope = self.criterion.slope(total)

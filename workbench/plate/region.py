@@ -1,6 +1,6 @@
 """Region: the workspace cuboid of a calibration, and the cubes that it is divided into.
 
-The cubes are those of ARIA §4.2: side L, counted along x, y, z from the least corner. Where L does not
+The cubes are those of ARIA §4.2: side L, counted along x, y, z from the minimum corner. Where L does not
 divide an edge the cubes are made slightly smaller along it, so that whole cubes fill the cuboid.
 """
 

@@ -36,7 +36,7 @@ from jaxtyping import Float
 from workbench.base.errors import OptionError
 
 LIMITS = ((3e-3, 10e-6, -8e-6), (6e-3, 12e-6, -12e-6), (10e-3, 15e-6, -14e-6), (18e-3, 18e-6, -17e-6))
-"""Up to which diameter [m], the greatest H7 hole above it and the least g6 pin below it [m]."""
+"""Up to which diameter [m], the largest H7 hole above it and the smallest g6 pin below it [m]."""
 
 
 def max_clearance(diameter: float) -> float:

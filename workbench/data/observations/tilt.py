@@ -104,7 +104,7 @@ class TiltObservation(AbstractObservation):
 
     @property
     def _across(self) -> Float[np.ndarray, "rows 2 3"]:
-        """Two unit vectors across every reading: the axes that are turned least from the link's own."""
+        """Two unit vectors across every reading: the axes nearest to the link's own."""
         u = np.where(np.isfinite(self.measured), self.measured, UP)
         first = np.eye(3)[np.abs(u).argmin(axis=1)]
         a = np.cross(u, first)

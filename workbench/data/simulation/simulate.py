@@ -262,7 +262,7 @@ def _named(target: dict, name: str | None, number: int) -> np.ndarray:
 
 
 def _roomiest(solutions: list[dict]) -> str | None:
-    """The branch that all targets share and whose minimum margin to the limits is greatest."""
+    """The branch that all targets share and whose minimum margin to the limits is largest."""
     shared = [name for name in solutions[0] if all(name in target for target in solutions)]
     return max(shared, key=lambda name: min(t[name].margin for t in solutions), default=None)
 

@@ -7,7 +7,7 @@ the tool's twist, their residuals have the covariance
 
 with σ in px, s_p in m and s_r in rad. Without the second part 40 corners would count as 80 independent
 numbers, and every standard error would be several times too small. The variances, and the width τ of prior
-knowledge of the arm's geometry where it is identified, are those of greatest restricted likelihood,
+knowledge of the arm's geometry where it is identified, are those of maximum restricted likelihood,
 
     min  Σ log|V| + log|H| − log|P| + rᵀV⁻¹r + dᵀP d − gᵀH⁻¹g,      H = JᵀV⁻¹J + P,   g = JᵀV⁻¹r − P d
 
@@ -189,7 +189,7 @@ class Likelihood:
         return 4 if self.inside.any() else 3
 
     def most_likely(self, begin: Variances) -> Variances:
-        """Variances of greatest restricted likelihood; 0 for what the pictures do not show.
+        """Variances of maximum restricted likelihood; 0 for what the pictures do not show.
 
         Args:
             begin: Where to begin; the noise of joint readings is kept.
@@ -225,7 +225,7 @@ class Likelihood:
         return float(np.sqrt(np.average(WIDTHS**2, weights=WIDTHS * self._weights(begin, 1))))
 
     def _weights(self, begin: Variances, which: int) -> Float[np.ndarray, " widths"]:
-        """Likelihood of a size at each of `WIDTHS`, relative to the greatest."""
+        """Likelihood of a size at each of `WIDTHS`, relative to the maximum."""
         costs, now = [], begin
         for width in WIDTHS:
             now, cost = self._at_size(now, which, width)
@@ -287,7 +287,7 @@ class Likelihood:
         """Twice the negative restricted log likelihood at logarithms of σ, s_p, s_r and, with a prior, τ.
 
         And its gradient. With S = diag(s)/σ and C = (S⁻² + BᵀB)⁻¹, ∂C/∂log s_k = 2 F_k F_kᵀ, F = C S⁻¹; the
-        quadratic part is least at the step δ = H⁻¹g, which therefore counts as fixed.
+        quadratic part is smallest at the step δ = H⁻¹g, which therefore counts as fixed.
         """
         pictures, inside = self.pictures, self.inside
         sigma, *spread = np.exp(logs)

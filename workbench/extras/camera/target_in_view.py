@@ -90,7 +90,7 @@ class TargetInView(AbstractSight):
 
     @cached_property
     def spacing(self) -> float:
-        """Least distance between two points of the target [m]."""
+        """Minimum distance between two points of the target [m]."""
         points = self.rig.points
         distance = np.linalg.norm(points[:, None] - points, axis=2)
         return float(distance[distance > 0.0].min())

@@ -29,7 +29,7 @@ from workbench.plate.poses.sampling import random_poses
 GENERIC = 100
 """Random poses that stand for all."""
 NOTHING_NEW = 1e-7
-"""Part of a constant's twists, as a share of the greatest, that the kept ones leave by rounding."""
+"""Part of a constant's twists, as a share of the largest, that the kept ones leave by rounding."""
 
 
 @dataclass(frozen=True, kw_only=True)

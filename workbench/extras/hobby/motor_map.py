@@ -45,9 +45,9 @@ from workbench.report.tables import headed, new_table
 SCHEMA = "workbench.motor-map/1"
 MIN_POSES, USUAL = 8, "12 to 20"
 MOVED = np.deg2rad(15.0)
-"""Least range of each motor."""
+"""Minimum range of each motor."""
 TURNED = 0.1
-"""Least root mean square turn of the board about a second axis [rad]."""
+"""Minimum root mean square turn of the board about a second axis [rad]."""
 ALIKE_WITHIN = 4.0
 """Log likelihood within which two ways of counting fit alike."""
 SAME = 0.02

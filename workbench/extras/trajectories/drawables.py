@@ -57,7 +57,7 @@ def _trail(track: Track, times: float, begin: int, end: int) -> Line:
 
 
 def trail_colours(errors: Float[np.ndarray, " rows"]) -> UInt8[np.ndarray, "rows 3"]:
-    """Colours of the trail: from good where the error is least to bad where it is greatest."""
+    """Colours of the trail: from good where the error is smallest to bad where it is largest."""
     low, high = float(errors.min()), float(errors.max())
     shares = (
         1.0 - (errors - low) / max(high - low, MIN_DRAWN_ERROR)

@@ -37,7 +37,7 @@ from workbench.identification.problem import LinearisedProblem, Problem
 DEGREE, MILLIMETRE = float(np.deg2rad(1.0)), 1e-3
 """Units in which constants are compared [rad], [m]."""
 RCOND = 1e-6
-"""Singular values of one pose's J K Jᵀ below this share of its greatest count as zero."""
+"""Singular values of one pose's J K Jᵀ below this share of its largest count as zero."""
 
 
 @final

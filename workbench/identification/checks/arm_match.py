@@ -45,7 +45,7 @@ MISREAD = 0.01
 """Misfit as a share of the reach above which mistakes in the file are looked for."""
 OUTSIDE = 0.2
 """Share of rows outside the joint limits above which half that misfit suffices."""
-MOST, TRIMS = 0.65, 8
+MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
 """Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
 SLACK = 0.05
 """Tolerance on the joint limits [rad or m]."""
@@ -226,12 +226,12 @@ def _without_some(robot: Robot, data: Dataset) -> tuple[Dataset, float] | None:
     rows = _with_points(data)
     assert rows is not None, "the rows were aligned to"
     off = np.zeros(len(rows))
-    for _ in range(TRIMS):
-        most = rows.take(np.flatnonzero(off <= np.quantile(off, MOST)))
-        off = distances(aligned(robot, most.take(spread_rows(most, LOOKED_AT))), rows)
+    for _ in range(TRIM_ROUNDS):
+        majority = rows.take(np.flatnonzero(off <= np.quantile(off, MIN_FITTING_SHARE)))
+        off = distances(aligned(robot, majority.take(spread_rows(majority, LOOKED_AT))), rows)
     fits = off < SOME * robot.reach
     error = float(np.median(off[fits])) if fits.any() else np.inf
-    is_clear = MOST <= fits.mean() < 1.0 and error < MISREAD * robot.reach
+    is_clear = MIN_FITTING_SHARE <= fits.mean() < 1.0 and error < MISREAD * robot.reach
     return (rows.take(np.flatnonzero(~fits)), error) if is_clear else None
 
 

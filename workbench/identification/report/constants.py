@@ -73,7 +73,7 @@ def influence_figure(found: Influence, *, printed: dict[str, float] | None = Non
     with look():
         figure = new_figure(max(6.0, 0.42 * len(places) + 1.5), 3.0)
         axes = figure.subplots()
-        series = (("least", found.minimum), ("mean", found.mean), ("greatest", found.maximum))
+        series = (("minimum", found.minimum), ("mean", found.mean), ("maximum", found.maximum))
         for i, (name, values) in enumerate(series):
             axes.bar(places + 0.27 * (i - 1), MM * values, width=0.26, color=COLOURS[i], label=name)
         rings = {found.names.index(name): value for name, value in (printed or {}).items()}

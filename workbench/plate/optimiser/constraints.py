@@ -47,9 +47,9 @@ class Constraints:
 
     def __post_init__(self):
         for what in ("clearance", "limit_margin", "errors", "spacing", "edge", "retreat"):
-            least = float(np.min(getattr(self, what)))
-            if not least >= 0.0:
-                raise OptionError(f"the {what.replace('_', ' ')} must not be negative, got {least:g}")
+            minimum = float(np.min(getattr(self, what)))
+            if not minimum >= 0.0:
+                raise OptionError(f"the {what.replace('_', ' ')} must not be negative, got {minimum:g}")
 
 
 def half_size(plate: Plate, constraints: Constraints) -> Float[np.ndarray, "2"]:

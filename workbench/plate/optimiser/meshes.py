@@ -172,7 +172,7 @@ class MeshArm(AbstractArmShape):
 
 
 def _is_close(distance: float, minimum: float | None) -> bool:
-    """Whether no more need be known of a row: it is known to have less than the least."""
+    """Whether no more need be known of a row: it is known to have less than the minimum."""
     return minimum is not None and distance < minimum
 
 

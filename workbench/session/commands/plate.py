@@ -24,7 +24,7 @@ SEEN = 5e-4
 ADDED, MOST = 2, 20
 """Targets that are added at least, and up to how many."""
 ROOM = 1.3
-"""How much more than the least distance of targets there is to be where more are advised."""
+"""How much more than the minimum distance of targets there is to be where more are advised."""
 
 
 class ImprovePlate(AbstractTask[PlateDesign | str]):

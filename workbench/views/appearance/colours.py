@@ -85,7 +85,7 @@ def linear(colours: UInt8[np.ndarray, "n 3"]) -> UInt8[np.ndarray, "n 3"]:
 LOWEST, HIGHEST = 0.05, 0.95
 """Quantiles of the errors of the best and of the worst model that the scale lies between."""
 MIN_SPAN = 5.0
-"""Least ratio of its ends."""
+"""Minimum ratio of its ends."""
 MIN_ERROR = 1e-6
 """Errors below this are one colour [m]."""
 ROOM = 0.16

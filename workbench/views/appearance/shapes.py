@@ -109,7 +109,7 @@ def box(size: Vector3) -> Solid:
 SIDE = 0.046
 """Side of a target block [m]."""
 STEEPEST = 0.35
-"""Least share of the face's normal along the plate's normal for a block that stands on the plate."""
+"""Minimum share of the face's normal along the plate's normal for a block that stands on the plate."""
 _CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 _FACES = np.array(
     [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]]

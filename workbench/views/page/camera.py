@@ -16,7 +16,7 @@ BALL_FILLS_PICTURE = 3.4
 WIDE = 1.1
 """Width of the pictures that views are made for, as a share of their height, at least."""
 MIN_RADIUS = 0.3
-"""Least radius of what is looked at [m]."""
+"""Minimum radius of what is looked at [m]."""
 
 
 def aim(

@@ -27,7 +27,7 @@ from workbench.views.page.tabs import PageSignals, Tabs
 from workbench.views.page.viser_internals import controls, hand_over, icons_at_once
 
 MIN_WIDTH, SHARE = 340, 0.42
-"""Where the window is narrow: least width of the panel [px], and its share of the window."""
+"""Where the window is narrow: minimum width of the panel [px], and its share of the window."""
 STRIP: tuple[type[AbstractPanel], ...] = (HeaderVerdict, Header)
 """The panels above the tabs, in a folder that the style sheet keeps in view (`style.py`)."""
 

@@ -7,7 +7,7 @@ from workbench.session.journal.entry import Entry
 from workbench.session.state import Session
 
 INTERVAL = 0.1
-"""Least time between two pictures in the middle of a drag, in the beginning [s]."""
+"""Minimum time between two pictures in the middle of a drag, in the beginning [s]."""
 OFTEN = 1000
 """Pictures of drags after which the time between them doubles."""
 

@@ -287,7 +287,7 @@ def _nearest(wanted: np.ndarray, offered: np.ndarray, maximum: int, farthest: fl
 
 
 def _refined(arm: ReducedArm, q, poses, signs, offsets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """All candidates refined in the offsets; errors are the greatest of each (c, 2)."""
+    """All candidates refined in the offsets; errors are the maximum of each (c, 2)."""
     count, (m, n) = len(signs), q.shape
     scale = np.repeat([1.0, WEIGHT * arm.length], 3)
 
@@ -305,8 +305,8 @@ def _refined(arm: ReducedArm, q, poses, signs, offsets) -> tuple[np.ndarray, np.
     (offsets,), left = descend((offsets,), linearise, lambda o, step: (o + step,), steps=30)
     error = left.reshape(count, m, 6) / scale
     turned = np.where(arm.slides, offsets, (offsets + np.pi) % (2.0 * np.pi) - np.pi)
-    greatest = [np.linalg.norm(error[..., part], axis=2).max(1) for part in PARTS]
-    return signs, turned, np.stack(greatest, axis=1)
+    maximum = [np.linalg.norm(error[..., part], axis=2).max(1) for part in PARTS]
+    return signs, turned, np.stack(maximum, axis=1)
 
 
 PARTS = (slice(0, 3), slice(3, 6))

@@ -276,13 +276,13 @@ def try_plate(event: viser.GuiEvent, worker: Worker, trial: AbstractPlateTrial) 
         worker.submit(trial)
         return
     predicted = 1e3 * session.score.position
-    least, most = LIMITS
-    offered = min(max(_round_up(TIMES * predicted), least), most) if np.isfinite(predicted) else 1.0
+    minimum, maximum = LIMITS
+    offered = min(max(_round_up(TIMES * predicted), minimum), maximum) if np.isfinite(predicted) else 1.0
     fields: list[viser.GuiNumberHandle] = []
 
     def build(gui: viser.GuiApi) -> None:
         label, hint = FIELDS[0]
-        fields.append(gui.add_number(label, offered, min=least, max=most, step=0.001, hint=hint))
+        fields.append(gui.add_number(label, offered, min=minimum, max=maximum, step=0.001, hint=hint))
 
     def begin() -> None:
         worker.submit(SetWanted(1e-3 * float(fields[0].value)))

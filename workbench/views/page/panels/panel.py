@@ -103,7 +103,7 @@ class AbstractPanel(AbstractControls):
     order: ClassVar[int] = 100
     """Its place there: a panel of a lower number is above it."""
     pause: ClassVar[float] = 0.25
-    """Least time between two drawings in the course of a drag [s]; with 0, at every step before all else."""
+    """Minimum time between two drawings during a drag [s]; with 0, at every step before all else."""
     depends: ClassVar[tuple[str | Callable[[Session], Any], ...]] = ()
     """What the controls show: names of parts of the session, or what finds one; plain values, and objects
     that a command replaces to change them."""

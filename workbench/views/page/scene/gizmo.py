@@ -130,7 +130,7 @@ class Corners:
                 depth_test=False,
                 visible=False,
             )
-            for name in ("least", "greatest")
+            for name in ("minimum", "maximum")
         ]
         for which, handle in enumerate(self._handles):
             self._listen(which, handle)

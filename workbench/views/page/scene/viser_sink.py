@@ -35,7 +35,7 @@ from workbench.views.page.scene.node import Node, Ray, place_out_of_sight, put
 from workbench.views.page.scene.picking import picked
 
 REDRAWN = 0.25
-"""Least time between two drawings of what can wait [s]."""
+"""Minimum time between two drawings of what can wait [s]."""
 
 
 class PageSink(AbstractSink):
