@@ -17,7 +17,7 @@ from rich.console import Console
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import JointHarmonic
 from workbench.arm.robot import Robot
-from workbench.extras.production.trial import try_plate
+from workbench.extras.production.plate_trial import try_plate
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.optimise import DesignRequest

@@ -27,7 +27,7 @@ from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Diagnosis, Verdict, harm_done, judged
-from workbench.diagnosis.rivals import Trial
+from workbench.diagnosis.rivals import ModelComparison
 from workbench.diagnosis.saved_model import SavedModel, saved_model
 from workbench.diagnosis.search.flanks import open_flanks
 from workbench.diagnosis.undetectable import open_flanks_text
@@ -262,7 +262,7 @@ def _diagnosis(
         effects=tuple(replace(a, text=texts.get(a.effect.names, a.text)) for a in saved.effects),
         causes=claims.causes,
         residual_map=claims.residual_map,
-        ranking=advice.ask("the ranking of candidates", Trial(ready, search.rounds[0]).ranking, ()),
+        ranking=advice.ask("the ranking of candidates", ModelComparison(ready, search.rounds[0]).ranking, ()),
         noise=noise,
         known_noise=rest.known_noise,
         joint_noise=rest.joint_noise,

@@ -144,7 +144,7 @@ def _greedy(
 
 
 @dataclass(frozen=True)
-class _Unknown:
+class _DescribedUnknown:
     """A parameter or a coefficient, described for people."""
 
     name: str
@@ -152,16 +152,16 @@ class _Unknown:
     unit: str
 
 
-def _unknowns(problem: Problem, requested: Sequence[AbstractEffect]) -> list[_Unknown]:
+def _unknowns(problem: Problem, requested: Sequence[AbstractEffect]) -> list[_DescribedUnknown]:
     """Unknowns in the order of the columns."""
     chain = problem.robot.chain
-    found = [_Unknown(p.text, p.name, p.unit) for p in problem.parameters if p.is_plain]
+    found = [_DescribedUnknown(p.text, p.name, p.unit) for p in problem.parameters if p.is_plain]
     for effect in requested:
         for name, unit in zip(effect.names, effect.units(chain), strict=True):
             sentence = (
                 effect.phrase if len(effect.joints) < 2 else f"{effect.name} ({name.partition('.')[0]})"
             )
-            found.append(_Unknown(sentence, effect.label if len(effect.joints) < 2 else name, unit))
+            found.append(_DescribedUnknown(sentence, effect.label if len(effect.joints) < 2 else name, unit))
     return found
 
 
@@ -172,7 +172,7 @@ def _reason(
     *,
     known: int,
     scale: np.ndarray,
-    unknowns: Sequence[_Unknown],
+    unknowns: Sequence[_DescribedUnknown],
 ) -> NextReason:
     """The parameter of interest that a pose improves most, and the one from which it separates it best."""
     old, new = (np.sqrt(np.diag(c)) for c in (before, after))

@@ -23,7 +23,7 @@ RANKED = 40
 """Maximum number of candidates in the ranking."""
 
 
-class Trial:
+class ModelComparison:
     """Errors of models on the judging rows; on the fitted ones without those."""
 
     def __init__(self, ready: Prepared, searched: Searched):

@@ -14,7 +14,7 @@ from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.event_notes import Now, arm_now
 from workbench.diagnosis.final_fit import fitted_on_all
 from workbench.diagnosis.result import Accepted
-from workbench.diagnosis.rivals import Trial
+from workbench.diagnosis.rivals import ModelComparison
 from workbench.diagnosis.search.evidence import drop
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.undetectable import Undetectable, hidden_variance, undetectable
@@ -46,7 +46,7 @@ class SavedModel:
     undetectable: tuple[Undetectable, ...]
     std: StandardErrors
     effects: tuple[Accepted, ...]
-    trial: Trial
+    trial: ModelComparison
     now: Now | None
 
 
@@ -56,7 +56,7 @@ def saved_model(search: CauseSearch, advice: Advice) -> SavedModel:
     fit = last.stage.fit
     suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.fit.x))
     final, note = fitted_on_all(ready, last, search.fit, suspect_rows)
-    motion, trial = last.stage.motion, Trial(ready, last)
+    motion, trial = last.stage.motion, ModelComparison(ready, last)
     missing = advice.ask(
         "unobservable effects", lambda: () if search.too_few else undetectable(last, fit.arm, motion), ()
     )
@@ -70,7 +70,7 @@ def saved_model(search: CauseSearch, advice: Advice) -> SavedModel:
 def _accepted(
     last: Searched,
     final: Fit,
-    trial: Trial,
+    trial: ModelComparison,
     std: StandardErrors,
     advice: Advice,
     *,

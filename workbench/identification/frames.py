@@ -152,7 +152,7 @@ def _candidates(
     ]
 
 
-class _Trial(NamedTuple):
+class _FrameTrial(NamedTuple):
     """A geometric fit with certain frames free, starting from the nominal arm aligned with them."""
 
     aligned: Robot
@@ -163,7 +163,7 @@ class _Trial(NamedTuple):
     size: int
     strangeness: float
 
-    def beats(self, other: "_Trial") -> bool:
+    def beats(self, other: "_FrameTrial") -> bool:
         """Whether this freer model is significantly better than the other.
 
         If the other needs corrections of the arm that can't be manufacturing errors (a tool offset appears in
@@ -182,8 +182,8 @@ class _Trial(NamedTuple):
         return bool(special.fdtrc(gained, left, ratio) < SIGNIFICANCE)
 
 
-def _decide(robot, data, candidates, noise, free, effects, prior, known) -> _Trial:
-    taken: _Trial | None = None
+def _decide(robot, data, candidates, noise, free, effects, prior, known) -> _FrameTrial:
+    taken: _FrameTrial | None = None
     for freedom, text in candidates:
         if taken is not None and cancelled():
             break
@@ -194,7 +194,7 @@ def _decide(robot, data, candidates, noise, free, effects, prior, known) -> _Tri
     return taken
 
 
-def _trial(robot, data, freedom, text, noise, free, effects, prior, known) -> _Trial:
+def _trial(robot, data, freedom, text, noise, free, effects, prior, known) -> _FrameTrial:
     aligned = align(robot, data, freedom, noise=noise, known=known)
     problem = Problem.build(
         aligned, data, free=free, frames=freedom, noise=noise, known=known, effects=effects
@@ -208,7 +208,7 @@ def _trial(robot, data, freedom, text, noise, free, effects, prior, known) -> _T
     moved = np.abs(search.x - problem.start) / limits
     strangeness = float(moved[arm].max(initial=0.0))
     size = problem.count + (0 if problem.prior is None else len(problem.prior))
-    return _Trial(aligned, freedom, text, 2.0 * search.history[-1], factor.rank, size, strangeness)
+    return _FrameTrial(aligned, freedom, text, 2.0 * search.history[-1], factor.rank, size, strangeness)
 
 
 def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: Mapping[str, float]) -> None:

@@ -89,7 +89,7 @@ class Readings(NamedTuple):
         return ", ".join(f"{size} in {joint_list(js)}" for size, js in sizes.items())
 
 
-class _Table(NamedTuple):
+class _Residuals(NamedTuple):
     """Rows with the same components: residuals, stated variances, what was measured, by_joint, joints."""
 
     residual: Float[np.ndarray, "rows m"]
@@ -179,7 +179,7 @@ def alike_readings(problem: Problem, residual: Float[np.ndarray, " m"]) -> Noise
 
 
 def _likeliest(
-    tables: Sequence[_Table], scale: np.ndarray, joints: np.ndarray, turning: np.ndarray, stated: bool
+    tables: Sequence[_Residuals], scale: np.ndarray, joints: np.ndarray, turning: np.ndarray, stated: bool
 ) -> _Answer | None:
     """The most likely variances if some joints have noisy readings; None if rows don't clearly show any."""
     if not len(joints):
@@ -201,7 +201,7 @@ def _likeliest(
     return (found, each)[int(np.argmax(gains))] if max(gains) > 0.0 else None
 
 
-def _is_smooth(tables: Sequence[_Table], variances: np.ndarray, joint: int) -> bool:
+def _is_smooth(tables: Sequence[_Residuals], variances: np.ndarray, joint: int) -> bool:
     """Whether the most likely errors of a joint's readings follow its angle: an effect, not noise."""
     q, error = [], []
     for table in tables:
@@ -213,10 +213,10 @@ def _is_smooth(tables: Sequence[_Table], variances: np.ndarray, joint: int) -> b
     return bool(pairs.sum() > SMOOTH * np.sqrt((pairs**2).sum()))
 
 
-def _tables(problem: Problem, residual: np.ndarray) -> list[_Table]:
+def _tables(problem: Problem, residual: np.ndarray) -> list[_Residuals]:
     """At most `MAX_NOISE_ROWS` rows, grouped by their components."""
     every = slice(None, None, max(1, -(-len(problem.data) // MAX_NOISE_ROWS)))
-    alike: dict[tuple[Channel, ...], list[_Table]] = {}
+    alike: dict[tuple[Channel, ...], list[_Residuals]] = {}
     for block in problem.blocks:
         if Channel.TILT in block.observation.channels:
             continue
@@ -227,18 +227,18 @@ def _tables(problem: Problem, residual: np.ndarray) -> list[_Table]:
         )
         channels = tuple(block.observation.channels)
         channel = np.array([int(c is Channel.ROTATION) for c in channels])
-        table = _Table(left, own, live, block.by_joint[every] * live[..., None], block.q[every], channel)
+        table = _Residuals(left, own, live, block.by_joint[every] * live[..., None], block.q[every], channel)
         alike.setdefault(channels, []).append(table)
     merged = []
     for same in alike.values():
         residual, own, live, by_joint, q = (
             np.concatenate(parts) for parts in zip(*(t[:5] for t in same), strict=True)
         )
-        merged.append(_Table(residual, own, live, by_joint, q, same[0].channel))
+        merged.append(_Residuals(residual, own, live, by_joint, q, same[0].channel))
     return merged
 
 
-def _scale(tables: Sequence[_Table]) -> Float[np.ndarray, " v"]:
+def _scale(tables: Sequence[_Residuals]) -> Float[np.ndarray, " v"]:
     """Variance of each channel, then of each joint's readings, that alone would explain the residuals; 0 for
     unobservable joints."""
     square, count = np.zeros(2), np.zeros(2)
@@ -261,7 +261,7 @@ def _members(scale: np.ndarray, groups: Sequence[np.ndarray] | np.ndarray) -> Fl
     return out
 
 
-def _fit(tables: Sequence[_Table], members: np.ndarray, size: np.ndarray, stated: bool) -> _Answer:
+def _fit(tables: Sequence[_Residuals], members: np.ndarray, size: np.ndarray, stated: bool) -> _Answer:
     """The most likely components ≥ 0 by Fisher scoring: each step is a non-negative least-squares problem."""
     minimum = np.append(np.zeros(2) if stated else np.full(2, MIN_VARIANCE_SHARE), np.zeros(len(size) - 2))
     size = np.maximum(size, minimum)
@@ -286,7 +286,7 @@ def _fit(tables: Sequence[_Table], members: np.ndarray, size: np.ndarray, stated
     return _Answer(size, members @ size, cost)
 
 
-def _whitened(table: _Table, variances: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _whitened(table: _Residuals, variances: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Inverse lower roots of the covariances, their log determinants, whitened residuals."""
     alone = np.where(table.live, np.maximum(table.stated + variances[table.channel], 1e-300), 1.0)
     scaled = table.by_joint * np.sqrt(variances[2:])
@@ -299,7 +299,7 @@ def _whitened(table: _Table, variances: np.ndarray) -> tuple[np.ndarray, np.ndar
     return inverse, log_det, (inverse @ table.residual[..., None])[..., 0]
 
 
-def _cost(tables: Sequence[_Table], variances: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Negative log likelihood, its gradient in the variances, and their Fisher information."""
     value, slope = 0.0, np.zeros(len(variances))
     information = np.zeros((len(variances), len(variances)))

@@ -185,7 +185,7 @@ def prepare(
     )
 
 
-class _Rows(NamedTuple):
+class _Split(NamedTuple):
     """Chosen rows and their indices in the data.
 
     Args:
@@ -203,7 +203,7 @@ class _Rows(NamedTuple):
 
 def _choose_rows(
     robot: Robot, data: Dataset, choices: FitChoices, held_rows: Collection[int] | None
-) -> _Rows:
+) -> _Split:
     """The chosen rows, divided into fitted and held-out ones."""
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
     used, other = data.take(rows), choices.held_out
@@ -213,7 +213,7 @@ def _choose_rows(
         rows = np.delete(rows, [*lost])
         used = data.take(rows)
     train, held = divide(used, other, choices.seed) if held_rows is None else _hold_out(used, held_rows)
-    return _Rows(
+    return _Split(
         fitted=used.take(train),
         train_rows=rows[train],
         held_out_data=beside(_rows_of_other_file(robot, other, choices.region), used)
@@ -235,7 +235,7 @@ def _free_constants(robot: Robot, fitted: Dataset, choices: FitChoices) -> tuple
     return tuple(name for name in free if name != length), [note]
 
 
-def _exclude_unsuited(robot: Robot, rows: _Rows, instrument_preparation: AbstractPreparation) -> _Rows:
+def _exclude_unsuited(robot: Robot, rows: _Split, instrument_preparation: AbstractPreparation) -> _Split:
     """The rows that are suitable for their kind of reading; the others are excluded."""
     suited = instrument_preparation.suited(robot, rows.fitted)
     fitted, train_rows, lost = _included(suited, rows.train_rows)
@@ -293,12 +293,12 @@ def _with_prior_and_noise(
 
 
 def _judged_rows(
-    rows: _Rows,
+    rows: _Split,
     instrument_preparation: AbstractPreparation | None,
     problem: Problem,
     frames: FrameChoice,
     choices: FitChoices,
-) -> tuple[_Rows, tuple[str, ...], list[str]]:
+) -> tuple[_Split, tuple[str, ...], list[str]]:
     """The rows without held-out ones that can't be judged, sessions of held-out rows that need a base of
     their own, and notes."""
     rows, notes = _exclude_incomparable(
@@ -318,8 +318,8 @@ def _judged_rows(
 
 
 def _exclude_incomparable(
-    rows: _Rows, instrument_preparation: AbstractPreparation | None, fitted: Dataset, *, is_same_file: bool
-) -> tuple[_Rows, list[str]]:
+    rows: _Split, instrument_preparation: AbstractPreparation | None, fitted: Dataset, *, is_same_file: bool
+) -> tuple[_Split, list[str]]:
     """The rows without held-out ones that can't be compared with the fitted rows, and notes on those."""
     if instrument_preparation is None or preparation_of(rows.held_out_data) is not instrument_preparation:
         return rows, []

@@ -127,7 +127,7 @@ def draw(pictures: Sequence[Picture], name: str) -> Figure:
     return on_white(figure)
 
 
-class _Drawing(Figure):
+class _NotebookFigure(Figure):
     """A figure that a notebook shows by itself, since none of ours goes through pyplot."""
 
     def _repr_png_(self) -> bytes:
@@ -144,7 +144,7 @@ class _Drawing(Figure):
 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of this many inches."""
-    return _Drawing(figsize=(width, height), layout="constrained")
+    return _NotebookFigure(figsize=(width, height), layout="constrained")
 
 
 def on_white(figure: Figure) -> Figure:

@@ -23,7 +23,12 @@ from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
 from workbench.extras.pendant.own_robot.check import read_joint_table
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
-from workbench.extras.pendant.own_robot.readings import TableReading, Typed, table_readings, typed_readings
+from workbench.extras.pendant.own_robot.table_meanings import (
+    TableReading,
+    Typed,
+    table_readings,
+    typed_readings,
+)
 from workbench.session.commands.arm import ChooseRobot, LoadModel
 from workbench.session.export import robot_toml
 

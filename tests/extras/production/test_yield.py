@@ -30,11 +30,11 @@ from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.extras.production import production_yield, trial
+from workbench.extras.production.plate_trial import planned_joints, try_plate
 from workbench.extras.production.production_yield import Yield, gather, try_production
 from workbench.extras.production.reach_targets import branches_by_distance, reach_targets
 from workbench.extras.production.report import yield_sentence, yield_tables
 from workbench.extras.production.session import TryPlate
-from workbench.extras.production.trial import planned_joints, try_plate
 from workbench.extras.production.virtual_arms import try_arms
 from workbench.extras.production.yield_inputs import ErrorSizes, YieldJob, constrained_by
 from workbench.identification.algorithms.ols import Ols

@@ -15,7 +15,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.extras.reports import diagnosis_figures
-from workbench.extras.reports.apparent_errors import Rows
+from workbench.extras.reports.apparent_errors import FinalRows
 from workbench.extras.reports.diagnosis_page import PAGE, PICTURES, RESULT, write_diagnosis
 from workbench.extras.reports.effect_plots import BAND_ERRORS, shapes
 from workbench.identification.problem import Problem
@@ -90,8 +90,8 @@ def test_rows_show_the_law_of_every_effect(name):
     alone = replace(effect, coefficients=_only_last(effect))
     data = replace(_exact(robot.with_effects(alone), rows), sigma=None)
     zero = replace(alone, coefficients=(0.0,) * len(effect.names))
-    missing = Rows((Problem.build(robot.with_effects(zero), data, free=()),), 1.0)
-    full = Rows((Problem.build(robot.with_effects(alone), data, free=()),), 1.0)
+    missing = FinalRows((Problem.build(robot.with_effects(zero), data, free=()),), 1.0)
+    full = FinalRows((Problem.build(robot.with_effects(alone), data, free=()),), 1.0)
     view = alone.views(full.state)[-1]
     found, std = missing.along(view.elements, view.direction)
     sure = std < 4.0 * np.median(std)

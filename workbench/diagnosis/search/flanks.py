@@ -59,7 +59,7 @@ Sides = Float[np.ndarray, "rows j"]
 
 
 @dataclass(frozen=True, eq=False)
-class _Loads:
+class _BacklashLoads:
     """Loads about the axes of joints with backlash, and their dependence on the masses.
 
     Args:
@@ -173,7 +173,7 @@ def _by_load(problem: Problem, x: Float[np.ndarray, " p"]) -> Sides:
     return np.where(_loads(problem, x, middle).size < 0.0, -1.0, 1.0)
 
 
-def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Loads:
+def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _BacklashLoads:
     """Loads at x, each with its joint in the middle of its backlash while the others are on their flanks: on
     its own flank a joint with almost no load would confirm it."""
     joints, weighing = list(_play(problem)), _weighing(problem)
@@ -199,7 +199,7 @@ def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Loads:
     spread = np.array([problem.inertia_tolerance[problem.names[i]] for i in weighing])
     off = np.array([x[i] - problem.parameters[i].nominal for i in weighing]) / spread
     slope *= spread / unit[:, None]
-    return _Loads(size / unit - slope @ off, slope, off, unit)
+    return _BacklashLoads(size / unit - slope @ off, slope, off, unit)
 
 
 def _holding(problem: Problem, side: Sides) -> Problem:
@@ -245,7 +245,7 @@ def _odds(held: Problem, x: Float[np.ndarray, " p"], side: Sides) -> tuple[Sides
     return side * out / max(variance, 1e-12), float(residual @ residual)
 
 
-def _belief(loads: _Loads, odds: Sides) -> _Belief:
+def _belief(loads: _BacklashLoads, odds: Sides) -> _Belief:
     """Information of the flanks, with the smallest mass errors that they allow: a file may be more accurate
     than stated."""
     wide = np.sqrt(1.0 + (loads.slope**2).sum(2))

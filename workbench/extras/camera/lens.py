@@ -100,7 +100,7 @@ def _lens_text(given: Camera, found: Camera) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class _Tried:
+class _TriedLens:
     """A lens, and the target as some pictures show it through this lens.
 
     Args:
@@ -114,7 +114,7 @@ class _Tried:
     off: float
 
     @classmethod
-    def of(cls, camera: Camera, focal: float, k1: float, boards: list) -> "_Tried":
+    def of(cls, camera: Camera, focal: float, k1: float, boards: list) -> "_TriedLens":
         lens = [focal, focal, *camera.intrinsics[2:4], k1, 0.0, 0.0, 0.0, 0.0]
         camera = replace(camera, intrinsics=frozen(np.array(lens)))
         views, off = [], [np.array([FAR_OFF])]
@@ -165,6 +165,6 @@ def _started(camera: Camera, rig: Rig, pixels: Float[np.ndarray, "rows points 2"
     f = float(camera.intrinsics[0])
     is_open = camera.sigma[0] >= ANY_SIGMA * f
     lenses = [(part * camera.size[0], k1) for part, k1 in LENSES] if is_open else [(f, 0.0), (f, -0.2)]
-    tried = sorted((_Tried.of(camera, f, k1, boards) for f, k1 in lenses), key=lambda t: t.off)
+    tried = sorted((_TriedLens.of(camera, f, k1, boards) for f, k1 in lenses), key=lambda t: t.off)
     found = min((t.refined() for t in tried[:REFINED]), key=lambda each: each[0])[1]
     return replace(camera, intrinsics=frozen(found), is_assumed=False)

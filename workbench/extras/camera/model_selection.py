@@ -102,7 +102,7 @@ class Fitted(NamedTuple):
         return np.array([found.get(names[k], other.problem.start[k]) for k in other.arm], float)
 
 
-class Tried(NamedTuple):
+class TriedStep(NamedTuple):
     """A step's numbers, its fit, and the covariance of that by likelihood and by the blocks."""
 
     step: Step
@@ -325,7 +325,7 @@ def _other_poses(robot: Robot, data: Dataset) -> Motion:
     return motion.take(np.flatnonzero(distance <= max(NEARBY, np.sort(distance)[OTHERS])))
 
 
-def _expected(tried: Sequence[Tried], robot: Robot, data: Dataset) -> list[Step]:
+def _expected(tried: Sequence[TriedStep], robot: Robot, data: Dataset) -> list[Step]:
     """The steps with the error of the tool that each leaves at other poses, by what the last one knows."""
     last = [t for t in tried if t.step.name != EFFECTS or not t.step.refused][-1]
     at = last.at
@@ -342,7 +342,7 @@ def _expected(tried: Sequence[Tried], robot: Robot, data: Dataset) -> list[Step]
 
 def _tried(
     name: str, at: Fitted, before: Fitted, bends: Considered | None = None, speaks: float = 0.0
-) -> Tried:
+) -> TriedStep:
     """A step and its numbers, against the one that was taken before; `bends` adds to its uncertainty."""
     problem, x, arm = at.problem, at.x, at.arm
     effect = Effect.of(at.robot, Motion.of(problem.data), at.free)
@@ -367,7 +367,7 @@ def _tried(
         evidence=speaks,
         weakest=at.free[int(np.argmax(each))] if at.free else "",
     )
-    return Tried(step, at, covariance, left_out)
+    return TriedStep(step, at, covariance, left_out)
 
 
 def _left_out(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:

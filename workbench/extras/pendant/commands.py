@@ -233,7 +233,7 @@ def _poses(source: str, path: Path, tip: str | None):
     """Poses of a measurement file, whose headings tell the units."""
     from workbench.base import se3
     from workbench.extras.pendant.own_robot.check import readings_of
-    from workbench.extras.pendant.own_robot.readings import Typed
+    from workbench.extras.pendant.own_robot.table_meanings import Typed
 
     data = wb.read_measurements(path, joints=readings_of(source, tip=tip)[0].robot.joint_names)
     if data.position is None or data.rotation is None:

@@ -34,8 +34,8 @@ def yield_(
     seed: opt.SeedOption = 0,
 ) -> None:
     """How many arms of a production run meet the requirement after calibration with the plate."""
+    from workbench.extras.production.plate_trial import try_plate
     from workbench.extras.production.report import yield_json, yield_tables
-    from workbench.extras.production.trial import try_plate
 
     opt.check_writable(json)
     length, angle = opt.pair_of(errors, "--errors")

@@ -7,9 +7,9 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.base.wording import plural
+from workbench.extras.production.plate_trial import try_plate
 from workbench.extras.production.report import yield_sentence
 from workbench.extras.production.tradeoff import Choice, Tradeoff, weigh_choices
-from workbench.extras.production.trial import try_plate
 from workbench.extras.production.yield_inputs import check_seats
 from workbench.plate.plate import AUTO
 from workbench.plate.target_readings import usual_sigma

@@ -17,8 +17,8 @@ from workbench.base.argument_checks import Seed
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, check_cancelled, part_of
 from workbench.data.accuracy_requirement import Wanted
+from workbench.extras.production.plate_trial import try_plate
 from workbench.extras.production.production_yield import Yield
-from workbench.extras.production.trial import try_plate
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.optimise import DesignRequest

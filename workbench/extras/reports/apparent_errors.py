@@ -29,7 +29,7 @@ from workbench.identification.problem import Problem
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class FinalRows:
     """Fitted and held-out rows at the final model.
 
     Args:
@@ -41,7 +41,7 @@ class Rows:
     sigma: float
 
     @classmethod
-    def of(cls, result: Diagnosis) -> "Rows":
+    def of(cls, result: Diagnosis) -> "FinalRows":
         fit = result.after_fit
         places = fit.problem.instrument(fit.x)
         held = judged_rows(result)

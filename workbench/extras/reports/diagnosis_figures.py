@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from workbench.diagnosis.report.ranking import ranking
 from workbench.diagnosis.result import Diagnosis
-from workbench.extras.reports.apparent_errors import Rows
+from workbench.extras.reports.apparent_errors import FinalRows
 from workbench.extras.reports.diagnosis_errors import arrows, errors
 from workbench.extras.reports.effect_plots import against_drivers, shapes
 from workbench.extras.reports.structure_plot import along_axis, row_by_row
@@ -88,7 +88,7 @@ def _of_effects(result: Diagnosis) -> tuple[Picture, ...]:
     """Every accepted effect against what drives it."""
     if not result.effects:
         return ()
-    rows = Rows.of(result)
+    rows = FinalRows.of(result)
     return tuple(
         Picture(f"effect-{k + 1}", found.text, OF_AN_EFFECT, partial(against_drivers, found, rows))
         for k, found in enumerate(result.effects[:DRAWN])

@@ -18,7 +18,7 @@ from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.effects.plots import IncrementCurve
 from workbench.arm.motion import Motion
 from workbench.diagnosis.result import Accepted, Diagnosis
-from workbench.extras.reports.apparent_errors import Rows
+from workbench.extras.reports.apparent_errors import FinalRows
 from workbench.identification.report.error_plots import POINTS
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
@@ -32,7 +32,7 @@ DIM = 0.15
 """Weight relative to the best rows' below which a row is not drawn."""
 
 
-def against_drivers(found: Accepted, rows: Rows) -> Figure:
+def against_drivers(found: Accepted, rows: FinalRows) -> Figure:
     """Rows over the effect's driver, on the left with the effect removed, on the right with it."""
     shown = found.effect.sized(rows.robot.coefficients).views(rows.state)
     with look():
@@ -47,7 +47,7 @@ def against_drivers(found: Accepted, rows: Rows) -> Figure:
     return figure
 
 
-def _pair(line, view: IncrementCurve, rows: Rows) -> None:
+def _pair(line, view: IncrementCurve, rows: FinalRows) -> None:
     left, std = rows.along(view.elements, view.direction)
     weight = 1.0 / std**2
     before, after = view.scale * (left + view.law), view.scale * left

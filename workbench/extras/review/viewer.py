@@ -30,7 +30,7 @@ from workbench.session.journal.replay import steps
 from workbench.session.state import Severity
 from workbench.views.recording.blueprint import blueprint, side_by_side
 from workbench.views.recording.canvas import STEP, Canvas
-from workbench.views.recording.contents import Drawing, thinned
+from workbench.views.recording.contents import MomentDrawing, thinned
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.recorder import parts
 from workbench.views.recording.rerun_output import FileOutlet
@@ -229,7 +229,7 @@ def _finish(outlet: FileOutlet, path: Path) -> Path:
 
 def draw_all(recording: Recording, canvas: Canvas) -> None:
     """Draw every step of a recording onto a canvas."""
-    drawing = Drawing(canvas)
+    drawing = MomentDrawing(canvas)
     for moment in thinned(moments(recording)):
         drawing.draw(moment)
         progress(moment.step / max(len(recording.lines), 1), "drawing")

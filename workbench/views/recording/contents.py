@@ -33,7 +33,7 @@ MAX_ARM_ROWS = 2000
 """Rows for which the arms are drawn at most."""
 
 
-class Drawing:
+class MomentDrawing:
     """Draws moments onto a canvas; what can't be drawn is left out, and the rest goes on."""
 
     def __init__(self, canvas: Canvas):

@@ -75,7 +75,7 @@ class Recorder(AbstractKeeper):
         with self._changed:
             self._changed.wait_for(lambda: self._closing, self._after)
         try:
-            from workbench.views.recording.contents import Drawing
+            from workbench.views.recording.contents import MomentDrawing
 
             first = self._next()
             assert first is not None
@@ -84,7 +84,7 @@ class Recorder(AbstractKeeper):
             self._tell(Severity.WARNING, f"this session is not recorded for the rerun viewer: {error}")
             return
         try:
-            drawing = Drawing(canvas)
+            drawing = MomentDrawing(canvas)
             drawing.draw(first)
             canvas.flush()  # a disk without room is told at the beginning
             while (moment := self._next()) is not None:

@@ -21,7 +21,12 @@ from workbench.base.files import read_bytes
 from workbench.base.types import Freedom
 from workbench.extras.pendant.own_robot.displayed_poses import typed_cells
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
-from workbench.extras.pendant.own_robot.readings import TableReading, Typed, table_readings, typed_readings
+from workbench.extras.pendant.own_robot.table_meanings import (
+    TableReading,
+    Typed,
+    table_readings,
+    typed_readings,
+)
 
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
 """Other headings of the constants."""

@@ -25,7 +25,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.types import frozen
 from workbench.base.wording import in_mm
-from workbench.extras.pendant.own_robot.readings import TableReading, Typed
+from workbench.extras.pendant.own_robot.table_meanings import TableReading, Typed
 from workbench.plate.argument_types import checked_arguments
 
 MIN_POSES = 3
@@ -87,7 +87,7 @@ class FoundConvention:
 
 
 @dataclass(frozen=True, eq=False)
-class _Fit:
+class _ConventionFit:
     reading: TableReading
     typed: Typed
     signs: np.ndarray
@@ -153,7 +153,7 @@ def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) ->
                 found=len(numbers.q),
             )
         readings[0].robot.check_joints(numbers.q, "the typed poses")
-    refined, fits = list[_Fit](), list[_Fit]()
+    refined, fits = list[_ConventionFit](), list[_ConventionFit]()
     for stage in SEARCH_STAGES:
         for reading, numbers in product(readings, typed):
             refined += _refined_fits(reading, numbers, *stage)
@@ -186,7 +186,7 @@ def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) ->
 
 def _slip(readings: Sequence[TableReading], typed: Sequence[Typed]) -> str:
     """The one pose without which a reading fits, by how much it is off, and the reading; empty if none is."""
-    found: list[tuple[_Fit, int, Typed]] = []
+    found: list[tuple[_ConventionFit, int, Typed]] = []
     for row in range(len(typed[0].q) if len(typed[0].q) > MIN_POSES else 0):
         for reading, numbers in product(readings, typed):
             kept = np.arange(len(numbers.q)) != row
@@ -205,7 +205,7 @@ def _slip(readings: Sequence[TableReading], typed: Sequence[Typed]) -> str:
     )
 
 
-def _how_near(refined: Sequence[_Fit]) -> str:
+def _how_near(refined: Sequence[_ConventionFit]) -> str:
     """The nearest reading, and how far each pose is off; empty where none reaches the poses."""
     if not refined:
         return ""
@@ -222,7 +222,7 @@ def _steps(arm: ReducedArm, count: int) -> list[list[tuple[float, float]]]:
 
 def _refined_fits(
     reading: TableReading, typed: Typed, count: int, maximum: int, distance: float
-) -> list[_Fit]:
+) -> list[_ConventionFit]:
     """Signs and offsets with which a reading comes near the poses."""
     arm = compile_arm(reading.robot)
     q, poses = typed.q[:, arm.columns], typed.poses
@@ -242,7 +242,7 @@ def _refined_fits(
     signs, offsets, errors = _refined(arm, q, poses, chosen[..., 0], chosen[..., 1])
     places = arm.places
     return [
-        _Fit(reading, typed, s[places], o[places], (float(e[0]), float(e[1])))
+        _ConventionFit(reading, typed, s[places], o[places], (float(e[0]), float(e[1])))
         for s, o, e in zip(signs, offsets, errors, strict=True)
     ]
 
@@ -312,7 +312,7 @@ def _refined(arm: ReducedArm, q, poses, signs, offsets) -> tuple[np.ndarray, np.
 PARTS = (slice(0, 3), slice(3, 6))
 
 
-def _refit(fit: _Fit, signs: np.ndarray, offsets: np.ndarray) -> _Fit:
+def _refit(fit: _ConventionFit, signs: np.ndarray, offsets: np.ndarray) -> _ConventionFit:
     """The same reading with other signs, its offsets refined from others."""
     arm = compile_arm(fit.reading.robot)
     order = arm.columns
@@ -323,7 +323,7 @@ def _refit(fit: _Fit, signs: np.ndarray, offsets: np.ndarray) -> _Fit:
     )
 
 
-def _turned_back(best: _Fit) -> Iterator[_Fit]:
+def _turned_back(best: _ConventionFit) -> Iterator[_ConventionFit]:
     """The best fit with one joint after the other counting the other way about its middle."""
     middle = best.typed.q.mean(0)
     for k in range(len(best.signs)):
@@ -332,7 +332,7 @@ def _turned_back(best: _Fit) -> Iterator[_Fit]:
         yield _refit(best, best.signs * flip, offsets)
 
 
-def _same(a: _Fit, b: _Fit) -> bool:
+def _same(a: _ConventionFit, b: _ConventionFit) -> bool:
     """Whether two fits are one arm: the same poses for the same numbers, wherever they are."""
     if a.typed is not b.typed and not np.allclose(a.typed.q, b.typed.q):
         return False
@@ -347,7 +347,7 @@ def _same(a: _Fit, b: _Fit) -> bool:
     )
 
 
-def _snapped(fit: _Fit) -> _Fit:
+def _snapped(fit: _ConventionFit) -> _ConventionFit:
     """Offsets that are quarter turns but for rounding made exactly that, where the fit stays as good."""
     arm = compile_arm(fit.reading.robot)
     slides = arm.slides[arm.places]
@@ -361,7 +361,7 @@ def _snapped(fit: _Fit) -> _Fit:
     return trial if trial.cost <= max(1.5 * fit.cost, ROUNDING) else fit
 
 
-def _undecided(best: _Fit, rivals: list[_Fit]) -> str:
+def _undecided(best: _ConventionFit, rivals: list[_ConventionFit]) -> str:
     """What fits as well, and what would tell."""
     still = [k for k in range(len(best.signs)) if np.ptp(best.typed.q[:, k]) < np.deg2rad(5.0)]
     if still:
@@ -375,7 +375,7 @@ def _undecided(best: _Fit, rivals: list[_Fit]) -> str:
     return f"{len(texts)} readings give the typed poses and differ elsewhere: {shown}; add another pose"
 
 
-def _assumed(fit: _Fit) -> str:
+def _assumed(fit: _ConventionFit) -> str:
     flips = ", ".join(str(k + 1) for k in np.flatnonzero(fit.signs < 0)) or "none"
     offsets = ", ".join(f"{np.rad2deg(o):.1f}" for o in fit.offsets)
     return f"{fit.assumed}, joints reversed: {flips}, offsets {offsets}°"

@@ -115,7 +115,7 @@ class Clustering:
 
 
 @dataclass(frozen=True, eq=False)
-class _Pool:
+class _PoseCandidates:
     """Candidates: joint positions, O and cube of each."""
 
     robot: Robot
@@ -191,7 +191,7 @@ def cluster_region(
     )
 
 
-def _pool(robot, region, limits, index, candidates, rng) -> _Pool:
+def _pool(robot, region, limits, index, candidates, rng) -> _PoseCandidates:
     q = folded(robot, sample_poses(robot, candidates, limits, rng=rng))
     linearisation = linearise(robot, q)
     o = O().per_pose(linearisation)
@@ -199,10 +199,10 @@ def _pool(robot, region, limits, index, candidates, rng) -> _Pool:
     cubes = region.cells(in_base(robot, q)[:, :3, 3])
     blocks = linearisation.jacobian.reshape(len(q), -1, len(linearisation.names))[order]
     sorted_ones = replace(linearisation, jacobian=blocks.reshape(linearisation.jacobian.shape))
-    return _Pool(robot, region, limits, index, q[order], o[order], cubes[order], sorted_ones)
+    return _PoseCandidates(robot, region, limits, index, q[order], o[order], cubes[order], sorted_ones)
 
 
-def _bands(pool: _Pool, number: int) -> list[np.ndarray]:
+def _bands(pool: _PoseCandidates, number: int) -> list[np.ndarray]:
     """Candidates of some bands of O with enough different cubes, the richest in cubes first."""
     ends = np.searchsorted(pool.o, pool.o * (1.0 + TOLERANCE), side="right")
     counts = np.array([len(np.unique(pool.cubes[k:end])) for k, end in enumerate(ends)])
@@ -222,12 +222,12 @@ def _bands(pool: _Pool, number: int) -> list[np.ndarray]:
     return found
 
 
-def _first_of_each_cube(pool: _Pool, band: np.ndarray) -> np.ndarray:
+def _first_of_each_cube(pool: _PoseCandidates, band: np.ndarray) -> np.ndarray:
     """One candidate for each cube that a band meets."""
     return band[np.sort(np.unique(pool.cubes[band], return_index=True)[1])]
 
 
-def _best_of_band(pool: _Pool, band: np.ndarray, number: int) -> np.ndarray:
+def _best_of_band(pool: _PoseCandidates, band: np.ndarray, number: int) -> np.ndarray:
     """The candidates of a band, one a cube, whose index as a set is best.
 
     Where a plate's blocks would stand in the arm's way, none that does so is chosen, if enough are left.
@@ -253,7 +253,7 @@ def _best_of_band(pool: _Pool, band: np.ndarray, number: int) -> np.ndarray:
     return band[found.choice]
 
 
-def _level(pool: _Pool, q: np.ndarray) -> Cluster:
+def _level(pool: _PoseCandidates, q: np.ndarray) -> Cluster:
     """The set with O made equal, as far as every pose can stay in its cube and within the limits."""
     home = best = pool.cluster(q)
     goal = float(np.median(home.o))
@@ -267,7 +267,7 @@ def _level(pool: _Pool, q: np.ndarray) -> Cluster:
     return best
 
 
-def _levelled(pool: _Pool, home: Cluster, goal: float) -> np.ndarray:
+def _levelled(pool: _PoseCandidates, home: Cluster, goal: float) -> np.ndarray:
     """Joint positions with O moved towards the goal; a step that leaves the cube or the limits is halved."""
     low, high = pool.robot.search_limits.T
     q, share = home.q.copy(), np.ones(len(home.q))
@@ -292,7 +292,7 @@ def _o_and_slope(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return O().per_pose(linearise(robot, q)), (near[0] - near[1]) / (2.0 * DIFFERENCE)
 
 
-def _turned(pool: _Pool, q: np.ndarray) -> np.ndarray:
+def _turned(pool: _PoseCandidates, q: np.ndarray) -> np.ndarray:
     """A pose with joint 1 alone turned through its range, once for each cube of the region that it meets."""
     low, high = pool.robot.search_limits[0]
     turned = np.tile(q, (2000, 1))

@@ -34,7 +34,7 @@ CERTAIN = 2.0
 """Standard deviations by which a constant must have changed to be named."""
 
 
-class _Cause(NamedTuple):
+class _OtherExplanation(NamedTuple):
     """An alternative cause, with its constants freed.
 
     Args:
@@ -85,12 +85,12 @@ def doubts(knowledge: LastCalibration, zeros: Optimum, *, measured: bool) -> tup
     return tuple(sentences)
 
 
-def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_Cause]:
+def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_OtherExplanation]:
     problem, robot, offsets = zeros.problem, knowledge.robot, knowledge.robot.joint_offsets
     for joint in range(-1, robot.dof):
         loose = [n for n in link_constants(robot, joint) if n not in knowledge.renewed]
         if loose and not (joint < 0 and problem.frames.base):
-            yield _Cause(
+            yield _OtherExplanation(
                 f"{f'link {joint + 1}' if joint >= 0 else 'the base link'} is not as calibrated",
                 "check it for damage, then recalibrate with 'workbench identify'",
                 knowledge.problem(problem, zeros.x, (*offsets, *loose)),
@@ -102,7 +102,7 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_Cause]:
         if parts and not getattr(problem.frames, frame):
             freed: dict[str, Any] = {frame: parts}
             freer = replace(problem.frames, **freed)
-            yield _Cause(
+            yield _OtherExplanation(
                 f"the {frame} is not where the file places it",
                 f"set [{frame}] free = true in the robot's file",
                 knowledge.problem(problem, zeros.x, offsets, frames=freer),
@@ -115,7 +115,7 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_Cause]:
         others = problem.data.take(np.delete(np.arange(len(problem.data)), row))
         less = knowledge.problem(problem, zeros.x, offsets, data=others)
         number = int(problem.data.row[row])
-        yield _Cause(
+        yield _OtherExplanation(
             f"row {number} does not fit the others",
             "measure it again, or "
             + remedy(
@@ -146,7 +146,7 @@ def _other_joint(
     if not found:
         return None
     _, joint, links, fit = max(found, key=lambda entry: entry[0])
-    cause = _Cause(
+    cause = _OtherExplanation(
         f"joint {joint + 1} and the links next to it are not as calibrated",
         "if it was replaced, "
         + remedy(
@@ -160,7 +160,7 @@ def _other_joint(
     return _sentence(knowledge, cause, fit, fit.against(zeros, len(links))[1])
 
 
-def _sentence(knowledge: LastCalibration, cause: _Cause, fit: Optimum, ratio: float) -> str:
+def _sentence(knowledge: LastCalibration, cause: _OtherExplanation, fit: Optimum, ratio: float) -> str:
     off = {n: fit.values[n] - knowledge.value(n) for n in cause.shown}
     sure = [n for n in off if abs(off[n]) > CERTAIN * fit.std[n]]
     sure.sort(key=lambda n: -abs(off[n]) / fit.std[n])
