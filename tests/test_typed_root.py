@@ -1,5 +1,6 @@
 """What a type checker sees of the root is what there is."""
 
+import ast
 import re
 import subprocess
 import sys
@@ -63,6 +64,25 @@ def test_calls_of_the_documentation_are_typed(tmp_path):
     command = [sys.executable, "-m", "mypy", *tmp_path.glob("*.py")]
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stdout
+
+
+def test_the_stub_names_what_there_is():
+    """Every name, by the name that it has where it is defined."""
+    stub = ast.parse((ROOT / "workbench" / "__init__.pyi").read_text(encoding="utf-8")).body
+    imported = [a for node in stub if isinstance(node, ast.ImportFrom) for a in node.names]
+    typed = {alias.asname for alias in imported if alias.asname}
+    assert typed == set(dir(wb))
+    parts = {name: getattr(wb, name) for name in typed}
+    assert not {name for name, part in parts.items() if getattr(part, "__qualname__", name) != name}
+
+
+def test_signatures_are_in_public_words():
+    shown = {name: str(signature(part)) for name in dir(wb) if callable(part := getattr(wb, name))}
+    assert len(shown) > 60
+    assert not {name for name, text in shown.items() if re.search(r"<function|0x[0-9a-f]|\b_[A-Z]", text)}
+    verbs = [text for name, text in shown.items() if isfunction(getattr(wb, name))]
+    assert not [text for text in verbs if "Annotated" in text]
+    assert "at: ArrayLike | Motion" in shown["tool_poses"]
 
 
 def test_records_that_verbs_take_stand_at_the_root():

@@ -18,17 +18,15 @@ from importlib import import_module
 
 
 @cache
-def _homes() -> dict[str, tuple[str, str]]:
-    """Module and own name of each name of the root."""
+def _homes() -> dict[str, str]:
+    """The module of each name of the root."""
     import ast
     from pathlib import Path
 
     body = ast.parse(Path(__file__).with_suffix(".pyi").read_bytes()).body
     imports = [node for node in body if isinstance(node, ast.ImportFrom)]
-    found = {a.asname or a.name: (str(node.module), a.name) for node in imports for a in node.names}
-    renamed = {ast.unparse(n.targets[0]): ast.unparse(n.value) for n in body if isinstance(n, ast.Assign)}
-    found |= {name: found.pop(own) for name, own in renamed.items()}
-    return {name: home for name, home in found.items() if not home[0].startswith("workbench.extras.")}
+    found = {a.name: str(node.module) for node in imports for a in node.names}
+    return {name: home for name, home in found.items() if not home.startswith("workbench.extras.")}
 
 
 @cache
@@ -65,8 +63,7 @@ def __getattr__(name: str):
     if name == "__all__":
         return __dir__()
     if name in _homes():
-        home, own = _homes()[name]
-        part = getattr(import_module(home), own)
+        part = getattr(import_module(_homes()[name]), name)
     elif name.startswith("_") or name not in _plugged_in():
         raise AttributeError(f"module 'workbench' has no attribute '{name}'")
     else:

@@ -71,9 +71,7 @@ from workbench.plate.plate import Target as Target
 from workbench.plate.plate_score import PlateScore as PlateScore
 from workbench.plate.plate_toml import write_plate as write_plate
 from workbench.plate.region import Region as Region
-from workbench.plate.score import score_plate
+from workbench.plate.score import score as score
 from workbench.plate.simulated_measurement import measure_plate as measure_plate
 from workbench.plate.simulated_measurement import measure_poses as measure_poses
 from workbench.views.page.show import show as show
-
-score = score_plate

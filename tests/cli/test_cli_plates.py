@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
+import workbench as wb
 from workbench.plate.plate_toml import load_plate, write_plate
-from workbench.plate.score import score_plate
 from workbench.plate.tolerances import Production
 
 
@@ -46,7 +46,7 @@ def test_one_sentence_for_bad_input(refused, options, message):
 def test_plates_are_compared_as_if_made_alike(run, tmp_path, aria):
     """The same targets, once with a tolerance and play: no difference but in what each file says."""
     plate = load_plate("table2")
-    plate = plate.with_joints(score_plate(aria, plate).measured.q, plate.branches)
+    plate = plate.with_joints(wb.score(aria, plate).measured.q, plate.branches)
     write_plate(plate, tmp_path / "one.toml")
     made = Production(position=5e-5, angle=8.7e-4, play=(1.2e-5, 1.4e-3))
     write_plate(replace(plate, name="Other", production=made), tmp_path / "other.toml")

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import workbench as wb
 from workbench.arm.linearisation import linearise
 from workbench.base.errors import DataError
 from workbench.plate.free_constants import identified_names, visible, visible_basis
 from workbench.plate.plate import Kind, Target
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.report.plates import score_json
-from workbench.plate.score import score_plate
 from workbench.plate.target_branches import measurable
 from workbench.plate.target_readings import (
     SIGMAS,
@@ -71,7 +71,7 @@ def jacobian(q, step=1e-6):
 
 @pytest.fixture(scope="module")
 def score(aria, plate):
-    return score_plate(aria, plate)
+    return wb.score(aria, plate)
 
 
 def test_table_2_is_reached_and_its_o_is_that_of_the_papers_formulas(score, plate):
@@ -115,7 +115,7 @@ def test_a_mix_of_branches_is_worth_much_more_than_one(score):
 
 def test_free_frames_leave_open_what_the_plate_cannot_tell(aria, plate):
     """All targets of Table 2 keep the tool's x axis along the base's: a shift of either looks the same."""
-    found = score_plate(aria, plate, base=True, tool=True).measured
+    found = wb.score(aria, plate, base=True, tool=True).measured
     assert (found.rank, found.visible, len(found.names)) == (29, 30, 36)
     assert found.indices["O1"] == found.indices["I"] == 0.0
     open_ones = {n for n, w in zip(found.names, found.open[:, 0], strict=True) if abs(w) > 1e-6}
@@ -126,7 +126,7 @@ def test_free_frames_leave_open_what_the_plate_cannot_tell(aria, plate):
             replace(t, rpy=t.rpy + np.array([0, 0, 0.3 * (k - 5)])) for k, t in enumerate(plate.targets)
         ),
     )
-    better = score_plate(aria, varied, base=True, tool=True).measured
+    better = wb.score(aria, varied, base=True, tool=True).measured
     assert better.rank == better.visible == 30
     assert better.indices["O1"] > 0
     assert np.isfinite(better.error.position_rms)
@@ -148,20 +148,20 @@ def test_better_known_and_weaker_targets_count_as_such(aria, plate, score):
     """A target's own uncertainty adds to the noise; a socket gives its position only."""
     fixed = plate.with_joints(score.measured.q, plate.branches)
     loose = replace(fixed, targets=tuple(replace(t, sigma=(1e-4, np.deg2rad(0.02))) for t in fixed.targets))
-    exact, less = (score_plate(aria, p).measured.error.position_rms for p in (fixed, loose))
+    exact, less = (wb.score(aria, p).measured.error.position_rms for p in (fixed, loose))
     assert less == pytest.approx(np.sqrt(2.0) * exact)
     sockets = replace(fixed, targets=tuple(replace(t, kind=Kind.SOCKET) for t in fixed.targets))
-    assert score_plate(aria, sockets).measured.rank < 24
+    assert wb.score(aria, sockets).measured.rank < 24
 
 
 def test_plates_that_nothing_can_be_measured_on(aria, plate):
     with pytest.raises(DataError, match="targets"):
-        score_plate(aria, replace(plate, targets=()))
+        wb.score(aria, replace(plate, targets=()))
     with pytest.raises(DataError, match="base"):
-        score_plate(aria, replace(plate, xyz=np.array([0.2, 0.2, 0.1])))
+        wb.score(aria, replace(plate, xyz=np.array([0.2, 0.2, 0.1])))
     far = replace(plate.region, min=plate.region.min + 3.0, max=plate.region.max + 3.0)
     with pytest.raises(DataError, match="reach"):
-        score_plate(aria, replace(plate, region=far))
+        wb.score(aria, replace(plate, region=far))
     away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])),))
     with pytest.raises(DataError, match=r"'Table 2'.*target 1"):
         measurable(aria, away)
@@ -169,7 +169,7 @@ def test_plates_that_nothing_can_be_measured_on(aria, plate):
 
 def test_a_target_out_of_reach_is_counted_out_and_told(aria, plate, score):
     away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])), *plate.targets))
-    found = score_plate(aria, away, evaluation_poses=plate_region_poses(aria, plate))
+    found = wb.score(aria, away, evaluation_poses=plate_region_poses(aria, plate))
     assert found.measured.error.position_rms == pytest.approx(score.measured.error.position_rms, rel=1e-6)
     assert np.isnan(found.measured.per_target[0])
     message = "1 of 11 targets of Table 2 can't be measured (target 1 is out of reach: "

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+import workbench as wb
 from workbench.plate.collision import hits
 from workbench.plate.plate import AUTO
-from workbench.plate.score import score_plate
 from workbench.plate.simulated_measurement import measure_plate
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import ChooseBranch
@@ -49,7 +49,7 @@ def test_a_drag_sees_at_every_step_whether_the_arm_is_blocked(do, first):
 def test_the_score_of_a_plate_leaves_blocked_targets_out(first):
     named = replace(first.plate.targets[2], branch=DOWN)
     plate = replace(first.plate, targets=(*first.plate.targets[:2], named, *first.plate.targets[3:]))
-    found = score_plate(first.robot, plate)
+    found = wb.score(first.robot, plate)
     assert [bool(hit) for hit in found.can.hits] == [i == 2 for i in range(10)]
     assert np.isnan(found.measured.per_target[2])
     assert np.isfinite(np.delete(found.measured.per_target, 2)).all()

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import workbench as wb
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -15,7 +16,6 @@ from workbench.plate.cube_map import map_cubes
 from workbench.plate.predicted_error import predicted_error
 from workbench.plate.region import Region
 from workbench.plate.region_poses import plate_region_poses
-from workbench.plate.score import score_plate
 from workbench.plate.target_readings import assumptions, usual_sigma
 from workbench.session import Worker
 from workbench.session.command import AbstractChore
@@ -162,7 +162,7 @@ def test_a_chore_that_is_no_longer_needed_is_cancelled(first):
 
 def test_the_page_says_what_plate_score_says(first):
     """One set of poses, one choice of branches, one statistic: the same digits."""
-    found = score_plate(first.robot, first.plate).measured
+    found = wb.score(first.robot, first.plate).measured
     error = found.error
     assert (first.score.position, first.score.rotation) == (error.position_rms, error.rotation_rms)
     panel = index.predicted(first)

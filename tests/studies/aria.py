@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import workbench as wb
 from studies import aria_tables as tables
 from studies.aria_arms import Acquisition, Comparison, Judges, compare_acquisitions
 from studies.aria_claims import claims, clustering_claims
@@ -30,7 +31,6 @@ from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
-from workbench.plate.score import score_plate
 
 ARMS = 100
 """Virtual arms of the comparison with noise."""
@@ -144,7 +144,7 @@ def acquisitions(
         Acquisition(
             name="mixed",
             title="Table 2, branches mixed (ours)",
-            q=score_plate(robot, plate, seed=seed).measured.q,
+            q=wb.score(robot, plate, seed=seed).measured.q,
             imposed=plate.poses,
         ),
     )

@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import workbench as wb
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.envelope import maximum_reach, ring_at
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.score import score_plate
 from workbench.plate.stock import made_as_drawn
 from workbench.session import start
 from workbench.session.commands.drag import GrabTarget, MoveTarget
@@ -109,7 +109,7 @@ def test_a_plate_that_states_no_tolerances_shows_its_error_as_drawn_beside_the_e
     """It was 57 % larger, and said only once the plate was saved."""
     drawn = score_as_drawn(first).position
     q = np.stack([state.q for state in first.states])
-    sheet = score_plate(
+    sheet = wb.score(
         first.robot,
         made_as_drawn(first.plate).with_joints(q, first.plate.branches),
         evaluation_poses=first.region_q,

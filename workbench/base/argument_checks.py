@@ -7,9 +7,10 @@ for measurements, "20%" for a number, one name for several), and refused in one 
 from collections.abc import Callable, Iterable, Mapping, Sized
 from dataclasses import fields
 from enum import Enum
-from functools import cache, wraps
+from functools import cache, reduce, wraps
 from inspect import Parameter, Signature, cleandoc, signature
 from numbers import Integral, Real
+from operator import or_
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import (
@@ -27,6 +28,7 @@ from typing import (
 
 import numpy as np
 from jaxtyping import AbstractArray
+from numpy.typing import ArrayLike
 
 from workbench.base.errors import OptionError
 
@@ -52,12 +54,17 @@ else:
 _REFUSED = object()
 
 
-class _Reading(NamedTuple):
+class Reading(NamedTuple):
+    """What may be given for a type, for messages and help, and what reads it; stands in `Annotated`, too."""
+
     text: str
     read: Read
 
+    def __repr__(self) -> str:
+        return repr(self.text)
 
-_READINGS: dict[type, _Reading] = {}
+
+_READINGS: dict[type, Reading] = {}
 _PLAIN = {bool: "True or False", int: "a whole number", float: "a number", str: "text", Path: "a path"}
 
 
@@ -67,7 +74,7 @@ def _seed(value: Any, given: Given) -> Any:
     return value
 
 
-Seed = Annotated[int, _seed, "a whole number"]
+Seed = Annotated[int, Reading("a whole number", _seed)]
 """Where random numbers begin."""
 
 
@@ -79,7 +86,7 @@ def accept(kind: type, text: str, read: Read) -> None:
         text: What may be given, for messages.
         read: Makes one of a value that may mean one; anything else comes back as it is.
     """
-    _READINGS[kind] = _Reading(text, read)
+    _READINGS[kind] = Reading(text, read)
 
 
 def checked_arguments(record: type | None = None) -> Callable[[Callable[P, Result]], Callable[P, Result]]:
@@ -136,17 +143,17 @@ def _documented(text: str | None, record: type | None) -> str | None:
 
 
 def _expanded(own: Signature, record: type | None) -> Signature:
-    """A signature with the fields of a record in place of `**fields`."""
+    """A signature for people, with the fields of a record in place of `**fields`."""
+    kept = [p.replace(annotation=_bare(p.annotation)) for p in own.parameters.values()]
     if record is None:
-        return own
+        return own.replace(parameters=kept)
     made = {f.name: getattr(record(), f.name) for f in fields(record)}
     flat = [
         Parameter(name, Parameter.KEYWORD_ONLY, default=made[name], annotation=_bare(hint))
         for name, hint in _hints(record).items()
         if name in made
     ]
-    kept = [p for p in own.parameters.values() if p.kind is not Parameter.VAR_KEYWORD]
-    return own.replace(parameters=[*kept, *flat])
+    return own.replace(parameters=[p for p in kept if p.kind is not Parameter.VAR_KEYWORD] + flat)
 
 
 @cache
@@ -160,7 +167,20 @@ def _hints(of: Callable[..., Any]) -> dict[str, Any]:
 
 
 def _bare(hint: Any) -> Any:
-    return get_args(hint)[0] if get_origin(hint) is Annotated else hint
+    """An annotation as help shows it: types alone."""
+    kind, parts = get_origin(hint), get_args(hint)
+    if _is_array_like(parts):
+        others = [part.__name__ for part in parts if part not in get_args(ArrayLike)]
+        return _Named(" | ".join(["ArrayLike", *others]))
+    if kind in (Union, UnionType):
+        return reduce(or_, map(_bare, parts))
+    return parts[0] if kind is Annotated else hint
+
+
+class _Named(str):
+    """An annotation by its name, which help shows without quotes."""
+
+    __repr__ = str.__str__
 
 
 def _read(value: Any, hint: Any, given: Given) -> Any:
@@ -169,9 +189,7 @@ def _read(value: Any, hint: Any, given: Given) -> Any:
     if kind is Any or _is_array_like(parts):
         return value
     if kind is Annotated:
-        for read in filter(callable, hint.__metadata__):
-            value = read(value, given)
-        return _read(value, parts[0], given)
+        return _read(hint.__metadata__[0].read(value, given), parts[0], given)
     if kind in (Union, UnionType):
         readings = (_read(value, part, given) for part in _ordered(parts))
         return next((found for found in readings if found is not _REFUSED), _REFUSED)
@@ -282,9 +300,8 @@ def _items(value: Any, kind: type, parts: tuple[Any, ...], given: Given) -> Any:
 
 def _text(hint: Any) -> str:
     """What may be given, for people; an annotation may say it itself."""
-    if own := [text for text in getattr(hint, "__metadata__", ()) if isinstance(text, str)]:
-        return own[0]
-    hint = _bare(hint)
+    if get_origin(hint) is Annotated:
+        return hint.__metadata__[0].text
     kind, parts = get_origin(hint) or hint, get_args(hint)
     if kind in (Union, UnionType):
         return " or ".join(_text(part) for part in _ordered(parts) if part is not NoneType)

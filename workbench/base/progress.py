@@ -32,7 +32,7 @@ _RUN = ContextVar[_Running]("_RUN")
 
 
 @contextmanager
-def running(show: Report = _UNSEEN.show, cancel: Cancel = _UNSEEN.cancel) -> Iterator[None]:
+def running(show: Report | None = None, cancel: Cancel | None = None) -> Iterator[None]:
     """Show the progress of the work within, and end it on request.
 
     Args:
@@ -40,7 +40,7 @@ def running(show: Report = _UNSEEN.show, cancel: Cancel = _UNSEEN.cancel) -> Ite
             is shown, whatever the work around it shows.
         cancel: Asked often; once it says True, the work ends with what it has or raises `Cancelled`.
     """
-    token = _RUN.set(_Running(show, cancel))
+    token = _RUN.set(_Running(show or _UNSEEN.show, cancel or _UNSEEN.cancel))
     try:
         yield
     finally:

@@ -6,7 +6,7 @@ from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
-from workbench.base.argument_checks import Given, Seed, accept, admit, share_of
+from workbench.base.argument_checks import Given, Reading, Seed, accept, admit, share_of
 from workbench.base.errors import OptionError
 from workbench.data.argument_types import pair_of
 from workbench.data.dataset import Dataset
@@ -47,10 +47,11 @@ def _noise(value: Any, given: Given) -> Any:
 accept(Noise, 'a length in m and an angle in rad, or text such as "0.05mm,0.01deg"', _noise)
 HeldOut = Annotated[
     float | Dataset | tuple[str, ...],
-    _held_out,
-    'a share such as 0.2 or "20%", a Dataset, a file, or names of sessions',
+    Reading('a share such as 0.2 or "20%", a Dataset, a file, or names of sessions', _held_out),
 ]
-Excluded = Annotated[Mapping[int, str], _by_hand, "rows such as [3, 4], or a mapping of rows to reasons"]
+Excluded = Annotated[
+    Mapping[int, str], Reading("rows such as [3, 4], or a mapping of rows to reasons", _by_hand)
+]
 """Rows to exclude, with the reason; without reasons they count as excluded by hand."""
 
 

@@ -96,7 +96,7 @@ class TargetScorer:
 
 @checked_arguments()
 @one_thread()
-def score_plate(
+def score(
     robot: Like[Robot],
     plate: Like[Plate],
     *,
@@ -180,7 +180,7 @@ def score_plates(
         if scores and cancelled():
             break
         with part_of(number / len(plates), 1.0 / len(plates)):
-            found = score_plate(
+            found = score(
                 robot, plate, sigma=sigma, base=base, tool=tool, evaluation_poses=evaluation_poses, seed=seed
             )
         scores.append(found)

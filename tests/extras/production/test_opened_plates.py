@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.extras.production.panel import row_text
 from workbench.extras.production.session import OpenChoice, TryPlate, Weighed, choices_of
@@ -12,7 +13,6 @@ from workbench.extras.production.tradeoff import Choice, Tradeoff
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Kind
-from workbench.plate.score import score_plate
 from workbench.plate.tolerances import Production
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.next_step import _trial
@@ -48,7 +48,7 @@ def test_an_opened_plate_is_read_as_its_targets_are_unless_an_instrument_was_cho
     opened = OpenChoice(0).apply(session)
     assert opened.noise == Noise(5e-5, first.noise.rotation)
     q = np.stack([state.q for state in opened.states])
-    found = score_plate(
+    found = wb.score(
         first.robot, opened.plate.with_joints(q, opened.plate.branches), evaluation_poses=first.region_q
     )
     assert opened.score.position == pytest.approx(found.measured.error.position_rms)

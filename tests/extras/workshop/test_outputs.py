@@ -9,6 +9,7 @@ from html import unescape
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+import workbench as wb
 from workbench.extras.workshop.drawing import figure_of, pdf_of
 from workbench.extras.workshop.drawing_set import drawings_of
 from workbench.extras.workshop.fixture import fixture_of
@@ -16,7 +17,6 @@ from workbench.extras.workshop.sheet import PlateSheet
 from workbench.plate.export import export_plate
 from workbench.plate.plate import Target
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.score import score_plate
 from workbench.plate.stock import made_as_drawn
 from workbench.report.numbers import short
 from workbench.session.export import fixture_zip
@@ -36,7 +36,7 @@ def test_every_format_is_written(tmp_path, aria):
     assert not missing
     page = (tmp_path / "sheet.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 1
-    drawn = score_plate(aria, made_as_drawn(load_plate("table2")))
+    drawn = wb.score(aria, made_as_drawn(load_plate("table2")))
     assert "made within ±0.05 mm, ±0.05°, seat play ±0.012 mm, ±0.08°" in page
     assert f"{1e3 * drawn.measured.error.position_mean:.3f} mm" in page
     assert "wrist flip" in page
@@ -88,5 +88,5 @@ def test_every_shape_is_drawn(plate_of):
 
 def test_a_target_out_of_reach_is_named(aria, plate):
     away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])), *plate.targets))
-    page = PlateSheet(fixture=fixture_of(plate), score=score_plate(aria, away)).html()
+    page = PlateSheet(fixture=fixture_of(plate), score=wb.score(aria, away)).html()
     assert "can't be measured (target 1 is out of reach" in " ".join(unescape(page).split())

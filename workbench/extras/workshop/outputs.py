@@ -19,7 +19,7 @@ from workbench.extras.workshop.parts import Fixture
 from workbench.extras.workshop.sheet import PlateSheet
 from workbench.extras.workshop.solids import step_of, three_mf
 from workbench.plate.export import PlateFile, PlateJob
-from workbench.plate.score import score_plate
+from workbench.plate.score import score
 from workbench.plate.stock import made_as_drawn
 
 
@@ -49,7 +49,7 @@ def _sheet_of(job: PlateJob) -> PlateSheet:
     if job.robot is not None:
         drawn, poses = made_as_drawn(job.plate, job.stock), job.evaluation_poses
         plates = (drawn,) if drawn.production == job.plate.production else (drawn, job.plate)
-        scores = [score_plate(job.robot, p, sigma=job.sigma, evaluation_poses=poses) for p in plates]
+        scores = [score(job.robot, p, sigma=job.sigma, evaluation_poses=poses) for p in plates]
     return PlateSheet(
         fixture=fixture,
         score=scores[0] if scores else None,
