@@ -129,7 +129,7 @@ PARTS = {
                 return self.content.decode()
 
             def finish(self, session, result):
-                return session.tell(Severity.INFO, result)
+                return session.with_message(Severity.INFO, result)
 
         SHOWN = []
 

@@ -179,7 +179,7 @@ def test_the_app_finds_adds_and_compares_it(found):
 
 def test_the_recording_tells_it(found, folder):
     keeper = recorder(folder)
-    keeper.begin(found, step=0, at=0.0, tell=print)
+    keeper.begin(found, step=0, at=0.0, notify=print)
     keeper.note(1, Entry(Diagnose(), Ending.DONE, 0, 0.0, 0.0, at=1.0), found)
     keeper.close()
     stated, drawn = "", set()

@@ -45,7 +45,7 @@ class Noted(AbstractTask):
         return session.plate.targets[2].xyz
 
     def finish(self, session, result):
-        return session.tell(Severity.INFO, f"{result.tolist()}")
+        return session.with_message(Severity.INFO, f"{result.tolist()}")
 
 
 def test_what_a_task_began_from_is_kept(first, worker, do):

@@ -38,7 +38,7 @@ class Counted(AbstractChange):
 
     def apply(self, session):
         threads = {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
-        return session.tell(Severity.INFO, str(threads))
+        return session.with_message(Severity.INFO, str(threads))
 
 
 class Slow(AbstractTask):
@@ -61,7 +61,7 @@ class Slow(AbstractTask):
         return session.selected
 
     def finish(self, session, result):
-        return session.tell(Severity.INFO, f"selected {result} then, {session.selected} now")
+        return session.with_message(Severity.INFO, f"selected {result} then, {session.selected} now")
 
 
 def test_a_bug_is_a_message_and_the_session_stands(worker, do, first, caplog):

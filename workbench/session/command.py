@@ -102,7 +102,7 @@ class UnknownCommand(AbstractChange):
         return f"{left_out}: the command '{self.name}' is unknown here; {why}"
 
     def apply(self, session: Session) -> Session:
-        return session.tell(Severity.WARNING, self.note)
+        return session.with_message(Severity.WARNING, self.note)
 
 
 class AbstractTask(AbstractCommand, Generic[Result]):

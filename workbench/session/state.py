@@ -423,7 +423,7 @@ class Session:
         if not 0 <= number < len(self.plate):
             raise OptionError(f"target must be 1 to {len(self.plate)}, got {number + 1}")
 
-    def tell(self, severity: Severity, text: str, *, refused: str = "") -> "Session":
+    def with_message(self, severity: Severity, text: str, *, refused: str = "") -> "Session":
         number, older = self.page.message_count + 1, list(self.page.messages)
         if len(older) >= MESSAGES:  # what passes goes before what is wrong, the oldest first
             older.remove(min(older, key=lambda m: m.severity not in PASSING))

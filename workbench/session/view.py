@@ -29,7 +29,7 @@ WATCHERS: Registry[Callable[[Any], AbstractView]] = Registry(
 )
 """Views of other packages that look beyond the session and send what they see as commands: each is made with
 the worker."""
-Tell = Callable[[Severity, str], None]
+Notify = Callable[[Severity, str], None]
 """Tells the user something, from any thread."""
 
 
@@ -37,14 +37,14 @@ class AbstractKeeper(ABC):
     """Notified of every command by the worker's thread; must be quick and never raise."""
 
     @abstractmethod
-    def begin(self, session: Session, *, step: int, at: float, tell: Tell) -> None:
+    def begin(self, session: Session, *, step: int, at: float, notify: Notify) -> None:
         """Before the first command.
 
         Args:
             session: As it stands.
             step: Number of commands before, if the session goes on from an older one.
             at: Time of the session by then [s].
-            tell: For trouble that the user should know of.
+            notify: For trouble that the user should know of.
         """
 
     @abstractmethod

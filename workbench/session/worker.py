@@ -79,7 +79,7 @@ class Worker:
                 session,
                 step=len(self._journal),
                 at=before,
-                tell=lambda severity, text: self.submit(Tell(text, severity)),
+                notify=lambda severity, text: self.submit(Tell(text, severity)),
             )
         self._thread = threading.Thread(target=self._run, name="workbench-session", daemon=True)
         self._thread.start()
@@ -213,7 +213,7 @@ class Worker:
     def _begin(self, task: AbstractTask, basis: int) -> None:
         if self._task is not None:
             text = f"{self._task.title} is still running; wait for it or cancel it first"
-            self._session = self._session.tell(Severity.WARNING, text)
+            self._session = self._session.with_message(Severity.WARNING, text)
             self._note(task, Ending.REFUSED, basis, 0.0, text)
             return
         self._task = task
@@ -303,7 +303,7 @@ class Worker:
             ending, severity = Ending.FAILED, Severity.ERROR
             text = f"{command.title} failed ({type(error).__name__}: {error}); the session is unchanged"
             log.error("%s failed", command.title, exc_info=error)
-        self._session = self._session.tell(severity, text, refused=type(command).__name__)
+        self._session = self._session.with_message(severity, text, refused=type(command).__name__)
         self._note(command, ending, basis, seconds, text)
 
     def _note(

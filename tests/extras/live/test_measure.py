@@ -156,7 +156,7 @@ def test_the_virtual_arm_comes_to_rest_at_the_target(first):
         taken = [e.command for e in worker.journal if isinstance(e.command, TakeSample)]
         assert all(e.ending is Ending.DONE for e in worker.journal)
         assert decode("TakeSample", encode(taken[-1])[0], bytes) == taken[-1]
-        assert np.abs(worker.session.part(Measuring).ride.start - goal).max() > 0.1
+        assert np.abs(worker.session.part(Measuring).motion.start - goal).max() > 0.1
         assert len(taken) < 5  # of 50 samples
     finally:
         worker.close()

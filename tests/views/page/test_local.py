@@ -100,10 +100,10 @@ def test_only_a_page_that_knows_the_secret_tells_anything(server):
     heard = []
     server.heard = heard.append
     port = server.get_port()
-    assert get(port, f"127.0.0.1:{port}", f"{server.telling}dark") == 204
+    assert get(port, f"127.0.0.1:{port}", f"{server.message_path}dark") == 204
     assert heard == ["dark"]
-    get(port, f"127.0.0.1:{port}", "/told/guessed/dark")
-    assert get(port, "evil.example", f"{server.telling}dark") == 403
+    get(port, f"127.0.0.1:{port}", "/messages/guessed/dark")
+    assert get(port, "evil.example", f"{server.message_path}dark") == 403
     assert heard == ["dark"]
 
 

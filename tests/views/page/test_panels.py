@@ -594,16 +594,16 @@ def test_a_note_for_the_recording_alone_is_not_on_the_page_and_ends_what_only_in
     header = next(p for p in app.view._panels if isinstance(p, Header))
     session = app.worker.session
     clean = replace(session, page=replace(session.page, messages=()))
-    warnings = clean.tell(Severity.WARNING, "one").tell(Severity.INFO, "two")
+    warnings = clean.with_message(Severity.WARNING, "one").with_message(Severity.INFO, "two")
     for session, shown in (
         (warnings, "Two."),
-        (warnings.tell(Severity.LOG, "three"), "One."),
-        (warnings.tell(Severity.LOG, "three").without_info_messages(), "One."),
+        (warnings.with_message(Severity.LOG, "three"), "One."),
+        (warnings.with_message(Severity.LOG, "three").without_info_messages(), "One."),
     ):
         header.show_fields(session)
         assert shown in html_of(app, "message")
     header.show_fields(
-        replace(warnings, page=replace(warnings.page, messages=warnings.page.messages[1:])).tell(
+        replace(warnings, page=replace(warnings.page, messages=warnings.page.messages[1:])).with_message(
             Severity.LOG, "three"
         )
     )

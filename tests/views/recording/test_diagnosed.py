@@ -20,7 +20,7 @@ def draw(tmp_path, reader):
     def run(*steps):
         (tmp_path / "r").mkdir()
         keeper = recorder(tmp_path / "r")
-        keeper.begin(steps[0][1], step=0, at=0.0, tell=print)
+        keeper.begin(steps[0][1], step=0, at=0.0, notify=print)
         for step, (command, session) in enumerate(steps[1:], start=1):
             keeper.note(step, Entry(command, Ending.DONE, 0, 0.0, 0.0, at=float(step)), session)
         keeper.close()

@@ -74,7 +74,7 @@ class Read(NamedTuple):
     def used(self, session: Session, how: str) -> Session:
         """The session with these in place of its measurements."""
         session = with_other_data(session, self.loaded).with_part(self.kept)
-        return session.tell(Severity.INFO, f"{plural(len(self.data), 'picture')} {how}")
+        return session.with_message(Severity.INFO, f"{plural(len(self.data), 'picture')} {how}")
 
 
 def _measured(session: Session, data: Dataset, pictures: Mapping[tuple[str, str], bytes]) -> Read:

@@ -47,7 +47,7 @@ class Measuring(AbstractPart):
         acquisition: Rows and standstill; never changed, a command works on a copy.
         numbers: Which targets of the plate are measured, counted from 0.
         virtual: The virtual arm that is measured; None: a live source tells of a real one.
-        ride: The last motion that was asked of the virtual arm.
+        motion: The last motion requested of the virtual arm.
     """
 
     is_mode = True
@@ -55,7 +55,7 @@ class Measuring(AbstractPart):
     acquisition: Acquisition
     numbers: tuple[int, ...]
     virtual: VirtualArm | None = None
-    ride: VirtualMotion | None = None
+    motion: VirtualMotion | None = None
 
     @property
     def target(self) -> int:
@@ -132,15 +132,15 @@ class DriveArm(AbstractChange):
     def apply(self, session: Session) -> Session:
         measuring = _measurement(session)
         assert measuring.virtual is not None
-        latest, last = measuring.acquisition.latest, measuring.ride
+        latest, last = measuring.acquisition.latest, measuring.motion
         rest = np.clip(0.0, *session.robot.search_limits.T)
-        ride = VirtualMotion(
+        motion = VirtualMotion(
             number=1 if last is None else last.number + 1,
             start=rest if latest is None else latest.q,
             end=measuring.virtual.postures[measuring.acquisition.current],
             clock=0.0 if latest is None else latest.time + 1e-3,
         )
-        session = session.with_part(replace(measuring, ride=ride))
+        session = session.with_part(replace(measuring, motion=motion))
         if session.drag is not None or measuring.target >= len(session.plate):
             return session
         return with_branches(replace(session, selected=measuring.target))
@@ -290,7 +290,7 @@ class UseRows(AbstractChange):
         actual = None if arm is None else arm.actual
         loaded = Loaded(rows, name, facts, rows.notes, virtual=arm is not None, actual=actual)
         session = with_other_data(session.without_part(Measuring), loaded)
-        return session.tell(Severity.INFO, f"the session's data: {plural(len(rows), 'measured row')}")
+        return session.with_message(Severity.INFO, f"the session's data: {plural(len(rows), 'measured row')}")
 
 
 class EndMeasuring(AbstractChange):
@@ -364,7 +364,7 @@ class TellSource(AbstractChange):
         if self.is_open:
             return session
         text = f"the live source {self.name} has ended; restart it, then the page with --source"
-        return session.tell(Severity.WARNING, text)
+        return session.with_message(Severity.WARNING, text)
 
 
 class FollowSource(AbstractChange):

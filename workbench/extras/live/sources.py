@@ -32,32 +32,32 @@ class VirtualDriver(AbstractView):
 
     def __init__(self, worker: Worker, *, hurry: float = 1.0):
         self._worker, self._hurry = worker, hurry
-        self._ride = _ride(worker.session)
+        self._motion = _newest_motion(worker.session)
         self._stop = threading.Event()
 
     def draw(self, session: Session) -> None:
-        ride = _ride(session)
-        if ride is self._ride:
+        motion = _newest_motion(session)
+        if motion is self._motion:
             return
         self.close()
-        self._ride, self._stop = ride, threading.Event()
+        self._motion, self._stop = motion, threading.Event()
         measuring = session.part(Measuring)
-        if measuring is not None and measuring.virtual is not None and ride is not None:
-            arguments = (measuring.virtual, ride, self._stop)
+        if measuring is not None and measuring.virtual is not None and motion is not None:
+            arguments = (measuring.virtual, motion, self._stop)
             threading.Thread(target=self._go, args=arguments, name="workbench-arm", daemon=True).start()
 
     def close(self) -> None:
         self._stop.set()
 
-    def _go(self, arm: VirtualArm, ride: VirtualMotion, stop: threading.Event) -> None:
+    def _go(self, arm: VirtualArm, motion: VirtualMotion, stop: threading.Event) -> None:
         samples = drive(
             arm.actual,
-            ride.end[None],
-            rng=np.random.default_rng([arm.seed, ride.number]),
+            motion.end[None],
+            rng=np.random.default_rng([arm.seed, motion.number]),
             instrument=arm.instrument,
             pace=PACE,
-            start=ride.start,
-            clock=ride.clock,
+            start=motion.start,
+            clock=motion.clock,
         )
         for sample in samples:
             if stop.wait(1.0 / (PACE.rate * self._hurry)):
@@ -65,9 +65,9 @@ class VirtualDriver(AbstractView):
             self._worker.submit(command_of(sample))
 
 
-def _ride(session: Session) -> VirtualMotion | None:
+def _newest_motion(session: Session) -> VirtualMotion | None:
     measuring = session.part(Measuring)
-    return None if measuring is None else measuring.ride
+    return None if measuring is None else measuring.motion
 
 
 def command_of(sample: Sample) -> TakeSample:

@@ -117,7 +117,7 @@ class WeighPlates(AbstractTask[Tradeoff]):
 
     def finish(self, session: Session, result: Tradeoff) -> Session:
         text = f"{len(result.choices)} plates compared; {len(result.front)} are Pareto-optimal"
-        return session.with_part(Weighed(result)).tell(Severity.INFO, text)
+        return session.with_part(Weighed(result)).with_message(Severity.INFO, text)
 
 
 class OpenChoice(AbstractChange):
@@ -147,7 +147,7 @@ class OpenChoice(AbstractChange):
         opened, weighed = place_plate(session, plate, selected=0), usual_sigma(plate)[0]
         if np.isclose(weighed, opened.noise.position):
             return opened
-        return opened.tell(
+        return opened.with_message(
             Severity.INFO,
             f"this plate was compared with an instrument of {1e3 * weighed:g} mm; the predicted error is "
             f"with yours, {1e3 * opened.noise.position:g} mm: change its noise to see the same error",

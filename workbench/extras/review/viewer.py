@@ -243,7 +243,7 @@ def moments(recording: Recording) -> Iterator[Moment]:
         shown = session
         for text in line.messages:
             if all(m.text != text for m in shown.page.messages):
-                shown = shown.tell(Severity.INFO, text)
+                shown = shown.with_message(Severity.INFO, text)
         yield Moment(step, line.entry.at, shown, line.entry)
 
 

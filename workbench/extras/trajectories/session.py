@@ -197,7 +197,7 @@ class PlanTrack(AbstractTask[tuple[Robot, Track]]):
         session = replace(session, track=track, play=Play(pace=session.play.pace))
         if session.drag is None:
             session = replace(session, focus=Focus.TRACK)
-        return session.tell(Severity.INFO, _summary(track))
+        return session.with_message(Severity.INFO, _summary(track))
 
 
 def corrected(track: Track) -> str:

@@ -154,10 +154,10 @@ def _columns(of_joints: dict[str, dict[str, Cell]]) -> tuple[str, ...]:
     present = [constant for row in of_joints.values() for constant in row]
     if any(c in FAMILY for c in present):
         return tuple(c for c in FAMILY if c in present)
-    telling = {
+    informative = {
         constant
         for row in of_joints.values()
         for constant, cell in row.items()
         if cell.state is not ConstantStatus.HELD or cell.nominal != 0.0
     }
-    return tuple(c for c in dict.fromkeys(present) if c in telling)
+    return tuple(c for c in dict.fromkeys(present) if c in informative)

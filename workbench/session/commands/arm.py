@@ -133,7 +133,7 @@ class LoadModel(AbstractTask[Session]):
         opened = _in_the_page(session, result)
         if result.robot.urdf is None or b"<mesh" not in self.content:
             return opened
-        return opened.tell(Severity.INFO, f"{opened.page.messages[-1].text}; {NO_MESHES}")
+        return opened.with_message(Severity.INFO, f"{opened.page.messages[-1].text}; {NO_MESHES}")
 
 
 NO_MESHES = (
@@ -189,7 +189,7 @@ class JogTo(AbstractChange):
         session = replace(session, focus=Focus.JOG, jogged=found.q)
         if found.converged:
             return session
-        return session.tell(
+        return session.with_message(
             Severity.WARNING,
             f"the arm stops {1e3 * found.position_error:.1f} mm and "
             f"{np.rad2deg(found.rotation_error):.1f}° short of that pose; choose one within reach",
@@ -245,7 +245,7 @@ def _in_the_page(session: Session, begun: Session) -> Session:
     text = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
     checked = [note for note in begun.robot.notes if note.startswith(("it fits:", "change:"))]
     text = "; ".join([text, *checked])
-    return begun.tell(Severity.INFO, text)
+    return begun.with_message(Severity.INFO, text)
 
 
 def _check_quiet(session: Session) -> None:

@@ -47,7 +47,7 @@ def with_comparison(session: Session) -> Session:
             raise
         log.warning("the rows could not be compared", exc_info=error)
         text = f"the result is kept, but measured and predicted positions can't be compared: {error}"
-        return plain.tell(Severity.WARNING, text)
+        return plain.with_message(Severity.WARNING, text)
 
 
 def _comparison(session: Session, loaded: Loaded) -> Comparison:

@@ -138,11 +138,11 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
         if result.match is not None and result.is_foreign:
             session = with_other_data(session, result)
             return self._warned(session, Severity.WARNING, f"{text}; {result.match.text}")
-        return with_other_data(session.tell(Severity.LOG, text), result)  # the strip says it
+        return with_other_data(session.with_message(Severity.LOG, text), result)  # the strip says it
 
     def _warned(self, session: Session, severity: Severity, text: str) -> Session:
         """With a message that is gone with the file that it is about."""
-        return session.tell(severity, text, refused=type(self).__name__)
+        return session.with_message(severity, text, refused=type(self).__name__)
 
 
 class MeasureVirtualArm(AbstractTask[Loaded]):
@@ -205,7 +205,7 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         return INSTRUMENTS[self.instrument] if self.instrument else instrument_of(session)
 
     def finish(self, session: Session, result: Loaded) -> Session:
-        return with_other_data(session, result).tell(
+        return with_other_data(session, result).with_message(
             Severity.INFO, f"{result.name} was measured at {plural(len(result.dataset), 'pose')}"
         )
 
@@ -329,7 +329,7 @@ def with_other_data(session: Session, loaded: Loaded | None) -> Session:
     if before is None or (session.results.identification is None and session.results.diagnosis is None):
         return with_data(session, loaded)
     text = f"the calibration from {before.name} was removed together with its rows; Undo restores both"
-    return with_data(begin_step(session, session), loaded).tell(Severity.WARNING, text)
+    return with_data(begin_step(session, session), loaded).with_message(Severity.WARNING, text)
 
 
 def with_data(session: Session, loaded: Loaded | None) -> Session:
@@ -367,7 +367,7 @@ def _around_rows(session: Session, rows: Comparison) -> Session:
     )
     size = " × ".join(f"{1e3 * side:.0f}" for side in region.size)
     text = f"the region is now the bounding box of the rows, {size} mm; change it in the Plate tab"
-    return session.tell(Severity.LOG, text)  # the Plate tab names it
+    return session.with_message(Severity.LOG, text)  # the Plate tab names it
 
 
 def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:

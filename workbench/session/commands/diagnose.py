@@ -81,7 +81,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
         loaded, found = result
         check_unchanged(session, loaded, "diagnose")
         session = with_comparison(replace(session, results=replace(session.results, diagnosis=found)))
-        return session.tell(Severity.LOG, found.message)
+        return session.with_message(Severity.LOG, found.message)
 
 
 Added = tuple[Diagnosis, IdentifiedRows]
@@ -138,10 +138,10 @@ class TakeNextPoses(AbstractChange):
                 "measure them with an instrument"
             )
         session = place_targets(session, plate.targets)
-        left = (
-            "" if added == count else "; at the rest, a block would not fit the plate or would block the arm"
-        )
-        return session.tell(Severity.INFO, f"{added} of {count} suggested poses are now targets{left}")
+        text = f"{added} of {count} suggested poses are now targets"
+        if added < count:
+            text += "; at the rest, a block would not fit the plate or would block the arm"
+        return session.with_message(Severity.INFO, text)
 
 
 def _on_the_plate(session: Session) -> "Measurable":

@@ -86,7 +86,7 @@ class Identify(AbstractTask[IdentifiedRows]):
             before, after = map(exaggeration_for, session.results.comparison.errors.T)
             overlay = replace(session.choices.overlay, exaggeration=before, exaggeration_after=after)
             session = replace(session, choices=replace(session.choices, overlay=overlay))
-        return session.tell(Severity.LOG, _summary(found, fit))
+        return session.with_message(Severity.LOG, _summary(found, fit))
 
 
 def _summary(found: Identification, fit: str) -> str:

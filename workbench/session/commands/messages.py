@@ -16,7 +16,7 @@ class Tell(AbstractChange):
     severity: Severity = Severity.ERROR
 
     def apply(self, session: Session) -> Session:
-        return session.tell(self.severity, self.text)
+        return session.with_message(self.severity, self.text)
 
 
 class Dismiss(AbstractChange):

@@ -19,10 +19,10 @@ from workbench.session.start import is_default_plate
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free, is_better, rescore
 
-SEEN = 5e-4
-"""A move of the plate that is told [m]."""
-ADDED, MOST = 2, 20
-"""Targets that are added at least, and up to how many."""
+MIN_REPORTED_MOVE = 5e-4
+"""Minimum move of the plate that is reported [m]."""
+MIN_ADDED, MAX_ADVISED = 2, 20
+"""Minimum number of targets added, and maximum number that is advised."""
 ROOM = 1.3
 """How much more than the minimum distance of targets there is to be where more are advised."""
 
@@ -76,7 +76,9 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
     def finish(self, session: Session, result: PlateDesign | str) -> Session:
         check_free(session)
         if isinstance(result, str):
-            return replace(session, searched=session.plate, sought=MOST).tell(Severity.WARNING, result)
+            return replace(session, searched=session.plate, sought=MAX_ADVISED).with_message(
+                Severity.WARNING, result
+            )
         old = session.plate
         kept = {i: target for i, target in enumerate(old.targets) if target.locked}
         targets = tuple(kept.get(i, target) for i, target in enumerate(result.plate.targets))
@@ -84,18 +86,18 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
         better = place_plate(session, found)
         if not is_better(better.score, session.score):
             text = "the search found no better plate"
-            return replace(session, searched=old, sought=len(found)).tell(Severity.INFO, text)
+            return replace(session, searched=old, sought=len(found)).with_message(Severity.INFO, text)
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
         text = f"predicted error in the region: {before:.3g} → {now:.3g} mm"
         left = min(from_limit(session.robot, s.q) for s in better.states if s.reached)
         text = f"{text}; joints stay {left.text} or more from their limits"
-        is_said = session.measurements.loaded is None  # by the strip
+        is_shown = session.measurements.loaded is None  # by the strip
         if moved := _moved(old, found):
-            text, is_said = f"the plate was moved {moved}; {text}", False
+            text, is_shown = f"the plate was moved {moved}; {text}", False
         if result.narrowed:
-            text, is_said = f"{text}; little room: {result.narrowed}", False
+            text, is_shown = f"{text}; little room: {result.narrowed}", False
         better = replace(better, searched=better.plate, sought=len(found))
-        return better.tell(Severity.LOG if is_said else Severity.INFO, text)
+        return better.with_message(Severity.LOG if is_shown else Severity.INFO, text)
 
 
 def _moved(before: Plate, after: Plate) -> str:
@@ -105,7 +107,7 @@ def _moved(before: Plate, after: Plate) -> str:
     return " and ".join(
         f"{1e3 * abs(size):.0f} mm {more if size > 0.0 else less}"
         for more, less, size in steps
-        if abs(size) >= SEEN
+        if abs(size) >= MIN_REPORTED_MOVE
     )
 
 
@@ -121,8 +123,8 @@ def more_targets(session: Session) -> int | None:
     if session.sought > len(session.plate):
         return None
     falls_short = 1.0 if session.tried is None else max(session.tried.used, 1.0)
-    wanted = max(len(session.plate) + ADDED, int(np.ceil(len(session.plate) * falls_short**2)))
-    for number in range(min(wanted, MOST), len(session.plate), -1):
+    wanted = max(len(session.plate) + MIN_ADDED, int(np.ceil(len(session.plate) * falls_short**2)))
+    for number in range(min(wanted, MAX_ADVISED), len(session.plate), -1):
         with suppress(OptionError):
             check_room(session.plate, number, half_size(session.plate, NARROW), ROOM * NARROW.spacing)
             return number
@@ -133,7 +135,7 @@ class AbstractPlateTrial(AbstractTask[PlateTrial]):
     """Try the plate on virtual arms, as an extra does: the next step is the first such command."""
 
     def finish(self, session: Session, result: PlateTrial) -> Session:
-        return replace(session, trial=result).tell(Severity.LOG, result.text)
+        return replace(session, trial=result).with_message(Severity.LOG, result.text)
 
 
 LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))

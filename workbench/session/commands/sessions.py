@@ -50,7 +50,7 @@ class MakeSession(AbstractChange):
         text = f"the rows from row {self.row} on are now a separate session; diagnose again"
         if undecided:
             text += f" (held-out rows that can't be assigned to either are excluded: {ranges(undecided)})"
-        return after.tell(Severity.INFO, text)
+        return after.with_message(Severity.INFO, text)
 
 
 def new_frames(found: Diagnosis) -> dict[int, str]:

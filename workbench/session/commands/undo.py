@@ -22,7 +22,7 @@ class Undo(AbstractTargetStep):
 
     def apply(self, session: Session) -> Session:
         if not session.history.done:
-            return session.tell(Severity.INFO, "nothing to undo")
+            return session.with_message(Severity.INFO, "nothing to undo")
         *done, step = session.history.done
         now = UndoStep(session.plate, session.states)
         if step.session is not None:
@@ -39,7 +39,7 @@ class Redo(AbstractTargetStep):
 
     def apply(self, session: Session) -> Session:
         if not session.history.undone:
-            return session.tell(Severity.INFO, "nothing to redo")
+            return session.with_message(Severity.INFO, "nothing to redo")
         *undone, step = session.history.undone
         if step.session is not None:
             return _restored(session, step.session, step.session.history.undone)
@@ -56,7 +56,7 @@ class ResetTargets(AbstractTargetStep):
     def apply(self, session: Session) -> Session:
         first = session.history.first_plate
         if session.plate is first:
-            return session.tell(Severity.INFO, f"the targets are already as in '{first.name}'")
+            return session.with_message(Severity.INFO, f"the targets are already as in '{first.name}'")
         return go_to_step(begin_step(session), UndoStep(first, session.history.first_states))
 
 
@@ -67,7 +67,7 @@ class RestoreBest(AbstractTargetStep):
 
     def apply(self, session: Session) -> Session:
         if session.history.best is None or session.history.best.plate is session.plate:
-            return session.tell(Severity.INFO, "this is the best plate so far")
+            return session.with_message(Severity.INFO, "this is the best plate so far")
         return go_to_step(begin_step(session), session.history.best)
 
 
@@ -90,7 +90,7 @@ class GoBackTo(AbstractChange):
     def apply(self, session: Session) -> Session:
         step = session.history.past[self.step]
         if step.plate is session.plate:
-            return session.tell(Severity.INFO, "the plate has not changed since then")
+            return session.with_message(Severity.INFO, "the plate has not changed since then")
         return go_to_step(begin_step(session), step)
 
 
@@ -103,7 +103,8 @@ def _restored(now: Session, whole: Session, undone: tuple[UndoStep, ...]) -> Ses
     session = replace(whole, page=now.page, choices=choices, history=history)
     loaded = whole.measurements.loaded
     rows = "" if loaded is None else f", {loaded.name} with its results"
-    return session.tell(Severity.INFO, f"back to {whole.robot.name}, plate '{whole.plate.name}'{rows}")
+    text = f"back to {whole.robot.name}, plate '{whole.plate.name}'{rows}"
+    return session.with_message(Severity.INFO, text)
 
 
 def go_to_step(session: Session, step: UndoStep) -> Session:

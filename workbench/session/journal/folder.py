@@ -136,14 +136,14 @@ def go_on(restored: Restored, *, is_branch: bool = False, root: Path = ROOT) -> 
     if not warning:
         return branch(recording, session, root=root) if is_branch else resume(recording, session)
     text = f"{warning}; that recording is left unchanged, and the session continues in a new one"
-    begun = branch(recording, session.tell(Severity.WARNING, text), root=root)
+    begun = branch(recording, session.with_message(Severity.WARNING, text), root=root)
     return replace(begun, trouble="; ".join(filter(None, (text, begun.trouble))))
 
 
 def go_on_unrecorded(restored: Restored) -> StartedSession:
     """Continue a recording that was opened again without recording what follows."""
     session, warning = restored.session, restored.warning
-    session = session.tell(Severity.WARNING, warning) if warning else session
+    session = session.with_message(Severity.WARNING, warning) if warning else session
     return StartedSession(session, entries=restored.recording.entries, trouble=warning)
 
 

@@ -29,7 +29,7 @@ from workbench.session.journal import codec
 from workbench.session.journal.entry import Entry
 from workbench.session.journal.numbers import changed_numbers
 from workbench.session.state import Session, Severity
-from workbench.session.view import AbstractKeeper, Tell
+from workbench.session.view import AbstractKeeper, Notify
 
 LOCK = ".lock"
 
@@ -159,15 +159,15 @@ class Logbook(AbstractKeeper):
     def __init__(self, file: Appender | None, *, trouble: str = ""):
         self._file, self._trouble = file, trouble
         self._step = 0
-        self._tell: Tell | None = None
+        self._notify: Notify | None = None
         self._before: Session | None = None
         self._last: Session | None = None
 
-    def begin(self, session: Session, *, step: int, at: float, tell: Tell) -> None:
-        self._step, self._tell = step, tell
+    def begin(self, session: Session, *, step: int, at: float, notify: Notify) -> None:
+        self._step, self._notify = step, notify
         self._before = self._last = session
         if self._trouble:
-            tell(Severity.WARNING, self._trouble)
+            notify(Severity.WARNING, self._trouble)
 
     def note(self, step: int, entry: Entry, session: Session) -> None:
         if self._file is None:
@@ -187,7 +187,7 @@ class Logbook(AbstractKeeper):
         except Exception as error:
             log.exception("the journal could not be written")
             self.close()
-            self._say(f"the journal of this session ends here ({type(error).__name__}: {error})")
+            self._notify_user(f"the journal of this session ends here ({type(error).__name__}: {error})")
         else:
             self._recover()
 
@@ -203,16 +203,16 @@ class Logbook(AbstractKeeper):
                 f"the session can't be recorded at present ({why}); it continues, and the missing steps are "
                 "written as soon as there is space"
             )
-            self._say(self._trouble)
+            self._notify_user(self._trouble)
 
     def _recover(self) -> None:
         if self._trouble:
             self._trouble = ""
-            self._say("the session is recorded again, with no step missing", Severity.INFO)
+            self._notify_user("the session is recorded again, with no step missing", Severity.INFO)
 
-    def _say(self, text: str, severity: Severity = Severity.WARNING) -> None:
-        if self._tell is not None:
-            self._tell(severity, text)
+    def _notify_user(self, text: str, severity: Severity = Severity.WARNING) -> None:
+        if self._notify is not None:
+            self._notify(severity, text)
 
 
 def _line(

@@ -96,22 +96,22 @@ class Demo:
 
     def _run(self) -> None:
         scenes = story(lambda: self._worker.session)
-        scenes_told: list[DemoScene] = []
+        played: list[DemoScene] = []
         at = 0
         while not self._stop.is_set():
-            if at == len(scenes_told) and (scene := next(scenes, None)) is not None:
-                scenes_told.append(scene)
-            if at < len(scenes_told):
-                self._tell(scenes_told[at])
+            if at == len(played) and (scene := next(scenes, None)) is not None:
+                played.append(scene)
+            if at < len(played):
+                self._play(played[at])
             else:  # the last picture
-                self.is_finished, at = True, len(scenes_told) - 1
+                self.is_finished, at = True, len(played) - 1
                 self._wait(math.inf)
                 self._submit(self._with_all_over_it())
-            at = max(at - 1, 0) if self._back.is_set() else min(at + 1, len(scenes_told))
+            at = max(at - 1, 0) if self._back.is_set() else min(at + 1, len(played))
             self._back.clear()
         self._leave()
 
-    def _tell(self, scene: DemoScene) -> None:
+    def _play(self, scene: DemoScene) -> None:
         """Play one scene to its end, or until the user goes back or stops."""
         if scene.caption:
             self._submit(SetCaption(scene.caption))

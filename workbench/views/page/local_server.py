@@ -51,12 +51,12 @@ class LocalServer(viser.ViserServer):
     """A server with the secret that its pages must know; empty where only this machine can reach it.
 
     Attributes:
-        telling: How addresses begin by which its pages tell something.
-        heard: Called with what a page tells, by the server's thread.
+        message_path: How addresses begin by which its pages send messages.
+        heard: Called with the message of a page, by the server's thread.
     """
 
     key = ""
-    telling = ""
+    message_path = ""
     heard: Callable[[str], None] = staticmethod(lambda text: None)
 
 
@@ -76,7 +76,7 @@ def local_server(
         raise OptionError(f"port {port} can't be used; give a number from 1 to 65535, or 0 for any free one")
     real = websockets.serve
     key = "" if _is_loopback(host) else secrets.token_urlsafe(16)
-    telling = f"/told/{secrets.token_urlsafe(8)}/"
+    message_path = f"/messages/{secrets.token_urlsafe(8)}/"
 
     # a page may come before the constructor has ended, but none that knows how to tell something
     def serve(handler, address, port_tried, *, process_request, **options):
@@ -88,8 +88,8 @@ def local_server(
             wanted, here = parse_qs(urlsplit(request.path).query).get(SESSION, [""])[0], shown()
             if wanted and here and wanted != here:
                 return connection.respond(404, _elsewhere(wanted, here))
-            if request.path.startswith(telling):
-                server.heard(request.path.removeprefix(telling))
+            if request.path.startswith(message_path):
+                server.heard(request.path.removeprefix(message_path))
                 response = connection.respond(204, "")
                 response.headers["Cache-Control"] = "no-store"
                 return response
@@ -113,7 +113,7 @@ def local_server(
         server = LocalServer(host=host, port=port, label=label, verbose=False)
     set_by_its_own_thread(server)
     configure_pages(server)
-    server.key, server.telling = key, telling
+    server.key, server.message_path = key, message_path
     if port and server.get_port() != port:
         stop_server(server)
         raise OptionError(f"port {port} is taken by another program; choose another one with --port")

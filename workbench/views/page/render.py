@@ -90,7 +90,7 @@ class BrowserView(AbstractView):
             self._guarded("the scene", self._scene.show, session)
             waits = [self._update(panel, session) for panel in self._panels]
         self._server.flush()
-        self._tell_of_broken_parts()
+        self._report_broken_parts()
         self.is_behind = self._scene.is_behind or any(waits)
         if (is_mode := session.mode is not None) is not self._is_mode:
             self._is_mode = is_mode
@@ -118,7 +118,7 @@ class BrowserView(AbstractView):
                 leave_out(name, error)
             return None
 
-    def _tell_of_broken_parts(self) -> None:
+    def _report_broken_parts(self) -> None:
         """Show each sentence on a part that is left out, once."""
         for sentence in LEFT_OUT.keys() - self._shown_broken:
             self._worker.submit(Tell(sentence, Severity.WARNING))

@@ -19,10 +19,10 @@ STYLE = 'width="1" height="1" style="position:absolute;opacity:0"'
 
 
 class PageSignals:
-    """What the pages of a local server tell: viser has no message for it, so a page asks for a picture.
+    """Messages from the pages of a local server: viser has no message for it, so a page asks for a picture.
 
-    The picture is not there; its address is what is told. It holds a secret, so that no other page can tell
-    anything.
+    The picture is not there; its address is the message. It holds a secret, so that no other page can send
+    one.
     """
 
     def __init__(self, server: viser.ViserServer):
@@ -34,7 +34,7 @@ class PageSignals:
             server.heard = self._heard
 
     def dark(self, do: Callable[[bool], None]) -> str:
-        """HTML that tells whether the page's system prefers dark colours, now and when that changes."""
+        """HTML that reports whether the page's system prefers dark colours, now and when that changes."""
         self._answers |= {"dark": lambda: do(True), "light": lambda: do(False)}
         dark = f'<source media="(prefers-color-scheme: dark)" srcset="{self._address("dark")}">'
         return f'<picture>{dark}<img src="{self._address("light")}" alt="" {STYLE}></picture>'
@@ -72,7 +72,7 @@ class PageSignals:
                 do(int(width), int(height))
 
     def _address(self, text: str) -> str:
-        return self._server.telling + text if isinstance(self._server, LocalServer) else ""
+        return self._server.message_path + text if isinstance(self._server, LocalServer) else ""
 
 
 PATIENCE = 5.0

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from workbench.session.journal.entry import Entry
 from workbench.session.state import Session, Severity
-from workbench.session.view import AbstractKeeper, Tell
+from workbench.session.view import AbstractKeeper, Notify
 from workbench.views.recording.recorded_step import DrawingPace, Moment
 
 if TYPE_CHECKING:  # rerun is read by the recorder's thread
@@ -44,11 +44,11 @@ class Recorder(AbstractKeeper):
         self._changed = threading.Condition()
         self._pace = DrawingPace()
         self._closing = False
-        self._tell: Tell = lambda severity, text: None
+        self._notify: Notify = lambda severity, text: None
         self._thread = threading.Thread(target=self._run, name="workbench-recorder", daemon=True)
 
-    def begin(self, session: Session, *, step: int, at: float, tell: Tell) -> None:
-        self._tell = tell
+    def begin(self, session: Session, *, step: int, at: float, notify: Notify) -> None:
+        self._notify = notify
         self._put(Moment(step, at, session))
         self._thread.start()
 
@@ -79,9 +79,9 @@ class Recorder(AbstractKeeper):
 
             first = self._next()
             assert first is not None
-            canvas = self._open(first.session, lambda text: self._tell(Severity.WARNING, text))
+            canvas = self._open(first.session, lambda text: self._notify(Severity.WARNING, text))
         except Exception as error:
-            self._tell(Severity.WARNING, f"this session is not recorded for the rerun viewer: {error}")
+            self._notify(Severity.WARNING, f"this session is not recorded for the rerun viewer: {error}")
             return
         try:
             drawing = MomentDrawing(canvas)
@@ -114,7 +114,7 @@ def recorder(folder: Path | None, *, live: str | None = None, after: float = 0.0
         after: How long it waits before it draws anything [s]: to read rerun takes a second of a processor.
     """
 
-    def open_canvas(session: Session, tell: Callable[[str], None]) -> "Canvas":
+    def open_canvas(session: Session, notify: Callable[[str], None]) -> "Canvas":
         from workbench.views.recording.blueprint import blueprint
         from workbench.views.recording.canvas import Canvas
         from workbench.views.recording.rerun_output import AbstractOutlet, FileOutlet, ViewerOutlet
@@ -123,7 +123,7 @@ def recorder(folder: Path | None, *, live: str | None = None, after: float = 0.0
         name = "session" if folder is None else folder.name
         outlets: list[AbstractOutlet] = []
         if folder is not None:
-            outlets.append(FileOutlet(_part(folder), name, blueprint=layout, tell=tell))
+            outlets.append(FileOutlet(_part(folder), name, blueprint=layout, notify=notify))
         if live is not None:
             outlets.append(ViewerOutlet(live, name, blueprint=layout))
         return Canvas(outlets)

@@ -35,7 +35,7 @@ not handed on is drawn from the journal."""
 PATIENCE = 5.0
 """How long the end of a recording, or a viewer's answer, may take [s]."""
 
-Tell = Callable[[str], None]
+Notify = Callable[[str], None]
 
 
 class AbstractOutlet(ABC):
@@ -55,13 +55,13 @@ class FileOutlet(AbstractOutlet):
         path: The file.
         recording: Identity of the recording; parts of one session share it.
         blueprint: How the viewer is laid out.
-        tell: Told once of trouble with the disk, which `trouble` then says.
+        notify: Told once of trouble with the disk, which `trouble` then says.
     """
 
     def __init__(
-        self, path: Path, recording: str, *, blueprint: rrb.Blueprint, tell: Tell = lambda text: None
+        self, path: Path, recording: str, *, blueprint: rrb.Blueprint, notify: Notify = lambda text: None
     ):
-        self._path, self._tell = path, tell
+        self._path, self._notify = path, notify
         self.trouble = ""
         self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
         self._end, inlet = os.pipe()
@@ -89,7 +89,7 @@ class FileOutlet(AbstractOutlet):
             except OSError as error:
                 if not self.trouble:
                     self.trouble = f"{self._path.name} can't be written ({error.strerror})"
-                    self._tell(
+                    self._notify(
                         f"{self.trouble}, so pictures are missing from here on; the session continues, and "
                         "'workbench review' draws them from its journal"
                     )

@@ -75,7 +75,7 @@ class ReadTouches(AbstractTask[ToolTip | UserFrame]):
         kept = touched_of(session)
         kept = FoundTouched(result) if isinstance(result, ToolTip) else replace(kept, frame=result)
         severity = Severity.WARNING if result.doubt else Severity.INFO
-        return session.with_part(kept).tell(severity, result.doubt or result.sentence)
+        return session.with_part(kept).with_message(severity, result.doubt or result.sentence)
 
 
 def touched_of(session: Session) -> FoundTouched:

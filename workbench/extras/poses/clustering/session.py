@@ -40,4 +40,4 @@ class ClusterTargets(AbstractTask[Plate]):
         check_free(session)
         session = place_targets(session, result.targets)
         parts = (f"the targets are now {len(result)} poses of equal index", *result.notes)
-        return session.tell(Severity.INFO, "; ".join(parts))
+        return session.with_message(Severity.INFO, "; ".join(parts))

@@ -54,7 +54,7 @@ class FindZeros(AbstractTask[tuple[Loaded, Rezero]]):
         loaded, found = result
         check_unchanged(session, loaded, "find the zeros")
         severity = Severity.WARNING if found.doubts else Severity.INFO
-        return session.with_part(FoundZeros(found)).tell(severity, found.sentence)
+        return session.with_part(FoundZeros(found)).with_message(severity, found.sentence)
 
 
 def zeros_of(session: Session) -> Rezero | None:

@@ -67,15 +67,15 @@ def _errors(found: Identification, shown: str) -> str:
     run = found.runs[shown]
     if found.identifiability is not None and found.identifiability.refused:
         return ""
-    added, told = run.saved.robot.effects, sizes(file_errors(run))
+    added, errors = run.saved.robot.effects, sizes(file_errors(run))
     holds = {
         "URDF": "geometry alone: it can't hold effects" if added else "for other programs",
         "TOML": "with all effects" if added else "for workbench",
     }
     lines = (
-        f'<div><b>{text(told[name])}</b> <span style="color:{MUTED}">{what}</span></div>'
+        f'<div><b>{text(errors[name])}</b> <span style="color:{MUTED}">{what}</span></div>'
         for name, what in holds.items()
-        if name in told
+        if name in errors
     )
     notes = folded("About these files", bullets(text(capital(note)) for note in file_notes(run)))
     content = heading(f"Mean error of each file on {judging_text(run)}") + "".join(lines) + notes

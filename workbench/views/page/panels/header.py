@@ -151,8 +151,10 @@ def _newest(session: Session) -> Message | None:
     last = messages[-1:] if messages and messages[-1].severity is Severity.INFO else ()
     newest = next(reversed((*(m for m in messages if m.severity not in PASSING), *last)), None)
     advice = next_step(session).sentence.rstrip(".").lower()
-    is_said = newest is not None and newest.severity is not Severity.ERROR and advice in newest.text.lower()
-    return None if is_said else newest
+    is_repeated = (
+        newest is not None and newest.severity is not Severity.ERROR and advice in newest.text.lower()
+    )
+    return None if is_repeated else newest
 
 
 def _can_be_dismissed(session: Session) -> bool:

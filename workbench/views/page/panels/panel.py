@@ -42,12 +42,12 @@ def _shown_as_working(client: viser.ClientHandle | None) -> Iterator[None]:
     """Tells a page that a file is being made, where that takes long."""
     shown: list[viser.NotificationHandle] = []
 
-    def tell() -> None:
+    def notify() -> None:
         if client is not None:
             note = client.add_notification("Making the file …", "", loading=True, with_close_button=False)
             shown.append(note)
 
-    timer = threading.Timer(PATIENCE, tell)
+    timer = threading.Timer(PATIENCE, notify)
     timer.start()
     try:
         yield
