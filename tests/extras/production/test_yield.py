@@ -29,7 +29,7 @@ from workbench.base.types import Outcome
 from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.simulate import virtual_arm
-from workbench.extras.production import production_yield, trial
+from workbench.extras.production import plate_trial, production_yield
 from workbench.extras.production.plate_trial import planned_joints, try_plate
 from workbench.extras.production.production_yield import Yield, gather, try_production
 from workbench.extras.production.reach_targets import branches_by_distance, reach_targets
@@ -381,7 +381,7 @@ def test_virtual_arms_read_what_the_targets_are(monkeypatch, aria, plate, soluti
         jobs.append(job)
         return yield_of(1, 1)
 
-    monkeypatch.setattr(trial, "try_production", tried)
+    monkeypatch.setattr(plate_trial, "try_production", tried)
     fixed = plate.with_joints(np.stack([found[0].q for found in solutions]), plate.branches)
     for kind in (Kind.SEAT, Kind.SOCKET):
         found = try_plate(aria, of_kind(fixed, kind), joint_sigma=1e-4, poses=10)
