@@ -30,7 +30,8 @@ import numpy as np
 from jaxtyping import AbstractArray
 from numpy.typing import ArrayLike
 
-from workbench.base.errors import OptionError
+from workbench.base.errors import OptionError, UnitError
+from workbench.base.units import Quantity, parse_quantity
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
@@ -76,6 +77,45 @@ def _seed(value: Any, given: Given) -> Any:
 
 Seed = Annotated[int, Reading("a whole number", _seed)]
 """Where random numbers begin."""
+
+
+def _size_of(quantity: Quantity) -> Read:
+    def read(value: Any, given: Given) -> Any:
+        try:
+            return parse_quantity(value, quantity) if isinstance(value, str) else value
+        except UnitError:
+            return value
+
+    return read
+
+
+Length = Annotated[float, Reading('a length in m, or text such as "0.5mm"', _size_of(Quantity.LENGTH))]
+Angle = Annotated[float, Reading('an angle in rad, or text such as "0.02deg"', _size_of(Quantity.ANGLE))]
+
+
+def pair_of(value: Any) -> tuple[float, ...] | None:
+    """A length, or a length and an angle: in SI, or as text such as `0.05mm,0.01deg`; None for the rest."""
+    if isinstance(value, str):
+        parts = value.split(",")
+        kinds = (Quantity.LENGTH, Quantity.ANGLE)
+        try:
+            value = tuple(parse_quantity(text, kind) for text, kind in zip(parts, kinds, strict=False))
+        except UnitError:
+            return None
+        return value if len(parts) == len(value) else None
+    if not isinstance(value, tuple | list):
+        value = [value]
+    is_pair = len(value) in (1, 2) and all(isinstance(v, Real) and not isinstance(v, bool) for v in value)
+    return tuple(float(v) for v in value) if is_pair else None
+
+
+LengthAndAngle = Annotated[
+    tuple[float, float],
+    Reading(
+        'a length in m and an angle in rad, such as (1e-4, 3e-4), or text such as "0.1mm,0.02deg"',
+        lambda value, given: pair_of(value) or value,
+    ),
+]
 
 
 def accept(kind: type, text: str, read: Read) -> None:

@@ -1,34 +1,14 @@
 """What stands for an arm, measurements, a trajectory and a requirement in calls: names, files, text."""
 
-from numbers import Real
 from pathlib import Path
 from typing import Any
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Given, accept
-from workbench.base.errors import UnitError
-from workbench.base.units import Quantity, parse_quantity
+from workbench.base.argument_checks import Given, accept, pair_of
 from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.dataset import Dataset
 from workbench.data.readers import Trajectory, read_measurements, read_trajectory
-
-QUANTITIES = (Quantity.LENGTH, Quantity.ANGLE)
-
-
-def pair_of(value: Any) -> tuple[float, ...] | None:
-    """A length, or a length and an angle: in SI, or as text such as `0.05mm,0.01deg`; None for the rest."""
-    if isinstance(value, str):
-        parts = value.split(",")
-        try:
-            value = tuple(parse_quantity(text, kind) for text, kind in zip(parts, QUANTITIES, strict=False))
-        except UnitError:
-            return None
-        return value if len(parts) == len(value) else None
-    if not isinstance(value, tuple | list):
-        value = [value]
-    is_pair = len(value) in (1, 2) and all(isinstance(v, Real) and not isinstance(v, bool) for v in value)
-    return tuple(float(v) for v in value) if is_pair else None
 
 
 def _robot(value: Any, given: Given) -> Any:

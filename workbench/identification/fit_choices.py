@@ -6,9 +6,8 @@ from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
-from workbench.base.argument_checks import Given, Reading, Seed, accept, admit, share_of
+from workbench.base.argument_checks import Given, Reading, Seed, accept, admit, pair_of, share_of
 from workbench.base.errors import OptionError
-from workbench.data.argument_types import pair_of
 from workbench.data.dataset import Dataset
 from workbench.identification.frames import Sessions
 from workbench.identification.problem import Noise

@@ -18,7 +18,7 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import Like, Seed
+from workbench.base.argument_checks import LengthAndAngle, Like, Seed
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, part_of
 from workbench.base.threads import one_thread
@@ -100,7 +100,7 @@ def score(
     robot: Like[Robot],
     plate: Like[Plate],
     *,
-    sigma: tuple[float, float] | None = None,
+    sigma: Like[LengthAndAngle] | None = None,
     base: bool | None = None,
     tool: bool | None = None,
     evaluation_poses: Float[np.ndarray, "rows n"] | None = None,
@@ -155,7 +155,7 @@ def score_plates(
     robot: Robot,
     plates: Sequence[Plate],
     *,
-    sigma: tuple[float, float] | None = None,
+    sigma: Like[LengthAndAngle] | None = None,
     base: bool | None = None,
     tool: bool | None = None,
     seed: Seed = 0,

@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like, Seed
+from workbench.base.argument_checks import LengthAndAngle, Like, Seed
 from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
@@ -54,7 +54,7 @@ def measure_poses(
     instrument: str | Instrument = "tracker-6d",
     actual: Like[Robot] | None = None,
     effects: Sequence[str | AbstractEffect] = (),
-    errors: tuple[float, float] = LIKELY_ERRORS,
+    errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     seed: Seed = 0,
 ) -> tuple[Robot, Dataset]:
     """A virtual arm measured at random or informative joint positions.
@@ -105,7 +105,7 @@ def measure_plate(
     instrument: str | Instrument = "plate",
     actual: Like[Robot] | None = None,
     effects: Sequence[str | AbstractEffect] = (),
-    errors: tuple[float, float] = LIKELY_ERRORS,
+    errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     seed: Seed = 0,
 ) -> tuple[Robot, Dataset]:
     """A virtual arm brought to the targets of a plate.
@@ -165,7 +165,7 @@ def _hidden(
     errors: tuple[float, float],
 ) -> tuple[Robot, tuple[str, ...]]:
     """The arm to measure, with what is hidden in it, and a sentence on each effect."""
-    if min(errors) < 0.0:
+    if not (0.0 <= errors[0] < np.inf and 0.0 <= errors[1] < np.inf):
         raise OptionError(f"errors must be at least 0, got {errors[0]:g} m and {errors[1]:g} rad")
     if actual is None:
         actual = virtual_arm(robot, rng=rng, length=errors[0], angle=errors[1])

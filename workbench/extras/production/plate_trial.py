@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like, Seed
+from workbench.base.argument_checks import LengthAndAngle, Like, Seed
 from workbench.base.errors import DataError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
@@ -33,7 +33,7 @@ def try_plate(
     plate: Like[Plate],
     *,
     arms: int = ARMS,
-    sigma: tuple[float, float] | None = None,
+    sigma: Like[LengthAndAngle] | None = None,
     joint_sigma: float = 0.0,
     production: Production | None = None,
     undeclared: tuple[AbstractEffect, ...] = (),

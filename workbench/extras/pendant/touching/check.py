@@ -25,7 +25,7 @@ from scipy import special
 
 from workbench.arm.joint_units import shown_units, sliding
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
+from workbench.base.argument_checks import Length, Like
 from workbench.base.errors import DataError
 from workbench.base.wording import in_mm, joint_list
 from workbench.data.dataset import Dataset
@@ -225,7 +225,7 @@ def check(
     touches: Path | Like[Dataset],
     *,
     reference: Path | Like[Dataset] | None = None,
-    wanted: float = WANTED,
+    wanted: Like[Length] = WANTED,
 ) -> Check:
     """Check an arm by touching two or three seats, joints alone.
 

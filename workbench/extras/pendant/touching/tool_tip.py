@@ -20,7 +20,7 @@ from rich.console import RenderableType
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import Like
+from workbench.base.argument_checks import Length, Like
 from workbench.base.errors import DataError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
@@ -140,7 +140,7 @@ class ToolTip(AbstractShown):
 
 
 @checked_arguments()
-def tcp(robot: Like[Robot], touches: Path | Like[Dataset], *, wanted: float | None = None) -> ToolTip:
+def tcp(robot: Like[Robot], touches: Path | Like[Dataset], *, wanted: Like[Length] | None = None) -> ToolTip:
     """Find a tool's tip from touching one point in four orientations or more, joints alone.
 
     Args:

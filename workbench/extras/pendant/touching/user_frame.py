@@ -21,7 +21,7 @@ from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import Like
+from workbench.base.argument_checks import Length, Like
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
 from workbench.base.wording import in_mm
@@ -145,9 +145,9 @@ def frame(
     touches: Path | Like[Dataset],
     *,
     cad: Path | Mapping[str, Sequence[float]] | None = None,
-    radius: float = 0.0,
+    radius: Like[Length] = 0.0,
     flange: bool = False,
-    wanted: float | None = None,
+    wanted: Like[Length] | None = None,
 ) -> UserFrame:
     """Find a user frame in the robot's base from touches with a tool whose tip is known.
 

@@ -11,7 +11,7 @@ import numpy as np
 import workbench.extras.service.fleet.report  # noqa: F401 how results are shown
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
+from workbench.base.argument_checks import Length, Like
 from workbench.base.errors import OptionError
 from workbench.base.parallel import spread
 from workbench.data.simulation.hidden_effects import varied_state
@@ -40,7 +40,7 @@ def compare_fleet(
     folder: Path | str,
     *,
     robot: Like[Robot] | None = None,
-    allowed: float = ALLOWED,
+    allowed: Like[Length] = ALLOWED,
     workers: int | None = None,
     scheduler: str | None = None,
 ) -> Fleet:

@@ -15,7 +15,7 @@ import numpy as np
 from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import FRAMES
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
+from workbench.base.argument_checks import LengthAndAngle, Like
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
@@ -57,7 +57,7 @@ def rezero(
     *,
     replaced: Sequence[int] = (),
     prior: Prior | None = None,
-    tolerance: tuple[float, float] | None = None,
+    tolerance: Like[LengthAndAngle] | None = None,
     noise: Like[Noise] | None = None,
     frames: Sessions | str = Sessions.AUTO,
     exclude: Excluded | None = None,

@@ -8,7 +8,7 @@ from jaxtyping import Bool
 import workbench.extras.service.verification.report  # noqa: F401 how results are shown
 from workbench.arm.robot import Robot
 from workbench.arm.usable import unobserved_text
-from workbench.base.argument_checks import Like, Seed
+from workbench.base.argument_checks import Angle, Like, Seed
 from workbench.base.errors import DataError, OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
@@ -34,7 +34,7 @@ def verify(
     *,
     wanted: Like[Wanted] | float | None = None,
     used: Like[Dataset] | None = None,
-    same: float = SAME_POSE,
+    same: Like[Angle] = SAME_POSE,
     fit_frames: bool = False,
     facts: dict[str, str] | None = None,
     seed: Seed = 0,
