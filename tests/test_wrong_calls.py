@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.base.errors import OptionError
 from workbench.base.progress import Cancelled, running
 from workbench.data.simulation.instruments import Observes
 
@@ -27,6 +28,11 @@ RECORDS = {
     "Frame": {},
     "Mounting": {},
     "Target": {"xyz": np.zeros(3)},
+    "Plate": {"name": "mine", "targets": (), "region": wb.Region(min=np.zeros(3), max=np.ones(3))},
+    "Blocks": {},
+    "Constraints": {},
+    "Motion": {"q": np.zeros((3, 6))},
+    "Prior": {"names": ("joint1.theta",), "values": np.zeros(1), "information": np.eye(1)},
 }
 
 
@@ -103,6 +109,11 @@ def test_a_wrong_argument_is_refused_in_words(name, tmp_path, monkeypatch):
             pytest.fail(f"{name}{args}, {options}: {error!r}")
 
 
+def made(kind, fields):
+    """A record, as a notebook shows it."""
+    return repr(kind(**fields))
+
+
 @pytest.mark.parametrize("name", RECORDS)
 def test_a_wrong_field_of_a_record_is_refused_in_words(name):
     if name not in dir(wb):
@@ -111,6 +122,24 @@ def test_a_wrong_field_of_a_record_is_refused_in_words(name):
     for field in signature(kind).parameters:
         for wrong in WRONG:
             try:
-                ends(kind, **{**fields, field: wrong})
+                ends(made, kind, {**fields, field: wrong})
             except Exception as error:
                 pytest.fail(f"{name}({field}={wrong!r}): {error!r}")
+
+
+def test_sizes_are_read_with_their_units(aria):
+    plate = wb.load_plate("table2")
+    found = wb.score(aria, plate, sigma="0.2mm,0.02deg")
+    assert found.sigma == pytest.approx((2e-4, np.deg2rad(0.02)))
+    for sigma in ("0.2", "0.2mm", "0.02deg,0.2mm", (1e-4,), 1e-4):
+        with pytest.raises(OptionError):
+            wb.score(aria, plate, sigma=sigma)
+    for errors in ((np.nan, 1e-3), (1e-3, np.inf), (-1e-3, 0.0)):
+        with pytest.raises(OptionError):
+            wb.measure_poses(aria, 5, errors=errors)
+
+
+@pytest.mark.parametrize("noise", [wb.Noise("a"), wb.Noise(-1e-4), wb.Noise(1e-4, rotation=0.0)])
+def test_a_noise_of_no_size_is_refused(noise):
+    with pytest.raises(OptionError):
+        wb.FitChoices(noise=noise)

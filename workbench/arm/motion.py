@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from workbench.base.argument_checks import numbers
 from workbench.base.columns import COLUMNS
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
@@ -49,11 +50,17 @@ class Motion:
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, self._checked(name, value))
         if self.more:
+            if not isinstance(self.more, Mapping):
+                raise DataError(f"more must be a mapping from columns to their rows, got {self.more!r}")
             checked = {name: self._checked(name, values) for name, values in self.more.items()}
             object.__setattr__(self, "more", checked)
 
     def _checked(self, name: str, value: np.ndarray) -> np.ndarray:
         """A driver with as many rows as there are joint positions."""
+        if not isinstance(value, np.ndarray):
+            value = numbers(value, name)
+        if not value.ndim:
+            raise DataError(f"'{name}' must have a row for each pose, got a single number")
         if len(value) != len(self.q):
             raise ShapeError(
                 f"'{name}' has {len(value)} rows, the joint positions {len(self.q)}; give one for each",

@@ -124,7 +124,8 @@ def accept(kind: type, text: str, read: Read) -> None:
     Args:
         kind: The type.
         text: What may be given, for messages.
-        read: Makes one of a value that may mean one; anything else comes back as it is.
+        read: Makes one of a value that may mean one, and refuses one that can't be; anything else comes back
+            as it is.
     """
     _READINGS[kind] = Reading(text, read)
 
@@ -284,10 +285,10 @@ def _ordered(parts: tuple[Any, ...]) -> list[Any]:
 def _single(value: Any, kind: type, given: Given) -> Any:
     if kind in (int, float) and isinstance(value, bool | np.bool_):
         return _REFUSED
-    if isinstance(value, kind):
-        return value
     if kind in _READINGS:
         value = _READINGS[kind].read(value, given)
+    elif isinstance(value, kind):
+        return value
     elif kind in _PLAIN:
         return _plain(value, kind)
     elif issubclass(kind, Enum) and value in list(kind):

@@ -17,7 +17,7 @@ def _robot(value: Any, given: Given) -> Any:
 
 def _dataset(value: Any, given: Given) -> Any:
     """A file or a frame, with as many joints as the arm that stands before it and on its base."""
-    if not (isinstance(value, str | Path) or hasattr(value, "columns")):
+    if isinstance(value, Dataset) or not (isinstance(value, str | Path) or hasattr(value, "columns")):
         return value
     robot = next((found for found in given.values() if isinstance(found, Robot)), None)
     if robot is None:

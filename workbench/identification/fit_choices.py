@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from numbers import Integral
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
@@ -36,6 +36,11 @@ def _by_hand(value: Any, given: Given) -> Any:
 
 
 def _noise(value: Any, given: Given) -> Any:
+    if isinstance(value, Noise):
+        sizes = (value.position, value.rotation, value.own, value.tilt, *value.joints)
+        if not all(isinstance(size, Real) and not size <= 0.0 for size in sizes):  # NaN: not measured
+            raise OptionError(f"noise must be positive standard deviations, got {value}")
+        return value
     if (pair := pair_of(value)) is None:
         return value
     if not min(pair) > 0.0:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base.argument_checks import admit
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import read_bytes
 from workbench.base.toml import LARGEST_FILE
@@ -36,6 +37,12 @@ class Prior:
     names: tuple[str, ...]
     values: Float[np.ndarray, " k"]
     information: Float[np.ndarray, "k k"]
+
+    def __post_init__(self):
+        admit(self)
+        count = len(self.names)
+        if self.values.shape != (count,) or self.information.shape != (count, count):
+            raise OptionError(f"a prior of {count} constants needs as many values, and their information")
 
     @classmethod
     def of(cls, fit: Fit) -> "Prior":

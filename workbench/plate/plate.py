@@ -7,6 +7,7 @@ there, so the same plate serves any arm that stands in the same place.
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
+from types import NoneType
 from typing import Any
 
 import numpy as np
@@ -95,6 +96,11 @@ class Plate:
     production: Production = EXACT
     anchors: Float[np.ndarray, "anchors 3"] | None = None
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        plain = all(isinstance(getattr(self, name), kind) for name, kind in _KINDS.items())
+        if not (plain and all(type(target) is Target for target in self.targets)):
+            admit(self)  # which takes longer than a drag, that makes many, should
 
     def __repr__(self) -> str:
         return f"<Plate {self.name}: {len(self)} targets; {self.assumptions}>"
@@ -197,3 +203,17 @@ class Plate:
             for t, row, branch in zip(self.targets, q, branches, strict=True)
         )
         return replace(self, targets=targets)
+
+
+_KINDS: dict[str, type | tuple[type, ...]] = {
+    "name": str,
+    "targets": tuple,
+    "region": Region,
+    "xyz": np.ndarray,
+    "rpy": np.ndarray,
+    "size": (np.ndarray, NoneType),
+    "production": Production,
+    "anchors": (np.ndarray, NoneType),
+    "notes": tuple,
+}
+"""What the fields of a plate are unless a stranger made it."""

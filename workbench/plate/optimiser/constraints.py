@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 
 from workbench.arm.inverse.branch import LIMIT_MARGIN
 from workbench.arm.robot import Robot
+from workbench.base.argument_checks import admit
 from workbench.base.errors import DataError, OptionError
 from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.plate.optimiser.clearance import arm_shape
@@ -46,6 +47,7 @@ class Constraints:
     floor: float | None = 0.0
 
     def __post_init__(self):
+        admit(self)
         for what in ("clearance", "limit_margin", "errors", "spacing", "edge", "retreat"):
             minimum = float(np.min(getattr(self, what)))
             if not minimum >= 0.0:

@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base import se3
+from workbench.base.argument_checks import admit
 from workbench.base.errors import OptionError
 from workbench.plate.plate import SQUARE, Plate
 
@@ -74,6 +75,7 @@ class Blocks:
     shapes: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self):
+        admit(self)
         low, high = self.heights
         if not 0.0 < low <= high:
             raise OptionError(f"block heights must be positive and in order, got {low:g} to {high:g} m")
