@@ -14,6 +14,7 @@ from workbench.arm.effects import EFFECTS
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
+from workbench.base.progress import Cancelled, running
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.notes import NO_DIRECTION
 from workbench.diagnosis.report.results_json import diagnosis_json
@@ -249,3 +250,18 @@ def test_play_by_motion_that_could_not_be_tried_is_said_to(diagnosed):
     assert NO_DIRECTION in diagnosed.notes
     _, rows = measure_poses(load_robot("aria"), 40, seed=2)
     assert NO_DIRECTION not in diagnose(load_robot("aria"), replace(rows, time=np.arange(40.0))).notes
+
+
+# -- cancelled ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("after", [0.0, 0.1, 0.3, 0.6, 0.9])
+def test_a_diagnosis_that_is_cancelled_gives_no_conclusion(after):
+    """At its beginning, in the fits, in the search, while the arm is chosen, and before its end."""
+    robot = load_robot("aria")
+    _, rows = measure_poses(robot, 40, effects=("joint-compliance:2:5e-5",), seed=1)
+    done = [0.0]
+    with running(lambda share, text: done.append(share), lambda: done[-1] >= after), pytest.raises(Cancelled):
+        diagnose(robot, rows)
+    assert done[-1] >= after
+    assert max(done) < 1.0

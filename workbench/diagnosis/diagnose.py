@@ -58,7 +58,8 @@ def diagnose(
     Args:
         robot: Nominal arm; effects that it already has keep their values.
         data: Measurements, with any drivers of effects.
-        choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
+        choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`,
+            which replace those of `choices`.
         measurable: Whether a posture can be measured next; all reachable ones if None.
 
     Raises:

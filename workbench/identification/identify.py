@@ -58,7 +58,8 @@ def identify(
             if the rows hold tool poses instead of joints, as pictures do; a robot given with these is
             ignored.
         data: Measurements.
-        choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
+        choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`,
+            which replace those of `choices`.
         algorithms: Names from `ALGORITHMS`.
         bounds: Minimum and maximum value by name, for OPT1.
         loss: Whether outliers are excluded, or how residuals are weighted.

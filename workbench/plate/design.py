@@ -64,9 +64,9 @@ def optimise_plate(
     Args:
         robot: Nominal arm with limits.
         plate: Where the plate lies, how large it is, its region; its targets are one of the starts.
-        request: What is asked of the plate; its fields may be given as keywords, such as `number=8`. Where
-            neither it nor `constraints` is given, narrower margins are tried (with a note) if the usual ones
-            leave no plate.
+        request: What is asked of the plate; its fields may be given as keywords, such as `number=8`, which
+            replace those of `request`. Where neither it nor `constraints` is given, narrower margins are
+            tried (with a note) if the usual ones leave no plate.
         reading: What is read at a target: seat, socket, point, contacts or ball-bar; as the given plate's
             targets are if None.
         sigma: Standard deviations of one visit [m], [rad]; those of the reading if None.
