@@ -100,7 +100,7 @@ def test_what_can_not_be_opened(first, weighed):
 
 
 def test_rows_are_numbered_by_the_work_that_plates_take(weighed):
-    assert row_text(1, choices_of(weighed)[1]) == "2: printed, 8 targets, 2 shapes: 0.100 mm"
+    assert row_text(1, weighed) == "2: printed, 8 targets, 2 shapes: 0.100 mm"
     made = [Choice(method=name, design=choices_of(weighed)[0].design) for name in ("ball-bar", "printed")]
     assert sorted(made, key=lambda choice: choice.work)[0].method == "printed"
 

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import imageio.v3
 import numpy as np
 import pytest
+from viser import GuiHtmlHandle
 from viser._assignable_props_api import AssignablePropsBase
 from viser._messages import GuiUpdateMessage
 
@@ -65,7 +66,6 @@ from workbench.views.page.local_server import local_server
 from workbench.views.page.panels import PANELS, fit
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.fit import read_rows
-from workbench.views.page.panels.form import Html
 from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.history import HistoryPanel
 from workbench.views.page.panels.start_card import StartCard, load
@@ -395,7 +395,8 @@ def change(app, label, value):
 
 def html_of(app, testid):
     """What a panel shows by this name; empty while it is not there."""
-    shown = (f.control for p in app.view._panels for f in p._controls if isinstance(f, Html))
+    each = (f.control for p in app.view._panels for f in p._controls)
+    shown = (control for control in each if isinstance(control, GuiHtmlHandle))
     return next((c.content for c in shown if c.visible and f'data-testid="{testid}"' in c.content), "")
 
 

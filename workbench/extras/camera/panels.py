@@ -119,17 +119,17 @@ class PictureFields:
             unit=1e-3,
             value=1e3 * Board().square,
         )
-        self._carrier = gui.add_dropdown("Board is", (*CARRIERS,), hint="The camera is on the other.")
+        self._carrier = panel.dropdown("Board is", CARRIERS, "The camera is on the other.")
 
     @property
     def board(self) -> Board:
         """One of these squares."""
-        return Board(square=self._side.typed, mounted=CARRIERS[str(self._carrier.value)])
+        return Board(square=self._side.typed, mounted=self._carrier.typed)
 
     def show(self, data: Dataset) -> None:
         """The board of pictures that were read."""
         rig = rig_of(data)
-        set_value(self._carrier, ON[rig.mounted])
+        set_value(self._carrier.control, ON[rig.mounted])
         if (board := rig.targets[0].charuco) is not None:
             set_value(self._side.control, 1e3 * board.square)
 
@@ -173,40 +173,37 @@ class CamerasPanel(AbstractPanel):
             with gui.add_folder("Your board, or one to print", expand_by_default=True):
                 self._fields = fields = PictureFields(self, gui)
                 board = Board()
-                squares = gui.add_text("Squares", f"{board.across}x{board.down}", hint="Across x down.")
+                squares = self.line("Squares", "Across x down.", value=f"{board.across}x{board.down}")
 
                 def printed(_: Session) -> tuple[str, bytes]:
-                    across, down = across_down(str(squares.value))
+                    across, down = across_down(squares.typed)
                     board = replace(fields.board, across=across, down=down)
                     return "board.pdf", PrintedSheet.of(board.charuco).pdf()
 
                 self.download("Board (PDF)", printed, "To print at 100 %.")
             gui.add_html(note(HOW_TO_TAKE, "steps-of-pictures"))
             fields.build_upload(self, gui)
-            self._seen = gui.add_html("")
-            self._gate = gui.add_html("")
-            self._save = self.download(
+            self.html(self._seen)
+            self.html(_gate)
+            self.download(
                 "Camera and target (JSON)",
                 camera_json,
                 "Poses, lenses and zeros with their standard errors, in SI units and degrees.",
-                visible=False,
+                visible=lambda s: _pictures(s) is not None and _result(s) is not None,
             )
 
     def show(self, session: Session) -> None:
-        views, alone = camera_views(session), _alone(session)
-        loaded = session.measurements.loaded
-        data = alone.data if alone is not None else loaded.dataset if views and loaded is not None else None
-        if data is not None and data is not self._read:
-            self._fields.show(data)
-        self._read, seen, gate = data, "", ""
-        result = session.results.identification if alone is None else alone.found
-        if data is not None:
-            previews = session.part(Previews) if alone is None else alone.previews
-            cameras = (_camera(c, view, coverage(data, c), result) for c, view in enumerate(views))
-            seen = "".join([self._thumbnails(data, previews), *cameras])
-            gate = _identified(result, is_alone=alone is not None)
-        self._seen.content, self._gate.content = seen, gate
-        self._save.visible = data is not None and result is not None
+        before, self._read = self._read, _pictures(session)
+        if self._read is not None and self._read is not before:
+            self._fields.show(self._read)
+
+    def _seen(self, session: Session) -> str:
+        if (data := _pictures(session)) is None:
+            return ""
+        alone, views = _alone(session), camera_views(session)
+        previews = session.part(Previews) if alone is None else alone.previews
+        cameras = (_camera(c, view, coverage(data, c), _result(session)) for c, view in enumerate(views))
+        return "".join([self._thumbnails(data, previews), *cameras])
 
     def _thumbnails(self, data: Dataset, previews: Previews | None) -> str:
         """Every picture with its corners; a press shows it large, and the arm as it stood."""
@@ -226,6 +223,23 @@ class CamerasPanel(AbstractPanel):
         place = np.flatnonzero(np.isin(session.results.comparison.number, number))
         if len(place):
             self._worker.submit(ShowRow(int(place[0])))
+
+
+def _pictures(session: Session) -> Dataset | None:
+    """The rows of pictures of the session, if any."""
+    alone, loaded = _alone(session), session.measurements.loaded
+    if alone is not None:
+        return alone.data
+    return loaded.dataset if loaded is not None and camera_views(session) else None
+
+
+def _result(session: Session) -> Identification | None:
+    return session.results.identification if (alone := _alone(session)) is None else alone.found
+
+
+def _gate(session: Session) -> str:
+    is_there = _pictures(session) is not None
+    return _identified(_result(session), is_alone=_alone(session) is not None) if is_there else ""
 
 
 def _camera(camera: int, view: CameraView, used: np.ndarray, result: Identification | None) -> str:
@@ -249,9 +263,7 @@ def _camera(camera: int, view: CameraView, used: np.ndarray, result: Identificat
 
 def camera_json(session: Session) -> tuple[str, bytes]:
     """What was found of cameras, target and arm, as `identify --json` writes it."""
-    alone = _alone(session)
-    found = session.results.identification if alone is None else alone.found
-    if found is None:
+    if (found := _result(session)) is None:
         raise DataError("camera and target are not identified yet")
     return "camera.json", json.dumps(identification_json(found), indent=1).encode()
 
@@ -308,46 +320,39 @@ class PictureCapturePanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Take pictures", expand_by_default=False):
-            self._folder = gui.add_text(
-                "Folder", "", hint="On this machine, with camera.toml and target.toml."
-            )
-            self._device = gui.add_text(
-                "Device", "", hint="Number of a camera, such as 0; empty: the folder is watched."
-            )
-            self._begin = self.button(
+            folder = self.line("Folder", "On this machine, with camera.toml and target.toml.")
+            device = self.line("Device", "Number of a camera, such as 0; empty: the folder is watched.")
+            self.button(
                 "Watch",
-                self._watch,
+                lambda: _watch(folder.typed.strip(), device.typed.strip()),
                 viser.Icon.CAMERA,
                 "Check every new picture, and keep it if it is good.",
                 main=True,
+                visible=lambda s: s.part(Capture) is None,
             )
-            self._seen = gui.add_html("")
-            self._again = self.button(
-                "Drop the last", DropShot, viser.Icon.ROTATE, "Drop the last kept picture and take it again."
-            )
-            self._use = self.button(
+            self.html(lambda s: note(HOW, "shooting") if (now := s.part(Capture)) is None else _shown(now))
+            hint = "Drop the last kept picture and take it again."
+            self.button("Drop the last", DropShot, viser.Icon.ROTATE, hint, visible=_is_capturing)
+            self.button(
                 UseShots.title,
                 UseShots,
                 viser.Icon.DATABASE,
                 "End here: the kept pictures become the session's measurements.",
                 main=True,
+                visible=_is_capturing,
             )
-            self._stop = self.button(
-                EndShooting.title, EndShooting, viser.Icon.X, "End here and drop the pictures."
-            )
+            hint = "End here and drop the pictures."
+            self.button(EndShooting.title, EndShooting, viser.Icon.X, hint, visible=_is_capturing)
 
-    def show(self, session: Session) -> None:
-        capture = session.part(Capture)
-        self._begin.visible = capture is None
-        for button in (self._again, self._use, self._stop):
-            button.visible = capture is not None
-        self._seen.content = note(HOW, "shooting") if capture is None else _shown(capture)
 
-    def _watch(self) -> BeginShooting:
-        folder, device = Path(str(self._folder.value).strip()).expanduser(), str(self._device.value).strip()
-        names = ("camera", "target")
-        files = (read_bytes(folder / f"{name}.toml", wanted=f"a {name} TOML") for name in names)
-        return BeginShooting(f"device:{device}" if device else str(folder), *files)
+def _is_capturing(session: Session) -> bool:
+    return session.part(Capture) is not None
+
+
+def _watch(typed: str, device: str) -> BeginShooting:
+    folder, names = Path(typed).expanduser(), ("camera", "target")
+    files = (read_bytes(folder / f"{name}.toml", wanted=f"a {name} TOML") for name in names)
+    return BeginShooting(f"device:{device}" if device else str(folder), *files)
 
 
 def _shown(capture: Capture) -> str:

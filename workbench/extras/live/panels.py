@@ -22,7 +22,7 @@ from workbench.extras.live.session import (
 from workbench.extras.live.standstill import ArmState
 from workbench.session.state import Session, Source, Tab
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, text
-from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.panels.panel import AbstractPanel
 
 LIGHTS = {ArmState.STILL: GOOD, ArmState.MOVING: CAREFUL, ArmState.UNKNOWN: BAD}
 SPACE = "The space bar stores the row; the next target follows."
@@ -38,33 +38,30 @@ class GuidedPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Guided, target by target"):
-            self._source = gui.add_html("")
-            self._follow = gui.add_checkbox(
-                "Follow the arm", True, visible=False, hint="Move the arm in the scene with the real one."
+            self.html(lambda s: _source(s.choices.source))
+            follow = self.checkbox(
+                "Follow the arm",
+                "Move the arm in the scene with the real one.",
+                lambda s: s.choices.source.is_followed,
+                visible=lambda s: s.choices.source,
+                value=True,
             )
-            self.sends(self._follow, lambda: FollowSource(bool(self._follow.value)))
-            self._live = self.button(
+            self.form(FollowSource, follow)
+            self.button(
                 "Measure the real arm",
                 MeasureLive,
                 viser.Icon.PLUG_CONNECTED,
                 "Move the connected arm to each target, wait until it is still, store the row.",
                 main=True,
-                visible=False,
+                visible=lambda s: s.choices.source,
+                disabled=lambda s: not s.choices.source.is_open,
             )
-            self._begin = self.button(
+            self.button(
                 "Begin measuring",
                 lambda: BeginMeasuring(errors=LIKELY_ERRORS),
                 viser.Icon.TARGET,
                 "Measure a virtual arm target by target, like a real one.",
             )
-
-    def show(self, session: Session) -> None:
-        source = session.choices.source
-        self._source.content = _source(source)
-        self._follow.visible = self._live.visible = source is not None
-        if source is not None:
-            set_value(self._follow, source.is_followed)
-            self._live.disabled = not source.is_open
 
 
 class MeasuringPanel(AbstractPanel):
@@ -76,13 +73,9 @@ class MeasuringPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         """Buttons shown during a measurement."""
-        self._status = gui.add_html("", visible=False)
+        self.html(_measuring)
         self._space: viser.CommandHandle | None = None
-
-        def button(label, command, icon, hint, *, main=False):
-            return self.button(label, command, icon, hint, main=main, visible=False)
-
-        icon = viser.Icon
+        button, icon = self.button, viser.Icon
         self._drive = button(
             "Drive the virtual arm there",
             DriveArm,
@@ -93,13 +86,12 @@ class MeasuringPanel(AbstractPanel):
         self._store = button(
             "Store", StoreRow, icon.CHECK, "Store joint readings and pose as this target's row.", main=True
         )
-        self._store_as = self.button(
+        self._store_as = button(
             "Store",
             lambda: StoreRow(target=self._seen),
             icon.TARGET_ARROW,
             "The arm is at that target, not at the current one: store its row and continue from there.",
             main=True,
-            visible=False,
         )
         self._store_anyway = button(
             "Store anyway",
@@ -118,7 +110,6 @@ class MeasuringPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         measuring = session.part(Measuring)
-        self._status.visible = measuring is not None
         self._hear_space(measuring is not None)
         for button in (self._drive, self._store, self._again, self._next, self._use, self._stop):
             button.visible = measuring is not None
@@ -139,9 +130,6 @@ class MeasuringPanel(AbstractPanel):
         if is_complete:
             for button in (self._drive, self._store, self._store_as, self._store_anyway, self._next):
                 button.visible = False
-        source = session.choices.source
-        where = "" if measuring.virtual is not None or source is None else _source(source)
-        self._status.content = where + _status(status, measuring)
 
     def _hear_space(self, is_heard: bool) -> None:
         """Only now: elsewhere the space bar presses the button that has the focus."""
@@ -169,6 +157,14 @@ class MeasuringPanel(AbstractPanel):
             self._store_as.visible = True
             self._store_as.label = f"Store as target {self._seen + 1}"
             self._store_as.disabled = not acquisition.copy().store_as(index).changed
+
+
+def _measuring(session: Session) -> str:
+    measuring, source = session.part(Measuring), session.choices.source
+    if measuring is None:
+        return ""
+    where = "" if measuring.virtual is not None or source is None else _source(source)
+    return where + _status(measuring.acquisition.status(), measuring)
 
 
 def _source(source: Source | None) -> str:

@@ -5,11 +5,10 @@ from functools import partial
 import viser
 
 from workbench.extras.production.session import MAX_ARMS, OpenChoice, TryPlate, WeighPlates, choices_of
-from workbench.extras.production.tradeoff import Choice
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import MUTED, block, heading, number, text
 from workbench.views.page.panels.index import try_plate
-from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_press
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel
 
 MAX_OPENED_PLATES = 24
 """Plates that can be opened from the page."""
@@ -76,25 +75,13 @@ class TradeoffPanel(AbstractPanel):
                 "and compare their predicted errors. Takes a few minutes; Cancel stops it.",
                 disabled=_is_busy,
             )
-            self._rows = [
-                gui.add_button("–", color="gray", visible=False, hint="Open this plate; Undo reverts this.")
-                for _ in range(MAX_OPENED_PLATES)
-            ]
-        for i, row in enumerate(self._rows):
-            on_press(row, partial(self._open, i))
-
-    def show(self, session: Session) -> None:
-        choices = choices_of(session)
-        for i, row in enumerate(self._rows):
-            row.visible = i < len(choices)
-            row.disabled = session.page.job is not None
-            if i < len(choices):
-                row.label = row_text(i, choices[i])
-
-    def _open(self, i: int) -> None:
-        self._worker.submit(OpenChoice(i))
+            for i in range(MAX_OPENED_PLATES):
+                row, hint = partial(row_text, i), "Open this plate; Undo reverts this."
+                open_it = partial(OpenChoice, i)
+                self.button("–", open_it, None, hint, visible=row, disabled=_is_busy, label=row)
 
 
-def row_text(i: int, choice: Choice) -> str:
-    """A plate in one line."""
-    return f"{i + 1}: {choice.name}: {number(1e3 * choice.design.cost)} mm"
+def row_text(i: int, session: Session) -> str:
+    """A plate in one line; nothing if there are fewer."""
+    found = choices_of(session)[i : i + 1]
+    return "".join(f"{i + 1}: {one.name}: {number(1e3 * one.design.cost)} mm" for one in found)

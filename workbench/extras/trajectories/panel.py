@@ -207,7 +207,7 @@ def curves(track: Track) -> str:
     ends = "0 s", f"{track.duration:g} s"
     drawn += Chart(joints, height, ends, floor=0.0, sides=("min", "max")).svg()
     head = heading(f"{title} over time; click or drag to go there")
-    return block(head) + block(drawn, testid=OVER)
+    return block(head) + f"<div {OVER}>{block(drawn, testid='curves')}</div>"
 
 
 def legend(track: Track) -> str:

@@ -31,18 +31,17 @@ NARROW = 1000
 """Windows up to this width have a narrower panel [px]."""
 PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
-OVER, OVER_HEIGHT = "curves", 140.0
-"""Test id of charts over time with a slider over them, where a click or drag sets it; their height in all."""
-CHARTS = ", ".join(
-    f'[data-testid="{name}"]'
-    for name in ("index", "history", "changes", "verdict", "row-chart", "joints", "result", "rezero", OVER)
-)
+DRAWINGS = "index, history, changes, verdict, row-chart, joints, result, rezero, curves"
+CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
 """Marks what is hidden in a narrow window."""
+OVER = 'data-over="1"'
+OVER_HEIGHT = 140.0
+"""Marks charts over time with a slider over them, where a click or drag sets it; their height in all."""
 UNIT = 100.0 / WIDTH
 """Of charts, where the slider is [cqw]."""
-SLIDER = f'div:has(> [data-testid="{OVER}"]) + div'
+SLIDER = f"div:has(> [{OVER}]) + div"
 CAPTION = 'data-caption="1"'
 """Marks what is said over the scene."""
 RULES = f"""
@@ -90,8 +89,8 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 .mantine-ScrollArea-scrollbar[data-orientation="vertical"] {{
   width: 8px !important; padding: 0 1px !important }}
 .gone {{ display: none }}
-[data-testid="{OVER}"] {{ margin-bottom: calc({-OVER_HEIGHT / WIDTH:.5f} * (100% - 24px)) }}
-[data-testid="{OVER}"] svg {{ display: block }}
+[{OVER}] {{ margin-bottom: calc({-OVER_HEIGHT / WIDTH:.5f} * (100% - 24px)) }}
+[{OVER}] svg {{ display: block }}
 {SLIDER} {{ padding: 0 12px !important; position: relative; container-type: inline-size }}
 {SLIDER} > .mantine-Flex-root {{
   height: {UNIT * (OVER_HEIGHT - FOOT):.3f}cqw; margin-bottom: {UNIT * FOOT:.3f}cqw }}

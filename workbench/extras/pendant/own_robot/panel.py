@@ -7,7 +7,7 @@ from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.export import robot_toml
-from workbench.session.state import Session, Tab
+from workbench.session.state import Tab
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
@@ -30,9 +30,8 @@ class OwnRobotPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Your own robot", expand_by_default=False):
             gui.add_html(block(text(HOW), style=f"color:{MUTED}"))
-            self._source = gui.add_dropdown(
-                "It is", (A_FILE, *built_in_robots()), hint="A file below, or a built-in arm to check."
-            )
+            arms, hint = (A_FILE, *built_in_robots()), "A file below, or a built-in arm to check."
+            self._source = self.dropdown("It is", arms, hint)
             self._upload = self.upload(
                 "DH table, URDF, xacro",
                 self._keep,
@@ -40,7 +39,7 @@ class OwnRobotPanel(AbstractPanel):
                 endings=KINDS,
                 maximum=LARGEST_MODEL,
             )
-            self._poses = gui.add_text("Poses", "", multiline=True, hint=f"Such as {EXAMPLE}")
+            self._poses = self.line("Poses", f"Such as {EXAMPLE}", multiline=True)
             self.button(
                 "Check against these poses",
                 self._check,
@@ -50,19 +49,16 @@ class OwnRobotPanel(AbstractPanel):
             )
             self.download("This robot (TOML)", robot_toml, "The robot as it is now, before any calibration.")
 
-    def show(self, session: Session) -> None:
-        """Nothing here depends on the session."""
-
     def _keep(self, name: str, content: bytes) -> None:
         self._file, self._upload.label = (name, content), name[-40:]
-        set_value(self._source, A_FILE)
+        set_value(self._source.control, A_FILE)
 
     def _check(self) -> AbstractCommand:
-        poses = tuple(line.strip() for line in self._poses.value.splitlines() if line.strip())
+        poses = tuple(line.strip() for line in self._poses.typed.splitlines() if line.strip())
         if not poses:
             return Tell(f"enter three poses from the pendant, one per line, such as {EXAMPLE}")
-        if self._source.value != A_FILE:
-            return ChooseRobot(self._source.value, poses=poses)
+        if self._source.typed != A_FILE:
+            return ChooseRobot(self._source.typed, poses=poses)
         if self._file is None:
             return Tell("choose a file with the robot's table or description, or a known arm")
         return LoadModel(*self._file, poses=poses)

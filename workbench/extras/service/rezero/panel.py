@@ -44,39 +44,37 @@ class RezeroPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Joint zeros after a collision", expand_by_default=False):
-            self._replaced = gui.add_text(
-                "Replaced joints", "", hint="Such as 3, or 3, 4: the links next to them may differ too."
+            replaced = self.line(
+                "Replaced joints", "Such as 3, or 3, 4: the links next to them may differ too."
             )
-            self._start = self.button(
+            self.button(
                 "Find moved joints",
-                self._find,
+                lambda: _find(replaced.typed),
                 viser.Icon.REFRESH_ALERT,
                 "Find which joint's zero moved since the robot of this session was calibrated.",
                 main=True,
+                disabled=lambda s: s.measurements.loaded is None or s.page.job is not None,
             )
             gui.add_html(note(READY, "knocked"))
-        self._card = gui.add_html("")
-        self._save = self.download(
-            "Arm with these zeros (TOML)", rezeroed_toml, "The calibrated arm with the zeros found."
+        self.html(_card)
+        self.download(
+            "Arm with these zeros (TOML)",
+            rezeroed_toml,
+            "The calibrated arm with the zeros found.",
+            visible=lambda s: (found := zeros_of(s)) is not None and not found.doubts,
         )
 
-    def show(self, session: Session) -> None:
-        found = zeros_of(session)
-        self._start.disabled = session.measurements.loaded is None or session.page.job is not None
-        self._save.visible = found is not None and not found.doubts
-        self._card.content = (
-            "" if found is None else block(_card(found), testid="rezero", style="margin:4px 0 8px")
-        )
 
-    def _find(self) -> FindZeros:
-        typed = str(self._replaced.value)
-        try:
-            return FindZeros(tuple(int(part) for part in typed.split(",") if part.strip()))
-        except ValueError:
-            raise OptionError(f"replaced joints must be numbers such as 3, 4, got '{typed}'") from None
+def _find(typed: str) -> FindZeros:
+    try:
+        return FindZeros(tuple(int(part) for part in typed.split(",") if part.strip()))
+    except ValueError:
+        raise OptionError(f"replaced joints must be numbers such as 3, 4, got '{typed}'") from None
 
 
-def _card(found: Rezero) -> str:
+def _card(session: Session) -> str:
+    if (found := zeros_of(session)) is None:
+        return ""
     colours = {
         RezeroVerdict.MOVED: CAREFUL,
         RezeroVerdict.UNCHANGED: GOOD,
@@ -90,7 +88,8 @@ def _card(found: Rezero) -> str:
     renewed = folded("Geometry next to replaced joints", _geometry(found)) if found.renewed else ""
     more = folded("Notes", bullets(map(text, found.notes)))
     sentence = found.sentence.removeprefix(f"{HEADLINES[found.verdict].lower()}: ")
-    return f"{mark}<div>{text(capital(sentence))}.</div>{error}{_bars(found)}{open_pairs}{renewed}{more}"
+    content = f"{mark}<div>{text(capital(sentence))}.</div>{error}{_bars(found)}{open_pairs}{renewed}{more}"
+    return block(content, testid="rezero", style="margin:4px 0 8px")
 
 
 def _bars(found: Rezero) -> str:

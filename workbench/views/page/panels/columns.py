@@ -11,8 +11,8 @@ from workbench.session.export import columns_toml
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import BAD, MUTED, block, table, text
-from workbench.views.page.panels.form import on_change, show_options
-from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.panels.form import on_change
+from workbench.views.page.panels.panel import AbstractPanel
 
 MAX_LISTED_COLUMNS = 80
 """Columns that are listed."""
@@ -28,16 +28,13 @@ class ColumnsPanel(AbstractPanel):
     _shown: MeasurementFile | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._folder = gui.add_folder("Columns of the file", visible=False)
-        with self._folder:
-            self._column = gui.add_dropdown("Column", ("-",), hint="The file's heading.")
-            self._is = gui.add_dropdown(
-                "is",
-                ("-",),
-                hint="Meaning of the column; a change reads the file again. - ignores the column.",
-            )
-            on_change(self._column, lambda: self._show_meaning(file_of(self._worker.session)))
-            self.sends(self._is, self._choose)
+        with self.folder("Columns of the file", visible=file_of):
+            names, hint = lambda s: _headings(s) or ("-",), "The file's heading."
+            self._column = self.dropdown("Column", names, hint, self._heading, visible=_headings)
+            hint = "Meaning of the column; a change reads the file again. - ignores the column."
+            meaning = self.dropdown("is", self._meanings, hint, self._understood, visible=_headings)
+            on_change(self._column, lambda: meaning.show(self._worker.session))
+            self.form(self._choose, meaning)
             self.download(
                 "Save this choice (TOML)",
                 columns_toml,
@@ -50,38 +47,29 @@ class ColumnsPanel(AbstractPanel):
                 endings=".toml",
                 maximum=MAX_MAPPING_BYTES,
             )
-            self._list = gui.add_html("")
+            self.html(lambda s: "" if (file := file_of(s)) is None else listing(file))
 
-    def show(self, session: Session) -> None:
+    def _heading(self, session: Session) -> str | None:
+        """The chosen one; of another file the first one in doubt."""
+        before, self._shown = self._shown, file_of(session)
+        is_chosen = self._shown is None or self._shown is before
+        return self._column.typed if is_chosen else _first_doubtful(self._shown)
+
+    def _meanings(self, session: Session) -> list[str]:
+        names = list(meanings(session.robot.dof))
+        return names if (now := self._understood(session)) in names else [now, *names]
+
+    def _understood(self, session: Session) -> str:
+        """How the chosen column is understood."""
         file = file_of(session)
-        self._folder.visible = file is not None
-        if file is None:
-            return
-        headings = [c.heading for c in file.preview.columns if c.heading]
-        plain = file.preview.layout == "plain" and bool(headings)
-        self._column.visible = self._is.visible = plain
-        self._list.content = listing(file)
-        if plain:
-            is_same = file is self._shown and self._column.value in headings
-            show_options(self._column, headings)
-            set_value(self._column, self._column.value if is_same else _first_doubtful(file))
-            self._show_meaning(file)
-        self._shown = file
+        columns = () if file is None else file.preview.columns
+        return next((ours(c) for c in columns if c.heading == self._column.typed), "-")
 
-    def _show_meaning(self, file: MeasurementFile | None) -> None:
-        """The dropdown as the chosen column is understood."""
-        if file is None:
-            return
-        is_now = _understood(file, self._column.value)
-        options = list(meanings(self._worker.session.robot.dof))
-        show_options(self._is, options if is_now in options else [is_now, *options])
-        set_value(self._is, is_now)
-
-    def _choose(self) -> LoadData | None:
-        file = file_of(self._worker.session)
-        if file is None or self._is.value == _understood(file, self._column.value):
+    def _choose(self, meaning: str) -> LoadData | None:
+        session = self._worker.session
+        if (file := file_of(session)) is None or meaning == self._understood(session):
             return None
-        mapping = with_column(mapping_text(file.preview), self._column.value, self._is.value)
+        mapping = with_column(mapping_text(file.preview), self._column.typed, meaning)
         return LoadData(file.name, file.content, mapping.encode())
 
     def _with_mapping(self, name: str, content: bytes) -> LoadData | Tell:
@@ -94,6 +82,13 @@ def file_of(session: Session) -> MeasurementFile | None:
     if session.measurements.unread is not None:
         return session.measurements.unread
     return None if session.measurements.loaded is None else session.measurements.loaded.file
+
+
+def _headings(session: Session) -> list[str]:
+    """Those of a plain file."""
+    file = file_of(session)
+    is_plain = file is not None and file.preview.layout == "plain"
+    return [c.heading for c in file.preview.columns if c.heading] if file and is_plain else []
 
 
 def listing(file: MeasurementFile) -> str:
@@ -113,10 +108,6 @@ def _meaning(column: PreviewColumn) -> str:
         return f'<span style="color:{MUTED}">left out</span>'
     meaning = text(ours(column))
     return f'<span style="color:{BAD}">{meaning}: unit?</span>' if lacks_unit(column) else meaning
-
-
-def _understood(file: MeasurementFile, heading: str) -> str:
-    return next((ours(c) for c in file.preview.columns if c.heading == heading), "-")
 
 
 def _first_doubtful(file: MeasurementFile) -> str:

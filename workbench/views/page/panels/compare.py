@@ -14,8 +14,8 @@ from workbench.views.appearance.colours import CALIBRATED, NOMINAL, css
 from workbench.views.page.camera import aim
 from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.html import MUTED, badge, block, number, table, text
-from workbench.views.page.panels.form import ValueControl
-from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.panels.form import Control
+from workbench.views.page.panels.panel import AbstractPanel
 
 SWITCHES = {
     "ghosts": ("Other branches", "Show the other branches that reach the selected target as faint arms."),
@@ -46,10 +46,15 @@ class ComparePanel(AbstractPanel):
     depends = ("results", "choices.overlay", "measurements", "track")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._row = gui.add_slider(
-            "Pose", 1, 2, 1, 1, visible=False, hint="Step through the measured poses; the arms follow."
+        row = self.slider(
+            "Pose",
+            (1, 2, 1),
+            "Step through the measured poses; the arms follow.",
+            lambda s: s.results.row + 1,
+            visible=_has_rows,
+            max=lambda s: max(len(s.results.comparison), 2),
         )
-        self.sends(self._row, lambda: ShowRow(int(self._row.value) - 1))
+        self.form(lambda number: ShowRow(number - 1), row)
         self.html(_readout)
         excluded = self.checkbox(
             "Exclude this row",
@@ -66,29 +71,20 @@ class ComparePanel(AbstractPanel):
         hint = "Move the camera to show the robot and all measured positions."
         self.press("View all measurements", self._look_at_all, viser.Icon.FOCUS_2, hint, visible=_has_rows)
 
-    def _switch(self, name: str, label: str, hint: str) -> ValueControl:
+    def _switch(self, name: str, label: str, hint: str) -> Control:
         def visible(session: Session) -> bool:
             is_fitted = session.results.identification is not None
             return name == "ghosts" or is_fitted or (name in OF_ROWS and _has_rows(session))
 
         return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
 
-    def _factor(self, name: str, label: str, hint: str) -> ValueControl:
+    def _factor(self, name: str, label: str, hint: str) -> Control:
         def visible(session: Session) -> bool:
             of_track = name == "exaggeration" and session.track is not None
             return of_track or session.results.identification is not None
 
         limits = (MIN_EXAGGERATION, MAX_EXAGGERATION, 1.0)
         return self.number(label, limits, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
-
-    def show(self, session: Session) -> None:
-        comparison = session.results.comparison
-        self._row.visible = comparison is not None
-        if comparison is not None:
-            if self._row.value > len(comparison):
-                set_value(self._row, 1)
-            self._row.max = max(len(comparison), 2)
-            set_value(self._row, session.results.row + 1)
 
     def _look_at_all(self, event: viser.GuiEvent) -> None:
         session = self._worker.session

@@ -1,6 +1,6 @@
 """The diagnosis: the verdict, errors before and after, the candidates, and where to measure next."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
@@ -39,31 +39,6 @@ WORSE = {
 """Of a candidate beside the best one, by the odds of the best against it."""
 
 
-class EventButtons:
-    """Part of a panel; there once something is found to have happened to base or tool."""
-
-    def __init__(self, panel: AbstractPanel, gui: viser.GuiApi, session: Callable[[], Session]):
-        def split(place: int) -> MakeSession | None:
-            steps = list(splittable(session()))
-            return MakeSession(steps[place]) if place < len(steps) else None
-
-        self._lines = [
-            (
-                gui.add_html("", visible=False),
-                panel.button(SPLIT, partial(split, place), viser.Icon.ARROWS_SPLIT_2, HINT, visible=False),
-            )
-            for place in range(MAX_BUTTONS)
-        ]
-
-    def show(self, session: Session) -> None:
-        """The events of this snapshot."""
-        steps = list(splittable(session).values())
-        for place, (line, button) in enumerate(self._lines):
-            line.visible = button.visible = place < len(steps)
-            if place < len(steps):
-                line.content = block(text(f"{steps[place]}."), testid=f"event-{place + 1}", style=SPACED)
-
-
 class DiagnosePanel(AbstractPanel):
     """What was found, and where to measure next."""
 
@@ -72,27 +47,40 @@ class DiagnosePanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(_verdict)
-        self._events = EventButtons(self, gui, lambda: self._worker.session)
+        for place in range(MAX_BUTTONS):
+            self.html(partial(_event, place))
+            self.button(
+                SPLIT,
+                partial(self._split, place),
+                viser.Icon.ARROWS_SPLIT_2,
+                HINT,
+                visible=partial(_event, place),
+            )
         self.html(_details)
-        self._next = gui.add_button_group(
+        self.press_one(
             "Next poses",
             (TARGETS, FILE),
-            visible=False,
-            hint="The most informative poses to measure next: as targets of the plate, or their joint "
+            self._take_or_save,
+            "The most informative poses to measure next: as targets of the plate, or their joint "
             "positions as a CSV file.",
+            visible=lambda s: s.results.diagnosis is not None and len(s.results.diagnosis.measure_next),
         )
 
-        @self._next.on_click
-        def _(event: viser.GuiEvent) -> None:
-            if event.target.value == FILE:
-                self.save(event, next_poses_csv)
-            else:
-                self.send(TakeNextPoses)
+    def _split(self, place: int) -> MakeSession | None:
+        steps = list(splittable(self._worker.session))
+        return MakeSession(steps[place]) if place < len(steps) else None
 
-    def show(self, session: Session) -> None:
-        found = session.results.diagnosis
-        self._next.visible = found is not None and len(found.measure_next) > 0
-        self._events.show(session)
+    def _take_or_save(self, event: viser.GuiEvent) -> None:
+        if event.target.value == FILE:
+            self.save(event, next_poses_csv)
+        else:
+            self.send(TakeNextPoses)
+
+
+def _event(place: int, session: Session) -> str:
+    """What happened to base or tool; nothing if it was less often."""
+    steps = [*splittable(session).values()][place : place + 1]
+    return "".join(block(text(f"{step}."), testid=f"event-{place + 1}", style=SPACED) for step in steps)
 
 
 def _details(session: Session) -> str:

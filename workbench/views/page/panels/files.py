@@ -1,6 +1,7 @@
 """Saving the session's data and results, with the error of each file of the calibrated arm."""
 
 import io
+from functools import lru_cache
 
 import numpy as np
 import viser
@@ -34,39 +35,38 @@ PICTURE = (1200, 1920)
 EMPTY_NOTE = "Identify the arm first; then it is saved here."
 
 
-class ArmFiles:
-    """Part of a panel; there once an arm is identified."""
-
-    def __init__(self, panel: AbstractPanel, gui: viser.GuiApi):
-        self._shown: tuple[Identification | None, str] = (None, "")
-        self._errors = gui.add_html("", visible=False)
-        self._formats = gui.add_button_group("Save", tuple(SAVED), visible=False, hint=FORMATS)
-        self._formats.on_click(lambda event: panel.save(event, SAVED[event.target.value]))
-        forms = {name: form for name, form in FORMS.items() if not form.needs_source}
-        titles = ". ".join(f"{name}: {form.title}" for name, form in forms.items())
-        self._form = gui.add_dropdown("Other format", tuple(forms), visible=False, hint=titles)
-        self._other = gui.add_button(
-            "Save in this format", icon=viser.Icon.DOWNLOAD, color="gray", visible=False, hint=OTHER
-        )
-        self._other.on_click(
-            lambda event: panel.save(event, exported_as(forms[self._form.value]), is_arm=True)
-        )
-
-    def show(self, session: Session) -> None:
-        """The errors of the files as they would be saved now; they are evaluated once a fit."""
-        found = session.results.identification
-        for control in (self._errors, self._formats, self._form, self._other):
-            control.visible = found is not None
-        if found is not None and (self._shown[0] is not found or self._shown[1] != session.results.fit):
-            self._shown = found, session.results.fit
-            self._errors.content = _errors(found, session.results.fit)
+def add_arm_files(panel: AbstractPanel) -> None:
+    """What saves the arm once it is identified, with the error of each file."""
+    forms = {name: form for name, form in FORMS.items() if not form.needs_source}
+    titles = ". ".join(f"{name}: {form.title}" for name, form in forms.items())
+    panel.html(lambda s: _errors(s.results.identification, s.results.fit))
+    panel.press_one(
+        "Save",
+        SAVED,
+        lambda event: panel.save(event, SAVED[event.target.value]),
+        FORMATS,
+        visible=_is_identified,
+    )
+    form = panel.dropdown("Other format", forms, titles, visible=_is_identified)
+    panel.press(
+        "Save in this format",
+        lambda event: panel.save(event, exported_as(form.typed), is_arm=True),
+        viser.Icon.DOWNLOAD,
+        OTHER,
+        visible=_is_identified,
+    )
 
 
-def _errors(found: Identification, shown: str) -> str:
+def _is_identified(session: Session) -> bool:
+    return session.results.identification is not None
+
+
+@lru_cache(maxsize=1)
+def _errors(found: Identification | None, shown: str) -> str:
     """A line for each format, with its error and what it holds; beneath, folded, what else must be known."""
-    run = found.runs[shown]
-    if found.identifiability is not None and found.identifiability.refused:
+    if found is None or (found.identifiability is not None and found.identifiability.refused):
         return ""
+    run = found.runs[shown]
     added, errors = run.saved.robot.effects, sizes(file_errors(run))
     holds = {
         "URDF": "geometry alone: it can't hold effects" if added else "for other programs",
@@ -90,8 +90,8 @@ class FilesPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Calibrated arm"):
-            self.html(lambda s: "" if s.results.identification else note(EMPTY_NOTE, "unsaved"))
-            self._arm = ArmFiles(self, gui)
+            self.html(lambda s: "" if _is_identified(s) else note(EMPTY_NOTE, "unsaved"))
+            add_arm_files(self)
         with gui.add_folder("Plate, measurements, picture"):
             self.download("Plate (TOML)", plate_toml, "The plate with its targets and its region.")
             self.download(
@@ -102,9 +102,6 @@ class FilesPanel(AbstractPanel):
             )
             hint = "The scene as shown, without the panel."
             self.press("Picture of the scene (PNG)", self._picture, viser.Icon.CAMERA, hint)
-
-    def show(self, session: Session) -> None:
-        self._arm.show(session)
 
     def _picture(self, event: viser.GuiEvent) -> None:
         if event.client is None:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache
 
 import numpy as np
 import viser
@@ -34,8 +34,8 @@ from workbench.views.page.html import (
     table,
     text,
 )
-from workbench.views.page.panels.files import ArmFiles
-from workbench.views.page.panels.form import Commands, Shown, ValueControl
+from workbench.views.page.panels.files import add_arm_files
+from workbench.views.page.panels.form import Commands, Control, Shown
 from workbench.views.page.panels.index import WantedPanel
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 from workbench.views.page.panels.result_card import result_card
@@ -95,9 +95,8 @@ class FitPanel(AbstractPanel):
         self.html(_card)
         self.html(_requirement)
         self.html(_of_fit(lambda found, s: joint_zeros(found, s.results.fit, s.choices.fixed)))
-        self._changes = gui.add_html("", visible=False)
-        self._explained: Fit | None = None
-        self._files = ArmFiles(self, gui)
+        self.html(_of_fit(lambda found, s: _changes(found.runs[s.results.fit].fit)))
+        add_arm_files(self)
         self.html(_of_fit(lambda found, s: _warnings(found)))
 
     def _build_options(self, gui: viser.GuiApi) -> None:
@@ -114,13 +113,11 @@ class FitPanel(AbstractPanel):
         )
         self.sends(rows, lambda: LeaveRowsOut(read_rows(rows.typed)))
         self._algorithms = gui.add_folder("Algorithms", expand_by_default=False)
-        self._chosen = dict[str, ValueControl]()
+        self._chosen = dict[str, Control]()
         self._free = gui.add_folder("Free parameters", expand_by_default=False)
 
     def show(self, session: Session) -> None:
-        found = session.results.identification
         self._wanted.show_fields(session)
-        self._files.show(session)
         with self._algorithms:  # one may have been registered since
             for name in filter(lambda name: name not in self._chosen, ALGORITHMS):
                 title, hint = ALGORITHMS[name].title, ALGORITHMS[name].summary
@@ -130,12 +127,6 @@ class FitPanel(AbstractPanel):
             self._rebuild(session.robot)
         for name, box in self._boxes.items():
             set_value(box, name not in session.choices.fixed)
-        self._changes.visible = found is not None
-        if found is not None:
-            fit = found.runs[session.results.fit].fit
-            if fit is not self._explained:
-                self._explained, drawing = fit, constant_bars(fit)
-                self._changes.content = block(folded(WHY, drawing), testid="changes") if drawing else ""
 
     def _rebuild(self, robot: Robot) -> None:
         """A box for each parameter; another arm has others."""
@@ -145,10 +136,7 @@ class FitPanel(AbstractPanel):
         with self._free:
             self._boxes = {name: self._gui.add_checkbox(name, True, hint=hint) for name in robot.default_free}
         for name, box in self._boxes.items():
-            self.sends(box, partial(self._hold, name))
-
-    def _hold(self, name: str) -> HoldParameter:
-        return HoldParameter(name, not self._boxes[name].value)
+            self.form(lambda is_free, name=name: HoldParameter(name, not is_free), Control(box))
 
     def _identify(self) -> Identify:
         algorithms = tuple(name for name in ALGORITHMS if name in self._chosen and self._chosen[name].typed)
@@ -220,6 +208,13 @@ def read_rows(typed: str) -> tuple[int, ...]:
     except ValueError:
         raise OptionError(f"'{typed[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24") from None
     return tuple(sorted(rows))
+
+
+@lru_cache(maxsize=1)
+def _changes(fit: Fit) -> str:
+    """Each constant that changed, in mm at the tool."""
+    drawing = constant_bars(fit)
+    return block(folded(WHY, drawing), testid="changes") if drawing else ""
 
 
 def _titles() -> dict[str, str]:

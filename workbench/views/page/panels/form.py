@@ -6,12 +6,13 @@
     )
     self.form(SetNoise, *noise)
 
+What else depends on the session is given by viser's names: `visible`, `disabled`, `label`, `color`, `max`.
 Panels bring all controls in line with every snapshot that they draw; SI inside, units on the page.
 """
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
-from typing import Any, TypeVar, final
+from collections.abc import Callable, Iterable, Mapping
+from enum import StrEnum
+from typing import Any, NamedTuple, final
 
 import numpy as np
 import viser
@@ -19,7 +20,7 @@ import viser
 from workbench.base.errors import WorkbenchError
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.messages import Tell
-from workbench.session.state import Session
+from workbench.session.state import Session, Units
 from workbench.session.worker import Worker
 from workbench.views.page.viser_internals import set_value
 
@@ -30,256 +31,260 @@ SHOWN_DIGITS = 6
 """Decimal places to which a number in its unit is shown: conversion leaves more."""
 Shown = Callable[[Session], Any]
 """What something shows of a session."""
+Press = Callable[[viser.GuiEvent], Any]
+"""What is done on the page of the user who presses; a plain function may take its time."""
 Commands = Mapping[str, Callable[[], AbstractCommand | None]]
 """What buttons send, by their labels."""
 Limits = tuple[float, float, float]
 """Minimum, maximum, and what an arrow key adds, in the unit of the control."""
 
 
-class AbstractControl(ABC):
+class Measure(StrEnum):
+    """What three numbers are."""
+
+    LENGTH = "length"
+    ANGLE = "angle"
+
+
+class ShownUnit(NamedTuple):
+    """A unit of three numbers: its size in SI, decimal places that are shown, what an arrow key adds."""
+
+    name: str
+    size: float
+    places: int
+    step: float
+
+
+UNITS = {
+    (Units.MILLIMETRES, Measure.LENGTH): ShownUnit("mm", 1e-3, 2, 1.0),
+    (Units.MILLIMETRES, Measure.ANGLE): ShownUnit("°", DEGREE, 3, 1.0),
+    (Units.METRES, Measure.LENGTH): ShownUnit("m", 1.0, 5, 1e-3),
+    (Units.METRES, Measure.ANGLE): ShownUnit("rad", 1.0, 5, 1e-2),
+}
+
+
+@final
+class Control:
     """A control of a panel.
 
     Args:
         control: viser's handle.
-        visible: When it is there; None: always. Whether it is there at first, if the panel itself decides.
-        disabled: When it can't be used.
-    """
-
-    def __init__(self, control: Any, *, visible: Shown | bool | None = None, disabled: Shown | None = None):
-        self.control = control
-        self._visible, self._disabled = None if isinstance(visible, bool) else visible, disabled
-        if isinstance(visible, bool):
-            control.visible = visible
-
-    @property
-    @abstractmethod
-    def typed(self) -> Any:
-        """What stands there, as commands take it."""
-
-    @abstractmethod
-    def show_value(self, session: Session) -> None:
-        """Bring what stands there in line with a snapshot."""
-
-    def show(self, session: Session) -> None:
-        """Bring the control in line with a snapshot."""
-        if self._visible is not None:
-            self.control.visible = bool(self._visible(session))
-        if self._disabled is not None:
-            self.control.disabled = bool(self._disabled(session))
-        self.show_value(session)
-
-
-@final
-class ValueControl(AbstractControl):
-    """A number, a switch or a text.
-
-    Args:
-        shows: The session's value for it; None where only the user changes it, or where it has none.
-        to_page: The control's value for that of the session.
-        typed: The session's value for that of the control.
+        typed: What stands there, as commands take it, from the control's value.
+        shows: The control's attributes for a session, by viser's names, in this order; those after `visible`
+            only while it is there. None: as it is.
     """
 
     def __init__(
-        self,
-        control: Any,
-        shows: Shown | None = None,
-        *,
-        to_page: Callable[[Any], Any] = lambda value: value,
-        typed: Callable[[Any], Any] = lambda value: value,
-        **when: Any,
+        self, control: Any, typed: Callable[[Any], Any] = lambda value: value, **shows: Shown | None
     ):
-        super().__init__(control, **when)
-        self._shows, self._to_page, self._typed = shows, to_page, typed
+        self.control, self._typed = control, typed
+        self._shows = {name: find for name, find in shows.items() if find is not None}
 
     @property
     def typed(self) -> Any:
         return self._typed(self.control.value)
 
-    def show_value(self, session: Session) -> None:
-        if self._shows is not None:
-            set_value(self.control, self._to_page(self._shows(session)))
+    def show(self, session: Session) -> None:
+        """Bring the control in line with a snapshot."""
+        for name, find in self._shows.items():
+            shown = bool(find(session)) if name in ("visible", "disabled") else find(session)
+            if name == "value":
+                set_value(self.control, shown)
+            elif getattr(self.control, name) != shown:
+                setattr(self.control, name, shown)
+            if name == "visible" and not shown:
+                return
 
 
-@final
-class Dropdown(AbstractControl):
-    """One of several, by what they are called on the page; which there are may depend on the session."""
+class AbstractControls:
+    """Makes controls; `show_fields` brings all of them in line with a snapshot.
 
-    def __init__(self, control: Any, shows: Shown | None, options: Shown, **when: Any):
-        super().__init__(control, **when)
-        self._shows, self._of, self._options = shows, options, dict[str, Any]()
-
-    @property
-    def typed(self) -> Any:
-        return self._options.get(self.control.value)
-
-    def show_value(self, session: Session) -> None:
-        self._options = dict(self._of(session))
-        show_options(self.control, list(self._options))
-        if self._shows is not None:
-            value = self._shows(session)
-            name = next((name for name, option in self._options.items() if option == value), None)
-            set_value(self.control, self.control.value if name is None else name)
-
-
-@final
-class Html(AbstractControl):
-    """What is said of a session; not there while that is nothing."""
-
-    def __init__(self, control: Any, shows: Shown):
-        super().__init__(control)
-        self._shows = shows
-
-    @property
-    def typed(self) -> str:
-        return str(self.control.content)
-
-    def show_value(self, session: Session) -> None:
-        self.control.content = content = self._shows(session)
-        self.control.visible = bool(content)
-
-
-AnyControl = TypeVar("AnyControl", bound=AbstractControl)
-
-
-class AbstractControls(ABC):
-    """Makes controls; `show_fields` brings all of them in line with a snapshot."""
+    Each takes the attributes of `Control` besides.
+    """
 
     _gui: viser.GuiApi
 
     def __init__(self, worker: Worker):
         self._worker = worker
-        self._controls: list[AbstractControl] = []
+        self._controls: list[Control] = []
 
     def show_fields(self, session: Session) -> None:
         for field in self._controls:
             field.show(session)
 
-    def add(self, field: AnyControl) -> AnyControl:
+    def add(self, field: Control) -> Control:
         """Keep a control in line with the session."""
         self._controls.append(field)
         return field
 
     def number(
-        self,
-        label: str,
-        limits: Limits,
-        hint: str,
-        shows: Shown | None = None,
-        *,
-        unit: float = 1.0,
-        **more: Any,
-    ) -> ValueControl:
-        """A field for a number, shown in its unit [SI]; `more` as for it, and `value` to begin with."""
-        minimum, maximum, step = limits
-        value = more.pop("value", None)
-        first = self._first(shows, unit, limits) if value is None else value
-        made = self._gui.add_number(label, first, min=minimum, max=maximum, step=step, hint=hint)
+        self, label: str, /, limits: Limits, hint: str, shows: Shown | None = None, **more: Any
+    ) -> Control:
+        """A field for a number, shown in its `unit` [SI], to so many `digits`; `value` to begin with."""
+        low, high, step = limits
+        made = self._gui.add_number(label, low, min=low, max=high, step=step, hint=hint)
         if isinstance(step, float):
             made.precision = max(made.precision, DECIMALS)
-        return self.add(_numeric(made, shows, unit, **more))
+        return self._numeric(made, shows, **more)
 
     def slider(
+        self, label: str, /, limits: Limits, hint: str, shows: Shown | None = None, **more: Any
+    ) -> Control:
+        """The same as a slider."""
+        return self._numeric(self._gui.add_slider(label, *limits, limits[0], hint=hint), shows, **more)
+
+    def _numeric(
         self,
-        label: str,
-        limits: Limits,
-        hint: str,
-        shows: Shown | None = None,
+        made: Any,
+        shows: Shown | None,
         *,
         unit: float = 1.0,
-        **more: Any,
-    ) -> ValueControl:
-        """The same as a slider."""
-        value = more.pop("value", None)
-        first = self._first(shows, unit, limits) if value is None else value
-        made = self._gui.add_slider(label, *limits, first, hint=hint)
-        return self.add(_numeric(made, shows, unit, **more))
+        digits: int = SHOWN_DIGITS,
+        value: float | None = None,
+        **more: Shown,
+    ) -> Control:
+        kind = type(made.value)
+        if value is not None:
+            set_value(made, value)
+        in_unit = shows and (lambda session: kind(round(float(shows(session)) / unit, digits)))
+        typed = int if kind is int and unit == 1.0 else lambda value: unit * float(value)
+        return self.add(Control(made, typed, **more, value=in_unit))
+
+    def coordinates(self, title: str, what: Measure, hint: str, shows: Shown, **more: Shown) -> Control:
+        """Three numbers in the units that the page shows [SI]; those not touched keep all their digits."""
+
+        def unit(session: Session) -> ShownUnit:
+            return UNITS[session.page.units, what]
+
+        def shown(session: Session) -> tuple[float, ...]:
+            numbers = np.array(shows(session)) / unit(session).size
+            return tuple((np.round(numbers, unit(session).places) + 0.0).tolist())
+
+        def typed(value: tuple[float, ...]) -> tuple[float, ...]:
+            session = self._worker.session
+            each = zip(value, shown(session), shows(session), strict=True)
+            return tuple(float(old if new == was else unit(session).size * new) for new, was, old in each)
+
+        return self.add(
+            Control(
+                self._gui.add_vector3(title, (0.0, 0.0, 0.0), hint=hint),
+                typed,
+                **more,
+                label=lambda session: f"{title} [{unit(session).name}]",
+                step=lambda session: unit(session).step,
+                precision=lambda session: unit(session).places,
+                value=shown,
+            )
+        )
 
     def checkbox(
-        self, label: str, hint: str, shows: Shown | None = None, *, value: bool = False, **more: Any
-    ) -> ValueControl:
-        made = self._gui.add_checkbox(label, value, hint=hint)
-        return self.add(ValueControl(made, shows, typed=bool, **more))
+        self, label: str, /, hint: str, shows: Shown | None = None, *, value: bool = False, **more: Shown
+    ) -> Control:
+        return self.add(Control(self._gui.add_checkbox(label, value, hint=hint), bool, **more, value=shows))
 
     def dropdown(
         self,
         label: str,
-        options: Mapping[str, Any] | Shown,
+        /,
+        options: Mapping[str, Any] | Iterable[str] | Shown,
         hint: str,
         shows: Shown | None = None,
-        **more: Any,
-    ) -> Dropdown:
+        **more: Shown,
+    ) -> Control:
         """One of several values, by their names; a function of the session if it decides which there are."""
-        of = options if callable(options) else lambda session: options
-        made = self._gui.add_dropdown(label, tuple(of(self._worker.session)), hint=hint)
-        return self.add(Dropdown(made, shows, of, **more))
+        known = dict[str, Any]()
 
-    def line(self, label: str, hint: str, shows: Shown | None = None, **more: Any) -> ValueControl:
-        """A line of text to type."""
-        return self.add(ValueControl(self._gui.add_text(label, "", hint=hint), shows, **more))
+        def names(session: Session) -> tuple[str, ...]:
+            nonlocal known
+            found = options(session) if callable(options) else options
+            known = dict(found) if isinstance(found, Mapping) else {name: name for name in found}
+            return tuple(known)
 
-    def folder(
-        self, label: str, *, is_open: bool = True, **when: Shown | bool | None
-    ) -> viser.GuiFolderHandle:
-        made = self._gui.add_folder(label, expand_by_default=is_open)
-        self.add(ValueControl(made, **when))  # type: ignore[arg-type]
-        return made
+        def name(session: Session) -> str:
+            value = None if shows is None else shows(session)
+            return next((name for name, option in known.items() if option == value), made.value)
 
-    def html(self, shows: Shown) -> Html:
-        """What a function of the session says; not there while that is nothing."""
-        return self.add(Html(self._gui.add_html("", visible=False), shows))
+        made = self._gui.add_dropdown(label, names(self._worker.session), hint=hint)
+        depends = {"options": names if callable(options) else None, "value": name if shows else None}
+        return self.add(Control(made, lambda name: known.get(name), **more, **depends))
 
-    def button(
+    def line(
         self,
         label: str,
-        do: Callable[[], AbstractCommand | None],
-        icon: viser.IconName,
+        /,
         hint: str,
+        shows: Shown | None = None,
         *,
-        main: bool = False,
-        **when: Shown | bool | None,
-    ) -> viser.GuiButtonHandle:
-        """A button that sends the command that `do` gives, if any; coloured if it is its panel's main one."""
-        made = self._gui.add_button(label, icon=icon, hint=hint, color=None if main else "gray")
-        on_press(made, lambda: self.send(do))
-        self.add(ValueControl(made, **when))  # type: ignore[arg-type]
-        return made
+        value: str = "",
+        multiline: bool = False,
+        **more: Shown,
+    ) -> Control:
+        """A line of text to type, or several."""
+        made = self._gui.add_text(label, value, hint=hint, multiline=multiline)
+        return self.add(Control(made, **more, value=shows))
+
+    def folder(self, label: str, /, *, is_open: bool = True, **more: Shown) -> viser.GuiFolderHandle:
+        return self.add(Control(self._gui.add_folder(label, expand_by_default=is_open), **more)).control
+
+    def html(self, shows: Shown) -> Control:
+        """What a function of the session says; not there while that is nothing."""
+        made = self._gui.add_html("", visible=False)
+        return self.add(Control(made, content=shows, visible=lambda session: made.content))
 
     def press(
         self,
         label: str,
-        do: Callable[[viser.GuiEvent], None],
-        icon: viser.IconName,
+        /,
+        do: Press,
+        icon: viser.IconName | None,
         hint: str,
-        **when: Shown | bool | None,
+        *,
+        main: bool = False,
+        **more: Shown,
     ) -> viser.GuiButtonHandle:
-        """A button that does something on the page of the user who presses it."""
-        made = self._gui.add_button(label, icon=icon, hint=hint, color="gray")
+        """A button that does something; coloured if it is its panel's main one."""
+        made = self._gui.add_button(label, icon=icon, hint=hint, color=None if main else "gray")
         made.on_click(do)
-        self.add(ValueControl(made, **when))  # type: ignore[arg-type]
-        return made
+        return self.add(Control(made, **more)).control
 
-    def buttons(
-        self, label: str, commands: Commands, hint: str, **when: Shown | bool | None
-    ) -> viser.GuiButtonGroupHandle:
+    def button(
+        self,
+        label: str,
+        /,
+        do: Callable[[], AbstractCommand | None],
+        icon: viser.IconName | None,
+        hint: str,
+        **more: Any,
+    ) -> viser.GuiButtonHandle:
+        """A button that sends the command that `do` gives, if any."""
+        return self.press(label, self._sending(lambda event: do()), icon, hint, **more)
+
+    def buttons(self, label: str, /, commands: Commands, hint: str, **more: Shown) -> None:
         """A group of buttons, each with the command that it sends."""
-        made = self._gui.add_button_group(label, tuple(commands), hint=hint)
+        self.press_one(
+            label, commands, self._sending(lambda event: commands[event.target.value]()), hint, **more
+        )
 
-        @made.on_click
-        async def _(event: viser.GuiEvent) -> None:
-            self.send(commands[event.target.value])
+    def press_one(self, label: str, /, names: Iterable[str], do: Press, hint: str, **more: Shown) -> None:
+        """A group of buttons that do something, by the name of the one that is pressed."""
+        made = self._gui.add_button_group(label, tuple(names), hint=hint)
+        made.on_click(do)
+        self.add(Control(made, **more))
 
-        self.add(ValueControl(made, **when))  # type: ignore[arg-type]
-        return made
+    def _sending(self, make: Callable[[viser.GuiEvent], AbstractCommand | None]) -> Press:
+        async def send(event: viser.GuiEvent) -> None:
+            self.send(lambda: make(event))
 
-    def form(self, command: Callable[..., AbstractCommand | None], *fields: AbstractControl) -> None:
+        return send
+
+    def form(self, command: Callable[..., AbstractCommand | None], *fields: Control) -> None:
         """Send a command of what stands in the fields whenever a user changes one of them."""
         for field in fields:
             self.sends(field, lambda: command(*(each.typed for each in fields)))
 
-    def sends(self, field: AbstractControl | Any, make: Callable[[], AbstractCommand | None]) -> None:
+    def sends(self, field: Control, make: Callable[[], AbstractCommand | None]) -> None:
         """Send the command that `make` gives, if any, whenever a user changes the control."""
-        control = field.control if isinstance(field, AbstractControl) else field
-        on_change(control, lambda: self.send(make))
+        on_change(field, lambda: self.send(make))
 
     def send(self, make: Callable[[], AbstractCommand | None]) -> None:
         """Send the command that `make` gives, if any; what was typed wrong is shown as a message."""
@@ -290,43 +295,11 @@ class AbstractControls(ABC):
         if command is not None:
             self._worker.submit(command)
 
-    def _first(self, shows: Shown | None, unit: float, limits: Limits) -> float:
-        """What a number begins with; of the type of its step."""
-        value = limits[0] if shows is None else shows(self._worker.session) / unit
-        return type(limits[2])(min(max(value, limits[0]), limits[1]))
 
-
-def _numeric(
-    control: Any, shows: Shown | None, unit: float, *, digits: int = SHOWN_DIGITS, **more: Any
-) -> ValueControl:
-    kind = type(control.value)
-    return ValueControl(
-        control,
-        shows,
-        to_page=lambda value: kind(round(float(value) / unit, digits)),
-        typed=(lambda value: unit * float(value)) if kind is float or unit != 1.0 else int,
-        **more,
-    )
-
-
-def show_options(control: Any, options: list[str]) -> None:
-    """Offer these options; nothing is sent if they are there already."""
-    if list(control.options) != options:
-        control.options = options
-
-
-def on_change(control: Any, action: Callable[[], None]) -> None:
+def on_change(field: Control, action: Callable[[], None]) -> None:
     """Call the action when a user changes the control, not when the program does."""
 
-    @control.on_update
+    @field.control.on_update
     async def _(event: viser.GuiEvent) -> None:
         if event.client_id is not None:
             action()
-
-
-def on_press(button: Any, action: Callable[[], None]) -> None:
-    """Call the action when a user presses the button."""
-
-    @button.on_click
-    async def _(event: viser.GuiEvent) -> None:
-        action()

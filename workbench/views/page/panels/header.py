@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import viser
 
@@ -12,8 +11,9 @@ from workbench.session.next_step import Action, NextStep, next_step
 from workbench.session.state import PASSING, Message, Session, Severity
 from workbench.session.worker import Worker
 from workbench.views.page.html import INKS, MUTED, block, text
+from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.index import try_plate
-from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.style import CAPTION
 
 WITH_MY_ROBOT = "With my robot"
@@ -37,25 +37,24 @@ class HeaderVerdict(AbstractPanel):
         self._step = NextStep("")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._sentence = gui.add_html("")
-        self._next = self._button(gui, "next", "What to do next.", None)
-        self._other = self._button(gui, "other", "An alternative next step.", "gray")
+        self.html(_verdict)
+        self._offer(lambda step: step.next, "What to do next.", main=True)
+        self._offer(lambda step: step.other, "An alternative next step.", main=False)
+
+    def _offer(self, find: Callable[[NextStep], Action | None], hint: str, *, main: bool) -> None:
+        """A button that does what it says when it is pressed."""
+
+        def label(session: Session) -> str:
+            action = find(next_step(session))
+            return "" if action is None else action.label
+
+        def do(event: viser.GuiEvent) -> None:
+            self._do(event, find(self._step))
+
+        self.press("Next", do, None, hint, main=main, visible=label, label=label)
 
     def show(self, session: Session) -> None:
-        before, self._step = self._step, next_step(session)
-        shown = replace(self._step, sentence=PLAYING, figure="") if session.page.caption else self._step
-        self._sentence.content = _verdict(shown)
-        pairs = ((self._next, before.next, self._step.next), (self._other, before.other, self._step.other))
-        for made, old, action in pairs:
-            if action != old:
-                made.visible = action is not None
-                made.label = "" if action is None else action.label
-
-    def _button(self, gui: viser.GuiApi, which: str, hint: str, color: Any) -> viser.GuiButtonHandle:
-        """A button that does what it says when it is pressed."""
-        made = gui.add_button("Next", hint=hint, color=color, visible=False)
-        made.on_click(lambda event: self._do(event, getattr(self._step, which)))
-        return made
+        self._step = next_step(session)
 
     def _do(self, event: viser.GuiEvent, action: Action | None) -> None:
         if action is None:
@@ -91,12 +90,13 @@ class Header(AbstractPanel):
             "Replay the previous scene.",
             visible=lambda s: s.page.caption,
         )
-        self._pause = self.button(
+        self.button(
             Steer.PAUSE,
             lambda: SteerDemo(Steer.ON if self._worker.session.page.is_paused else Steer.PAUSE),
             viser.Icon.PLAYER_PAUSE,
             "Pause the demo here, or continue.",
             visible=lambda s: s.page.caption,
+            label=lambda s: Steer.ON if s.page.is_paused else Steer.PAUSE,
         )
         self.button(
             "Stop the demo",
@@ -105,11 +105,12 @@ class Header(AbstractPanel):
             "End the demo here; any other input ends it too.",
             visible=lambda s: s.page.caption,
         )
-        self._message = self.html(lambda s: _message(_newest(s)))
+        self.html(lambda s: _message(_newest(s)))
         self.button("Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=_can_be_dismissed)
         self.html(_chore)
         self.html(_job)
-        self._bar = gui.add_progress_bar(0.0, visible=False, animated=True)
+        bar = gui.add_progress_bar(0.0, animated=True)
+        self.add(Control(bar, visible=lambda s: s.page.job is not None, value=_progress))
         self.button(
             "Cancel",
             self._worker.cancel,
@@ -120,14 +121,17 @@ class Header(AbstractPanel):
 
     def show(self, session: Session) -> None:
         self._gui.set_panel_label(f"{session.robot.name} · {session.plate.name}")
-        self._pause.label = Steer.ON if session.page.is_paused else Steer.PAUSE
-        job = session.page.job
-        self._bar.visible = job is not None
-        if job is not None:
-            set_value(self._bar, 100.0 * min(max(job.fraction, 0.02), 1.0))
 
 
-def _verdict(step: NextStep) -> str:
+def _progress(session: Session) -> float:
+    """How much of the long work is done, in percent, of which a little is always seen."""
+    return 100.0 * min(max(session.page.job.fraction, 0.02), 1.0)
+
+
+def _verdict(session: Session) -> str:
+    step = next_step(session)
+    if session.page.caption:
+        step = replace(step, sentence=PLAYING, figure="")
     style = f"margin:0 12px;padding:1px 10px;border-left:3px solid {INKS[step.tone]};font-size:13px"
     figure = (
         f'<div data-testid="figure-now" style="{FIGURE}">{text(step.figure)}</div>' if step.figure else ""
@@ -201,11 +205,8 @@ class CaptionPanel(AbstractPanel):
         self._leave = leave
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._html = gui.add_html("")
-        self._address = self.link("with-my-robot", self._leave)
-
-    def show(self, session: Session) -> None:
-        self._html.content = caption(session, self._address) if session.page.caption else ""
+        address = self.link("with-my-robot", self._leave)
+        self.html(lambda s: caption(s, address) if s.page.caption else "")
 
 
 def caption(session: Session, address: str) -> str:

@@ -10,13 +10,13 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.types import Matrix4, Vector3
+from workbench.base.types import Matrix4
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, drawn_joints
 from workbench.session.export import CapturedPoses, captured, captured_csv
 from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, note, number, table
-from workbench.views.page.panels.coordinates import Coordinates, Measure
+from workbench.views.page.panels.form import Measure
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, set_value
 
 ROUNDED = 1e-6
@@ -52,7 +52,6 @@ class JogPanel(AbstractPanel):
         with self._folder:
             for i in range(len(self._sliders), robot.dof):
                 hint = "Move this joint of both arms."
-                hint = "Move this joint of both arms."
                 joint = self.slider(f"Joint {i + 1}", (-1.0, 1.0, 0.1), hint, value=0.0)
                 self.sends(joint, partial(self._jog, i))
                 self._sliders.append(joint.control)
@@ -85,9 +84,11 @@ class ToolPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Tool"):
             hint = "Position of the tool in the base frame; enter the desired one."
-            xyz = self.add(Coordinates(gui, "Tool", Measure.LENGTH, lambda s: _tool(s)[:3, 3], hint=hint))
+            xyz = self.coordinates("Tool", Measure.LENGTH, hint, lambda s: _tool(s)[:3, 3])
             hint = "Roll, pitch and yaw of the tool; enter the desired ones."
-            turn = self.add(Coordinates(gui, "Tool", Measure.ANGLE, _angles, hint=hint))
+            turn = self.coordinates(
+                "Tool", Measure.ANGLE, hint, lambda s: se3.matrix_to_rpy(_tool(s)[:3, :3])
+            )
             self.button(
                 "Go to this pose",
                 lambda: JogTo(xyz.typed, turn.typed),
@@ -100,10 +101,6 @@ def _tool(session: Session) -> Matrix4:
     """The tool in the robot's base."""
     tool = tool_poses(session.robot, Motion(drawn_joints(session)[None]))[0]
     return se3.inverse(session.robot.base.pose) @ tool
-
-
-def _angles(session: Session) -> Vector3:
-    return se3.matrix_to_rpy(_tool(session)[:3, :3])
 
 
 LISTED = 12

@@ -42,6 +42,7 @@ from workbench.views.appearance.colours import (
 )
 from workbench.views.drawables.measured import error_scale
 from workbench.views.page.html import MUTED, badge, block, number, text
+from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.style import MORE
 
@@ -74,10 +75,11 @@ class LegendPanel(AbstractPanel):
     )
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._window = gui.add_panel(visible=False)
-        with self._window.add_tab("Legend"):
-            self._html = gui.add_html("")
-        self._window.float(x=MARGIN, y=-MARGIN, width=WIDTH)
+        window = gui.add_panel(visible=False)
+        with window.add_tab("Legend"):
+            key = self.html(self._key).control
+        window.float(x=MARGIN, y=-MARGIN, width=WIDTH)
+        self.add(Control(window, visible=lambda session: key.content))
         self._links = {
             stage: self.link(f"stage-{stage.name}", partial(self.send, partial(self._colour_by, stage)))
             for stage in ModelStage
@@ -86,15 +88,14 @@ class LegendPanel(AbstractPanel):
     def _colour_by(self, stage: ModelStage) -> SetOverlay:
         return SetOverlay(replace(self._worker.session.choices.overlay, stage=stage))
 
-    def show(self, session: Session) -> None:
+    def _key(self, session: Session) -> str:
         rows = coloured_rows(session)
         scales = cubes_scale(session)
         if rows is not None:  # two scales of the same colours each need a name
             named = '<div style="margin-top:6px">Error at the measured points</div>' if scales else ""
             scales += named + points(session, rows, self._links)
         content = scales + things(session, is_alone=not scales)
-        self._window.visible = bool(content)
-        self._html.content = block(content, testid="key", style="margin:2px 0 6px")
+        return content and block(content, testid="key", style="margin:2px 0 6px")
 
 
 def coloured_rows(session: Session) -> Comparison | None:

@@ -24,8 +24,6 @@ from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
 from workbench.views.page.html import block, text
 from workbench.views.page.panels.form import AbstractControls, Shown
-from workbench.views.page.panels.form import on_change as on_change
-from workbench.views.page.panels.form import on_press as on_press
 from workbench.views.page.viser_internals import forget_uploads, limit_upload
 from workbench.views.page.viser_internals import set_value as set_value
 

@@ -10,9 +10,8 @@ from workbench.session.cube_values import IN_MILLIMETRES, TITLES, shown_layer, v
 from workbench.session.state import Field as CubeField
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import block, note, number, pairs
-from workbench.views.page.panels.coordinates import Coordinates, Measure
-from workbench.views.page.panels.form import ValueControl
-from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.panels.form import Control, Measure
+from workbench.views.page.panels.panel import AbstractPanel
 
 FIELDS = {
     "Nothing": CubeField.NONE,
@@ -55,7 +54,14 @@ class RegionPanel(AbstractPanel):
             lambda s: s.cube_view.cut,
             disabled=lambda s: s.cube_view.field is CubeField.NONE,
         )
-        self._layer = self.slider("Layer", (1, 2, 1), "Which layer is shown.", value=1)
+        layer = self.slider(
+            "Layer",
+            (1, 2, 1),
+            "Which layer is shown.",
+            lambda s: shown_layer(s) + 1,
+            visible=lambda s: s.cube_view.cut is not None,
+            max=lambda s: max(s.plate.region.shape[s.cube_view.cut], 2),
+        )
         self.html(picked)
         self.button(
             "Move the selected target there",
@@ -65,26 +71,15 @@ class RegionPanel(AbstractPanel):
             visible=lambda s: s.cube_view.picked is not None and s.cube_view.field is not CubeField.NONE,
         )
         with gui.add_folder("Cuboid"):
-            corners = self._build_cuboid(gui)
-        self.form(self._view, field, cut, self._layer, corners)
+            corners = self._build_cuboid()
+        self.form(self._view, field, cut, layer, corners)
 
-    def show(self, session: Session) -> None:
-        cut, layer = session.cube_view.cut, self._layer.control
-        layer.visible = cut is not None
-        if cut is not None:
-            layer.max = max(session.plate.region.shape[cut], 2)
-            set_value(layer, shown_layer(session) + 1)
-
-    def _build_cuboid(self, gui: viser.GuiApi) -> ValueControl:
+    def _build_cuboid(self) -> Control:
         """The cuboid's own form; returns the switch of the handles."""
-        ends = {
-            "From": ("Corner of the region with the smallest coordinates.", lambda s: s.plate.region.min),
-            "To": ("Corner of the region with the largest coordinates.", lambda s: s.plate.region.max),
-        }
-        low, high = (
-            self.add(Coordinates(gui, title, Measure.LENGTH, shows, hint=hint))
-            for title, (hint, shows) in ends.items()
-        )
+        hint = "Corner of the region with the smallest coordinates."
+        low = self.coordinates("From", Measure.LENGTH, hint, lambda s: s.plate.region.min)
+        hint = "Corner of the region with the largest coordinates."
+        high = self.coordinates("To", Measure.LENGTH, hint, lambda s: s.plate.region.max)
         cube = self.slider(
             "Cube [mm]",
             (10, 200, 1),

@@ -23,29 +23,13 @@ from workbench.session.state import Session, Tab
 from workbench.session.target_state import TargetState
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.views.page.html import CAREFUL, MUTED, badge, block, text
-from workbench.views.page.panels.coordinates import Coordinates, Measure
+from workbench.views.page.panels.form import Measure
 from workbench.views.page.panels.panel import AbstractPanel
 
 LEFT_TO_PROGRAM = "automatic"
 MARK = " · blocked"
 ROUNDED = 1e-6
 HIDDEN = "The scene shows measured rows; plate and targets are hidden."
-
-
-POSE = (
-    (
-        "x, y, z",
-        Measure.LENGTH,
-        lambda s: s.plate.targets[s.selected].xyz,
-        "x, y and z of the tool at the target, in the base frame.",
-    ),
-    (
-        "Angles",
-        Measure.ANGLE,
-        lambda s: s.plate.targets[s.selected].rpy,
-        "Roll, pitch and yaw of the tool: turned about x, then y, then z of the base.",
-    ),
-)
 
 
 class TargetsPanel(AbstractPanel):
@@ -62,12 +46,21 @@ class TargetsPanel(AbstractPanel):
             lambda s: s.selected,
         )
         self.form(SelectTarget, chosen)
-        xyz, rpy = (
-            self.add(Coordinates(gui, title, measure, shows, hint=hint, disabled=_is_fixed))
-            for title, measure, shows, hint in POSE
+        xyz = self.coordinates(
+            "x, y, z",
+            Measure.LENGTH,
+            "x, y and z of the tool at the target, in the base frame.",
+            lambda s: s.plate.targets[s.selected].xyz,
+            disabled=_is_fixed,
         )
-        for field in (xyz, rpy):
-            self.sends(field, lambda: MoveTarget(chosen.typed, xyz.typed, rpy.typed))
+        rpy = self.coordinates(
+            "Angles",
+            Measure.ANGLE,
+            "Roll, pitch and yaw of the tool: turned about x, then y, then z of the base.",
+            lambda s: s.plate.targets[s.selected].rpy,
+            disabled=_is_fixed,
+        )
+        self.form(lambda *pose: MoveTarget(chosen.typed, *pose), xyz, rpy)
         self.html(_selected)
         self.button(
             "Show the plate",

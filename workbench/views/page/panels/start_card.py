@@ -16,7 +16,7 @@ from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text
 from workbench.views.page.panels import PANELS
 from workbench.views.page.panels.arm import CHOSEN, MODELS
-from workbench.views.page.panels.panel import AbstractPanel, Build, Door, on_press
+from workbench.views.page.panels.panel import AbstractPanel, Build, Door
 
 PURPOSE = (
     "workbench calibrates a robot arm, so that its tool goes where it is commanded: design a plate, measure "
@@ -69,29 +69,28 @@ class StartCard(AbstractPanel):
             for kind in sorted(PANELS.values(), key=lambda kind: kind.order)
             if kind.door is not None and kind.tab is not None
         }
+        entry = partial(self.button, hint=INTRODUCTION)
         self._modal = gui.add_modal("What do you have?")
         with self._modal:
             self._message = gui.add_html("")
             self._entries = [
-                self._entry(gui, *ROWS[:2], lambda: self._ask(ROWS, Tab.CALIBRATE), main=True),
-                self._entry(
-                    gui, "Only a robot: design a plate", icon.ROBOT, lambda: self._ask(None, Tab.CALIBRATE)
-                ),
-                *(self._entry(gui, *door[:2], partial(self._ask, door, tab)) for door, tab in doors.items()),
-                self._entry(gui, "Nothing yet: show me", icon.PLAYER_PLAY, self._demo),
+                entry(ROWS.label, partial(self._ask, ROWS, Tab.CALIBRATE), ROWS.icon, main=True),
+                entry("Only a robot: design a plate", partial(self._ask, None, Tab.CALIBRATE), icon.ROBOT),
+                *(entry(door.label, partial(self._ask, door, tab), door.icon) for door, tab in doors.items()),
+                entry("Nothing yet: show me", self._demo, icon.PLAYER_PLAY),
             ]
             self._questions = gui.add_folder(None, visible=False)
             with self._questions:
                 self._build_questions(gui, dict.fromkeys(door.build for door in (ROWS, *doors)))
-            self._done = self._entry(gui, "Look around", icon.EYE, self._finish)
-            self._back = self._entry(gui, "Back", icon.ARROW_LEFT, lambda: self._open(gui))
+            self._done = entry("Look around", self._finish, icon.EYE)
+            self._back = entry("Back", partial(self._open, gui), icon.ARROW_LEFT)
             self._back.visible = False
         self.show(self._worker.session)
 
     def _build_questions(self, gui: viser.GuiApi, builders: Iterable[Build | None]) -> None:
         """The robot, and its measurements; in folders, as viser always shows a button for uploads."""
-        self._robot = gui.add_dropdown("Built in", (CHOSEN, *built_in_robots()), hint="The built-in arms.")
-        self.sends(self._robot, self._choose)
+        robot = self.dropdown("Built in", (CHOSEN, *built_in_robots()), "The built-in arms.")
+        self.form(lambda name: None if name == CHOSEN else ChooseRobot(name), robot)
         self.upload(
             "… or your robot: URDF or TOML", load, "The nominal arm.", endings=MODELS, maximum=LARGEST_FILE
         )
@@ -135,22 +134,6 @@ class StartCard(AbstractPanel):
             testid="start",
             style="margin-bottom:8px",
         )
-
-    def _entry(
-        self,
-        gui: viser.GuiApi,
-        label: str,
-        icon: viser.IconName,
-        go: Callable[[], None],
-        *,
-        main: bool = False,
-    ) -> viser.GuiButtonHandle:
-        made = gui.add_button(label, icon=icon, color=None if main else "gray", hint=INTRODUCTION)
-        on_press(made, go)
-        return made
-
-    def _choose(self) -> ChooseRobot | None:
-        return None if self._robot.value == CHOSEN else ChooseRobot(self._robot.value)
 
     def _ask(self, door: Door | None, tab: Tab) -> None:
         """Show what is needed for an answer, which leads to this tab; None: a robot alone."""
