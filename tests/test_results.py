@@ -4,6 +4,7 @@ import threading
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 import workbench as wb
 from workbench.base import threads
@@ -92,7 +93,7 @@ def test_an_evaluation_prints_and_is_drawn(fit, rows):
 @pytest.mark.extra("reports")
 def test_pictures_are_chosen_by_name(fit):
     assert fit.plot("corrections").axes
-    with pytest.raises(OptionError, match="before-after"):
+    with refuses(OptionError, "before-after", option="name", found="nothing"):
         fit.plot("nothing")
 
 
@@ -208,7 +209,7 @@ def test_a_frame_is_read_by_its_columns_with_units(library, rows, tmp_path):
 
 
 def test_what_is_no_frame_is_refused():
-    with pytest.raises(OptionError, match="float"):
+    with refuses(OptionError, option="source", found=3.0):
         wb.read_measurements(3.0)
 
 

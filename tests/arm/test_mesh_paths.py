@@ -1,6 +1,7 @@
 """Meshes of a URDF come from the robot's own folders, and are of a size that can be drawn."""
 
 import pytest
+from refusals import refuses
 
 from workbench.arm import meshes
 from workbench.base.errors import FileError
@@ -24,7 +25,7 @@ def test_meshes_of_the_robot_are_found(urdf, name):
     ["../../elsewhere.stl", "/etc/passwd", "file:///etc/passwd", "package://../../etc/passwd", "none.stl"],
 )
 def test_files_elsewhere_are_refused_by_name(urdf, name):
-    with pytest.raises(FileError, match="mesh"):
+    with refuses(FileError, path=name):
         meshes.find_mesh(name, urdf)
 
 
@@ -34,7 +35,7 @@ def test_files_elsewhere_are_refused_by_name(urdf, name):
 )
 def test_a_mesh_of_too_many_triangles_is_not_even_read(urdf, name, content):
     (urdf.parent / name).write_bytes(content)
-    with pytest.raises(FileError, match="400000"):
+    with refuses(FileError, 400000):
         meshes.find_mesh(name, urdf)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
@@ -86,7 +87,7 @@ def test_sane_arms_are_never_refused():
 def test_degrees_for_joints_are_refused_where_the_limits_tell():
     arm = Robot.from_dh(UR5)
     for robot in (arm, load_robot("ur5")):
-        with pytest.raises(DataError, match=r"joint 2 .*90.*degrees"):
+        with refuses(DataError, "degrees", joint=1, found=90.0):
             robot.predict([0, -90, 90, 0, 90, 0])
         np.testing.assert_allclose(
             robot.predict([0, -H, H + 4 * np.pi, 0, H, 0]), robot.predict([0, -H, H, 0, H, 0]), atol=1e-12
@@ -106,7 +107,7 @@ def test_xacro_files_are_robots(tmp_path):
     assert load_robot(path, tip="t").predict([0.0])[0, 3] == pytest.approx(0.5)
     assert load_robot(f"{path} length:=0.7", tip="t").predict([0.0])[0, 3] == pytest.approx(0.7)
     path.write_text("<robot")
-    with pytest.raises(FileError, match="expanded"):
+    with refuses(FileError, "ExpatError", path=str(path)):
         load_robot(path)
-    with pytest.raises(FileError, match="no such"):
+    with refuses(FileError, path=str(tmp_path / "none.xacro")):
         load_robot(tmp_path / "none.xacro")

@@ -11,6 +11,7 @@ import pinocchio as pin
 import pytest
 from checks import check_forward, holding, joint_wrenches
 from generator import rotation
+from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.axes import own
@@ -375,7 +376,7 @@ def test_a_gripper_beside_the_arm_and_a_mimic_finger(tmp_path):
     text = urdf(joint(0), joint(1), joint(2)).replace("</robot>", fork.format(LIMIT, mimic))
     assert read(tmp_path, text).dof == 3
     assert read(tmp_path, text, tip="x").dof == 2
-    with pytest.raises(FileError, match="d, x"):
+    with refuses(FileError, "d, x"):
         read(tmp_path, text.replace(mimic, ""))
 
 

@@ -2,7 +2,7 @@
 
 import threading
 
-import pytest
+from refusals import refuses
 
 import workbench as wb
 from workbench.base.errors import FileError
@@ -28,7 +28,7 @@ def test_only_what_is_computed_for_the_page_has_its_words():
 def test_a_refused_file_names_what_there_is(do, tmp_path):
     """The same fault, read through both entrances."""
     (tmp_path / "arm.csv").write_bytes(URDF)
-    with pytest.raises(FileError, match="--robot"):
+    with refuses(FileError, "--robot", path=str(tmp_path / "arm.csv")):
         wb.read_measurements(tmp_path / "arm.csv")
     warnings = do(LoadData("arm.csv", URDF)).page.messages[-1].text
     assert "--" not in warnings

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError
@@ -42,13 +43,13 @@ def test_hidden_markers_are_passed_over_while_three_are_left():
     found, _ = marker_poses(Dataset(q=data.q, row=data.row, markers=markers), LAYOUT)
     np.testing.assert_allclose(found.position, poses[:, :3, 3], atol=1e-12)
     markers[4, :2] = np.nan
-    with pytest.raises(DataError, match="data row 4"):
+    with refuses(DataError, row=4, found=2):
         marker_poses(Dataset(q=data.q, row=data.row, markers=markers), LAYOUT)
 
 
 def test_markers_on_one_line_make_no_frame():
     _, data = seen(np.random.default_rng(3))
-    with pytest.raises(DataError, match="line"):
+    with refuses(DataError, row=0, found=4):
         marker_poses(data, np.outer(np.arange(4), [0.02, 0.0, 0.0]))
 
 
@@ -72,8 +73,8 @@ def test_marker_files(tmp_path):
     names = [f"m{k}{axis}[mm]" for k in (1, 2, 3, 4) for axis in "xyz"]
     file.write_text(",".join(names) + "\n" + ",".join(repr(float(1e3 * v)) for v in LAYOUT.ravel()) + "\n")
     np.testing.assert_allclose(read_marker_rows(file, 1)[0], LAYOUT, atol=1e-15)
-    with pytest.raises(FileError, match="two"):
+    with refuses(FileError, "1 rows", path=str(file)):
         read_marker_rows(file, 2)
     file.write_text("m1x[mm],m1y[mm],m1z[mm]\n1,2,3\n")
-    with pytest.raises(FileError, match="three"):
+    with refuses(FileError, "1 markers", path=str(file)):
         read_marker_rows(file, 1)

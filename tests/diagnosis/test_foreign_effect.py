@@ -10,6 +10,7 @@ from typing import final
 import numpy as np
 import pytest
 from gear_sag import GearSag
+from refusals import refuses
 from rerun.chunk import RrdReader
 
 import workbench.base.registry as registry
@@ -226,9 +227,9 @@ def test_a_saved_arm_comes_back(tmp_path):
 
 def test_the_registry_takes_entries_and_replaces_none(monkeypatch):
     assert EFFECTS.register(GearSag) is GearSag
-    with pytest.raises(OptionError, match="'backlash'"):
+    with refuses(OptionError, option="effect", found="backlash"):
         EFFECTS.register(dataclass(frozen=True)(type("Other", (GearSag,), {"name": "backlash"})))
-    with pytest.raises(OptionError, match=r"AbstractEffect lacks law, name, sentence"):
+    with refuses(OptionError, "law, name, sentence", option="effect", found=AbstractEffect):
         EFFECTS.register(AbstractEffect)
     point = EntryPoint("gear-sag", f"{__name__}:GearSag", GROUP)
     monkeypatch.setattr(registry, "_entry_points", lambda: EntryPoints([point]))

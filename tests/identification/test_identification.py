@@ -5,6 +5,7 @@ from dataclasses import replace
 import generator
 import numpy as np
 import pytest
+from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
@@ -205,7 +206,7 @@ def test_a_joint_that_never_moved_makes_the_model_doubtful_elsewhere(arm):
 def test_nothing_to_spare_is_said(arm):
     run = identify(load_robot("aria"), poses(arm, np.random.default_rng(13), 4), held_out=0.0)
     assert run.best.fit.spare < 1
-    with pytest.raises(OptionError, match="nothing"):
+    with refuses(OptionError, option="free"):
         identify(load_robot("aria"), poses(arm, np.random.default_rng(13), 8), free=(), held_out=0.0)
 
 

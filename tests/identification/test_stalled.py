@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 import workbench as wb
 from workbench.base.errors import OptionError
@@ -82,7 +83,7 @@ def test_an_algorithm_from_elsewhere_is_chosen_by_name(run, measured):
         assert run("identify", measured, "--robot", "aria", "--algorithm", "mine")[0] == 0
     finally:
         ALGORITHMS.remove("mine")
-    with pytest.raises(OptionError, match="ols, opt1, opt2, influence"):
+    with refuses(OptionError, "ols, opt1, opt2, influence", option="algorithms", found="mine"):
         wb.identify(wb.load_robot("aria"), wb.read_measurements(measured), algorithms=("mine",))
 
 
@@ -97,7 +98,7 @@ def test_choices_are_one_record_or_keywords(measured):
     assert fit.excluded == ((3, "a bump"),)
     assert len(fit.train_rows) == 29
     assert {"held_out", "frames", "algorithms", "bounds"} <= set(signature(wb.identify).parameters)
-    with pytest.raises(TypeError, match="'held'"):
+    with refuses(TypeError, "diagnose()", "'held'"):
         wb.diagnose(arm, data, held=0.3)
-    with pytest.raises(OptionError, match="auto"):
+    with refuses(OptionError, "auto", option="frames", found="some"):
         wb.identify(arm, data, frames="some")

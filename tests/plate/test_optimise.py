@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.kinematics.forward import identification_jacobian, link_frames, tool_poses
@@ -87,7 +88,7 @@ def test_locked_targets_stay_and_the_others_are_placed(aria, plate, goal):
 def test_a_target_locked_out_of_reach_is_named(aria, plate, goal):
     away = replace(plate.targets[4], xyz=plate.targets[4].xyz + np.array([3.0, 0.0, 0.0]), locked=True)
     locked = replace(plate, targets=(*plate.targets[:4], away, *plate.targets[5:]))
-    with pytest.raises(DataError, match="target 5"):
+    with refuses(DataError, target=4):
         optimise_plate(
             aria, locked, reading=SEAT, goal=goal, rng=rng(), request=DesignRequest(places=5, starts=1)
         )
@@ -253,7 +254,7 @@ def test_few_shapes_of_block_and_their_price(aria, plate, monkeypatch):
     price = f"{1e3 * extra:.3f} mm" if extra > 0.0 else "no accuracy"
     assert design.notes[0].startswith(f"2 shapes of block cost {price}")
     assert design.cost < 1.5 * free.cost
-    with pytest.raises(OptionError, match="got 0"):
+    with refuses(OptionError, option="shapes", found=0):
         DesignRequest(shapes=0)
 
 
@@ -315,9 +316,9 @@ def test_what_can_not_be_had_is_named(aria, plate, goal, change, design, error, 
 
 
 def test_margins_are_not_negative():
-    with pytest.raises(OptionError, match="spacing"):
+    with refuses(OptionError, option="spacing", found=-0.1):
         Constraints(spacing=-0.1)
-    with pytest.raises(OptionError, match="errors"):
+    with refuses(OptionError, option="errors", found=-1e-3):
         Constraints(errors=(1e-3, -1e-3))
 
 

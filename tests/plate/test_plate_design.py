@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
@@ -117,11 +118,11 @@ def test_plates_of_every_kind_are_designed(name, aria, plate, tmp_path):
 
 
 def test_what_no_reading_is(aria, plate):
-    with pytest.raises(OptionError, match="'feeler'"):
+    with refuses(OptionError, option="reading", found="feeler"):
         reading_named("feeler", aria, plate)
-    with pytest.raises(OptionError, match="got 0"):
+    with refuses(OptionError, option="visits", found=0):
         reading_named("seat", aria, plate, visits=0)
-    with pytest.raises(OptionError, match="positive"):
+    with refuses(OptionError, option="sigma", found=(0.0, None)):
         reading_named("socket", aria, plate, sigma=(0.0, None))
 
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
+from refusals import refuses
 
 from workbench.base.errors import OptionError
 from workbench.plate.collision import hits
@@ -30,7 +30,7 @@ def test_blocks_on_a_breadboard_stand_on_its_holes():
     assert blocks.fit(places, np.array([0.27, 0.17])).all()
     steep = places[:, 3] > 0.7
     assert (places[steep, 2] >= 0.023 + 0.012 - 1e-9).all()
-    with pytest.raises(OptionError, match="grid"):
+    with refuses(OptionError, option="grid", found=-0.1):
         Blocks(grid=-0.1)
 
 

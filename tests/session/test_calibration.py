@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
+from workbench.base.errors import DataError
 from workbench.data.readers.mapping import mapping_text, read_mapping, with_column
 from workbench.data.readers.preview import preview
 from workbench.data.simulation.instruments import instrument_named
@@ -249,7 +251,7 @@ def test_too_few_rows_are_said(do, file):
 
 
 def test_nothing_to_save_yet(first):
-    with pytest.raises(Exception, match="identified"):
+    with refuses(DataError, "Identify"):
         calibrated_toml(first)
 
 

@@ -82,7 +82,7 @@ def reproduce_aria(*, arms: int = ARMS, seed: int = 0) -> AriaReproduction:
         OptionError: no arms.
     """
     if arms < 1:
-        raise OptionError(f"{arms} virtual arms can't be compared; ask for at least 1")
+        raise OptionError(f"arms must be at least 1, got {arms}", option="arms", found=arms)
     robot, plate = load_robot("aria"), load_plate("table2")
     with part_of(0.0, 0.1, "choosing poses"):
         clustering = cluster_region(robot, plate.region, side=SIDE, seed=seed)

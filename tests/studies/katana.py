@@ -97,7 +97,8 @@ def reproduce_katana(
         OptionError: too few arms for a spread.
     """
     if arms < 2 or weighed < 2:
-        raise OptionError(f"{min(arms, weighed)} virtual arms show no spread; ask for at least 2")
+        few = min(arms, weighed)
+        raise OptionError(f"arms must be at least 2 to show a spread, got {few}", option="arms", found=few)
     if diagnosed < 1:
         raise OptionError(f"{diagnosed} arms can't be diagnosed; ask for at least 1")
 

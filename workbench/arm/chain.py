@@ -145,7 +145,11 @@ class Chain:
         try:
             return np.array([self.index[name] for name in names], np.int64)
         except KeyError as error:
-            raise OptionError(f"no constant {error}; choose from {', '.join(self.index)}") from None
+            raise OptionError(
+                f"no constant {error}; choose from {', '.join(self.index)}",
+                option="names",
+                found=error.args[0],
+            ) from None
 
     def with_values(self, values: Float[np.ndarray, " k"]) -> "Chain":
         """The same chain with other constants; everything independent of them is shared."""

@@ -82,7 +82,8 @@ def build_elements(convention: str, entries: list[JointEntry]) -> tuple[tuple[El
         free = default if entry.free is None else entry.free
         if unknown := set(free) - set(CONSTANTS):
             raise RobotError(
-                f"{name}: free names '{sorted(unknown)[0]}'; the constants are {', '.join(CONSTANTS)}"
+                f"{name}: free names '{sorted(unknown)[0]}'; the constants are {', '.join(CONSTANTS)}",
+                found=sorted(unknown)[0],
             )
         driven = {JointKind.REVOLUTE: "theta", JointKind.PRISMATIC: "d"}.get(entry.kind)
         order = THREE_ROTATION[entry.order] if convention == "three-rotation" else ORDERS[convention]

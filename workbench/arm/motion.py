@@ -117,11 +117,16 @@ class Motion:
         values = self.drivers.get(driver)
         requested = COLUMNS[driver].requested if driver in COLUMNS else driver
         if values is None:
-            raise DataError(f"effect '{effect}' needs the {driver} of every row; add the column {requested}")
+            raise DataError(
+                f"effect '{effect}' needs the {driver} of every row; add the column {requested}",
+                column=requested,
+            )
         if not (whole := np.isfinite(values if values.ndim == 1 else values.sum(1))).all():
             raise DataError(
                 f"effect '{effect}' needs the {driver} of every row, and row {int(np.argmin(whole))} has "
-                f"none; fill the column {requested} or exclude such rows"
+                f"none; fill the column {requested} or exclude such rows",
+                column=requested,
+                row=int(np.argmin(whole)),
             )
         return values
 

@@ -56,7 +56,9 @@ class Parameter:
         if not lower <= nominal <= upper:
             raise OptionError(
                 f"the bounds [{lower:g}, {upper:g}] of {name} exclude its nominal value {nominal:g}; "
-                "widen them"
+                "widen them",
+                option="bounds",
+                found=name,
             )
         return replace(free, lower=lower, upper=upper)
 

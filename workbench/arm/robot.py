@@ -74,7 +74,9 @@ class Robot:
             }
             object.__setattr__(self, "sessions", own)
         if not self.name.isprintable():  # it is written into programs and third-party files
-            raise RobotError(f"the robot's name {self.name!a} contains control characters; remove them")
+            raise RobotError(
+                f"the robot's name {self.name!a} contains control characters; remove them", found=self.name
+            )
         if not any(e.joint is not None for e in self.elements):
             raise RobotError(f"robot '{self.name}' has no joint that moves; give at least one")
         if self.dof > MAX_JOINTS:

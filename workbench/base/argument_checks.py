@@ -71,7 +71,7 @@ _PLAIN = {bool: "True or False", int: "a whole number", float: "a number", str: 
 
 def _seed(value: Any, given: Given) -> Any:
     if isinstance(value, Integral) and not isinstance(value, bool) and value < 0:
-        raise OptionError(f"seed must be at least 0, got {value}")
+        raise OptionError(f"seed must be at least 0, got {value}", option="seed", found=value)
     return value
 
 
@@ -170,7 +170,9 @@ def admitted(hints: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, A
     for name, value in values.items():
         found[name] = _read(value, hints.get(name, Any), found)
         if found[name] is _REFUSED:
-            raise OptionError(f"{name} must be {_text(hints[name])}, got {_shown(value)}")
+            raise OptionError(
+                f"{name} must be {_text(hints[name])}, got {_shown(value)}", option=name, found=value
+            )
     return found
 
 
@@ -267,7 +269,7 @@ def numbers(value: Any, what: str) -> np.ndarray:
     try:
         return np.asarray(value, float)
     except (TypeError, ValueError) as error:
-        raise OptionError(f"{what} must be numbers: {error}") from error
+        raise OptionError(f"{what} must be numbers: {error}", option=what, found=value) from error
 
 
 def _is_array_like(parts: tuple[Any, ...]) -> bool:

@@ -4,6 +4,8 @@ Every message is one sentence that says what, where, and what to do. Bad input r
 not converge or cannot see a parameter is an `Outcome` in the result, never an exception.
 """
 
+from typing import Any
+
 from workbench.base.installed_package import install_command
 from workbench.base.wording import brief
 
@@ -48,7 +50,15 @@ class UnitError(WorkbenchError):
 
 
 class RobotError(WorkbenchError):
-    """A robot description is incomplete or contradicts itself."""
+    """A robot description is incomplete or contradicts itself.
+
+    Args:
+        found: What is wrong in it, such as the name of a joint, an effect or a constant.
+    """
+
+    def __init__(self, message: str, *, found: Any = None):
+        super().__init__(message)
+        self.found = found
 
 
 class DataError(WorkbenchError):
@@ -56,15 +66,38 @@ class DataError(WorkbenchError):
 
     Args:
         row: The row that it is about, counted from 0, if any.
+        joint: The joint, counted from 0, if any.
+        target: The target of a plate, counted from 0, if any.
+        column: The column or key; empty if it is about none.
+        found: What was found there, or how many.
     """
 
-    def __init__(self, message: str, *, row: int | None = None):
+    def __init__(
+        self,
+        message: str,
+        *,
+        row: int | None = None,
+        joint: int | None = None,
+        target: int | None = None,
+        column: str = "",
+        found: Any = None,
+    ):
         super().__init__(message)
-        self.row = row
+        self.row, self.joint, self.target = row, joint, target
+        self.column, self.found = column, found
 
 
 class OptionError(WorkbenchError):
-    """An invalid option or argument; names the valid ones."""
+    """An invalid option or argument; names the valid ones.
+
+    Args:
+        option: Its name, of an argument or of a command's option; empty where several conflict.
+        found: What was given.
+    """
+
+    def __init__(self, message: str, *, option: str = "", found: Any = None):
+        super().__init__(message)
+        self.option, self.found = option, found
 
 
 class MissingExtraError(WorkbenchError):

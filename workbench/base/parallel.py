@@ -47,7 +47,7 @@ def spread(
         text: What is being done, to be shown with the share of the pieces done.
     """
     if workers is not None and workers < 1:
-        raise OptionError(f"--workers must be at least 1, got {workers}")
+        raise OptionError(f"--workers must be at least 1, got {workers}", option="--workers", found=workers)
     stop = Event()
     stream = (
         _here(work, pieces, stop, workers)
@@ -100,7 +100,9 @@ def _on_cluster(
     except (OSError, ValueError) as error:
         raise OptionError(
             f"no Dask scheduler answers at {scheduler} ({error}); start one with `dask scheduler` and give "
-            "the address that it prints"
+            "the address that it prints",
+            option="--scheduler",
+            found=scheduler,
         ) from None
     with _quiet(), client:
         _check_workers(client, scheduler)

@@ -116,7 +116,9 @@ class Registry(Mapping[str, Part]):
             others = {origin, known} if home[0].startswith("workbench.") else {origin, known} - {BY_HAND}
             if home != _home(self._parts[name]) or known == BUILT_IN or len(others) > 1:
                 raise OptionError(
-                    f"the name '{name}' is taken by another {self._what}; give {home[1]} another name"
+                    f"the name '{name}' is taken by another {self._what}; give {home[1]} another name",
+                    option=self._what,
+                    found=name,
                 )
         self._parts[name], self._origins[name] = added, origin
 
@@ -136,7 +138,9 @@ class Registry(Mapping[str, Part]):
     def _checked(self, part: Any) -> Any:
         if self._kind is None:
             if not callable(part) or isinstance(part, type):
-                raise OptionError(f"a {self._what} is a function; got {_type(part).__name__}")
+                raise OptionError(
+                    f"a {self._what} is a function; got {_type(part).__name__}", option=self._what, found=part
+                )
             return part
         kind = _type(part)
         if not issubclass(kind, self._kind):
@@ -145,7 +149,9 @@ class Registry(Mapping[str, Part]):
             raise OptionError(f"the {self._what} {kind.__name__} must derive from {wanted}")
         if isabstract(kind):
             missing = ", ".join(sorted(kind.__abstractmethods__))
-            raise OptionError(f"the {self._what} {kind.__name__} lacks {missing}")
+            raise OptionError(
+                f"the {self._what} {kind.__name__} lacks {missing}", option=self._what, found=part
+            )
         if self._classes:
             if not isinstance(part, type):
                 raise OptionError(f"a {self._what} is a class: register {kind.__name__}, no object of it")

@@ -69,7 +69,7 @@ def split_sessions(data: Like[Dataset], row: int) -> Dataset:
     """
     if row not in data.row:
         raise DataError(
-            f"{data.source}: there is no row {row}; rows are {data.row.min()} to {data.row.max()}"
+            f"{data.source}: there is no row {row}; rows are {data.row.min()} to {data.row.max()}", row=row
         )
     clock, _ = clock_of(data)
     is_after = clock >= clock[data.row == row].min()
@@ -77,7 +77,7 @@ def split_sessions(data: Like[Dataset], row: int) -> Dataset:
     names = whole.astype(object)
     halves = [name for name in dict.fromkeys(names[is_after]) if (names[~is_after] == name).any()]
     if not halves:
-        raise DataError(f"{data.source}: no session has rows both before row {row} and from it on")
+        raise DataError(f"{data.source}: no session has rows both before row {row} and from it on", row=row)
     taken = set(names)
     for name in halves:
         new = f"{SPLIT.sub('', name)} from row {row}".strip()

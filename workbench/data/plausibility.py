@@ -159,7 +159,8 @@ def refuse_joint_units(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray,
     }.get(unit, "check the units and the order of the joint columns")
     raise DataError(
         f"{source}: joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} "
-        f"but its limit is {bound:.4g}: {guess}"
+        f"but its limit is {bound:.4g}: {guess}",
+        joint=joint,
     )
 
 
@@ -193,7 +194,8 @@ def _refuse_length_units(dataset: Dataset, reach: float) -> None:
             )
             raise DataError(
                 f"{dataset.source}: data row {dataset.row[rows[worst]]} lies {away[worst]:.4g} m "
-                f"from the others, but the arm reaches {reach:.3g} m: {guess}"
+                f"from the others, but the arm reaches {reach:.3g} m: {guess}",
+                row=int(dataset.row[rows[worst]]),
             )
 
 

@@ -61,13 +61,18 @@ class Job:
     def require_nominal(self, form: str) -> Robot:
         """The nominal arm; refused if there is none."""
         if self.nominal is None:
-            raise OptionError(f"--for {form} needs --nominal ROBOT, the model that the controller has")
+            raise OptionError(
+                f"--for {form} needs --nominal ROBOT, the model that the controller has", option="--nominal"
+            )
         return self.nominal
 
     def require_before(self, form: str) -> Robot:
         """The arm before its calibration; refused if nobody says."""
         if self.before is None:
-            raise OptionError(f"--for {form} --into needs --nominal ROBOT, the model that was calibrated")
+            raise OptionError(
+                f"--for {form} --into needs --nominal ROBOT, the model that was calibrated",
+                option="--nominal",
+            )
         return self.before
 
 

@@ -18,12 +18,16 @@ def arm_parameters(
     if missing := [n for n in names if n not in arm]:
         raise OptionError(
             f"robot '{robot.name}' has no constant '{missing[0]}' to free; it has "
-            f"{', '.join(n for n in arm if arm[n].matrix is None)}"
+            f"{', '.join(n for n in arm if arm[n].matrix is None)}",
+            option="free",
+            found=missing[0],
         )
     if missing := [n for n in effects if n not in robot.coefficients]:
         raise OptionError(
             f"robot '{robot.name}' has no effect with the coefficient '{missing[0]}' to free; it has "
-            f"{', '.join(robot.coefficients) or 'no effects'}"
+            f"{', '.join(robot.coefficients) or 'no effects'}",
+            option="effects",
+            found=missing[0],
         )
     units, sizes = robot.coefficient_units, robot.coefficients
     return [

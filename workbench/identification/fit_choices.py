@@ -44,7 +44,7 @@ def _noise(value: Any, given: Given) -> Any:
     if (pair := pair_of(value)) is None:
         return value
     if not min(pair) > 0.0:
-        raise OptionError(f"noise must be positive, got {value!r}")
+        raise OptionError(f"noise must be positive, got {value!r}", option="noise", found=value)
     return Noise(pair[0]) if len(pair) == 1 else Noise(pair[0], pair[1])
 
 

@@ -228,7 +228,8 @@ def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: M
         raise DataError(
             f"{data.source}: the nominal arm is off by {1e3 * found[0]:.0f} mm with the base as given, by "
             f"{1e3 * found[1]:.1f} mm with a free one ({where}); choose the robot that was measured, or "
-            "correct [base] in its file, or set free = true there"
+            "correct [base] in its file, or set free = true there",
+            column="base",
         )
 
 

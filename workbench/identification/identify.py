@@ -170,7 +170,11 @@ def _errors_of(ready: Prepared, rows: np.ndarray, fit: Fit) -> tuple[Outlier, ..
 
 def _algorithm(name: str) -> AbstractIdentifier:
     if name not in ALGORITHMS:
-        raise OptionError(f"unknown algorithm '{name}'; choose from {', '.join(ALGORITHMS)}")
+        raise OptionError(
+            f"unknown algorithm '{name}'; choose from {', '.join(ALGORITHMS)}",
+            option="algorithms",
+            found=name,
+        )
     return ALGORITHMS[name]
 
 

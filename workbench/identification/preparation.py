@@ -279,7 +279,9 @@ def _with_prior_and_noise(
 ) -> tuple[Problem, list[str]]:
     """The problem with prior knowledge, weighted by its noise or as the kind of reading requires."""
     if not problem.names:
-        raise OptionError("nothing is free to identify; free a constant of the arm, its base or its tool")
+        raise OptionError(
+            "nothing is free to identify; free a constant of the arm, its base or its tool", option="free"
+        )
     notes = []
     if prior is not None:
         shared = sum(name in problem.names for name in prior.names)

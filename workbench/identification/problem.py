@@ -143,7 +143,8 @@ class Problem:
             if n not in known
         ]
         if bounds and (stray := set(bounds) - {p.name for p in parameters}):
-            raise OptionError(f"bounds are given for '{sorted(stray)[0]}', which is not identified here")
+            text = f"bounds are given for '{min(stray)}', which is not identified here"
+            raise OptionError(text, option="bounds", found=min(stray))
         index = {p.name: i for i, p in enumerate(parameters)}
         shared = (frames, noise, index, unknown_start | known)
         blocks = build_blocks(robot, data, kinds, names, effects, weighing, standing, *shared)
@@ -395,7 +396,7 @@ class Problem:
             whitening: W, so that W (x − values) has unit variance.
         """
         if missing := [n for n in names if n not in self.names]:
-            raise OptionError(f"the prior contains '{missing[0]}', which is not identified here")
+            raise OptionError(f"the prior's '{missing[0]}' is not free", option="prior", found=missing[0])
         columns = [self.names.index(n) for n in names]
         own = self.without_deviation()
         wide, centre = np.zeros((len(whitening), len(self.names))), self.start.copy()

@@ -313,7 +313,8 @@ def observed_kinds(data: Dataset) -> list[Kind]:
     if left.any():
         raise DataError(
             f"{data.source}, data row {data.row[left][0]}: nothing that can be compared with a pose was "
-            "measured (position, orientation, markers, distance, contact or tilt); exclude the row"
+            "measured (position, orientation, markers, distance, contact or tilt); exclude the row",
+            row=int(data.row[left][0]),
         )
     return kinds
 

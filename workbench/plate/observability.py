@@ -316,7 +316,7 @@ def index_named(name: str | AbstractIndex, indices: Mapping[str, AbstractIndex] 
         return name
     known = {**indices, **OF_CAMERAS}
     if name not in known:
-        raise OptionError(f"unknown index '{name}'; known: {', '.join(known)}")
+        raise OptionError(f"unknown index '{name}'; known: {', '.join(known)}", option="index", found=name)
     return known[name]
 
 

@@ -98,7 +98,11 @@ def criterion_of(index: AbstractIndex, measurements: int) -> AbstractCriterion:
     if isinstance(index, I):
         return RegionCriterion(index.weight)
     if not isinstance(index, SetIndex):
-        raise OptionError(f"index {index.name} looks at single poses; choose by O1 … O5, A, D or I")
+        raise OptionError(
+            f"index {index.name} looks at single poses; choose by O1 … O5, A, D or I",
+            option="index",
+            found=index.name,
+        )
     return IndexCriterion(index, measurements)
 
 

@@ -35,10 +35,16 @@ class Region:
             if not self.min[axis] < self.max[axis]:
                 raise OptionError(
                     f"the region is empty along {'xyz'[axis]}: min {self.min[axis]:g} m is not below max "
-                    f"{self.max[axis]:g} m; give the smaller corner as min"
+                    f"{self.max[axis]:g} m; give the smaller corner as min",
+                    option="max",
+                    found="xyz"[axis],
                 )
         if not self.cube > 0:
-            raise OptionError(f"the side of the region's cubes must be positive, got {self.cube:g} m")
+            raise OptionError(
+                f"the side of the region's cubes must be positive, got {self.cube:g} m",
+                option="cube",
+                found=self.cube,
+            )
         for corner in ("min", "max"):
             object.__setattr__(self, corner, frozen(np.array(getattr(self, corner), float)))
 

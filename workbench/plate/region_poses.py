@@ -120,7 +120,9 @@ def nearby_poses(
         if tries > TRIES * max(len(found), 1):
             raise DataError(
                 f"robot '{robot.name}' reaches {len(found)} of {tries} poses near the measured ones in the "
-                f"region {region.min.tolist()} to {region.max.tolist()} m; move the region"
+                f"region {region.min.tolist()} to {region.max.tolist()} m; move the region",
+                column="region",
+                found=len(found),
             )
     return found[:number]
 
@@ -132,7 +134,8 @@ def _check_reach(robot: Robot, region: Region) -> None:
         raise DataError(
             f"the region {region.min.tolist()} to {region.max.tolist()} m lies outside the reach of robot "
             f"'{robot.name}': its nearest point is {nearest:.3f} m from the base, the arm reaches "
-            f"{robot.reach:.3f} m; move the region"
+            f"{robot.reach:.3f} m; move the region",
+            column="region",
         )
 
 

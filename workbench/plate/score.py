@@ -211,7 +211,7 @@ def check_place(robot: Robot, plate: Plate) -> None:
     The base is taken as the line from its foot to the second joint's axis: the column that no arm lacks.
     """
     if not len(plate):
-        raise DataError(f"plate '{plate.name}' has no targets; add [[target]] tables")
+        raise DataError(f"plate '{plate.name}' has no targets; add [[target]] tables", column="target")
     if plate.size is None:
         return
     frames = se3.inverse(robot.base.pose) @ link_frames(robot, Motion(np.zeros((1, robot.dof))))[0]
@@ -224,5 +224,6 @@ def check_place(robot: Robot, plate: Plate) -> None:
         x, y, z = 1e3 * column[np.argmax(within)]
         raise DataError(
             f"plate '{plate.name}' stands in the robot's base: its solid contains the point "
-            f"({x:.0f}, {y:.0f}, {z:.0f}) mm of the base's column; move the plate or make it smaller"
+            f"({x:.0f}, {y:.0f}, {z:.0f}) mm of the base's column; move the plate or make it smaller",
+            column="base",
         )

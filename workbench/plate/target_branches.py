@@ -66,7 +66,9 @@ def plate_solutions(robot: Robot, plate: Plate) -> tuple[tuple[Branch, ...], ...
     solutions, away = _solutions(robot, plate)
     for number, why in enumerate(away, start=1):
         if why:
-            raise DataError(f"target {number} of plate '{plate.name}' is not reachable: {why}")
+            raise DataError(
+                f"target {number} of plate '{plate.name}' is not reachable: {why}", target=number - 1
+            )
     return solutions
 
 
@@ -131,7 +133,8 @@ def measurable(robot: Robot, plate: Plate) -> Measurable:
     if not rows:
         raise DataError(
             f"no target of plate '{plate.name}' can be measured: target 1 is {can.lacking[0]}; move the "
-            "plate, or choose other branches"
+            "plate, or choose other branches",
+            target=0,
         )
     return can
 
@@ -250,7 +253,9 @@ def _allowed(plate: Plate, slots: np.ndarray, labels: list[str]) -> np.ndarray:
         if target.branch not in mine:
             raise DataError(
                 f"target {slot + 1} of plate '{plate.name}' has no branch '{target.branch}' within limits; "
-                f"it has {', '.join(mine)}"
+                f"it has {', '.join(mine)}",
+                target=slot,
+                found=target.branch,
             )
         allowed[slot] &= np.array([label == target.branch for label in labels])
     return allowed

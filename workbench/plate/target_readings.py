@@ -174,13 +174,19 @@ def reading_named(
         visits: How often each target is visited.
     """
     if name not in MAKERS:
-        raise OptionError(f"unknown reading of a target '{name}'; known: {', '.join(MAKERS)}")
+        raise OptionError(
+            f"unknown reading of a target '{name}'; known: {', '.join(MAKERS)}", option="reading", found=name
+        )
     if visits < 1:
-        raise OptionError(f"visits of a target must be at least 1, got {visits}")
+        raise OptionError(
+            f"visits of a target must be at least 1, got {visits}", option="visits", found=visits
+        )
     position, rotation = sigma or SIGMAS[name]
     rotation = SEAT[1] if rotation is None else rotation
     if not (position > 0.0 and (rotation or 1.0) > 0.0):
-        raise OptionError("the instrument's standard deviations must be positive")
+        raise OptionError(
+            "the instrument's standard deviations must be positive", option="sigma", found=sigma
+        )
     return replace(MAKERS[name](robot, plate, position, rotation), visits=visits)
 
 

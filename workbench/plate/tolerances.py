@@ -46,7 +46,9 @@ def max_clearance(diameter: float) -> float:
         if 0.0 < diameter <= up_to + 1e-9:
             return hole - pin
     raise OptionError(
-        f"a pin's diameter must be above 0 and at most {1e3 * LIMITS[-1][0]:g} mm, got {1e3 * diameter:g} mm"
+        f"a pin's diameter must be above 0 and at most {1e3 * LIMITS[-1][0]:g} mm, got {1e3 * diameter:g} mm",
+        option="diameter",
+        found=diameter,
     )
 
 
@@ -80,7 +82,9 @@ class Production:
         admit(self)
         if self.position < 0.0 or self.angle < 0.0:
             raise OptionError(
-                f"tolerances can't be negative, got ±{1e3 * self.position:g} mm, ±{np.rad2deg(self.angle):g}°"
+                f"tolerances can't be negative, got ±{1e3 * self.position:g} mm, "
+                f"±{np.rad2deg(self.angle):g}°",
+                option="position" if self.position < 0.0 else "angle",
             )
         if min(self.play) < 0.0:
             raise OptionError(

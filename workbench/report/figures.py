@@ -120,7 +120,9 @@ def draw(pictures: Sequence[Picture], name: str) -> Figure:
     """One of several pictures, on paper of its own."""
     known = {picture.name: picture for picture in pictures}
     if name not in known:
-        raise OptionError(f"unknown picture '{name}'; choose from {', '.join(known)}")
+        raise OptionError(
+            f"unknown picture '{name}'; choose from {', '.join(known)}", option="name", found=name
+        )
     figure = known[name].draw()
     if figure is None:
         raise OptionError(f"this result has nothing to draw as '{name}'; choose from {', '.join(known)}")

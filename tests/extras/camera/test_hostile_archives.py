@@ -12,6 +12,7 @@ import zlib
 from pathlib import Path
 
 import pytest
+from refusals import refuses
 
 from workbench.base.errors import FileError
 from workbench.extras.camera import folder as folders
@@ -116,7 +117,7 @@ def test_as_many_files_as_the_bound_are_unpacked_and_one_more_is_not(monkeypatch
     assert folders.MAX_FILES >= 10_000
     monkeypatch.setattr(folders, "MAX_FILES", 20)
     assert len(inside(zipped(*((f"{k}.png", "") for k in range(20))))) == 20
-    with pytest.raises(FileError, match="20 files"):
+    with refuses(FileError, "20 files", path="shots.zip"):
         inside(zipped(*((f"{k}.png", "") for k in range(21))))
 
 
@@ -143,7 +144,7 @@ def test_a_bomb_is_stopped_at_its_bound_in_little_memory(kind, monkeypatch):
         return file
 
     monkeypatch.setattr(Path, "open", counted)
-    with pytest.raises(FileError, match="more than 8 MiB"):
+    with refuses(FileError, "8 MiB", path="shots.zip"):
         inside(content)
     assert sum(written) <= 9 * MEBIBYTE
     assert max(written) <= MEBIBYTE
@@ -163,7 +164,7 @@ class _closing:
 def test_a_folder_of_tables_is_not_read_one_by_one(tmp_path):
     for k in range(101):
         (tmp_path / f"{k}.csv").write_text("image,q1[rad]\n")
-    with pytest.raises(FileError, match="more than 100 tables"):
+    with refuses(FileError, "100 tables", path=str(tmp_path)):
         read_folder(tmp_path)
 
 
@@ -221,5 +222,5 @@ def _claiming(path: Path, side: int) -> Path:
 
 def test_no_picture_is_one_sentence(tmp_path):
     (tmp_path / "a.png").write_bytes(b"\x89PNG none")
-    with pytest.raises(FileError, match=r"a\.png: can't be read as a picture"):
+    with refuses(FileError, "250 megapixels", path=str(tmp_path / "a.png")):
         read_picture(tmp_path / "a.png")

@@ -7,6 +7,7 @@ from functools import partial
 import camera_arms as virtual
 import numpy as np
 import pytest
+from refusals import refuses
 from test_camera_fit import identified, read, true_errors, written
 from test_start import thinned
 
@@ -85,7 +86,7 @@ def test_exchanged_mounts_are_said_to_be_that(tmp_path):
     with pytest.raises(DataError, match=r"board is on the tool and the camera in the cell; .* target\.toml"):
         wb.identify(robot, data, algorithms=("opt2",))
     asked = replace(data, notes=(f"{NO_TARGET}: …", *data.notes))
-    with pytest.raises(DataError, match="change 'Board is'"):
+    with refuses(DataError, "'Board is'"):
         wb.identify(robot, asked, algorithms=("opt2",))
 
 
@@ -112,7 +113,7 @@ def test_an_orientation_that_was_kept_is_named(tmp_path):
     near = shots.q[4] + 1e-3 * np.random.default_rng(0).uniform(-1.0, 1.0, shots.q.shape)
     shots.q[:] = near
     (tmp_path / "joints.csv").write_text(shots.joints())
-    with pytest.raises(DataError, match="turned by only 0"):
+    with refuses(DataError, "0.23°"):
         wb.identify(robot, read(tmp_path), algorithms=("opt2",), held_out=0.0)
 
 
@@ -145,7 +146,7 @@ def test_a_joint_that_counts_backwards_is_named(tmp_path, verb):
     _, shots, robot, _ = seen(tmp_path, 3)
     shots.q[:, 2] *= -1.0
     (tmp_path / "joints.csv").write_text(shots.joints())
-    with pytest.raises(DataError, match="joint 3 counts backwards"):
+    with refuses(DataError, "joint 3"):
         verb(robot, read(tmp_path))
 
 

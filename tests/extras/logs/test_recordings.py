@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 import workbench as wb
 from workbench.base import se3
@@ -176,7 +177,7 @@ def test_a_bag_becomes_one_row_a_stand(kind, run_of_arm, tmp_path, request):
 def test_frames_of_tf_are_chosen_by_name(read_here, run_of_arm, tmp_path):
     bag = write_bag(tmp_path / "run", run_of_arm, "ros2", frames=True)
     check(wb.read_measurements(bag, columns="pose=probe"), run_of_arm)
-    with pytest.raises(OptionError, match="'other'"):
+    with refuses(OptionError, "poses 'probe'", "'other'"):
         wb.read_measurements(bag, columns="pose=other")
 
 
@@ -283,14 +284,14 @@ def test_stands_of_a_take_are_joined_row_by_row(run_of_arm, tmp_path):
     np.savetxt(
         tmp_path / "q.csv", np.rad2deg(run_of_arm.standstills[1:]), delimiter=",", header=head, comments=""
     )
-    with pytest.raises(DataError, match=r"8 rows, .*q\.csv 7"):
+    with refuses(DataError, "q.csv", found=(8, 7)):
         wb.read_measurements(take, joint_table=tmp_path / "q.csv")
 
 
 def test_one_of_several_bodies_is_chosen(run_of_arm, tmp_path):
     take = optitrack(tmp_path / "take.csv", run_of_arm, bodies=("Base", "Tool"))
     joints = log(tmp_path, run_of_arm)
-    with pytest.raises(OptionError, match="'Base', 'Tool'"):
+    with refuses(OptionError, "take.csv", "'Base', 'Tool'"):
         wb.read_measurements(take, joint_table=joints)
     check(wb.read_measurements(take, joint_table=joints, columns="pose=Tool"), run_of_arm, position=1e-8)
 
@@ -299,7 +300,7 @@ def test_a_take_of_another_run_is_refused(run_of_arm, tmp_path):
     rng = np.random.default_rng(9)
     take = optitrack(tmp_path / "take.csv", run_of_arm)
     still_log = Run(run_of_arm.time, rng.uniform(-1, 1, (1, 6)) + 0 * run_of_arm.q, None, None, None)
-    with pytest.raises(DataError, match="run"):
+    with refuses(DataError, column="time"):
         wb.read_measurements(take, joint_table=log(tmp_path, still_log))
 
 
@@ -397,5 +398,5 @@ def test_dates_are_of_one_clock(run_of_arm, tmp_path):
     (tmp_path / "q.csv").write_text("\n".join(lines))
     data = wb.read_measurements(tmp_path / "p.csv", joint_table=tmp_path / "q.csv")
     np.testing.assert_allclose(data.q, run.standstills[1:], atol=1e-9)
-    with pytest.raises(DataError, match="time"):
+    with refuses(DataError, "p.csv", "joints.csv"):
         wb.read_measurements(tmp_path / "p.csv", joint_table=log(tmp_path, run))

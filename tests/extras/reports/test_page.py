@@ -4,6 +4,7 @@ import re
 
 import pytest
 from html_page import Page
+from refusals import refuses
 
 from workbench.base import files
 from workbench.base.errors import FileError
@@ -128,7 +129,7 @@ def test_all_or_nothing(tmp_path, monkeypatch, moves):
         real(source, target)
 
     monkeypatch.setattr(files.os, "replace", failing)
-    with pytest.raises(FileError, match="full"):
+    with refuses(FileError, "full", path=str(home)):
         write_folder(home, {"a": b"x", "b": b"y", "c": b"z"}, replaces=("old",))
     assert {p.name: p.read_bytes() for p in home.iterdir()} == before
     assert [p.name for p in tmp_path.iterdir()] == ["home"]
@@ -139,6 +140,6 @@ def test_nothing_is_left_when_a_folder_cannot_be_made(tmp_path, monkeypatch):
         raise OSError(errno.ENOSPC, "full")
 
     monkeypatch.setattr(files.os, "replace", failing)
-    with pytest.raises(FileError, match="full"):
+    with refuses(FileError, "full", path=str(tmp_path / "new")):
         write_folder(tmp_path / "new", {"a": b"1"})
     assert list(tmp_path.iterdir()) == []

@@ -5,6 +5,7 @@ import urllib.request
 from pathlib import Path
 
 import pytest
+from refusals import refuses
 
 from workbench.extras.review import viewer
 from workbench.extras.review.viewer import opened
@@ -62,6 +63,6 @@ def test_a_disk_that_is_full_leaves_no_half_file(tmp_path, monkeypatch):
 
     (tmp_path / "session.rrd").write_bytes(b"RRF2")
     monkeypatch.setattr("os.fsync", no_room)
-    with pytest.raises(FileError, match="room"):
+    with refuses(FileError, path=str(tmp_path / "out.rrd")):
         viewer._join([tmp_path / "session.rrd"], tmp_path / "out.rrd", tmp_path)
     assert not (tmp_path / "out.rrd").exists()

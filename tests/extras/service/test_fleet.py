@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from html_page import Page
+from refusals import refuses
 
 import workbench as wb
 from workbench.arm.calibration_record import Calibration
@@ -118,7 +119,7 @@ def test_the_worn_arms_are_found_with_their_joint(fleet):
 def test_everywhere_the_same_numbers(folder, fleet):
     wanted = json.dumps(fleet_json(fleet))
     assert json.dumps(fleet_json(wb.compare_fleet(folder, workers=2))) == wanted
-    with pytest.raises(OptionError, match="--workers"):
+    with refuses(OptionError, option="--workers", found=0):
         wb.compare_fleet(folder, workers=0)
 
 
@@ -143,7 +144,7 @@ def test_the_page_shows_worn_arms(fleet, tmp_path):
         *("fleet.html", "result.json", "fleet.svg", "drift-1.svg", "drift-2.svg")
     }
     assert fleet.plot(name="arm-04")._repr_png_().startswith(b"\x89PNG")
-    with pytest.raises(OptionError, match="'x'"):
+    with refuses(OptionError, option="arm", found="x"):
         fleet.plot("x")
 
 
@@ -194,11 +195,11 @@ def test_an_arm_that_can_not_be_read_spoils_nothing(run, tmp_path):
 
 
 def test_folders_without_calibrations_are_refused(tmp_path):
-    with pytest.raises(FileError, match="calibrations"):
+    with refuses(FileError, path=str(tmp_path)):
         arms_of(tmp_path)
-    with pytest.raises(FileError, match="folder"):
+    with refuses(FileError, path=str(tmp_path / "none")):
         arms_of(tmp_path / "none")
-    with pytest.raises(OptionError, match="positive"):
+    with refuses(OptionError, option="allowed", found=0.0):
         wb.compare_fleet(tmp_path, allowed=0.0)
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
@@ -49,14 +50,14 @@ def test_a_circle_read_as_measurements_is_where_the_arm_is(run):
     assert status == 0, err
     assert run("evaluate", "k.csv", "--robot", "katana450", "--json", "e.json")[0] == 0
     assert json.loads(Path("e.json").read_text())["errors"]["position_mm"]["max"] < 1e-6
-    with pytest.raises(FileError, match="base"):
+    with refuses(FileError, "base", "'pose_frame'", path="k.csv"):
         read_measurements("k.csv")
     text = Path("k.csv").read_text().replace("robot-base", "measuring")
     Path("m.csv").write_text(text)
-    with pytest.raises(DataError, match="measuring"):
+    with refuses(DataError, column="pose_frame"):
         read_trajectory("m.csv")
     Path("m.csv").write_text(text.replace("measuring", "elsewhere", 1))
-    with pytest.raises(FileError, match="robot-base or measuring"):
+    with refuses(FileError, "robot-base", "measuring", "'elsewhere'", line=2, column="pose_frame"):
         read_measurements("m.csv")
 
 

@@ -355,5 +355,6 @@ def flattened(effects: Sequence[AbstractEffect | Sequence[AbstractEffect]]) -> t
     """Effects given one by one or in lists."""
     flat = [e for part in effects for e in (part if isinstance(part, tuple | list) else (part,))]
     if (wrong := next((e for e in flat if not isinstance(e, AbstractEffect)), None)) is not None:
-        raise OptionError(f"effects must be such as JointCompliance((1,), (1e-5,)), got {wrong!r}")
+        text = f"effects must be such as JointCompliance((1,), (1e-5,)), got {wrong!r}"
+        raise OptionError(text, option="effects", found=wrong)
     return tuple(flat)

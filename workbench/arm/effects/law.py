@@ -245,7 +245,7 @@ def check_together(effects: Iterable[AbstractLaw], chain: Chain, own: Collection
     if double in own:
         raise RobotError(f"the name '{double}' of an element is used by an effect; rename it")
     if double is not None:
-        raise RobotError(f"'{double}' occurs twice among the effects; merge them")
+        raise RobotError(f"'{double}' occurs twice among the effects; merge them", found=double)
 
 
 def extrapolation_notes(

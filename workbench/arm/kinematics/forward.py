@@ -60,7 +60,8 @@ def watched(robot: Robot, link: int | None) -> Watched:
     if not 0 <= link <= len(moving):
         raise DataError(
             f"the data have tilts of link {link}, and robot '{robot.name}' has links 1 to {len(moving)}, and "
-            "0 for its base; correct the number in the columns tilt_x, tilt_y"
+            "0 for its base; correct the number in the columns tilt_x, tilt_y",
+            column=f"tilt_x{link}",
         )
     end = robot.chain_ends[moving[link - 1]] if link else robot.base_size - 1
     return Watched(slice(robot.base_size, end + 1), level_axes(robot.gravity))
@@ -198,6 +199,8 @@ def _rows(robot: Robot, at: ArrayLike | Motion) -> tuple[Motion, bool]:
         largest = np.nanmax(np.abs(q[:, joint]))
         raise DataError(
             f"joint {joint + 1} of robot '{robot.name}' would be at {largest:.4g}, where its limit is "
-            f"{bound:.4g}{looks}"
+            f"{bound:.4g}{looks}",
+            joint=joint,
+            found=largest,
         )
     return Motion(q), one

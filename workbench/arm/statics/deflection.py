@@ -289,7 +289,7 @@ def _check_loads(robot: Robot, motion: Motion, deflected: Sequence[AbstractEffec
             return
         remedy += ", or the columns torque1[N*m], torque2[N*m] … to the data"
     worst = max(deflected, key=lambda e: e.loads)
-    raise DataError(f"effect '{worst.name}' needs the moments of the joints, but {remedy}")
+    raise DataError(f"effect '{worst.name}' needs the moments of the joints, but {remedy}", found=worst.name)
 
 
 def _add(out: np.ndarray, places: np.ndarray, effect: AbstractEffect, law: np.ndarray) -> None:

@@ -72,7 +72,8 @@ def masses(robot: Robot) -> Masses:
         if joint.mass is None:
             raise RobotError(
                 f"{joint.name} of robot '{robot.name}' has no mass, required for joint moments; add "
-                "'mass' [kg] and 'com' [m, link frame] to its [[joint]], or <inertial> to its URDF link"
+                "'mass' [kg] and 'com' [m, link frame] to its [[joint]], or <inertial> to its URDF link",
+                found=joint.name,
             )
     ends = [a for a, joint in zip(robot.chain_ends, robot.joints, strict=True) if joint.mass]
     table = np.array([*robot.inertia.values()], float).reshape(-1, 4)

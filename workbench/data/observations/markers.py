@@ -99,7 +99,9 @@ def marker_poses(
         if seen.sum() < 3 or spread[1] < 1e-3:
             raise DataError(
                 f"{data.source}, data row {data.row[i]}: {seen.sum()} markers seen; "
-                "a pose needs three that are not on one line. Exclude the row"
+                "a pose needs three that are not on one line. Exclude the row",
+                row=int(data.row[i]),
+                found=int(seen.sum()),
             )
         fit = se3.best_fit(layout[seen], measured[seen])
         position[i], rotation[i] = fit[:3, 3], fit[:3, :3]

@@ -46,7 +46,11 @@ def _by_label(measured: Fields, joints: Fields, key: str) -> Fields:
     names, known = measured.values[key].tolist(), joints.values[key].tolist()
     if len(set(known)) < len(known):
         again = next(name for name in known if known.count(name) > 1)
-        raise DataError(f"{joints.source} names {key} '{again}' twice: give one row of joints per name")
+        raise DataError(
+            f"{joints.source} names {key} '{again}' twice: give one row of joints per name",
+            column=key,
+            found=again,
+        )
     place = {name: k for k, name in enumerate(known)}
     rows = np.array([i for i, name in enumerate(names) if name in place], int)
     if not len(rows):
@@ -65,7 +69,8 @@ def by_row(measured: Fields, joints: Fields) -> Fields:
     if measured.rows != joints.rows:
         raise DataError(
             f"{measured.source} has {plural(measured.rows, 'row')}, {joints.source} {joints.rows}: name the "
-            "rows in both (column 'point'), give both a column time[s], or one row of joints per measurement"
+            "rows in both (column 'point'), give both a column time[s], or one row of joints per measurement",
+            found=(measured.rows, joints.rows),
         )
     note = f"joints are taken from {joints.source} row by row: both have {joints.rows} rows"
     return merged(measured, joints.values, joints, (note,))

@@ -62,7 +62,9 @@ def read_measurements(
     fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
     if joint_table is not None:
         if "q1" in fields.values:
-            raise OptionError(f"{fields.source} already has joints; leave out the table of joints")
+            raise OptionError(
+                f"{fields.source} already has joints; leave out the table of joints", option="joint_table"
+            )
         fields = join(fields, read_fields(joint_table, columns=joint_columns, joints=joints))
     return assemble(fields, joints=joints, base=base)
 
@@ -140,7 +142,9 @@ def _table_layout(
             return known
         if layout == known.name:
             raise OptionError(
-                f"{table.source}: layout '{layout}' does not fit the columns {listed(table.headings)}"
+                f"{table.source}: layout '{layout}' does not fit the columns {listed(table.headings)}",
+                option="layout",
+                found=layout,
             )
     return None
 

@@ -64,7 +64,8 @@ def read_trajectory(
     if position is not None and not in_base(fields, usual=BASE):
         raise DataError(
             f"{fields.source}: its poses are in the measuring frame (column 'pose_frame'), but a "
-            "trajectory needs them in the robot's base frame: transform them"
+            "trajectory needs them in the robot's base frame: transform them",
+            column="pose_frame",
         )
     rotation, notes = read_orientation(fields, usable=np.ones(fields.rows, bool))
     if q is None and position is None:
@@ -75,7 +76,9 @@ def read_trajectory(
     if time is not None and (late := np.diff(time) <= 0).any():
         row = int(np.argmax(late)) + 1
         raise DataError(
-            f"{fields.source}, line {fields.lines[row]}: time does not increase: sort the rows by time"
+            f"{fields.source}, line {fields.lines[row]}: time does not increase: sort the rows by time",
+            row=row,
+            column="time",
         )
     return Trajectory(
         time=None if time is None else frozen(time),

@@ -24,7 +24,11 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
     }
     if sheet is not None:
         if sheet not in grids:
-            raise OptionError(f"{path}: there is no sheet '{sheet}': the file has {listed(list(grids))}")
+            raise OptionError(
+                f"{path}: there is no sheet '{sheet}': the file has {listed(list(grids))}",
+                option="sheet",
+                found=sheet,
+            )
         return _named(grids, sheet)
     filled = [name for name, grid in grids.items() if grid.rows]
     if not filled:
@@ -57,7 +61,9 @@ def read_frame(frame: Any) -> Grid:
         columns = [[text_of(value) for value in frame[name].to_list()] for name in names]
     except (AttributeError, KeyError, TypeError):
         raise OptionError(
-            f"measurements come from a file or a pandas or polars frame, not from {type(frame).__name__}"
+            f"measurements come from a file or a pandas or polars frame, not from {type(frame).__name__}",
+            option="source",
+            found=frame,
         ) from None
     return _under_names([str(name) for name in names], columns, source="frame")
 

@@ -102,9 +102,15 @@ class Instrument:
     def __post_init__(self):
         admit(self)
         if self.sigma_position < 0 or (self.sigma_rotation or 0.0) < 0:
-            raise OptionError(f"instrument '{self.name}': standard deviations must be at least 0")
+            raise OptionError(
+                f"instrument '{self.name}': standard deviations must be at least 0",
+                option="sigma_position",
+                found=self.sigma_position,
+            )
         if self.observes is Observes.POSE and self.sigma_rotation is None:
-            raise OptionError(f"instrument '{self.name}' sees poses; give its sigma_rotation too")
+            raise OptionError(
+                f"instrument '{self.name}' sees poses; give its sigma_rotation too", option="sigma_rotation"
+            )
         if self.samples < 1:
             raise OptionError(f"instrument '{self.name}': samples must be at least 1, got {self.samples}")
 
@@ -182,5 +188,7 @@ INSTRUMENTS: Registry[Instrument] = Registry(
 
 def instrument_named(name: str, instruments: Mapping[str, Instrument] = INSTRUMENTS) -> Instrument:
     if name not in instruments:
-        raise OptionError(f"unknown instrument '{name}'; known: {', '.join(instruments)}")
+        raise OptionError(
+            f"unknown instrument '{name}'; known: {', '.join(instruments)}", option="instrument", found=name
+        )
     return instruments[name]

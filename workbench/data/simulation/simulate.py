@@ -87,7 +87,9 @@ def simulate(
     if instrument.observes is Observes.CONTACT:
         raise OptionError(
             f"instrument '{instrument.name}' touches fixed points; simulate it at targets, several "
-            "orientations at each point"
+            "orientations at each point",
+            option="instrument",
+            found=instrument.name,
         )
     anchors = three_anchors(actual) if anchors is None else anchors
     if instrument.observes not in (Observes.SPHERE, Observes.PLANE):
@@ -222,7 +224,7 @@ def _follow(
         result = inverse.solve(actual, poses[row], motion=state)
         other = inverse.choose(result, near=near[row])
         if other is None:
-            raise DataError(f"target {row + 1} is not reachable within limits: {result.reason}")
+            raise DataError(f"target {row + 1} is not reachable within limits: {result.reason}", target=row)
         q[row] = other.q
         notes.append(
             f"target {row + 1}: the chosen branch is outside this arm's limits; measured in '{other.name}'"
@@ -236,11 +238,17 @@ def _in_branches(
     solutions = []
     for number, result in enumerate(inverse.solve_many(actual, poses, motion=motion), start=1):
         if not result.reachable:
-            raise DataError(f"target {number} is not reachable within limits: {result.reason}")
+            raise DataError(
+                f"target {number} is not reachable within limits: {result.reason}", target=number - 1
+            )
         solutions.append({b.name: b for b in result.within_limits})
     names = [branch] * len(solutions) if isinstance(branch, str) else list(branch)
     if len(names) != len(solutions):
-        raise OptionError(f"{len(solutions)} targets need as many branches, got {len(names)}")
+        raise OptionError(
+            f"{len(solutions)} targets need as many branches, got {len(names)}",
+            option="branch",
+            found=len(names),
+        )
     if MIXED in names:
         spread = evenly_mixed(solutions)
         names = [s if n == MIXED else n for s, n in zip(spread, names, strict=True)]
@@ -257,7 +265,11 @@ def _named(target: dict, name: str | None, number: int) -> np.ndarray:
     if name is None:
         return max(target.values(), key=lambda b: b.margin).q
     if name not in target:
-        raise DataError(f"target {number} has no branch '{name}' within limits; it has {', '.join(target)}")
+        raise DataError(
+            f"target {number} has no branch '{name}' within limits; it has {', '.join(target)}",
+            target=number - 1,
+            found=name,
+        )
     return target[name].q
 
 

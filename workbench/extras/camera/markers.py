@@ -59,7 +59,9 @@ def opencv_board(board: Charuco, *, legacy: bool = False) -> Any:
         after = f" from {board.first_marker} on" if board.first_marker else ""
         raise OptionError(
             f"a board of {across} x {down} squares needs {len(board.markers)} markers{after}, "
-            f"{board.dictionary} has {known}; choose a larger dictionary or fewer squares"
+            f"{board.dictionary} has {known}; choose a larger dictionary or fewer squares",
+            option="dictionary",
+            found=board.dictionary,
         )
     prints, own = dictionary(board.dictionary), np.array(board.markers)
     found = opencv().aruco.CharucoBoard(board.squares, board.square, board.marker, prints, own)

@@ -131,7 +131,10 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
     both = f"{joints.source} has joints of {joints.rows} pictures, {rows.source} has {len(taken)}"
     if "image" not in joints.values:
         if len(taken) != joints.rows:
-            raise DataError(f"{both}; give one row of joints per picture, best with a column 'image'")
+            raise DataError(
+                f"{both}; give one row of joints per picture, best with a column 'image'",
+                found=(joints.rows, len(taken)),
+            )
         note = "joints have no column 'image': the first row is assigned to the first picture, and so on"
         return taken, [note]
     names = plain_names(joints.values["image"])
@@ -140,7 +143,11 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
         raise DataError(f"{joints.source}: image '{again}' has joints twice; give one row per picture")
     lacking = [name for name in dict.fromkeys(plain_names(rows.image)) if name not in set(names)]
     if lacking:
-        raise DataError(f"{both}: {listed(lacking, longest=3)} have no joints; add or delete them")
+        raise DataError(
+            f"{both}: {listed(lacking, longest=3)} have no joints; add or delete them",
+            column="image",
+            found=tuple(lacking),
+        )
     return names, []
 
 
@@ -178,7 +185,9 @@ def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str
         first = int(np.argmax(lost))
         raise DataError(
             f"{rows.source}: {int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]} corner "
-            f"{rows.corner[first]}, do not belong to the target: {rig.text}; give the one that was in view"
+            f"{rows.corner[first]}, do not belong to the target: {rig.text}; give the one that was in view",
+            column="id",
+            found=int(rows.id[first]),
         )
     unknown = sorted(set(rows.id[lost].tolist()))[:8]
     notes = [f"{plural(int(lost.sum()), 'corner')} of unknown ids {unknown} are left out"] if unknown else []

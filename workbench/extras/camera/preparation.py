@@ -104,7 +104,9 @@ class PicturePreparation(AbstractPreparation):
 def _check_number(data: Dataset) -> None:
     count = int(data.included.sum())
     if count < MIN_PICTURES:
-        raise DataError(f"{data.source}: {count} pictures are left to fit; give at least {MIN_PICTURES}")
+        raise DataError(
+            f"{data.source}: {count} pictures are left to fit; give at least {MIN_PICTURES}", found=count
+        )
 
 
 def _largest_turn(robot: Robot, data: Dataset) -> float:
@@ -118,7 +120,8 @@ def _check_turned(robot: Robot, data: Dataset) -> None:
     if (turn := _largest_turn(robot, data)) < MIN_TURN:
         raise DataError(
             f"{data.source}: the tool turned by only {np.rad2deg(turn):.2g}°, so the pictures can't "
-            f"determine the poses of camera and target; {TURN_MORE}"
+            f"determine the poses of camera and target; {TURN_MORE}",
+            found=turn,
         )
 
 

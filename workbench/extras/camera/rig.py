@@ -70,7 +70,9 @@ class Rig:
             if camera.mounted is self.mounted:
                 raise DataError(
                     f"camera '{camera.name}' and the target are both mounted = \"{camera.mounted}\", so the "
-                    "arm doesn't move them relative to each other; mount one on the tool and one in the world"
+                    "arm moves neither relative to the other; mount one on the tool and one in the world",
+                    column="mounted",
+                    found=camera.mounted,
                 )
 
     def place(self, name: str) -> int | None:

@@ -50,7 +50,8 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
                 "write e.g. columns='q[rad|column]=Q,xyz[mm|column]=P' (--columns), 'column' where one "
                 "measurement is a column",
                 page="give it to 'workbench identify --columns', or load a CSV here",
-            )
+            ),
+            option="columns",
         )
     headings: list[str] = []
     columns: list[list[str]] = []
@@ -107,7 +108,9 @@ def _one_row_each(
     if orientation is None:
         raise OptionError(
             f"{path}: say whether one measurement is a row or a column of '{name}' "
-            f"({array.shape[0]} x {array.shape[1]}), e.g. columns='{wanted[0].name}[rad|column]={name}'"
+            f"({array.shape[0]} x {array.shape[1]}), e.g. columns='{wanted[0].name}[rad|column]={name}'",
+            option="columns",
+            found=name,
         )
     return (array.T if orientation == "column" else array), orientation
 
@@ -149,7 +152,9 @@ def _headings(wanted: tuple[NamedUnit, ...], width: int, name: str, path: Path) 
     if len(headings) != width:
         raise OptionError(
             f"{path}: '{name}' has {width} values per measurement but {len(headings)} are named: "
-            "change 'row' to 'column' or name them all"
+            "change 'row' to 'column' or name them all",
+            option="columns",
+            found=width,
         )
     return headings
 

@@ -168,7 +168,8 @@ def clock_offset(
     if score[best] < MIN_CORRELATION or (len(others) and score[best] < MIN_CORRELATION_RATIO * others.max()):
         raise DataError(
             "measurements and joints move at different times, whatever the offset of their clocks: check "
-            "that they are of the same run, or give both the same clock in time[s]"
+            "that they are of the same run, or give both the same clock in time[s]",
+            column="time",
         )
     return float(offsets[best]), (
         f"the clocks differ by {offsets[best]:+.2f} s, found from the times at which joints and tool moved",

@@ -88,7 +88,8 @@ class PoseTask:
         if kept.sum() < self.number:
             raise DataError(
                 f"{self.number} poses can't be chosen from {len(kept)} candidates of which {kept.sum()} keep "
-                "the limits; give more candidates or relax the limits"
+                "the limits; give more candidates or relax the limits",
+                found=int(kept.sum()),
             )
         return self.candidates[kept]
 
@@ -159,14 +160,20 @@ def informative_poses(
         sigma_rotation: Standard deviation of a measured rotation [rad]; None for points.
     """
     if index == "I" and evaluation_poses is None:
-        raise OptionError("index I is the predicted error over evaluation poses; give a region or a plate")
+        raise OptionError(
+            "index I is the predicted error over evaluation poses; give a region or a plate",
+            option="evaluation_poses",
+        )
     if number < 1:
-        raise OptionError(f"the number of poses must be at least 1, got {number}")
+        raise OptionError(
+            f"the number of poses must be at least 1, got {number}", option="number", found=number
+        )
     if candidates is not None:
         robot.check_joints(candidates, "candidates")
         if len(candidates) < number:
             raise DataError(
-                f"{number} poses can't be chosen from {len(candidates)} candidates; give more candidates"
+                f"{number} poses can't be chosen from {len(candidates)} candidates; give more candidates",
+                found=len(candidates),
             )
     options = {"names": names, "sigma_position": sigma_position, "sigma_rotation": sigma_rotation}
     limits = limits or PoseLimits()
@@ -177,7 +184,9 @@ def informative_poses(
     if aim is OV1 and limits.view is None:
         raise OptionError(
             "index Ov1 needs an instrument's view, such as --camera with --target and --camera-at; or "
-            "use index O1"
+            "use index O1",
+            option="index",
+            found=OV1.name,
         )
     climb = PoseClimb(robot, aim, options, basis, limits.view)
     task = PoseTask(climb, number, limits, candidates, method, rng)
@@ -193,7 +202,9 @@ def _check_enough(number: int, parameters: int, sigma_rotation: float | None) ->
     if number < minimum:
         raise OptionError(
             f"{number} poses give {number * rows} equations for {parameters} parameters; use at least "
-            f"{minimum} poses, or the index O of single poses"
+            f"{minimum} poses, or the index O of single poses",
+            option="number",
+            found=number,
         )
 
 

@@ -69,7 +69,8 @@ class PoseLimits:
             raise OptionError(
                 f"a cone of {np.rad2deg(self.cone):g}°, margin {np.rad2deg(self.margin):g}°, spread "
                 f"{1e3 * self.spread:g} mm and a travel of {self.travel} are out of range: none may be "
-                "negative, cone and travel must be positive"
+                "negative, cone and travel must be positive",
+                option="limits",
             )
 
     @property
@@ -258,16 +259,19 @@ def feasible_start(
     if spread_alone < number:
         raise DataError(
             f"{number} poses with {spread} and {where} conflict: at most {spread_alone} were found to fit; "
-            "use fewer poses or less spread"
+            "use fewer poses or less spread",
+            found=(spread_alone,),
         )
     if travel_alone < number:
         raise DataError(
             f"{number} different poses and {travel} conflict: at most {travel_alone} were found; allow more "
-            "travel or give more candidates"
+            "travel or give more candidates",
+            found=travel_alone,
         )
     raise DataError(
         f"{spread} and {travel} conflict: at most {len(found)} of {number} poses were found that keep both; "
-        "relax one of them"
+        "relax one of them",
+        found=len(found),
     )
 
 

@@ -113,7 +113,7 @@ def planned_joints(robot: Robot, plate: Plate, sigma: tuple[float, float]) -> np
     can = measurable(robot, plate)
     if can.lacking:
         number, why = next(iter(can.lacking.items()))
-        raise DataError(f"target {number + 1} is {why}; move it, then try the plate")
+        raise DataError(f"target {number + 1} is {why}; move it, then try the plate", target=number)
     rng = np.random.default_rng(0)
     goal = plate_region_poses(robot, plate)
     with part_of(0.0, 0.0):

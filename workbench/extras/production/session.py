@@ -60,7 +60,10 @@ class TryPlate(AbstractPlateTrial):
         if not 1 <= self.arms <= MAX_ARMS:
             raise OptionError(f"the number of virtual arms must be 1 to {MAX_ARMS}, got {self.arms}")
         if session.choices.wanted is None:
-            raise OptionError("no required error is set to test the arms against; set 'Required [mm]' first")
+            raise OptionError(
+                "no required error is set to test the arms against; set 'Required [mm]' first",
+                option="wanted",
+            )
         check_seats(session.robot, session.plate.has_seats)
         for i, state in enumerate(session.states):
             if not state.measurable:
@@ -138,7 +141,9 @@ class OpenChoice(AbstractChange):
             raise OptionError(
                 f"the plate must be 1 to {count}, got {self.number + 1}"
                 if count
-                else "no plates have been compared yet; press Compare plates first"
+                else "no plates have been compared yet; press Compare plates first",
+                option="number",
+                found=self.number,
             )
 
     def apply(self, session: Session) -> Session:

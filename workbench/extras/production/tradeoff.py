@@ -187,7 +187,11 @@ def weigh_choices(
         seed: Of everything random.
     """
     if unknown := [name for name in methods if name not in METHODS]:
-        raise OptionError(f"unknown manufacturing method '{unknown[0]}'; known: {', '.join(METHODS)}")
+        raise OptionError(
+            f"unknown manufacturing method '{unknown[0]}'; known: {', '.join(METHODS)}",
+            option="methods",
+            found=unknown[0],
+        )
     tried = [
         (name, number, shapes)
         for name in methods

@@ -66,7 +66,9 @@ class ErrorSizes:
     def __post_init__(self):
         given = (self.seat_position, self.seat_rotation, self.joint)
         if min(*given, self.target_position.min(initial=0.0), self.target_rotation.min(initial=0.0)) < 0.0:
-            raise OptionError("a standard deviation of the yield's errors is negative; give 0 or more")
+            raise OptionError(
+                "a standard deviation of the yield's errors is negative; give 0 or more", option="sigma"
+            )
 
     def alone(self) -> dict[str, "ErrorSizes"]:
         """Every source of error that is not zero, each by itself."""
@@ -220,7 +222,7 @@ def constrained_by(plate: Plate) -> Bool[np.ndarray, "targets 6"]:
 def check_job(job: YieldJob) -> None:
     """Refuse a trial that can't be carried out."""
     if len(job.q) < 3:
-        raise DataError(f"a yield needs three targets or more, got {len(job.q)}")
+        raise DataError(f"a yield needs three targets or more, got {len(job.q)}", found=len(job.q))
     check_seats(job.robot, bool(job.constrained[:, 3:].any()))
 
 
@@ -229,5 +231,6 @@ def check_seats(robot: Robot, has_seats: bool) -> None:
     if has_seats and robot.dof < 6:
         raise DataError(
             f"robot '{robot.name}' has {robot.dof} joints and can't sit in a seat; "
-            "try a plate of sockets or points"
+            "try a plate of sockets or points",
+            found=robot.dof,
         )

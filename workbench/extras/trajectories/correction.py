@@ -68,7 +68,11 @@ def correct(
     try:
         method = CorrectionMethod(method)
     except ValueError:
-        raise OptionError(f"unknown method '{method}'; choose {' or '.join(CorrectionMethod)}") from None
+        raise OptionError(
+            f"unknown method '{method}'; choose {' or '.join(CorrectionMethod)}",
+            option="method",
+            found=method,
+        ) from None
     robot, q, time = commanded.calibrated, commanded.q, commanded.time
     state = Motion(q) if motion is None else motion.at(q)
     refuse_beyond(robot, q, time)
@@ -134,6 +138,7 @@ def _refuse_stopped(robot: Robot, new: np.ndarray, after: Refined, time: Times) 
             f"{new[row, joint]:.4f} (rad or m), {1e3 * after.position_error[row]:.3g} mm remain; "
             "keep the path farther from it",
             row=row,
+            joint=joint,
         )
 
 
@@ -183,7 +188,11 @@ def _speeds(robot: Robot, state: Motion, maximum: float | None) -> np.ndarray | 
     """Maximum speed of every joint between two rows; refuse one above `maximum`."""
     if state.time is None or len(state) < 2:
         if maximum is not None:
-            raise OptionError("a maximum speed needs the trajectory's times; add the column time[s]")
+            raise OptionError(
+                "a maximum speed needs the trajectory's times; add the column time[s]",
+                option="max_speed",
+                found=maximum,
+            )
         return None
     speed = np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]
     refuse_fast(robot, np.vstack([0.0 * speed[:1], speed]), maximum, state.time)

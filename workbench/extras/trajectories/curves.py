@@ -93,10 +93,14 @@ Curve = Circle | StraightLine
 def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
     """The circle that best fits three points or more: it starts at the first, towards the second."""
     if len(points) < 3:
-        raise OptionError(f"a circle needs at least 3 points, got {len(points)}")
+        raise OptionError(
+            f"a circle needs at least 3 points, got {len(points)}", option="points", found=len(points)
+        )
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if spread[0] < MIN_LENGTH or spread[1] < FLAT * spread[0]:
-        raise OptionError("the points of the circle are collinear or coincide; give three that are not")
+        raise OptionError(
+            "the points of the circle are collinear or coincide; give three that are not", option="points"
+        )
     fitted = fit_circle(points)
     normal = fitted.axes[2]
     first, second = points[0] - fitted.centre, points[1] - fitted.centre
@@ -114,7 +118,7 @@ def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
 def line(start: Vector3, end: Vector3) -> StraightLine:
     """The straight line between two points [m]."""
     if np.linalg.norm(end - start) < MIN_LENGTH:
-        raise OptionError("the two ends of the line are the same point; give different ones")
+        raise OptionError("the two ends of the line are the same point; give different ones", option="end")
     return StraightLine(start=frozen(np.array(start, float)), end=frozen(np.array(end, float)))
 
 

@@ -116,7 +116,7 @@ def command_poses(
     planned, task = arms.nominal, arms.task
     first = inverse.solve(planned, poses[0], task=task)
     if not first.reachable:
-        raise DataError(f"{named(0, time)}: {first.reason}")
+        raise DataError(f"{named(0, time)}: {first.reason}", row=0)
     starts = sorted(first.within_limits, key=quality, reverse=True)
     if near is not None:
         chosen = inverse.choose(first, near=near)
@@ -146,7 +146,8 @@ def command_poses(
     tight = "" if longest is None else f" ({_tightest(planned, longest)})"
     raise DataError(
         f"{named(furthest, time)} can't be reached along the path{tight}: "
-        f"{why or 'the branch ends there, at a limit or a singularity'}; change the path or its start"
+        f"{why or 'the branch ends there, at a limit or a singularity'}; change the path or its start",
+        row=furthest,
     )
 
 
@@ -195,6 +196,7 @@ def refuse_beyond(robot: Robot, q: Float[np.ndarray, "rows n"], time: Times = No
             f"{named(row, time)} needs joint {joint + 1} at {q[row, joint]:.4f}, but its limits are "
             f"{low:.4f} and {high:.4f} (rad or m); change the path",
             row=row,
+            joint=joint,
         )
 
 
@@ -224,4 +226,6 @@ def refuse_fast(
             f"{named(row, time)}: joint {joint + 1} would move at {abs(speed[row, joint]):.3g} {unit}, more "
             f"than {maximum:g}; slow down there",
             row=row,
+            joint=joint,
+            found=float(abs(speed[row, joint])),
         )

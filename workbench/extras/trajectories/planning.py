@@ -99,7 +99,9 @@ def plan(
     """
     if not (duration > 0.0 and np.isfinite(duration)) or rows < MIN_CURVE_ROWS:
         raise OptionError(
-            f"duration must be above 0 s and rows at least {MIN_CURVE_ROWS}, got {duration:g} s and {rows}"
+            f"duration must be above 0 s and rows at least {MIN_CURVE_ROWS}, got {duration:g} s and {rows}",
+            option="duration",
+            found=duration,
         )
     time = np.linspace(0.0, duration, rows)
     wanted = _above(curve) if axis is None else _unit(axis)
@@ -216,7 +218,9 @@ def _text(wanted: Vector3, poses: Poses) -> str:
 
 def _unit(axis: Vector3) -> Vector3:
     if not np.linalg.norm(axis) > 0.0:
-        raise OptionError(f"the tool's axis {_numbers(axis)} has zero length; give a direction")
+        raise OptionError(
+            f"the tool's axis {_numbers(axis)} has zero length; give a direction", option="axis"
+        )
     return axis / np.linalg.norm(axis)
 
 

@@ -37,7 +37,8 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
     if positions_only is False and not usable.sees_rotation:
         raise OptionError(
             f"orientations of '{calibrated.name}' can't be corrected ({'; '.join(usable.notes)}); measure "
-            "orientations too, or correct positions alone"
+            "orientations too, or correct positions alone",
+            option="positions_only",
         )
     place = positions_only or not (usable.sees_rotation or usable.has_nominal)
     effects = tuple(e for e in calibrated.effects if e.moves_arm)

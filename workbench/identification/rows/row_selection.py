@@ -123,7 +123,9 @@ def split_sessions(
     if missing := [name for name in names if name not in data.sessions]:
         raise OptionError(
             f"{data.source}: no usable row is of session '{missing[0]}', only of {', '.join(data.sessions)}; "
-            "rows that are excluded or far off any pose of the arm, as with another base, can't be held out"
+            "rows that are excluded or far off any pose of the arm, as with another base, can't be held out",
+            option="held_out",
+            found=missing[0],
         )
     mask = np.isin(data.session, names)
     return np.flatnonzero(~mask), np.flatnonzero(mask)
@@ -161,7 +163,8 @@ def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> Non
         need = int(np.ceil(count / (measured / len(data))))
         raise DataError(
             f"{data.source}: {len(data)} rows give {measured} numbers for {count} parameters of the "
-            f"arm; measure at least {need} poses, hold fewer out, or free fewer parameters"
+            f"arm; measure at least {need} poses, hold fewer out, or free fewer parameters",
+            found=(len(data), measured),
         )
 
 

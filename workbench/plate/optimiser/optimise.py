@@ -92,7 +92,11 @@ class DesignRequest:
         if self.places < 1 or self.starts < 1:
             raise OptionError(f"places and starts must be at least 1, got {self.places} and {self.starts}")
         if self.shapes is not None and self.shapes < 1:
-            raise OptionError(f"the number of block shapes must be at least 1, got {self.shapes}")
+            raise OptionError(
+                f"the number of block shapes must be at least 1, got {self.shapes}",
+                option="shapes",
+                found=self.shapes,
+            )
 
     @classmethod
     def of(cls, request: "DesignRequest | None", **fields: Any) -> "DesignRequest":
@@ -243,7 +247,8 @@ class _Optimisation:
             mine = np.flatnonzero(slots == slot)
             if not len(mine):
                 raise DataError(
-                    f"target {slot + 1} is locked where the arm does not keep the margins; unlock or move it"
+                    f"target {slot + 1} is locked where the arm does not keep the margins; unlock or move it",
+                    target=int(slot),
                 )
             rows.append(int(mine[np.argmax(is_chosen[mine])]))
         self.locked = good.take(np.array(rows)) if rows else None

@@ -85,7 +85,11 @@ class Blocks:
                 f"{np.rad2deg(max((self.max_tilt, *self.tilts), key=abs)):g}°"
             )
         if self.grid < 0.0 or min(self.levels, default=1.0) <= 0.0:
-            raise OptionError("the grid of holes must not be negative, and the levels must be positive")
+            raise OptionError(
+                "the grid of holes must not be negative, and the levels must be positive",
+                option="grid",
+                found=self.grid,
+            )
         if self.turn < 0.0:
             raise OptionError(
                 f"the step of block angles must not be negative, got {np.rad2deg(self.turn):g}°"

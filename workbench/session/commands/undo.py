@@ -85,7 +85,11 @@ class GoBackTo(AbstractChange):
     def check(self, session: Session) -> None:
         check_free(session)
         if not 0 <= self.step < len(session.history.past):
-            raise OptionError(f"step must be 1 to {len(session.history.past)}, got {self.step + 1}")
+            raise OptionError(
+                f"step must be 1 to {len(session.history.past)}, got {self.step + 1}",
+                option="step",
+                found=self.step,
+            )
 
     def apply(self, session: Session) -> Session:
         step = session.history.past[self.step]

@@ -133,7 +133,9 @@ class Recording:
     def truncated_at(self, step: int) -> "Recording":
         """The recording cut off after so many commands."""
         if not 0 <= step <= len(self.lines):
-            raise OptionError(f"step must be 0 to {len(self.lines)} in {self.folder}, got {step}")
+            raise OptionError(
+                f"step must be 0 to {len(self.lines)} in {self.folder}, got {step}", option="step", found=step
+            )
         return replace(self, lines=self.lines[:step])
 
 

@@ -138,7 +138,9 @@ def _lock(folder: Path) -> int:
         os.close(lock)
         raise OptionError(
             f"{folder} is being recorded by process {owner or 'unknown'}; stop that one, or branch off "
-            "with --step"
+            "with --step",
+            option="folder",
+            found=owner,
         ) from None
     os.ftruncate(lock, 0)
     os.pwrite(lock, str(os.getpid()).encode(), 0)

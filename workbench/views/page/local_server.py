@@ -116,7 +116,11 @@ def local_server(
     server.key, server.message_path = key, message_path
     if port and server.get_port() != port:
         stop_server(server)
-        raise OptionError(f"port {port} is taken by another program; choose another one with --port")
+        raise OptionError(
+            f"port {port} is taken by another program; choose another one with --port",
+            option="--port",
+            found=port,
+        )
     without_tunnel(server)
     return server
 

@@ -126,7 +126,7 @@ class IntoForm(AbstractForm):
 def _placing(form: IntoForm, job: Job) -> Placing:
     """The calibrated arm in the file; of the last job, which is written, read back and noted."""
     if job.source is None:
-        raise OptionError(f"--for {form.name} needs --into FILE, the model to update")
+        raise OptionError(f"--for {form.name} needs --into FILE, the model to update", option="--into")
     nominal = joint_frames(job.require_before(form.name))
     return place(form.parse(job.source), joint_names(job.robot), nominal, job.frames)
 

@@ -33,7 +33,9 @@ def arm_data(job: Job, form: str) -> dict[str, Any]:
     if loaded and not robot.has_masses:
         raise OptionError(
             f"--for {form}: effects of '{robot.name}' need the moments of its joints, but not all masses "
-            "are known; add 'mass' and 'com' to each [[joint]]"
+            "are known; add 'mass' and 'com' to each [[joint]]",
+            option="--for",
+            found=form,
         )
     if list(arm.columns) != list(range(robot.dof)) or list(arm.columns) != list(plain.columns):
         raise OptionError(f"--for {form}: joints of '{robot.name}' must be in the order of q")

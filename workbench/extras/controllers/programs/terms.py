@@ -94,7 +94,9 @@ def terms_of(effect: AbstractEffect, chain: Chain) -> list[CodeTerm]:
     """The terms of an effect with its coefficients."""
     raise OptionError(
         f"a program can't hold the effect '{effect.name}'; register its terms "
-        "(workbench.extras.controllers.programs.terms), or use `workbench compensate`"
+        "(workbench.extras.controllers.programs.terms), or use `workbench compensate`",
+        option="--for",
+        found=effect.name,
     )
 
 

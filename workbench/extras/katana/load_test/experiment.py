@@ -204,7 +204,8 @@ def _check(fit: Fit, rows: Int[np.ndarray, " rows"]) -> None:
             f"the residuals are {np.sqrt(fit.variance_factor):.3g} times the inclinometers' noise "
             f"(limit {np.sqrt(SPARE):g}), the largest in row {rows[worst] + 1} "
             f"({fit.row_residuals[worst]:.3g} times); check its readings and the mass at the tool, "
-            "or leave it out"
+            "or leave it out",
+            row=int(rows[worst]),
         )
 
 

@@ -155,7 +155,10 @@ def plan_load_test(
     """
     if added_mass < 0.0 or each < 1:
         bad = f"added mass must be at least 0 kg, got {added_mass:g}"
-        raise OptionError(bad if added_mass < 0.0 else f"--pairs must be at least 1, got {each}")
+        raise OptionError(
+            bad if added_mass < 0.0 else f"--pairs must be at least 1, got {each}",
+            option="added_mass" if added_mass < 0.0 else "--pairs",
+        )
     q, base = _moves(robot, rng)
     moves, heavy = (_loaded(robot, q, base, mass) for mass in (0.0, added_mass))
     unturned = tuple(np.flatnonzero(np.abs(heavy.moments[0].about).max(axis=0) < FIRM).tolist())
@@ -236,12 +239,18 @@ def _chosen_joints(robot: Robot, joints: Sequence[int] | None, unturned: tuple[i
         return tuple(j for j in range(robot.dof) if j not in unturned)
     for joint in joints:
         if not 0 <= joint < robot.dof:
-            raise OptionError(f"joint must be 1–{robot.dof}, got {joint + 1} (robot '{robot.name}')")
+            raise OptionError(
+                f"joint must be 1–{robot.dof}, got {joint + 1} (robot '{robot.name}')",
+                option="joints",
+                found=joint,
+            )
         if joint in unturned:
             raise OptionError(
                 f"joint {joint + 1} of '{robot.name}' has a vertical axis or carries its load on its axis: "
                 "gravity exerts no moment about it, so inclinometers can't test it; ask for all joints to "
-                "use side pulls at the tool instead"
+                "use side pulls at the tool instead",
+                option="joints",
+                found=joint,
             )
     return tuple(dict.fromkeys(joints))
 
@@ -257,7 +266,8 @@ def _pairs(
         maximum = max(_value(chosen, joint, purpose).max() for chosen in (first, heavy))
         raise DataError(
             f"no posture that robot '{robot.name}' reaches loads joint {joint + 1} as '{purpose}' requires "
-            f"({maximum:.2g} N·m of {FIRM:g} N·m are reached); widen its limits, or add mass at the tool"
+            f"({maximum:.2g} N·m of {FIRM:g} N·m are reached); widen its limits, or add mass at the tool",
+            joint=joint,
         )
     for chosen in offered:  # the mass settles the side of a load that errors of the links leave in doubt
         if picked := _picked(robot, chosen, heavy, joint, purpose, each):
@@ -379,7 +389,9 @@ def side_loads(
     if force * length[best].min() < FIRM:
         raise DataError(
             f"a horizontal pull of {force:g} N at the tool loads joint {joint + 1} of '{robot.name}' with "
-            f"at most {force * length[best].min():.2g} N·m; pull harder"
+            f"at most {force * length[best].min():.2g} N·m; pull harder",
+            joint=joint,
+            found=force,
         )
     pulls = np.array([1.0, -1.0, 0.5, -0.5]) * force
     along = lever[best] / length[best, None]

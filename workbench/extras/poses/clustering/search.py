@@ -160,11 +160,12 @@ def cluster_region(
         candidates: How many random poses are tried; 6000 if None, 2000 within a cone.
     """
     if number < 2:
-        raise OptionError(f"clustering needs at least 2 poses, got {number}")
+        raise OptionError(f"clustering needs at least 2 poses, got {number}", option="number", found=number)
     if number > region.cubes:
         raise DataError(
             f"{number} poses need {number} different cubes, the region has {region.cubes} of side "
-            f"{region.cube:g} m; ask for fewer poses or smaller cubes"
+            f"{region.cube:g} m; ask for fewer poses or smaller cubes",
+            found=region.cubes,
         )
     limits = replace(limits or ROOMY, region=region)
     size = candidates or (CANDIDATES if limits.towards is None else CONED)
@@ -217,7 +218,8 @@ def _bands(pool: _PoseCandidates, number: int) -> list[np.ndarray]:
     if not found:
         raise DataError(
             f"of {len(pool.q)} random poses in the region at most {counts.max(initial=0)} have O equal to "
-            f"{100 * TOLERANCE:g} % in different cubes, {number} are needed; ask for fewer or a wider band"
+            f"{100 * TOLERANCE:g} % in different cubes, {number} are needed; ask for fewer or a wider band",
+            found=int(counts.max(initial=0)),
         )
     return found
 

@@ -61,7 +61,11 @@ def compare_fleet(
         OptionError: no scheduler answers, no workers, or `allowed` is not positive.
     """
     if allowed <= 0.0:
-        raise OptionError(f"the allowed displacement must be positive, got {1e3 * allowed:g} mm")
+        raise OptionError(
+            f"the allowed displacement must be positive, got {1e3 * allowed:g} mm",
+            option="allowed",
+            found=allowed,
+        )
     files = [(name, tuple(path.absolute() for path in paths)) for name, paths in arms_of(folder).items()]
     pieces = [(files[i : i + PIECE], robot) for i in range(0, len(files), PIECE)]
     read = spread(read_histories, pieces, workers=workers, scheduler=scheduler, text="reading files")

@@ -159,4 +159,6 @@ def fleet_figure(fleet: Fleet, arm: str | None = None) -> Figure:
     for known in fleet.arms:
         if known.history.arm == arm:
             return on_white(drift_chart(known, factor=fleet.factor))
-    raise OptionError(f"there is no arm '{arm}' in the fleet; its name is that of its folder")
+    raise OptionError(
+        f"there is no arm '{arm}' in the fleet; its name is that of its folder", option="arm", found=arm
+    )

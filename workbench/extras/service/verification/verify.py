@@ -60,7 +60,7 @@ def verify(
     """
     robot.check_joints(data.q, data.source)
     if not same > 0.0:
-        raise OptionError(f"same must be positive, got {same:g}")
+        raise OptionError(f"same must be positive, got {same:g}", option="same", found=same)
     if not len(data):
         raise DataError(f"{data.source or 'the measurements'}: no rows to verify with")
     fresh, warnings = _fresh(robot, data, used, same)

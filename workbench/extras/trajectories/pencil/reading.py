@@ -134,13 +134,15 @@ def plotted_profile(
     if oval > OVAL:
         raise DataError(
             f"{source}: the printed circle is oval by {100 * oval:.1f} %, as in a picture taken from "
-            "the side; scan the sheet flat"
+            "the side; scan the sheet flat",
+            found=oval,
         )
     crossed = _crossings(dark, middle, ring, DARK)
     if (share := float(np.isfinite(crossed).mean())) < 0.5:
         raise DataError(
             f"{source}: a pencil's line is seen along {100 * share:.0f} % of the printed circle "
-            "only; draw darker, or check the radius"
+            "only; draw darker, or check the radius",
+            found=share,
         )
     begin = _beginning(inked, middle, line[0], source)
     angle = (_rays() - begin) % (2.0 * np.pi)
@@ -231,7 +233,8 @@ def _refined(
         if seen.mean() < MIN_RAYS:
             raise DataError(
                 f"{source} shows no recognisable circle: the printed line is seen along "
-                f"{100 * seen.mean():.0f} % of it only; scan the whole sheet"
+                f"{100 * seen.mean():.0f} % of it only; scan the whole sheet",
+                found=float(seen.mean()),
             )
         for _ in range(OUTLIER_ROUNDS):
             line = np.linalg.lstsq(shape[seen], found[seen], rcond=None)[0]

@@ -64,7 +64,10 @@ def draw(poses: Poses, centre: Vector3, along: Vector3, across: Vector3) -> Draw
     normal = np.cross(along, across)
     slant = poses[:, :3, 2] @ normal
     if (np.abs(slant) < 0.1).any():
-        raise DataError(f"the pencil lies flat on the paper in row {int(np.argmin(np.abs(slant)))}")
+        raise DataError(
+            f"the pencil lies flat on the paper in row {int(np.argmin(np.abs(slant)))}",
+            row=int(np.argmin(np.abs(slant))),
+        )
     away = poses[:, :3, 3] - centre
     extension = -(away @ normal) / slant
     touch = away + extension[:, None] * poses[:, :3, 2]

@@ -206,7 +206,9 @@ def read_rows(typed: str) -> tuple[int, ...]:
                 raise ValueError(part)
             rows |= set(range(begin, end + 1))
     except ValueError:
-        raise OptionError(f"'{typed[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24") from None
+        raise OptionError(
+            f"'{typed[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24", option="rows", found=typed
+        ) from None
     return tuple(sorted(rows))
 
 
