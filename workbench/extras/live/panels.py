@@ -42,7 +42,7 @@ class GuidedPanel(AbstractPanel):
             follow = self.checkbox(
                 "Follow the arm",
                 "Move the arm in the scene with the real one.",
-                lambda s: s.choices.source.is_followed,
+                lambda s: s.choices.source is not None and s.choices.source.is_followed,
                 visible=lambda s: s.choices.source,
                 value=True,
             )

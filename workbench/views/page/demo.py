@@ -118,17 +118,14 @@ class Demo:
         if scene.tab is not self._tab:
             self._tab = scene.tab
             self._submit(OpenTab(scene.tab))
-        for command in scene.commands:
+        for command in scene.commands or (None,):
             if self._back.is_set():
                 return
-            self._submit(command)
+            if command is not None:
+                self._submit(command)
             if scene.waits:
                 self._worker.wait(MAX_COMMAND_TIME)
-            self._wait(scene.seconds / len(scene.commands))
-        if not scene.commands:
-            if scene.waits:
-                self._worker.wait(MAX_COMMAND_TIME)
-            self._wait(scene.seconds)
+            self._wait(scene.seconds / max(len(scene.commands), 1))
 
     def _wait(self, seconds: float) -> None:
         """Wait for this long, not counting pauses."""
@@ -177,7 +174,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     yield DemoScene("One button returns to the best plate so far.", (RestoreBest(),), seconds=5.0)
     yield DemoScene(
         "Now a real arm: a UR10 measured with a laser tracker in 1200 poses at Fraunhofer IPA in Stuttgart.",
-        (LoadData(ROWS, measured_rows()),),
+        (LoadData(ROWS, (assets() / "samples" / ROWS).read_bytes()),),
         seconds=7.0,
         tab=Tab.MEASURE,
     )
@@ -220,11 +217,6 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     yield DemoScene(
         END, (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, tab=Tab.CALIBRATE
     )
-
-
-def measured_rows() -> bytes:
-    """Rows that a laser tracker took of a real arm."""
-    return (assets() / "samples" / ROWS).read_bytes()
 
 
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:

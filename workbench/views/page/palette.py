@@ -41,9 +41,10 @@ def add_commands(
 ) -> None:
     """A command for each of the controls `made` in a tab, and for each button of a group."""
 
-    def show(client: viser.ClientHandle, place: list[str]) -> None:
-        open_on(client, tab)
-        run_script(client.gui, SHOW % json.dumps(place))
+    def show(place: list[str], event: viser.CommandEvent) -> None:
+        if event.client is not None:
+            open_on(event.client, tab)
+            run_script(event.client.gui, SHOW % json.dumps(place))
 
     for uuid, control in made.items():
         is_group = isinstance(control, viser.GuiButtonGroupHandle)
@@ -51,11 +52,4 @@ def add_commands(
             known = f"{tab} · {control.label}" if is_group else str(tab)
             hint = known if is_group or not control.hint else f"{known}: {control.hint}"
             command = gui.add_command(word or control.label, description=hint)
-            command.on_trigger(partial(_triggered, show, [uuid, word]))
-
-
-def _triggered(
-    show: Callable[[viser.ClientHandle, list[str]], None], place: list[str], event: viser.CommandEvent
-) -> None:
-    if event.client is not None:
-        show(event.client, place)
+            command.on_trigger(partial(show, [uuid, word]))

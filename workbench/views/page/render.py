@@ -30,8 +30,6 @@ MIN_WIDTH, SHARE = 340, 0.42
 """Where the window is narrow: minimum width of the panel [px], and its share of the window."""
 STRIP: tuple[type[AbstractPanel], ...] = (HeaderVerdict, Header)
 """The panels above the tabs, in a folder that the style sheet keeps in view (`style.py`)."""
-
-
 FIRST = Tab.PLATE
 """The tab that a page opens at first."""
 

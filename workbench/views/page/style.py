@@ -129,8 +129,6 @@ ENDED = (
     "recorded session with <code>workbench serve --session FOLDER</code>.</div>"
 )
 """Shown while the page has no connection."""
-
-
 COARSE = 0.4
 """Pixels that are drawn for one of the page's while a hand moves something and the processor draws."""
 SLOW = "llvmpipe|swiftshader|softpipe|software"

@@ -11,12 +11,7 @@ from workbench.views.recording.canvas import ROW, STEP
 
 GROUND = (246, 248, 251)
 NO_LEGEND = rrb.PlotLegend(visible=False)
-ERRORS = {
-    "nominal mm": "nominal_mm",
-    "nominal deg": "nominal_deg",
-    "calibrated mm": "calibrated_mm",
-    "calibrated deg": "calibrated_deg",
-}
+ERRORS = {f"{arm} {unit}": f"{arm}_{unit}" for arm in ("nominal", "calibrated") for unit in ("mm", "deg")}
 ROW_ERRORS = {"nominal mm": "nominal_mm", "calibrated mm": "calibrated_mm"}
 PLOTS = {
     "predicted": ("Predicted errors", {"position mm": "position_mm", "rotation deg": "rotation_deg"}),

@@ -81,18 +81,15 @@ class Trails(AbstractTimeline):
         for i, (trail, target) in enumerate(zip(self._trails, session.plate.targets, strict=True)):
             if not trail or not np.array_equal(trail[-1], target.xyz):
                 if not is_drag:
-                    self._forget(canvas, i, trail)
+                    trail.clear()
+                    if self._drawn.pop(i, None) is not None:
+                        canvas.clear(f"world/plate/trails/{i + 1}")
                 trail.append(target.xyz)
                 if len(trail) > 2 * MAX_TRAIL:
                     del trail[1:-1:2]
         if session.drag is None:
             for i, trail in enumerate(self._trails):
                 self._show(canvas, i, trail)
-
-    def _forget(self, canvas: Canvas, i: int, trail: list[np.ndarray]) -> None:
-        trail.clear()
-        if self._drawn.pop(i, None) is not None:
-            canvas.clear(f"world/plate/trails/{i + 1}")
 
     def _show(self, canvas: Canvas, i: int, trail: list[np.ndarray]) -> None:
         if len(trail) > 1 and self._drawn.get(i) != id(trail[-1]):

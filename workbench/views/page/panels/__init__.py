@@ -15,11 +15,10 @@ from workbench.views.page.panels.index import DetailsPanel, IndexPanel, WantedPa
 from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
 from workbench.views.page.panels.joints import JointsPanel
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.panels.production import NoisePanel, PlateFilesPanel
+from workbench.views.page.panels.plate import ImprovePanel, NoisePanel, PlateFilesPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.row_errors import RowErrorsPanel
 from workbench.views.page.panels.selected_target import BranchesPanel, TargetsPanel
-from workbench.views.page.panels.target_placement import ImprovePanel
 
 PANELS: Registry[type[AbstractPanel]] = Registry(
     "panel",

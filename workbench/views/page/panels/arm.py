@@ -62,8 +62,7 @@ class ArmPanel(AbstractPanel):
 
     def _lost(self) -> str:
         """What another robot puts away; empty if nothing."""
-        loaded = self._worker.session.measurements.loaded
-        if loaded is None:
+        if (loaded := self._worker.session.measurements.loaded) is None:
             return ""
         fit = "" if self._worker.session.results.identification is None else " and the results based on them"
         return f"The measurements ({loaded.name}){fit} will be removed; Undo restores them."

@@ -49,11 +49,10 @@ class ColumnsPanel(AbstractPanel):
             )
             self.html(lambda s: "" if (file := file_of(s)) is None else listing(file))
 
-    def _heading(self, session: Session) -> str | None:
+    def _heading(self, session: Session) -> str:
         """The chosen one; of another file the first one in doubt."""
-        before, self._shown = self._shown, file_of(session)
-        is_chosen = self._shown is None or self._shown is before
-        return self._column.typed if is_chosen else _first_doubtful(self._shown)
+        before, self._shown = self._shown, (file := file_of(session))
+        return self._column.typed if file is None or file is before else _first_doubtful(file)
 
     def _meanings(self, session: Session) -> list[str]:
         names = list(meanings(session.robot.dof))

@@ -4,12 +4,10 @@ from functools import partial
 
 import viser
 
-from workbench.session.command import AbstractCommand
 from workbench.session.commands.compare import SetDark, SetUnits
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.state import Session, Tab, Units
-from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, heading, pairs
 from workbench.views.page.panels.panel import AbstractPanel, sheet
 
@@ -45,9 +43,7 @@ class LookPanel(AbstractPanel):
     tab, order = Tab.ROBOT, 90
     depends = ("page.is_dark", "page.units")
 
-    def __init__(self, worker: Worker):
-        super().__init__(worker)
-        self._is_dark: bool | None = None
+    _is_dark: bool | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Page"):
@@ -67,20 +63,14 @@ class LookPanel(AbstractPanel):
             )
 
     def _keys(self, gui: viser.GuiApi) -> None:
-        self._command(gui, Undo.title, Undo, "Z", "cmd/ctrl")
-        self._command(gui, Redo.title, Redo, "Z", "cmd/ctrl+shift")
-        self._command(gui, "Back to the best plate", RestoreBest, "B", None)
-        self._command(gui, "Next target", lambda: self._step(1), "N", None)
-        self._command(gui, "Previous target", lambda: self._step(-1), "P", None)
+        add, send = gui.add_command, self.sending
+        add(Undo.title, hotkey="Z", modifier="cmd/ctrl").on_trigger(send(lambda _: Undo()))
+        add(Redo.title, hotkey="Z", modifier="cmd/ctrl+shift").on_trigger(send(lambda _: Redo()))
+        add("Back to the best plate", hotkey="B").on_trigger(send(lambda _: RestoreBest()))
+        add("Next target", hotkey="N").on_trigger(send(lambda _: self._step(1)))
+        add("Previous target", hotkey="P").on_trigger(send(lambda _: self._step(-1)))
 
-    def _command(self, gui: viser.GuiApi, label: str, make, key, modifier) -> None:
-        command = gui.add_command(label, hotkey=key, modifier=modifier)
-
-        @command.on_trigger
-        async def _(event) -> None:
-            self.send(make)
-
-    def _step(self, by: int) -> AbstractCommand:
+    def _step(self, by: int) -> SelectTarget:
         session = self._worker.session
         return SelectTarget((session.selected + by) % len(session.plate))
 

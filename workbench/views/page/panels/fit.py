@@ -18,7 +18,6 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut, SetLevelled
 from workbench.session.judgement import arm_judgement
 from workbench.session.state import Session, Tab
-from workbench.session.worker import Worker
 from workbench.views.page.html import (
     BAD,
     CAREFUL,
@@ -35,7 +34,7 @@ from workbench.views.page.html import (
     text,
 )
 from workbench.views.page.panels.files import add_arm_files
-from workbench.views.page.panels.form import Commands, Control, Shown
+from workbench.views.page.panels.form import Control, Make, Shown
 from workbench.views.page.panels.index import WantedPanel
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 from workbench.views.page.panels.result_card import result_card
@@ -60,8 +59,6 @@ LEVELLED = (
     "The z axis of the measuring frame is vertical, so that the base's orientation in it determines the "
     "direction of gravity."
 )
-
-
 BELOW = "margin-bottom:10px"
 
 
@@ -81,14 +78,16 @@ class FitPanel(AbstractPanel):
         "is_idle",
     )
 
-    def __init__(self, worker: Worker):
-        super().__init__(worker)
-        self._wanted = WantedPanel(worker)
-        self._robot: Robot | None = None
-        self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
+    _robot: Robot | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
-        steps: Commands = {"Identify": self._identify, "Diagnose": self._diagnose, "Add causes": AddEffects}
+        self._wanted = WantedPanel(self._worker)
+        self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
+        steps: dict[str, Make] = {
+            "Identify": self._identify,
+            "Diagnose": lambda: Diagnose(levelled=self._worker.session.measurements.levelled),
+            "Add causes": AddEffects,
+        }
         self.buttons("Calculate", steps, HOW_TO_FIT, visible=_has_rows)
         with gui.add_folder("Options", expand_by_default=False):
             self._build_options(gui)
@@ -143,9 +142,6 @@ class FitPanel(AbstractPanel):
         levelled = self._worker.session.measurements.levelled
         return Identify(algorithms, self._held_out.typed, self._frames.typed, levelled=levelled)
 
-    def _diagnose(self) -> Diagnose:
-        return Diagnose(levelled=self._worker.session.measurements.levelled)
-
 
 class FitDetailsPanel(AbstractPanel):
     """Algorithms side by side, and every parameter; folded."""
@@ -188,7 +184,7 @@ def _fits(session: Session) -> dict[str, str]:
     """Those that there are, by title; all algorithms before there are any."""
     found = session.results.identification
     names = ALGORITHMS if found is None else found.runs
-    return {_titles()[name]: name for name in names}
+    return {ALGORITHMS[name].title: name for name in names}
 
 
 def read_rows(typed: str) -> tuple[int, ...]:
@@ -219,16 +215,12 @@ def _changes(fit: Fit) -> str:
     return block(folded(WHY, drawing), testid="changes") if drawing else ""
 
 
-def _titles() -> dict[str, str]:
-    """Of all algorithms that there are by now."""
-    return {name: algorithm.title for name, algorithm in ALGORITHMS.items()}
-
-
 def _errors(found: Identification, shown: str) -> str:
     """Errors on held-out rows, before and after, one line per algorithm."""
     rows = [("Nominal arm", *_cells(found.nominal), "")]
     for name, run in found.runs.items():
-        label = _titles()[name] if name != shown else f"<b>{_titles()[name]}</b>"
+        title = ALGORITHMS[name].title
+        label = title if name != shown else f"<b>{title}</b>"
         outcome = "✓" if run.fit.outcome.ok else "✗"
         colour = GOOD if run.fit.outcome.ok else BAD
         mark = f'<span title="{text(run.fit.outcome)}" style="color:{colour}">{outcome}</span>'
@@ -289,19 +281,12 @@ def _warnings(found: Identification) -> str:
 
 def _remarks(found: Identification) -> str:
     """Remarks in addition to the numbers."""
+    open_ones = "Not identifiable from these poses; kept near nominal", found.unidentifiable, CAREFUL
     return "".join(
-        _list(head, items, colour)
-        for head, items, colour in (
-            ("Not identifiable from these poses; kept near nominal", found.unidentifiable, CAREFUL),
-            ("Notes", found.notes, MUTED),
-        )
+        heading(head) + bullets(map(text, items), style=f"margin:0;color:{colour}")
+        for head, items, colour in (open_ones, ("Notes", found.notes, MUTED))
+        if items
     )
-
-
-def _list(head: str, items: tuple[str, ...], colour: str) -> str:
-    if not items:
-        return ""
-    return heading(head) + bullets(map(text, items), style=f"margin:0;color:{colour}")
 
 
 def _parameters(found: Identification, shown: str) -> str:
@@ -315,7 +300,8 @@ def _parameters(found: Identification, shown: str) -> str:
         rows.append((name, *numbers[:2], "–" if is_idle else numbers[2]))
     header = ("Parameter", "identified", "from nominal", "std. error")
     return block(
-        heading(f"Parameters identified by {_titles()[shown]}") + table(header, rows, testid="parameters"),
+        heading(f"Parameters identified by {ALGORITHMS[shown].title}")
+        + table(header, rows, testid="parameters"),
         style=BELOW,
     )
 

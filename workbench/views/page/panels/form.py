@@ -11,7 +11,6 @@ Panels bring all controls in line with every snapshot that they draw; SI inside,
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from enum import StrEnum
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -31,19 +30,15 @@ SHOWN_DIGITS = 6
 """Decimal places to which a number in its unit is shown: conversion leaves more."""
 Shown = Callable[[Session], Any]
 """What something shows of a session."""
-Press = Callable[[viser.GuiEvent], Any]
+Press = Callable[[Any], Any]
 """What is done on the page of the user who presses; a plain function may take its time."""
-Commands = Mapping[str, Callable[[], AbstractCommand | None]]
-"""What buttons send, by their labels."""
+Make = Callable[[], AbstractCommand | None]
+"""Makes the command that is sent, if any."""
+Icon = viser.IconName | None
+Options = Mapping[str, Any] | Iterable[str]
+"""Values by what they are called, or names that stand for themselves."""
 Limits = tuple[float, float, float]
 """Minimum, maximum, and what an arrow key adds, in the unit of the control."""
-
-
-class Measure(StrEnum):
-    """What three numbers are."""
-
-    LENGTH = "length"
-    ANGLE = "angle"
 
 
 class ShownUnit(NamedTuple):
@@ -55,12 +50,8 @@ class ShownUnit(NamedTuple):
     step: float
 
 
-UNITS = {
-    (Units.MILLIMETRES, Measure.LENGTH): ShownUnit("mm", 1e-3, 2, 1.0),
-    (Units.MILLIMETRES, Measure.ANGLE): ShownUnit("°", DEGREE, 3, 1.0),
-    (Units.METRES, Measure.LENGTH): ShownUnit("m", 1.0, 5, 1e-3),
-    (Units.METRES, Measure.ANGLE): ShownUnit("rad", 1.0, 5, 1e-2),
-}
+LENGTH = {Units.MILLIMETRES: ShownUnit("mm", 1e-3, 2, 1.0), Units.METRES: ShownUnit("m", 1.0, 5, 1e-3)}
+ANGLE = {Units.MILLIMETRES: ShownUnit("°", DEGREE, 3, 1.0), Units.METRES: ShownUnit("rad", 1.0, 5, 1e-2)}
 
 
 @final
@@ -150,11 +141,13 @@ class AbstractControls:
         typed = int if kind is int and unit == 1.0 else lambda value: unit * float(value)
         return self.add(Control(made, typed, **more, value=in_unit))
 
-    def coordinates(self, title: str, what: Measure, hint: str, shows: Shown, **more: Shown) -> Control:
+    def coordinates(
+        self, title: str, units: Mapping[Units, ShownUnit], hint: str, shows: Shown, **more: Shown
+    ) -> Control:
         """Three numbers in the units that the page shows [SI]; those not touched keep all their digits."""
 
         def unit(session: Session) -> ShownUnit:
-            return UNITS[session.page.units, what]
+            return units[session.page.units]
 
         def shown(session: Session) -> tuple[float, ...]:
             numbers = np.array(shows(session)) / unit(session).size
@@ -183,13 +176,7 @@ class AbstractControls:
         return self.add(Control(self._gui.add_checkbox(label, value, hint=hint), bool, **more, value=shows))
 
     def dropdown(
-        self,
-        label: str,
-        /,
-        options: Mapping[str, Any] | Iterable[str] | Shown,
-        hint: str,
-        shows: Shown | None = None,
-        **more: Shown,
+        self, label: str, /, options: Options | Shown, hint: str, shows: Shown | None = None, **more: Shown
     ) -> Control:
         """One of several values, by their names; a function of the session if it decides which there are."""
         known = dict[str, Any]()
@@ -232,38 +219,21 @@ class AbstractControls:
         return self.add(Control(made, content=shows, visible=lambda session: made.content))
 
     def press(
-        self,
-        label: str,
-        /,
-        do: Press,
-        icon: viser.IconName | None,
-        hint: str,
-        *,
-        main: bool = False,
-        **more: Shown,
+        self, label: str, /, do: Press, icon: Icon, hint: str, *, main: bool = False, **more: Shown
     ) -> viser.GuiButtonHandle:
         """A button that does something; coloured if it is its panel's main one."""
         made = self._gui.add_button(label, icon=icon, hint=hint, color=None if main else "gray")
         made.on_click(do)
         return self.add(Control(made, **more)).control
 
-    def button(
-        self,
-        label: str,
-        /,
-        do: Callable[[], AbstractCommand | None],
-        icon: viser.IconName | None,
-        hint: str,
-        **more: Any,
-    ) -> viser.GuiButtonHandle:
-        """A button that sends the command that `do` gives, if any."""
-        return self.press(label, self._sending(lambda event: do()), icon, hint, **more)
+    def button(self, label: str, /, make: Make, icon: Icon, hint: str, **more: Any) -> viser.GuiButtonHandle:
+        """A button that sends a command."""
+        return self.press(label, self.sending(lambda event: make()), icon, hint, **more)
 
-    def buttons(self, label: str, /, commands: Commands, hint: str, **more: Shown) -> None:
+    def buttons(self, label: str, /, commands: Mapping[str, Make], hint: str, **more: Shown) -> None:
         """A group of buttons, each with the command that it sends."""
-        self.press_one(
-            label, commands, self._sending(lambda event: commands[event.target.value]()), hint, **more
-        )
+        send = self.sending(lambda event: commands[event.target.value]())
+        self.press_one(label, commands, send, hint, **more)
 
     def press_one(self, label: str, /, names: Iterable[str], do: Press, hint: str, **more: Shown) -> None:
         """A group of buttons that do something, by the name of the one that is pressed."""
@@ -271,7 +241,9 @@ class AbstractControls:
         made.on_click(do)
         self.add(Control(made, **more))
 
-    def _sending(self, make: Callable[[viser.GuiEvent], AbstractCommand | None]) -> Press:
+    def sending(self, make: Callable[[Any], AbstractCommand | None]) -> Press:
+        """What sends a command when viser tells of an event."""
+
         async def send(event: viser.GuiEvent) -> None:
             self.send(lambda: make(event))
 
@@ -282,12 +254,12 @@ class AbstractControls:
         for field in fields:
             self.sends(field, lambda: command(*(each.typed for each in fields)))
 
-    def sends(self, field: Control, make: Callable[[], AbstractCommand | None]) -> None:
-        """Send the command that `make` gives, if any, whenever a user changes the control."""
+    def sends(self, field: Control, make: Make) -> None:
+        """Send a command whenever a user changes the control."""
         on_change(field, lambda: self.send(make))
 
-    def send(self, make: Callable[[], AbstractCommand | None]) -> None:
-        """Send the command that `make` gives, if any; what was typed wrong is shown as a message."""
+    def send(self, make: Make) -> None:
+        """Send a command; what was typed wrong is shown as a message."""
         try:
             command = make()
         except WorkbenchError as error:

@@ -32,9 +32,7 @@ class HeaderVerdict(AbstractPanel):
     keeps_typed = True
     depends = (next_step, "page.caption")
 
-    def __init__(self, worker: Worker):
-        super().__init__(worker)
-        self._step = NextStep("")
+    _step = NextStep("")
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(_verdict)
@@ -106,8 +104,9 @@ class Header(AbstractPanel):
             visible=lambda s: s.page.caption,
         )
         self.html(lambda s: _message(_newest(s)))
-        self.button("Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=_can_be_dismissed)
-        self.html(_chore)
+        self.button("Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=_stays)
+        chore = {"testid": "chore", "style": f"color:{MUTED}"}
+        self.html(lambda s: s.page.chore and block(f"{text(s.page.chore)} …", **chore))
         self.html(_job)
         bar = gui.add_progress_bar(0.0, animated=True)
         self.add(Control(bar, visible=lambda s: s.page.job is not None, value=_progress))
@@ -125,7 +124,8 @@ class Header(AbstractPanel):
 
 def _progress(session: Session) -> float:
     """How much of the long work is done, in percent, of which a little is always seen."""
-    return 100.0 * min(max(session.page.job.fraction, 0.02), 1.0)
+    job = session.page.job
+    return 0.0 if job is None else 100.0 * min(max(job.fraction, 0.02), 1.0)
 
 
 def _verdict(session: Session) -> str:
@@ -161,14 +161,8 @@ def _newest(session: Session) -> Message | None:
     return None if is_repeated else newest
 
 
-def _can_be_dismissed(session: Session) -> bool:
-    newest = _newest(session)
-    return newest is not None and newest.severity is not Severity.INFO
-
-
-def _chore(session: Session) -> str:
-    chore = session.page.chore
-    return chore and block(f"{text(chore)} …", testid="chore", style=f"color:{MUTED}")
+def _stays(session: Session) -> bool:
+    return (newest := _newest(session)) is not None and newest.severity is not Severity.INFO
 
 
 def _message(message: Message | None) -> str:

@@ -70,7 +70,7 @@ def _details(session: Session) -> str:
         f'<div title="{text(INDICES[INDEX].meaning)} — {text(INDICES[INDEX].source)}">'
         f"Observability index {INDEX} of all targets: {number(now.indices[INDEX], 4)} {index}</div>"
         + _worst(now)
-        + _rank(now)
+        + f"<div>Rank {now.rank} of {now.parameters} · condition {number(now.condition)}</div>"
     )
     return block(content, testid="details")
 
@@ -217,10 +217,6 @@ def determined(session: Session) -> str:
     return (
         f'<div data-testid="rank" style="color:{colour}">{plural(now.measurable, "target")}{room}{more}</div>'
     )
-
-
-def _rank(now: Score) -> str:
-    return f"<div>Rank {now.rank} of {now.parameters} · condition {number(now.condition)}</div>"
 
 
 FIELDS = (

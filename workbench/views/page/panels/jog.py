@@ -14,9 +14,8 @@ from workbench.base.types import Matrix4
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, drawn_joints
 from workbench.session.export import CapturedPoses, captured, captured_csv
 from workbench.session.state import Session, Tab
-from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, note, number, table
-from workbench.views.page.panels.form import Measure
+from workbench.views.page.panels.form import ANGLE, LENGTH
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, set_value
 
 ROUNDED = 1e-6
@@ -30,12 +29,10 @@ class JogPanel(AbstractPanel):
     pause = AFTERWARDS
     depends = ("robot", drawn_joints)
 
-    def __init__(self, worker: Worker):
-        super().__init__(worker)
-        self._robot: Robot | None = None
-        self._sliders: list[viser.GuiSliderHandle] = []
+    _robot: Robot | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
+        self._sliders: list[viser.GuiSliderHandle] = []
         self._folder = gui.add_folder("Joints")
         self._fit(self._worker.session.robot)
 
@@ -84,11 +81,9 @@ class ToolPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Tool"):
             hint = "Position of the tool in the base frame; enter the desired one."
-            xyz = self.coordinates("Tool", Measure.LENGTH, hint, lambda s: _tool(s)[:3, 3])
+            xyz = self.coordinates("Tool", LENGTH, hint, lambda s: _tool(s)[:3, 3])
             hint = "Roll, pitch and yaw of the tool; enter the desired ones."
-            turn = self.coordinates(
-                "Tool", Measure.ANGLE, hint, lambda s: se3.matrix_to_rpy(_tool(s)[:3, :3])
-            )
+            turn = self.coordinates("Tool", ANGLE, hint, lambda s: se3.matrix_to_rpy(_tool(s)[:3, :3]))
             self.button(
                 "Go to this pose",
                 lambda: JogTo(xyz.typed, turn.typed),

@@ -23,7 +23,7 @@ from workbench.session.state import Session, Severity, Tab
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
 from workbench.views.page.html import block, text
-from workbench.views.page.panels.form import AbstractControls, Shown
+from workbench.views.page.panels.form import AbstractControls
 from workbench.views.page.viser_internals import forget_uploads, limit_upload
 from workbench.views.page.viser_internals import set_value as set_value
 
@@ -147,10 +147,10 @@ class AbstractPanel(AbstractControls):
         return False
 
     def download(
-        self, label: str, make: Callable[[Session], File | NotedFile], hint: str, **when: Shown | bool | None
+        self, label: str, make: Callable[[Session], File | NotedFile], hint: str, **more: Any
     ) -> viser.GuiButtonHandle:
         """A button that saves a file on the user's machine."""
-        return self.press(label, lambda event: self.save(event, make), viser.Icon.DOWNLOAD, hint, **when)
+        return self.press(label, lambda event: self.save(event, make), viser.Icon.DOWNLOAD, hint, **more)
 
     def upload(
         self,
@@ -198,12 +198,12 @@ class AbstractPanel(AbstractControls):
         """
         found, run = self._worker.session.results.identification, self._worker.session.results.run
         doubts = () if found is None or run is None else found.doubts(run)
+        download = partial(self._download, event, make)
         if doubts and (is_arm or make in (calibrated_toml, calibrated_urdf)):
             question = f"Implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}"
-            title = "Save an implausible arm?"
-            ask(event, title, question, "Save anyway", lambda: self._download(event, make))
-            return
-        self._download(event, make)
+            ask(event, "Save an implausible arm?", question, "Save anyway", download)
+        else:
+            download()
 
     def _download(self, event: viser.GuiEvent, make: Callable[[Session], File | NotedFile]) -> None:
         try:
@@ -217,29 +217,6 @@ class AbstractPanel(AbstractControls):
             self._worker.submit(Tell(str(error)))
         except Exception as error:
             self._worker.submit(Tell(f"the file could not be made ({type(error).__name__}: {error})"))
-
-
-class RepeatingSend:
-    """Sends what `make` gives every so often [s], until it gives nothing, or a user presses once more."""
-
-    def __init__(self, panel: AbstractPanel, make: Callable[[], AbstractCommand | None], pause: float):
-        self._panel, self._make, self._pause = panel, make, pause
-        self._stop = threading.Event()
-        self._stop.set()
-
-    def toggle(self) -> None:
-        """Begin, or stop."""
-        if not self._stop.is_set():
-            self._stop.set()
-            return
-        self._stop = threading.Event()
-        threading.Thread(target=self._run, args=(self._stop,), name="workbench-play", daemon=True).start()
-
-    def _run(self, stop: threading.Event) -> None:
-        while not stop.is_set() and (command := self._make()) is not None:
-            self._panel.send(lambda: command)
-            stop.wait(self._pause)
-        stop.set()
 
 
 def ask(

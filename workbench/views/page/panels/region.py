@@ -10,7 +10,7 @@ from workbench.session.cube_values import IN_MILLIMETRES, TITLES, shown_layer, v
 from workbench.session.state import Field as CubeField
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import block, note, number, pairs
-from workbench.views.page.panels.form import Control, Measure
+from workbench.views.page.panels.form import LENGTH, Control
 from workbench.views.page.panels.panel import AbstractPanel
 
 FIELDS = {
@@ -77,9 +77,9 @@ class RegionPanel(AbstractPanel):
     def _build_cuboid(self) -> Control:
         """The cuboid's own form; returns the switch of the handles."""
         hint = "Corner of the region with the smallest coordinates."
-        low = self.coordinates("From", Measure.LENGTH, hint, lambda s: s.plate.region.min)
+        low = self.coordinates("From", LENGTH, hint, lambda s: s.plate.region.min)
         hint = "Corner of the region with the largest coordinates."
-        high = self.coordinates("To", Measure.LENGTH, hint, lambda s: s.plate.region.max)
+        high = self.coordinates("To", LENGTH, hint, lambda s: s.plate.region.max)
         cube = self.slider(
             "Cube [mm]",
             (10, 200, 1),

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from functools import partial
+from threading import Event, Thread
 
 import numpy as np
 import viser
@@ -13,7 +14,7 @@ from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import EVENT, LEFT_OUT, css, stage_colours
 from workbench.views.page.html import badge, block, heading
-from workbench.views.page.panels.panel import AbstractPanel, RepeatingSend
+from workbench.views.page.panels.panel import AbstractPanel
 
 MAX_BARS = 250
 """Rows that are drawn at most; of more, evenly chosen ones."""
@@ -29,10 +30,11 @@ class RowErrorsPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(self._chart)
-        self._player = RepeatingSend(self, self._next, PACE)
+        self._stop = Event()
+        self._stop.set()
         self.button(
             "Play the rows",
-            self._player.toggle,
+            self._toggle,
             viser.Icon.PLAYER_PLAY,
             "Move the arm from row to row in the order of measuring; press again to stop.",
             visible=_is_shown,
@@ -49,6 +51,20 @@ class RowErrorsPanel(AbstractPanel):
         happened = () if found is None else found.events
         drawing = chart(rows, session.results.row, links, excluded, happened)
         return block(drawing, testid="row-chart")
+
+    def _toggle(self) -> None:
+        """Play the rows, or stop."""
+        if not self._stop.is_set():
+            self._stop.set()
+            return
+        self._stop = Event()
+        Thread(target=self._play, args=(self._stop,), name="workbench-play", daemon=True).start()
+
+    def _play(self, stop: Event) -> None:
+        while not stop.is_set() and (command := self._next()) is not None:
+            self._worker.submit(command)
+            stop.wait(PACE)
+        stop.set()
 
     def _next(self) -> ShowRow | None:
         """The row that was measured after the one that is shown."""

@@ -23,7 +23,7 @@ from workbench.session.state import Session, Tab
 from workbench.session.target_state import TargetState
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.views.page.html import CAREFUL, MUTED, badge, block, text
-from workbench.views.page.panels.form import Measure
+from workbench.views.page.panels.form import ANGLE, LENGTH
 from workbench.views.page.panels.panel import AbstractPanel
 
 LEFT_TO_PROGRAM = "automatic"
@@ -48,14 +48,14 @@ class TargetsPanel(AbstractPanel):
         self.form(SelectTarget, chosen)
         xyz = self.coordinates(
             "x, y, z",
-            Measure.LENGTH,
+            LENGTH,
             "x, y and z of the tool at the target, in the base frame.",
             lambda s: s.plate.targets[s.selected].xyz,
             disabled=_is_fixed,
         )
         rpy = self.coordinates(
             "Angles",
-            Measure.ANGLE,
+            ANGLE,
             "Roll, pitch and yaw of the tool: turned about x, then y, then z of the base.",
             lambda s: s.plate.targets[s.selected].rpy,
             disabled=_is_fixed,
@@ -105,8 +105,9 @@ def _is_fixed(session: Session) -> bool:
 def _selected(session: Session) -> str:
     """State of the selected target."""
     target, state = session.plate.targets[session.selected], session.states[session.selected]
-    is_hidden = _is_hidden(session)
-    sentence = text(HIDDEN) if is_hidden else _state(target, state) + near_limit(session.robot, state)
+    sentence = (
+        text(HIDDEN) if _is_hidden(session) else _state(target, state) + near_limit(session.robot, state)
+    )
     return block(sentence, testid="state", style="margin:4px 0 6px")
 
 

@@ -85,12 +85,9 @@ def _places(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.nda
 def _edges(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
     """Lengths along the axes of every face's square, the last one zero."""
     room = cubes.region.size / cubes.region.shape
-    share = np.where(
-        numbers == (-1 if cubes.picked is None else cubes.picked), PICKED, FILL if cubes.cut is None else TILE
-    )
-    return share[:, None].astype(np.float32) * np.abs(np.swapaxes(FACE_ROTATIONS, 1, 2) @ room)[side].astype(
-        np.float32
-    )
+    share = np.where(numbers == cubes.picked, PICKED, FILL if cubes.cut is None else TILE)[:, None]
+    along = np.abs(np.swapaxes(FACE_ROTATIONS, 1, 2) @ room)[side]
+    return share.astype(np.float32) * along.astype(np.float32)
 
 
 def cube_under(cubes: Cubes, origin: Vector3, direction: Vector3) -> tuple[float, int] | None:

@@ -5,6 +5,8 @@ nudged once more at their end, because viser does not send a pose that it alread
 commands; while a handle is dragged its own pose is left alone, everything else follows the session.
 """
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -28,24 +30,12 @@ class Gizmo:
         self._session = session
         self._dragged: tuple[str, int] | None = None
         self._turned = b""
-        size = 0.17 * session.robot.reach
-        arrows = server.scene.add_transform_controls(
-            "/handles/arrows",
-            scale=size,
-            disable_rotations=True,
-            disable_sliders=True,
-            line_width=4.0,
-            depth_test=False,
-        )
-        rings = server.scene.add_transform_controls(
-            "/handles/rings",
-            scale=0.72 * size,
-            disable_axes=True,
-            disable_sliders=True,
-            line_width=4.0,
-            depth_test=False,
-        )
-        self.handles = {ARROWS: arrows, RINGS: rings}
+        add, size = server.scene.add_transform_controls, 0.17 * session.robot.reach
+        both: dict[str, Any] = {"disable_sliders": True, "line_width": 4.0, "depth_test": False}
+        self.handles = {
+            ARROWS: add("/handles/arrows", scale=size, disable_rotations=True, **both),
+            RINGS: add("/handles/rings", scale=0.72 * size, disable_axes=True, **both),
+        }
         for kind, handle in self.handles.items():
             self._listen(kind, handle)
         self.show(session)
@@ -74,8 +64,10 @@ class Gizmo:
             if event.phase == "start" and self._dragged is None:
                 self._dragged = (kind, client)
                 self._worker.submit(GrabTarget(self._session.selected, client + 1))
-            if self._dragged != (kind, client):
-                self._put_back(kind, nudge=event.phase == "end")
+            if self._dragged != (kind, client):  # the page of one who does not own the target
+                if event.phase == "end":
+                    self._put(kind, off=NUDGE)
+                self._put(kind)
             elif event.phase == "end":
                 self._release(client)
             elif event.phase == "update":
@@ -97,12 +89,6 @@ class Gizmo:
     def _release(self, client: int) -> None:
         self._dragged = None
         self._worker.submit(DropTarget(client + 1))
-
-    def _put_back(self, kind: str, *, nudge: bool) -> None:
-        """Revert a drag by a page that does not own the target."""
-        if nudge:
-            self._put(kind, off=NUDGE)
-        self._put(kind)
 
     def left(self, client: viser.ClientHandle) -> None:
         """Release the target of a page that has disconnected."""

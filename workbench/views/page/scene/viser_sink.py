@@ -69,9 +69,7 @@ class PageSink(AbstractSink):
                 return
             self.remove(item.path)
         name = f"/{item.path}"
-        if isinstance(
-            new, Points | Cubes
-        ):  # under one name, a page would go on with the old numbers of instances
+        if isinstance(new, Points | Cubes):  # or else a page goes on with the old numbers of instances
             name += f"/{next(self._count)}"
         self._nodes[item.path] = ADD[type(new)](self._server, name, new)
 
