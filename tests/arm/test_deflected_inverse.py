@@ -5,7 +5,7 @@ from dataclasses import replace
 import generator
 import numpy as np
 import pytest
-from refusals import refuses
+from refusals import mentions, refuses
 
 from workbench.arm.effects import EFFECTS
 from workbench.arm.inverse import solve as inverse
@@ -97,7 +97,7 @@ def test_a_load_that_turns_within_the_play_is_said(arms):
     chosen = inverse.choose(found, near=balanced)
     error = np.linalg.norm(reached(robot, chosen.q, Motion(balanced[None]))[:3, 3] - target[:3, 3])
     assert 1e-5 < error < 2e-3 * robot.reach
-    assert "the deflection of joint2 jumps" in found.note
+    assert mentions(found.note, "joint2")
     assert f"'{chosen.name}'" in found.note
     followed = inverse.follow(robot, target, balanced)
     assert not followed.converged

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from refusals import mentions
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.urdf import read_urdf
@@ -26,8 +27,8 @@ def refusal(tmp_path, name: str, text: str) -> str:
 
 def test_too_many_joints(tmp_path):
     head = 'name = "x"\nconvention = "dh"\n'
-    assert "51 joints that move; at most 50" in refusal(tmp_path, "a.toml", head + "[[joint]]\na=0.1\n" * 51)
-    assert "3000 [[joint]] tables" in refusal(tmp_path, "b.toml", head + "[[joint]]\n" * 3000)
+    assert mentions(refusal(tmp_path, "a.toml", head + "[[joint]]\na=0.1\n" * 51), "51 joints", 50)
+    assert mentions(refusal(tmp_path, "b.toml", head + "[[joint]]\n" * 3000), "3000 [[joint]]")
 
 
 @pytest.mark.parametrize("read", [load_robot, load_plate])
@@ -66,7 +67,9 @@ def test_a_root_that_is_not_declared_is_written_again(tmp_path):
 
 def test_too_many_links(tmp_path):
     links = "".join(f'<link name="l{i}"/>' for i in range(1001))
-    assert "1001 links" in refusal(tmp_path, "r.urdf", f"<robot>{links}{JOINT.format('l0', 'l1')}</robot>")
+    assert mentions(
+        refusal(tmp_path, "r.urdf", f"<robot>{links}{JOINT.format('l0', 'l1')}</robot>"), "1001 links"
+    )
 
 
 def test_the_beginning_of_a_session_can_be_cancelled(aria):

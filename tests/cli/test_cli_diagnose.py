@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import mentions
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.backlash import Backlash
@@ -52,7 +53,7 @@ def test_found_saved_and_used(run, soft):
     status, out, _ = run("diagnose", data, "--robot", "aria", "--save", "c.toml", "--json", "r.json")
     assert status == 0
     assert "joint-compliance" in out
-    assert "calibrated robot: c.toml" in out
+    assert mentions(out, "c.toml")
     found = json.loads(Path("r.json").read_text())
     assert found["schema"] == "workbench.diagnosis/1"
     assert [(e["name"], e["joints"]) for e in found["effects"]] == [("joint-compliance", [2])]
@@ -129,5 +130,5 @@ def test_a_map_of_a_joint_fades_where_it_was_not_learned(run, soft):
     write_toml(load_robot("aria").with_effects(shape), Path("mapped.toml"))
     status, out, _ = run("evaluate", soft / "soft.csv", "--robot", "mapped.toml")
     assert status == 0
-    assert "of joint 2" in out
+    assert mentions(out, "joint 2")
     assert "5.73°" in out

@@ -9,7 +9,7 @@ import zipfile
 
 import openpyxl
 import pytest
-from refusals import refuses
+from refusals import mentions, refuses
 
 from workbench.base.bounded_process import ChildError, in_child
 from workbench.base.errors import FileError
@@ -49,11 +49,11 @@ def refusal(tmp_path, name: str, content: bytes) -> str:
 
 def test_a_row_of_a_number_that_no_sheet_has(tmp_path):
     content = changed(workbook(A1="q1[deg]", A2=1), b'r="2"', b'r="2000000000"')
-    assert "more than 1048576 rows" in refusal(tmp_path, "far.xlsx", content)
+    assert mentions(refusal(tmp_path, "far.xlsx", content), 1048576)
 
 
 def test_a_row_that_reaches_beyond_all_columns(tmp_path):
-    assert "beyond column 1000" in refusal(tmp_path, "wide.xlsx", workbook(A1="q1[deg]", A2=1, XFD2=1))
+    assert mentions(refusal(tmp_path, "wide.xlsx", workbook(A1="q1[deg]", A2=1, XFD2=1)), 1000)
 
 
 def test_a_cell_that_unpacks_to_megabytes(tmp_path):
@@ -66,7 +66,7 @@ def test_a_joint_of_a_number_beyond_all_counting(tmp_path):
     text = b"q1[deg],q2[deg],q3000000000[deg],x[mm],y[mm],z[mm]\n1,2,3,4,5,6\n"
     tracemalloc.start()
     try:
-        assert "joint 3" in refusal(tmp_path, "far.csv", text.replace(b"3000000000", b"300000000"))
+        assert mentions(refusal(tmp_path, "far.csv", text.replace(b"3000000000", b"300000000")), "joint 3")
         assert tracemalloc.get_traced_memory()[1] < 1e8  # a name for each would take gigabytes
     finally:
         tracemalloc.stop()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from refusals import refuses
+from refusals import mentions, refuses
 
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, UnitError
@@ -85,8 +85,8 @@ def test_rotation_vectors_with_a_gap_and_a_repeat(shared_data, ur10):
     assert np.flatnonzero(data.exclude).tolist() == [12]
     assert data.reason[12] == "lacks z"
     message = " | ".join(data.notes)
-    assert "data row 12 (line 14) lacks z and is excluded" in message
-    assert "data row 31 (line 33) repeats data row 30 (line 32)" in message
+    assert mentions(message, "row 12 (line 14)", "z")
+    assert mentions(message, "row 31 (line 33)", "row 30 (line 32)")
     first = ur10.take(np.arange(12))
     np.testing.assert_allclose(data.position[:12], first.position, atol=1e-9)
     assert angles_between(data.rotation[:12], first.rotation).max() < 2e-8

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import mentions
 
 import workbench as wb
 from workbench.arm.effects.bearing_compliance import BearingCompliance
@@ -36,7 +37,7 @@ def test_a_size_that_the_rows_do_not_show_is_not_the_largest():
     std = Independent(zip(tilt.names, (1.4e-5, 9.5e-5, 9.5e-5), strict=True))
     result = sentence_of(tilt, (), std, ARIA, rows_over(90.0))
     assert BearingCompliance((0,), (5.9e-5,)).sentence(ARIA.chain, rows_over(90.0)) in result
-    assert "joints 4, 5" in result
+    assert mentions(result, "joints 4, 5")
     clear = Independent.fromkeys(tilt.names, 1e-6)
     assert sentence_of(tilt, (), clear, ARIA, rows_over(90.0)) == tilt.sentence(ARIA.chain, rows_over(90.0))
 

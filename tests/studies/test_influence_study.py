@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import mentions
 
 from studies.conftest import KATANA
 from studies.influence_study import METHODS, TROUBLES, InfluenceStudy, influence_study, study_figure
@@ -27,7 +28,7 @@ def test_when_it_helps_and_when_not(study):
     assert [study.ratio(t, -1, influence).verdict for t in (1, 2)] == ["worse", "worse"]
     assert abs(study.ratio(0, -1, influence).value - 1.0) < 0.05
     text = " ".join(study.sentences())
-    assert "6 poses" in text
+    assert mentions(text, "6 poses")
     assert "better" in text
     assert "worse" in text
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from refusals import refuses
+from refusals import mentions, refuses
 
 import workbench as wb
 from workbench.arm.built_in_arms import load_robot
@@ -155,7 +155,7 @@ def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):
     assert text.count("<circle") == 4  # the best one twice
     best = 1e3 * min(score.position for score in moved.history.scores)
     assert f"{best:.3f}" in text
-    assert "step 1" in text
+    assert mentions(text, "step 1")
     back = GoBackTo(0).apply(moved)
     assert back.plate is first.plate
     assert len(back.history.scores) == len(back.history.past) == 4

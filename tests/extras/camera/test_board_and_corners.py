@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import refuses
+from refusals import mentions, refuses
 from rendered_boards import looking_at, render
 
 from workbench.base.errors import DataError, FileError, OptionError
@@ -221,7 +221,7 @@ def test_the_command_writes_board_and_target(run, tmp_path):
     options = ("--squares", "6x4", "--square", "25mm", "--mounted", "world")
     status, out, _ = run("board", "--out", "b.pdf", *options)
     assert status == 0
-    assert "6 × 4 squares of 25 mm" in out
+    assert mentions(out, "6 × 4", "25 mm")
     (target,) = read_targets(tmp_path / "target.toml")
     assert target.charuco == Charuco((6, 4), 0.025, 0.0188, "DICT_6X6_250")
     assert (tmp_path / "b.pdf").stat().st_size > 2000

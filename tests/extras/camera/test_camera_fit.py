@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import camera_arms as virtual
 import numpy as np
 import pytest
-from refusals import refuses
+from refusals import mentions, refuses
 
 import workbench as wb
 from workbench.base import se3
@@ -251,7 +251,7 @@ def test_wrong_corners_are_set_apart_by_name_and_pictures_of_other_joints_too(tm
     assert rig_of(data).rejected[0].off == pytest.approx(27.0, abs=2.0)
     run = wb.identify(robot, data, algorithms=("opt2",), held_out=0.0)
     assert [row for row, _ in run.excluded] == [9]
-    assert "image 9 does not fit its joint readings" in run.excluded[0][1]
+    assert mentions(run.excluded[0][1], "image 9")
     assert true_errors(arm, (run.robot,))[0] < 0.15
 
 

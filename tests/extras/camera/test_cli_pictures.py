@@ -10,6 +10,7 @@ import pytest
 from board_on_tool import photograph
 from documented_commands import run_lines
 from PIL import Image
+from refusals import mentions
 
 import workbench as wb
 from workbench.base import se3
@@ -39,7 +40,7 @@ def test_pictures_to_a_calibrated_urdf(run, here, aria):
     options = ("--robot", "aria", *WITH, "--joints", "joints.csv")
     status, out, err = run("identify", ".", *options, "--algorithm", "opt2", "--save", "arm.urdf")
     assert (status, err) == (0, "")
-    assert "corners in 10 pictures" in out
+    assert mentions(out, "10 pictures")
     found = wb.load_robot("arm.urdf")
     real = aria.with_values(dict(zip(ZEROS, aria.values(ZEROS) + SHIFTS, strict=True)))
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (20, 6))
@@ -139,9 +140,9 @@ def test_what_a_folder_may_be(run, here):
         status, out, err = run("identify", place, *options)
         out = " ".join(out.split())
         assert (status, err) == (0, "")
-        assert "corners in 9 pictures" in out
+        assert mentions(out, "9 pictures")
         assert re.search(r"1 picture left out, '?3\.png'?: can't be read", out)
-        assert "1 picture with an EXIF rotation" in out
+        assert mentions(out, "1 picture", "EXIF")
         moved = [
             z["joint"] for z in json.loads((here / "r.json").read_text())["camera"]["zeros"] if z["moved"]
         ]
@@ -178,7 +179,7 @@ def test_the_public_pictures_do_as_well_as_the_baseline(run, tmp_path, shared_da
     options = (*WITH, "--joints", "poses.csv", "--held-out", "0", "--json", "r.json", "--algorithm", "opt2")
     status, out, _ = run("identify", folder / "images", *options)
     assert status == 0
-    assert "292 corners in 16 pictures" in out
+    assert mentions(out, "292 corners", "16 pictures")
     assert "only tool poses" in " ".join(out.split())
     fit = json.loads((tmp_path / "r.json").read_text())["algorithms"]["opt2"]["train"]
     assert fit["pixel_px"]["mean"] < 1.10

@@ -12,7 +12,7 @@ import zlib
 from pathlib import Path
 
 import pytest
-from refusals import refuses
+from refusals import mentions, refuses
 
 from workbench.base.errors import FileError
 from workbench.extras.camera import folder as folders
@@ -206,7 +206,7 @@ def test_a_picture_that_unpacks_to_gigabytes_is_not_begun(tmp_path, side):
     path = png(tmp_path / "a.png", side) if side < 50_000 else _claiming(tmp_path / "a.png", side)
     done = subprocess.run([sys.executable, "-c", READ, path], capture_output=True, text=True, env=os.environ)
     message, grown = done.stdout.splitlines()
-    assert "at most 250 megapixels" in message
+    assert mentions(message, "250 megapixels")
     assert int(grown) < 60 * 1024  # kibibytes
 
 

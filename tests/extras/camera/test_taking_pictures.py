@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import mentions
 
 from workbench.extras.camera.image_sources import PictureWatcher
 from workbench.extras.camera.panels import _shown
@@ -87,9 +88,9 @@ def test_shots_are_written_down_taken_again_and_refused(do, shots):
     assert decode("TakeShot", written, inputs.__getitem__) == TakeShot(shot)
     assert "no pictures are being taken" in do(EndShooting(), TakeShot(shot)).page.messages[-1].text
     assert len(do(BeginShooting("here", *files), TakeShot(shot), TakeShot(shot)).part(Capture).kept) == 1
-    assert "take at least 4" in do(UseShots()).page.messages[-1].text
+    assert mentions(do(UseShots()).page.messages[-1].text, "at least 4")
     assert not do(DropShot()).part(Capture).kept
-    assert "has 2 joints" in do(TakeShot(Shot("b.png", "cell", b"", q=(0.0, 0.0)))).page.messages[-1].text
+    assert mentions(do(TakeShot(Shot("b.png", "cell", b"", q=(0.0, 0.0)))).page.messages[-1].text, "2 joints")
 
 
 def test_a_recording_of_pictures_that_are_being_taken_opens_again(aria, shots, tmp_path):

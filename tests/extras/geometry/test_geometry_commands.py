@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from refusals import mentions
 
 TURNING = """name = "two turns"
 convention = "craig"
@@ -34,10 +35,10 @@ def test_axes_come_from_circles(run, refused, tmp_path):
 def test_redundant_constants_are_named(run, tmp_path):
     status, out, _ = run("redundancy", "--robot", "katana450-three-rotation", "--free", "--json", "r.json")
     assert status == 0
-    assert "12 constants, 11 independent" in out
+    assert mentions(out, 12, 11)
     found = json.loads((tmp_path / "r.json").read_text())
     assert found["redundant"] == ["joint5.theta"]
     assert set(found["combinations"][0]["names"]) == {"joint4.beta", "joint5.theta"}
     status, out, _ = run("redundancy", "--robot", "aria", "--frames")
     assert status == 0
-    assert "complete model with base and tool has 30" in out
+    assert mentions(out, 30)

@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+from refusals import mentions
+
 from workbench.extras.live.options import LiveOption
 from workbench.session.journal.folder import unrecorded_session
 from workbench.session.state import Source
@@ -16,6 +18,6 @@ def test_a_source_of_then_is_said_to_have_ended(app):
     try:
         assert again.worker.wait(60.0)
         assert not again.worker.session.choices.source.is_open
-        assert "localhost:5000 has ended" in again.worker.session.page.messages[-1].text
+        assert mentions(again.worker.session.page.messages[-1].text, "localhost:5000")
     finally:
         again.close()

@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 import pytest
-from refusals import refuses
+from refusals import mentions, refuses
 from scipy.io import savemat
 
 from tests.data.test_forms import ROTATED
@@ -142,7 +142,7 @@ def test_the_command_says_which_variable_is_damaged(run, tmp_path):
     (tmp_path / "crash.mat").write_bytes(CRASHING)
     status, _, err = run("identify", "crash.mat", "--robot", "aria")
     assert status == 1
-    assert "variable 1, at byte 128, is damaged" in err
+    assert mentions(err, "variable 1", "byte 128")
     assert err.count("\n") == 1
     assert len(err.strip()) <= 300
 

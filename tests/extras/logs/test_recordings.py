@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from refusals import refuses
+from refusals import mentions, refuses
 
 import workbench as wb
 from workbench.base import se3
@@ -168,7 +168,7 @@ def test_a_bag_becomes_one_row_a_stand(kind, run_of_arm, tmp_path, request):
     data = wb.read_measurements(bag)
     check(data, run_of_arm)
     message = " ".join(data.notes)
-    assert "elbow_joint is q3" in message
+    assert mentions(message, "elbow_joint", "q3")
     assert "'finger_joint'" in message
     assert "are +3.1" in message or "are +3.2" in message  # the tracker's clock
     assert f"{POSES} rows from {POSES} stands" in message
@@ -376,7 +376,7 @@ def test_points_are_joined_by_time(run_of_arm, tmp_path):
     points.write_text(points.read_text() + f"M;0;0;0;{first}\n")
     data = wb.read_measurements(points, joint_table=log(tmp_path, run))
     check(data, run)
-    assert "1 of 9 samples" in " ".join(data.notes)
+    assert mentions(" ".join(data.notes), "1 of 9")
 
 
 def test_dates_are_of_one_clock(run_of_arm, tmp_path):

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from displays import STYLES, TOOL, fill_in, hidden, lines, model_error, poses, random_joints, read_form
+from refusals import mentions
 from round_trip import angle, placed
 
 import workbench as wb
@@ -133,7 +134,7 @@ def test_a_mistyped_reading_is_named_and_left_out(run, tmp_path):
     )
     assert status == 0
     assert json.loads(Path("found.json").read_text())["outliers"] == [11]
-    assert "reading 12" in out
+    assert mentions(out, "reading 12")
     assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 200)).mean() < 1e-4
 
 
@@ -273,7 +274,7 @@ def test_poses_that_leave_the_model_uncertain_save_nothing(run, tmp_path):
     rows = lines(hidden("ur5e", tmp_path / "hidden.toml"), q)
     status, _, err = run("extract", write(rows), "--robot", "ur5e", "--save", "mine.toml")
     assert status == 2
-    assert "6 readings" in err
+    assert mentions(err, "6 readings")
     assert not Path("mine.toml").exists()
 
 

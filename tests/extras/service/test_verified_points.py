@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from points_and_tilts import DH, frames, points, robot_file, write_mixed
+from refusals import mentions
 
 import workbench as wb
 from workbench.base.errors import DataError
@@ -33,8 +34,8 @@ def test_verify_judges_the_measured_positions_alone(mixed, run, tmp_path):
     low, high = found["intervals"]["position_mm"]["mean"]
     assert off.min() < low < off.mean() < high < off.max()
     assert any("10 of 40" in text for text in found["warnings"])
-    assert "10 of 40" in out
-    assert "10 measurements of 10" in (tmp_path / "out" / "certificate.html").read_text()
+    assert mentions(out, "10 of 40")
+    assert mentions((tmp_path / "out" / "certificate.html").read_text(), "10 measurements of 10")
     status, _, _ = run(*options, "--wanted", f"{0.99 * off.max()}mm")
     assert status == 2
     assert json.loads((tmp_path / "r.json").read_text())["failed_rows"] == [int(off.argmax())]
@@ -73,4 +74,4 @@ def test_the_certificate_of_a_mixed_table_counts_its_points(mixed, tmp_path):
     found = wb.verify(arm, data, wanted=1.0)
     assert len(found.data) == len(found.judged_positions) == 10
     assert np.isfinite(found.judged_positions).all()
-    assert "10 measurements of 10" in write_certificate(found, tmp_path / "out").read_text()
+    assert mentions(write_certificate(found, tmp_path / "out").read_text(), "10 measurements of 10")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import mentions
 
 from workbench.base.errors import WorkbenchError
 from workbench.extras.workshop.as_measured import PlateFrame, as_measured
@@ -47,8 +48,8 @@ def test_a_machine_of_another_country(tmp_path):
     assert np.isclose(plate.targets[6].sigma[0], np.sqrt((9 + 16 + 25) / 3) * 1e-6)
     assert np.isclose(plate.targets[6].sigma[1], 0.0)
     text = " ".join(plate.notes)
-    assert "0.374 mm" in text
-    assert "1, 3, 4, 5, 6, 8, 9, 10 were not measured" in text
+    assert mentions(text, "0.374 mm")
+    assert mentions(text, "1, 3, 4, 5, 6, 8, 9, 10")
 
 
 def test_measured_targets_are_known_as_well_as_the_machine_knows_them(tmp_path):
@@ -59,7 +60,7 @@ def test_measured_targets_are_known_as_well_as_the_machine_knows_them(tmp_path):
     path = write(tmp_path, targets_csv(nominal))
     plate = as_measured(nominal, read_measured_targets(path))
     assert np.allclose(plate.known, UNCERTAINTY)
-    assert "assuming 0.005 mm, 0.01° (one σ)" in " ".join(plate.notes)
+    assert mentions(" ".join(plate.notes), "0.005 mm, 0.01°")
     assert np.allclose(plate.target_sigma, np.hypot(UNCERTAINTY, made.play_sigma))
     plate = as_measured(nominal, read_measured_targets(path, uncertainty=(1e-6, 1e-5)))
     assert np.allclose(plate.known, (1e-6, 1e-5))
@@ -92,14 +93,14 @@ def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
     """The nominal list, moved by 0.1 mm, is what the measuring machine says; every --plate takes it."""
     status, out, _ = run("plate", "export", "table2", "--out", "made", "--formats", "csv,dxf")
     assert status == 0
-    assert "plate and 10 blocks (5 × A, 5 × B)" in out
+    assert mentions(out, "10", "5 × A, 5 × B")
     lines = (tmp_path / "made" / "targets.csv").read_text().splitlines()
     moved = [line.split(",") for line in lines[1:]]
     text = [",".join([n, str(float(x) + 0.1), *rest]) for n, x, *rest in moved]
     (tmp_path / "cmm.csv").write_text("\n".join([lines[0], *text]))
     status, out, _ = run("plate", "as-measured", "table2", "cmm.csv", "--out", "real.toml")
     assert status == 0
-    assert "0.100 mm rms" in out
+    assert mentions(out, "0.100 mm")
     status, out, _ = run("plate", "compare", "real.toml", "cmm.csv", "--robot", "aria")
     assert status == 0
     options = ("simulate", "--robot", "aria", "--plate", "cmm.csv", "--branch", "auto", "--out", "rows.csv")

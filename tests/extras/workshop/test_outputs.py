@@ -8,6 +8,7 @@ from html import unescape
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from refusals import mentions
 
 import workbench as wb
 from workbench.extras.workshop.drawing import figure_of, pdf_of
@@ -37,9 +38,9 @@ def test_every_format_is_written(tmp_path, aria):
     page = (tmp_path / "sheet.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 1
     drawn = wb.score(aria, made_as_drawn(load_plate("table2")))
-    assert "made within ±0.05 mm, ±0.05°, seat play ±0.012 mm, ±0.08°" in page
+    assert mentions(page, "±0.05 mm, ±0.05°", "±0.012 mm, ±0.08°")
     assert f"{1e3 * drawn.measured.error.position_mean:.3f} mm" in page
-    assert "wrist flip" in page
+    assert mentions(page, "wrist flip")
     assert (tmp_path / "drawings.pdf").read_bytes().count(b"/Type /Page ") == len(PARTS)
 
 
@@ -82,7 +83,7 @@ def test_every_shape_is_drawn(plate_of):
     fixture = fixture_of(plate_of(*places, size=(0.6, 0.3, 0.012)))
     assert len(fixture.shapes) == 10
     page = PlateSheet(fixture=fixture).html()
-    assert "--shapes 3" in page
+    assert mentions(page, "--shapes 3")
     assert len(drawings_of(fixture).keys() & {f"block-{s.letter}" for s in fixture.shapes}) == 10
 
 
