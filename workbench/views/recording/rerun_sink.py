@@ -155,10 +155,8 @@ def _points(points: Points) -> rr.Points3D:
 
 
 def _arrows(arrows: Arrows) -> rr.Arrows3D:
-    vectors = arrows.ends - arrows.starts
-    return rr.Arrows3D(
-        origins=arrows.starts, vectors=vectors, colors=arrows.colour, radii=arrows.thick * THIN
-    )
+    vectors, radius = arrows.ends - arrows.starts, arrows.thick * THIN
+    return rr.Arrows3D(origins=arrows.starts, vectors=vectors, colors=arrows.colour, radii=radius)
 
 
 def _axes(axes: Axes) -> rr.Arrows3D:

@@ -53,10 +53,9 @@ def _has_errors(session: Session) -> bool:
     return rows is not None and bool(rows.stages)
 
 
-def _laws(session: Session) -> dict[str, str]:
+def _laws(session: Session) -> list[str]:
     found = session.results.diagnosis
-    labels = () if found is None else tuple(e.label for e in candidates(found))
-    return {label: label for label in (NO_LAW, *labels)}
+    return [NO_LAW, *(effect.label for effect in (() if found is None else candidates(found)))]
 
 
 def _plots(session: Session) -> str:

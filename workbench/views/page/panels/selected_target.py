@@ -105,10 +105,8 @@ def _is_fixed(session: Session) -> bool:
 def _selected(session: Session) -> str:
     """State of the selected target."""
     target, state = session.plate.targets[session.selected], session.states[session.selected]
-    sentence = (
-        text(HIDDEN) if _is_hidden(session) else _state(target, state) + near_limit(session.robot, state)
-    )
-    return block(sentence, testid="state", style="margin:4px 0 6px")
+    shown = text(HIDDEN) if _is_hidden(session) else _state(target, state) + near_limit(session.robot, state)
+    return block(shown, testid="state", style="margin:4px 0 6px")
 
 
 class BranchesPanel(AbstractPanel):

@@ -213,9 +213,8 @@ def _segments(
 
 def _add_axes(server: viser.ViserServer, name: str, axes: Axes) -> Node:
     turns = se3.matrix_to_quaternion(axes.rotations)
-    return Node(
-        server.scene.add_batched_axes(name, turns, axes.places, axes_length=AXIS_LENGTH, axes_radius=0.0016)
-    )
+    add = server.scene.add_batched_axes
+    return Node(add(name, turns, axes.places, axes_length=AXIS_LENGTH, axes_radius=0.0016))
 
 
 def _add_label(server: viser.ViserServer, name: str, label: Label) -> Node:
@@ -224,9 +223,7 @@ def _add_label(server: viser.ViserServer, name: str, label: Label) -> Node:
     )
 
     def change(old: Label, new: Label) -> bool:
-        node.position = new.place
-        if new.text != old.text:
-            node.text = new.text
+        node.position, node.text = new.place, new.text
         return True
 
     return Node(node, change)
