@@ -89,7 +89,7 @@ def with_cubes(session: Session, number: int) -> Session:
     rotations = plate.poses[:8, :3, :3]
     cubes = map_cubes(session.robot, plate.region, rotations, names=names)
     view = CubeView(field=Field.PREDICTED)
-    return replace(session, plate=plate, cubes=cubes, sampled=plate.region, cube_view=view)
+    return replace(session, plate=plate).with_region(cubes=cubes, sampled=plate.region, view=view)
 
 
 def report(text: str, times: list[tuple[float, float]]) -> None:
@@ -114,7 +114,7 @@ def on_the_server(first: Session, app: App) -> None:
                 now = move.apply(now)
                 draw(now)
                 times.append((1e3 * (time.perf_counter() - begin), 1e3 * (time.thread_time() - cpu)))
-            report(f"{text}, {len(session.cubes)} cubes", times)
+            report(f"{text}, {len(session.region.cubes)} cubes", times)
 
 
 Measured = tuple[float, float, float]

@@ -69,12 +69,14 @@ def test_bad_files_leave_the_session_as_it_was(do, first, name, content):
 def test_jogging_by_joints_and_by_pose(do, first):
     q = tuple(0.9 * first.states[0].q)
     session = do(Jog(q))
-    assert session.focus is Focus.JOG
+    assert session.playback.focus is Focus.JOG
     assert np.array_equal(drawn_joints(session), q)
     wanted = tool_poses(first.robot, Motion(np.array([q])))[0]
     place = wanted[:3, 3] + [0.0, 0.02, 0.01]
     session = do(JogTo(tuple(place.tolist()), tuple(se3.matrix_to_rpy(wanted[:3, :3]).tolist())))
-    assert tool_poses(first.robot, Motion(session.jogged[None]))[0][:3, 3] == pytest.approx(place, abs=1e-7)
+    assert tool_poses(first.robot, Motion(session.playback.jogged[None]))[0][:3, 3] == pytest.approx(
+        place, abs=1e-7
+    )
     far = do(JogTo((5.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
     assert far.page.messages[-1].severity is Severity.WARNING
     for bad in (

@@ -64,7 +64,7 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     assert set(found.runs) == {"ols", "opt1", "opt2"}
     assert len(found.held_out_data) == 40
     assert found.runs["opt2"].held_out.position_mm.mean < 0.02 * found.nominal.held_out.position_mm.mean
-    assert session.focus is Focus.ROW
+    assert session.playback.focus is Focus.ROW
     assert session.results.comparison.held_out.tolist() == [False] * 10 + [True] * 40
     before, after = session.results.comparison.errors[10:50].T
     assert 1e3 * before.mean() == pytest.approx(found.nominal.held_out.position_mm.mean)
@@ -157,10 +157,10 @@ def test_a_file_is_read_identified_and_looked_at(do, file):
     session = do(Identify(("ols",), 0.2), ShowRow(17), SetOverlay(Overlay(arrows=False, exaggeration=200.0)))
     assert session.results.fit == "ols"
     assert len(session.results.identification.held_out_rows) == 10
-    assert (session.results.row, session.focus) == (17, Focus.ROW)
+    assert (session.results.row, session.playback.focus) == (17, Focus.ROW)
     assert not session.choices.overlay.arrows
     session = do(MoveTarget(0, (0.5, 0.3, 0.25), (-2.6, 0.0, 0.0)))
-    assert session.focus is Focus.TARGET
+    assert session.playback.focus is Focus.TARGET
     assert session.results.identification is not None
     session = do(ForgetData())
     assert session.measurements.loaded is session.results.identification is session.results.comparison is None

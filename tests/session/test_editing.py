@@ -86,7 +86,7 @@ def test_a_locked_target_stays_in_place_through_everything(do, first, tmp_path):
 def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
     session = do(SelectTarget(4))
     now = session.states[4].branch
-    other = next(branch for branch in session.branches if branch.name != now)
+    other = next(branch for branch in session.branches.found if branch.name != now)
     session = do(ChooseBranch(4, other.name))
     assert session.states[4].branch == other.name
     tool = tool_poses(session.robot, Motion(session.states[4].q[None]))[0]
@@ -99,8 +99,8 @@ def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
 def test_the_contribution_of_a_target_is_what_is_lost_without_it(do, first):
     rise = first.score.rises[6]
     session = do(DeleteTarget(6))
-    full = predicted_error(first.score.linearisation, first.robot, first.region_q).position_rms
-    rest = predicted_error(session.score.linearisation, first.robot, first.region_q).position_rms
+    full = predicted_error(first.score.linearisation, first.robot, first.region.q).position_rms
+    rest = predicted_error(session.score.linearisation, first.robot, first.region.q).position_rms
     assert rise == pytest.approx(rest / full - 1.0, rel=1e-6)
 
 

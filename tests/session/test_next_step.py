@@ -114,14 +114,14 @@ def fallen_short(session: Session, **change) -> Session:
     errors = np.full(session.plate.region.cubes, np.nan)
     at = (session.plate, session.noise, session.choices.wanted)
     trial = PlateTrial(*at, 200, 0.7, 0, 1.3, 1e-4, errors, "tried", "seat position")
-    history = replace(session.history, done=(session.history.best,))
-    return replace(session, trial=trial, history=history, **change)
+    history = replace(session.history, done=(session.history.best,), trial=trial, **change)
+    return replace(session, history=history)
 
 
 def crowded(session: Session) -> Session:
     """With the best plate found, and no room for another target."""
     plate = replace(session.plate, size=np.array([0.2, 0.2, 0.012]))
-    return replace(session, plate=plate, searched=plate)
+    return replace(session, plate=plate, history=replace(session.history, searched=plate))
 
 
 def with_another_robot(session: Session) -> Session:
@@ -135,7 +135,8 @@ def on_the_page(session: Session, **change) -> Session:
 
 
 def followed(session: Session) -> Session:
-    return replace(session, focus=Focus.JOG, choices=replace(session.choices, source=Source("arm")))
+    choices = replace(session.choices, source=Source("arm"))
+    return replace(session, choices=choices).with_playback(focus=Focus.JOG)
 
 
 def without_request(session: Session) -> Session:
@@ -180,7 +181,7 @@ STATES = [
     ("first", lambda s: on_the_page(s, caption="A story."), "A story.", PLAIN, None, None),
     ("first", lambda s: on_the_page(s, job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
     ("first", followed, "the real one", PLAIN, LOAD, None),
-    ("first", lambda s: replace(s, focus=Focus.TRACK), "as commanded", PLAIN, COMPARE, None),
+    ("first", lambda s: s.with_playback(focus=Focus.TRACK), "as commanded", PLAIN, COMPARE, None),
     ("loaded", unchanged, "rows", PLAIN, FIT, LOAD),
     ("identified", lambda s: with_noise(s, 7.0), "7 × the instrument", CAREFUL, CAUSE, TAKE),
     ("identified", lambda s: without_request(with_noise(s, 1.2)), "noise", GOOD, TAKE, COMPARE),
@@ -341,7 +342,7 @@ def test_rows_of_a_real_arm_stand_without_the_plate_until_it_is_asked_for(walked
         return {item.path for item in on_page(session) if item.shown}
 
     loaded = walked["loaded"]
-    assert loaded.focus is Focus.ROW
+    assert loaded.playback.focus is Focus.ROW
     assert "plate/solid" in shown(walked["first"])
     assert not any(path.startswith(("plate/", "region/")) for path in shown(loaded))
     assert "plate/solid" in shown(SelectTarget(0).apply(loaded))

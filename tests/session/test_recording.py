@@ -399,7 +399,7 @@ def test_recordings_of_one_arm_and_plate_share_what_was_worked_out(record):
     one, other = (read_recording(record().folder) for _ in range(2))
     assert one.robot is other.robot
     assert one.plate is other.plate
-    assert one.first.region_q is other.first.region_q
+    assert one.first.region.q is other.first.region.q
     file = other.folder / ROBOT
     file.write_text(file.read_text().replace("0.", "0.0", 1))
     assert read_recording(other.folder).robot is not one.robot

@@ -52,8 +52,8 @@ def test_a_new_region_is_judged_anew(run, first):
     session = after(run, SetRegion(LOW, HIGH, 0.1))
     region = session.plate.region
     assert region.shape == (4, 4, 2)
-    assert session.sampled is region
-    tools = tool_poses(session.robot, Motion(session.region_q))[:, :3, 3]
+    assert session.region.sampled is region
+    tools = tool_poses(session.robot, Motion(session.region.q))[:, :3, 3]
     assert region.contains(tools).all()
     assert session.score.position != first.score.position
     assert session.history.best_score is session.score
@@ -61,15 +61,15 @@ def test_a_new_region_is_judged_anew(run, first):
 
 
 def test_cubes_are_looked_at_only_when_shown(run):
-    assert after(run, ShowCubes(CubeView()), SetRegion(LOW, HIGH, 0.1)).cubes is None
+    assert after(run, ShowCubes(CubeView()), SetRegion(LOW, HIGH, 0.1)).region.cubes is None
     session = after(run, ShowCubes(CubeView(field=Field.REACH)))
-    assert len(session.cubes) == 32
-    assert session.cubes.region is session.plate.region
+    assert len(session.region.cubes) == 32
+    assert session.region.cubes.region is session.plate.region
 
 
 def test_fields_agree_with_computations_of_their_own(run):
     session = after(run, SetRegion(LOW, HIGH, 0.1), ShowCubes(CubeView(field=Field.PREDICTED)))
-    cubes, score = session.cubes, session.score
+    cubes, score = session.region.cubes, session.score
     rotations = session.plate.poses[:8, :3, :3]
     for i in (0, 13, 31):
         poses = [se3.pose(r, cubes.region.centres[i]) for r in rotations]
@@ -174,19 +174,19 @@ def test_a_changed_plate_is_judged_over_the_poses_of_the_one_that_was_loaded(run
     """As `plate compare` with the loaded plate does: turning a target moves no pose that matters."""
     session = after(run, SetRegion(LOW, HIGH, 0.1))
     loaded = replace(first.history.first_plate, region=session.plate.region)
-    np.testing.assert_array_equal(session.region_q, plate_region_poses(first.robot, loaded))
+    np.testing.assert_array_equal(session.region.q, plate_region_poses(first.robot, loaded))
 
 
 def test_the_first_thing_shown_is_one_layer_of_predicted_errors_at_the_plate_s_surface(run):
     session = after(run, SelectTarget(0))
     numbers = values(session)
-    shown = shown_cubes(session, session.cube_view, numbers)
+    shown = shown_cubes(session, session.region.view, numbers)
     heights = session.plate.region.centres[shown, 2]
     assert shown.sum() == np.prod(session.plate.region.shape[:2])
     assert np.ptp(heights) < 1e-12
     assert abs(heights[0] - session.plate.pose[2, 3]) <= 0.5 * session.plate.region.cube
     assert heights[0] < min(target.xyz[2] for target in session.plate.targets)
-    errors = session.cubes.errors(session.score.linearisation)
+    errors = session.region.cubes.errors(session.score.linearisation)
     assert np.array_equal(numbers.numbers, errors, equal_nan=True)
 
 
@@ -195,7 +195,7 @@ def test_a_layer_that_nobody_asked_for_gives_way_to_measured_rows(run):
     session = after(run, MeasureVirtualArm(2, more=30), ShowRow(4))
     assert not are_shown(session)
     assert {i.path: i.shown for i in region_items(session)}["region/cubes"] is False
-    requested = after(run, ShowCubes(replace(session.cube_view, is_chosen=True)))
+    requested = after(run, ShowCubes(replace(session.region.view, is_chosen=True)))
     assert are_shown(requested)
 
 

@@ -51,7 +51,7 @@ def test_more_targets_are_searched_or_fewer_and_a_plate_that_was_good_stays(firs
     monkeypatch.setattr("workbench.plate.design.optimise_plate", refuse)
     session = ImprovePlate().finish(first, ImprovePlate().compute(first))
     assert session.page.messages[-1].text == "nothing keeps the margins"
-    assert session.searched is session.plate is first.plate
+    assert session.history.searched is session.plate is first.plate
     assert not isinstance(next_step(session).next.command, ImprovePlate)  # it can't help
     for predicted in (1.0, np.inf):  # nor can one for more targets
         step = next_step(replace(session, score=replace(session.score, position=predicted)))
@@ -78,9 +78,9 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     same = PlateDesign(
         plate=replace(first.plate, targets=(*half, *half)), cost=1.0, rotation=1.0, start_cost=1.0
     )
-    assert (kept_as := ImprovePlate().finish(first, same)).plate is first.plate is kept_as.searched
+    assert (kept_as := ImprovePlate().finish(first, same)).plate is first.plate is kept_as.history.searched
     better = ImprovePlate().finish(first, replace(same, plate=kept.plate))
-    assert better.searched is better.plate
+    assert better.history.searched is better.plate
     lower = replace(kept.plate, xyz=kept.plate.xyz - [0.0, 0.0, 0.05])
     told = ImprovePlate().finish(first, replace(same, plate=lower)).page.messages[-1]
     assert told.severity is Severity.INFO

@@ -172,7 +172,7 @@ def test_nothing_to_undo_is_news_not_an_error(do):
 
 
 def test_selecting_goes_back_to_the_targets(do):
-    assert do(SelectTarget(6)).focus is Focus.TARGET
+    assert do(SelectTarget(6)).playback.focus is Focus.TARGET
 
 
 def test_the_journal_leads_to_the_same_session(worker, do, first):

@@ -49,7 +49,7 @@ def test_a_plate_that_was_given_is_drawn_beside_measured_rows(session):
     """As `wb.show(robot, data, plate)` shows them; a plate that nobody gave stays out of the way."""
     rows = Measurements(loaded=SimpleNamespace(virtual=False))
     for is_given in (True, False):
-        given = replace(session, is_plate_given=is_given, measurements=rows, focus=Focus.ROW)
+        given = replace(session, is_plate_given=is_given, measurements=rows).with_playback(focus=Focus.ROW)
         shown = {item.path: item.shown for item in plate(given)}
         assert shown["plate/solid"] is shown["plate/targets/1"] is is_given
     assert all(item.shown for item in plate(session))
@@ -161,9 +161,9 @@ def test_cubes_follow_a_new_trial(session):
         errors = np.full(session.plate.region.cubes, np.nan)
         errors[:4] = error * np.arange(1, 5)
         trial = PlateTrial(session.plate, session.noise, None, 20, 1.0, 0, 0.5, error, errors, "tried")
-        return replace(session, trial=trial)
+        return replace(session, history=replace(session.history, trial=trial))
 
-    shown = replace(session, cube_view=CubeView(field=Field.YIELD))
+    shown = session.with_region(view=CubeView(field=Field.YIELD))
     sink = Notebook()
     sink.draw(on_page(tried(shown, 1e-4)))
     assert sink.there["region/cubes"].shown.sum() == 4
@@ -173,7 +173,7 @@ def test_cubes_follow_a_new_trial(session):
 
 
 def test_cubes_wait_while_a_target_is_dragged(session):
-    shown = replace(session, cube_view=CubeView(field=Field.REACH))
+    shown = session.with_region(view=CubeView(field=Field.REACH))
     for drag, waits in ((None, False), (Drag(client=1, target=0), True)):
         items = {item.path: item for item in on_page(replace(shown, drag=drag))}
         assert items["region/cubes"].can_wait is waits

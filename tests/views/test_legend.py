@@ -19,7 +19,7 @@ from workbench.views.page.panels.legend import cubes_scale, things
 def session() -> Session:
     first = start(load_robot("aria"), load_plate("table2"))
     found = MapCubes.needed(first).compute(first)
-    return replace(first, cubes=found)
+    return first.with_region(cubes=found)
 
 
 def colours(text: str) -> set[str]:
@@ -35,15 +35,20 @@ def test_the_scale_of_the_cubes_has_its_colours_ends_and_unit(session):
 
 
 def test_good_is_on_the_left_for_errors_and_on_the_right_for_an_index(session):
-    indices = replace(session, cube_view=CubeView(field=Field.INDEX))
+    indices = session.with_region(view=CubeView(field=Field.INDEX))
     good = css(tuple(SCALE[-1].astype(int).tolist()))
     ends = [re.findall("#[0-9a-f]{6}", cubes_scale(shown)) for shown in (session, indices)]
     assert ends[0][0] == ends[1][-1] == good
 
 
-@pytest.mark.parametrize("change", [{"cube_view": CubeView()}, {"focus": Focus.ROW}, {"cubes": None}])
-def test_there_is_no_scale_of_cubes_that_are_not_there(session, change):
-    assert cubes_scale(replace(session, **change)) == ""
+def test_there_is_no_scale_of_cubes_that_are_not_there(session):
+    assert cubes_scale(session)
+    for other in (
+        session.with_region(view=CubeView()),
+        session.with_region(cubes=None),
+        session.with_playback(focus=Focus.ROW),
+    ):
+        assert cubes_scale(other) == ""
 
 
 def test_targets_in_trouble_are_in_the_legend_only_where_there_are_any(session):

@@ -114,7 +114,7 @@ def test_a_plate_that_states_no_tolerances_shows_its_error_as_drawn_beside_the_e
     sheet = wb.score(
         first.robot,
         made_as_drawn(first.plate).with_joints(q, first.plate.branches),
-        evaluation_poses=first.region_q,
+        evaluation_poses=first.region.q,
     )
     assert drawn == pytest.approx(sheet.measured.error.position_rms)
     assert drawn > 1.1 * first.score.position
@@ -134,7 +134,8 @@ def test_a_plate_that_states_no_tolerances_shows_its_error_as_drawn_beside_the_e
     ],
 )
 def test_an_error_without_a_number_says_what_is_missing(first, error, change, text):
-    assert text in predicted(replace(first, score=replace(first.score, position=error), **change))
+    session = replace(first, score=replace(first.score, position=error)).with_region(**change)
+    assert text in predicted(session)
 
 
 @pytest.mark.parametrize(("error", "offered"), [(1e-9, 0.001), (2e-4, 1.0), (5.0, 1000.0), (np.inf, 1.0)])

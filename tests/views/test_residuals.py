@@ -64,7 +64,7 @@ def drawn(rows, *, overlay=None, focus=Focus.ROW, left_out=frozenset(), row=0):
         results=SimpleNamespace(comparison=rows, row=row),
         choices=SimpleNamespace(overlay=overlay or Overlay()),
         measurements=SimpleNamespace(left_out=left_out),
-        focus=focus,
+        playback=SimpleNamespace(focus=focus),
     )
     items = [*measured(session), *selected_row_marks(session)]
     return {item.path: item.make(*item.inputs) for item in items if item.shown}

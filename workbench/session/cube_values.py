@@ -64,14 +64,14 @@ class CubeValues:
 
 def values(session: Session) -> CubeValues | None:
     """Numbers of the chosen field; None where there are none (yet)."""
-    field, cubes = session.cube_view.field, session.cubes
+    field, cubes = session.region.view.field, session.region.cubes
     region = session.plate.region
     if field is Field.MEASURED:
         if session.results.comparison is None:
             return None
         return _scaled(measured_errors(session, session.results.comparison))
     if field is Field.YIELD:
-        trial = session.trial
+        trial = session.history.trial
         return None if trial is None or trial.plate.region is not region else _scaled(trial.errors)
     if field is Field.NONE or cubes is None or cubes.region is not region:
         return None
@@ -90,7 +90,7 @@ def drawn(session: Session) -> tuple[Field, CubeValues | None]:
 
     A move of one target changes all errors by some per cent, which a scale for their own spread would hide.
     """
-    field, numbers, cubes = session.cube_view.field, values(session), session.cubes
+    field, numbers, cubes = session.region.view.field, values(session), session.region.cubes
     if field is not Field.PREDICTED or session.drag is None or numbers is None or cubes is None:
         return field, numbers
     begun = session.history.done[-1]
@@ -114,8 +114,8 @@ def _errors_at(
 
 def are_shown(session: Session) -> bool:
     """Whether the scene has cubes; nobody asked for those that are there at first."""
-    view = session.cube_view
-    return view.field is not Field.NONE and (view.is_chosen or session.focus is Focus.TARGET)
+    view = session.region.view
+    return view.field is not Field.NONE and (view.is_chosen or session.playback.focus is Focus.TARGET)
 
 
 @lru_cache(maxsize=2)
@@ -171,7 +171,7 @@ def shown_cubes(session: Session, view: CubeView, numbers: CubeValues) -> Bool[n
 
 def shown_layer(session: Session) -> int:
     """Which layer across the cut is shown: the chosen one, or that of the plate's surface."""
-    view, region = session.cube_view, session.plate.region
+    view, region = session.region.view, session.plate.region
     axis = 2 if view.cut is None else view.cut
     layer = view.layer
     if not view.is_chosen:

@@ -127,7 +127,7 @@ def fixture_zip(session: Session) -> NotedFile:
     """
     from workbench.plate.export import export_plate
 
-    sigma, poses = (session.noise.position, session.noise.rotation), session.region_q
+    sigma, poses = (session.noise.position, session.noise.rotation), session.region.q
     targets = tuple(
         replace(target, q=state.q, branch=state.branch) if state.reached else target
         for target, state in zip(session.plate.targets, session.states, strict=True)

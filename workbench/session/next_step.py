@@ -129,9 +129,9 @@ def _next_step(session: Session) -> NextStep:
     if session.mode is not None and (step := session.mode.step()) is not None:
         return step
     source, file, loaded = session.choices.source, session.measurements.unread, session.measurements.loaded
-    if source is not None and source.is_followed and session.focus is Focus.JOG:
+    if source is not None and source.is_followed and session.playback.focus is Focus.JOG:
         return NextStep("The displayed arm follows the real one. Store a row at each target.", next=LOAD)
-    if session.focus is Focus.TRACK:
+    if session.playback.focus is Focus.TRACK:
         return NextStep(
             "The solid arm moves as commanded, the orange one as the calibrated model predicts.", next=COMPARE
         )
@@ -311,14 +311,16 @@ def _design(session: Session) -> NextStep:
         is_there = session.page.tab is Tab.MEASURE
         return NextStep(UNMEASURED, next=None if is_there else LOAD, other=PLATE if is_there else None)
     judged, trial = plate_judgement(session), _trial()
-    is_untouched = session.plate is session.history.first_plate and session.searched is not session.plate
+    is_untouched = (
+        session.plate is session.history.first_plate and session.history.searched is not session.plate
+    )
     if is_untouched and (judged is None or not session.history.done):
         text = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
         return NextStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
     text = capital(_predicted(session))
     if judged is None and not np.isfinite(session.score.position):
         tone = Tone.CAREFUL if np.isinf(session.score.position) else Tone.PLAIN
-        can_help = session.searched is not session.plate
+        can_help = session.history.searched is not session.plate
         return NextStep(f"{text}.", tone, improve if can_help else LOAD, LOAD if can_help else None)
     if judged is None:
         return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
@@ -326,7 +328,7 @@ def _design(session: Session) -> NextStep:
         return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     if judged.tone is Tone.CAREFUL:
         text = capital(judged.text) if session.tried is not None else f"{text}: {judged.text}"
-        if session.searched is not session.plate:
+        if session.history.searched is not session.plate:
             text = f"{text}. A search may find better places for the targets"
         elif (number := more_targets(session)) is not None:
             text = f"{text}. These places are the best found; more targets lower the error"
@@ -355,7 +357,7 @@ def _trial() -> Action | None:
 
 def _predicted(session: Session) -> str:
     now, first = (1e3 * score.position for score in (session.score, session.history.first_score))
-    if np.isnan(now) and session.sampled is session.plate.region:
+    if np.isnan(now) and session.region.sampled is session.plate.region:
         return "the arm does not reach the region"
     if not np.isfinite(now):
         return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
@@ -365,7 +367,7 @@ def _predicted(session: Session) -> str:
 
 def _takes_next_poses(session: Session) -> bool:
     """Whether poses of the diagnosis stand on the plate, and the plate is looked at."""
-    if session.results.diagnosis is None or session.focus is not Focus.TARGET:
+    if session.results.diagnosis is None or session.playback.focus is not Focus.TARGET:
         return False
     wanted = [np.asarray(q) for q in session.results.diagnosis.measure_next]
     return any(

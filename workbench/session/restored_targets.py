@@ -53,7 +53,7 @@ def recalled_state(numbers: Mapping[str, Any]) -> TargetState:
 
 def _score(numbers: Mapping[str, Any], session: Session) -> Score:
     """A score by its numbers; what is infinite or unknown was written as null."""
-    unbounded = math.inf if len(session.region_q) or not numbers["reached"] else math.nan
+    unbounded = math.inf if len(session.region.q) or not numbers["reached"] else math.nan
     position, rotation = (
         unbounded if numbers[part] is None else numbers[part] for part in ("position_rms", "rotation_rms")
     )

@@ -32,7 +32,7 @@ from workbench.plate.stock import made_as_drawn
 from workbench.plate.target_readings import usual_sigma
 from workbench.session.reach import branches_to, solve_all_targets
 from workbench.session.score import draw_region, score
-from workbench.session.state import Choices, PlateHistory, Session
+from workbench.session.state import Choices, EvaluationRegion, PlateHistory, Session
 from workbench.session.target_state import TargetState
 from workbench.session.target_steps import commit_step
 
@@ -72,9 +72,8 @@ def start(
             plate=plate,
             states=states,
             score=first,
-            region_q=region_q,
+            region=EvaluationRegion(q=region_q, sampled=plate.region if is_quick else None),
             is_plate_given=is_given,
-            sampled=plate.region if is_quick else None,
             noise=noise,
             history=PlateHistory(first_plate=plate, first_states=states, first_score=first),
             choices=Choices(wanted=default_requirement(robot.name)),

@@ -6,6 +6,7 @@ Nothing here computes. Parts that no command touches stay the same objects: view
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -214,6 +215,9 @@ class PlateHistory:
         past: The plates that had these scores.
         best: The plate with the smallest predicted error so far.
         best_score: Its score.
+        searched: The plate that the last search for a better one ended with.
+        sought: How many targets that search was for; the most there can be where it found no plate at all.
+        trial: The last trial of a plate on many arms.
     """
 
     first_plate: Plate
@@ -225,6 +229,53 @@ class PlateHistory:
     past: tuple[UndoStep, ...] = ()
     best: UndoStep | None = None
     best_score: Score | None = None
+    searched: Plate | None = None
+    sought: int = 0
+    trial: PlateTrial | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class EvaluationRegion:
+    """The region of the plate, in which its error is predicted.
+
+    Args:
+        q: Joint positions of poses in it [rad or m].
+        sampled: The region that they were drawn from; another one than the plate's: work is under way.
+        cubes: What is known of its cubes, once worked out.
+        view: How they are shown.
+    """
+
+    q: Float[np.ndarray, "poses n"]
+    sampled: Region | None = None
+    cubes: CubeMap | None = None
+    view: CubeView = FIRST_VIEW
+
+
+@dataclass(frozen=True, eq=False)
+class TargetBranches:
+    """All branches within limits that reach a target.
+
+    Args:
+        of: The target that they belong to.
+    """
+
+    found: tuple[Branch, ...] = ()
+    of: Target | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Playback:
+    """What the arm in the scene stands at.
+
+    Args:
+        jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
+        play: How far the trajectory is played.
+    """
+
+    focus: Focus = Focus.TARGET
+    jogged: Float[np.ndarray, " n"] | None = None
+    track: Track | None = None
+    play: Play = field(default_factory=Play)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -330,16 +381,7 @@ class Session:
         is_plate_given: Whether the plate is the user's: it and its region then stay.
         states: How the arm stands at every target.
         score: What the targets would tell about the robot.
-        region_q: Joint positions of poses in the region, for the predicted error [rad or m].
-        sampled: The region that `region_q` was drawn from; another one than the plate's: work is under way.
-        cubes: What is known of the cubes of the region, once worked out.
-        branches: All branches within limits that reach the selected target.
-        branches_of: The target that they belong to.
-        focus: What the arm stands at.
-        searched: The plate that the last search for a better one ended with.
-        sought: How many targets that search was for; the most there can be where it found no plate at all.
-        jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
-        play: How far the trajectory is played.
+        branches: Those of the selected target.
         parts: What extras keep, by type; see `part`.
     """
 
@@ -349,27 +391,25 @@ class Session:
     states: tuple[TargetState, ...]
     score: Score
     noise: Noise = field(default_factory=Noise)
-    region_q: Float[np.ndarray, "poses n"]
-    sampled: Region | None = None
-    cubes: CubeMap | None = None
-    cube_view: CubeView = FIRST_VIEW
-    branches: tuple[Branch, ...] = ()
-    branches_of: Target | None = None
     selected: int = 0
-    focus: Focus = Focus.TARGET
+    branches: TargetBranches = TargetBranches()
     drag: Drag | None = None
-    trial: PlateTrial | None = None
-    searched: Plate | None = None
-    sought: int = 0
-    jogged: Float[np.ndarray, " n"] | None = None
-    track: Track | None = None
-    play: Play = field(default_factory=Play)
+    region: EvaluationRegion
     history: PlateHistory
+    playback: Playback = Playback()
     measurements: Measurements = field(default_factory=Measurements)
     results: Results = field(default_factory=Results)
     choices: Choices = field(default_factory=Choices)
     page: PageState = field(default_factory=PageState)
     parts: Mapping[type[AbstractPart], AbstractPart] = field(default_factory=dict)
+
+    def with_playback(self, **changes: Any) -> "Session":
+        """The session with some fields of `playback` replaced."""
+        return replace(self, playback=replace(self.playback, **changes))
+
+    def with_region(self, **changes: Any) -> "Session":
+        """Likewise of `region`."""
+        return replace(self, region=replace(self.region, **changes))
 
     def part(self, kind: type[Part]) -> Part | None:
         """What an extra keeps under this type; None if nothing."""
@@ -396,14 +436,14 @@ class Session:
     @property
     def tried(self) -> PlateTrial | None:
         """The trial of the current plate, if there was one."""
-        trial, now = self.trial, (self.plate, self.noise, self.choices.wanted)
+        trial, now = self.history.trial, (self.plate, self.noise, self.choices.wanted)
         return trial if trial and (trial.plate, trial.noise, trial.wanted) == now else None
 
     @property
     def shows_plate(self) -> bool:
         """Whether the plate is in the scene: not while rows are looked at, unless it is the user's."""
         loaded = self.measurements.loaded
-        return loaded is None or loaded.virtual or self.focus is not Focus.ROW or self.is_plate_given
+        return loaded is None or loaded.virtual or self.playback.focus is not Focus.ROW or self.is_plate_given
 
     @property
     def is_idle(self) -> bool:
@@ -412,12 +452,12 @@ class Session:
     @property
     def is_playing(self) -> bool:
         """Whether the arm moves along the trajectory now: until anything else takes it or begins."""
-        return self.is_track_active and not self.play.is_pausing and self.is_idle
+        return self.is_track_active and not self.playback.play.is_pausing and self.is_idle
 
     @property
     def is_track_active(self) -> bool:
         """Whether only what moves the arm along the trajectory knows where it stands."""
-        return self.play.is_running and self.focus is Focus.TRACK
+        return self.playback.play.is_running and self.playback.focus is Focus.TRACK
 
     def check_target(self, number: int) -> None:
         if not 0 <= number < len(self.plate):

@@ -13,7 +13,7 @@ from workbench.plate.tolerances import EXACT
 from workbench.session.command import AbstractChange
 from workbench.session.reach import branches_to, with_clear_branches, with_obstacles
 from workbench.session.score import score
-from workbench.session.state import UNDO_STEPS, Focus, Session, UndoStep
+from workbench.session.state import UNDO_STEPS, Focus, Session, TargetBranches, UndoStep
 from workbench.session.target_state import Score, TargetState
 
 
@@ -59,8 +59,7 @@ def with_targets(
         noise=instrument_for(session, plate),
         score=score_of(session, UndoStep(plate, states)),
         selected=min(max(chosen, 0), len(plate) - 1),
-        focus=Focus.TARGET,
-    )
+    ).with_playback(focus=Focus.TARGET)
 
 
 def move_targets(
@@ -93,9 +92,9 @@ def with_history(session: Session) -> Session:
 def with_branches(session: Session, number: int | None = None) -> Session:
     """The session with all branches that reach a target, the selected one if no number is given."""
     target = session.plate.targets[session.selected if number is None else number]
-    if target is session.branches_of:
+    if target is session.branches.of:
         return session
-    return replace(session, branches=branches_to(session.robot, target), branches_of=target)
+    return replace(session, branches=TargetBranches(branches_to(session.robot, target), target))
 
 
 def instrument_for(session: Session, plate: Plate) -> Noise:
@@ -107,7 +106,7 @@ def instrument_for(session: Session, plate: Plate) -> Noise:
 def score_of(session: Session, step: UndoStep) -> Score:
     """What the targets of a step would tell about the session's robot."""
     noise = instrument_for(session, step.plate)
-    return score(session.robot, step.plate, step.states, noise=noise, region_q=session.region_q)
+    return score(session.robot, step.plate, step.states, noise=noise, region_q=session.region.q)
 
 
 def score_as_drawn(session: Session) -> Score | None:

@@ -88,7 +88,7 @@ def test_an_archive_of_the_folder_is_chosen_with_the_button(app, look, aria, tmp
     expect(screen.page.locator('[data-testid="camera_0"] img[data-testid="picture"]')).to_have_count(1)
     screen.page.locator('[data-testid="thumbnails"] a').nth(2).click()
     screen.wait_text("camera_0", "image 2")
-    assert screen.until(lambda s: s.results.row == 2).focus is Focus.ROW
+    assert screen.until(lambda s: s.results.row == 2).playback.focus is Focus.ROW
     screen.shoot("pictures-archive")
     screen.choose("Board is", "in the cell")
     with screen.page.expect_download() as saved:

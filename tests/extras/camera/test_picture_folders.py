@@ -67,7 +67,7 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
         first = worker.session
         assert first.measurements.loaded is not None
         assert dict(first.measurements.loaded.facts)["Pictures"] == "18 of 18 show the target"
-        assert first.focus is Focus.ROW
+        assert first.playback.focus is Focus.ROW
         (guess,) = camera_views(first)
         assert np.linalg.norm(guess.pose[:3, 3] - shots.camera[0][:3, 3]) < 0.05
         for command in (Identify(("opt2",)), ShowRow(3), Diagnose()):

@@ -111,7 +111,8 @@ def test_a_device(first, shots, tmp_path):
     """A sequence of pictures that OpenCV opens like a camera: each pose is kept once, when it is still."""
     for frame, k in enumerate((0, 0, 0, 1, 1, 2, 2, 3, 3)):
         shutil.copy(shots / f"{k}.png", tmp_path / f"{frame}.png")
-    live = replace(first, jogged=np.full(6, 0.1), choices=replace(first.choices, source=Source("arm")))
+    live = replace(first, choices=replace(first.choices, source=Source("arm")))
+    live = live.with_playback(jogged=np.full(6, 0.1))
     worker = Worker(live)
     worker.add_view(PictureWatcher(worker, pause=0.005))
     try:

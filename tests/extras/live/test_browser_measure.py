@@ -65,7 +65,9 @@ def follow_and_measure_a_real_arm(app, screen):
     pose = tool_poses(app.worker.session.robot, Motion(q[None]))[0]
     still = Sample(time=0.0, q=q, position=pose[:3, 3], rotation=pose[:3, :3])
     lines.put(format_sample(still))
-    screen.until(lambda session: session.jogged is not None and np.allclose(session.jogged, q))
+    screen.until(
+        lambda session: session.playback.jogged is not None and np.allclose(session.playback.jogged, q)
+    )
     frame = body_frames(app.worker.session.robot, q)[-1]
     screen.page.wait_for_function(
         "p => Math.abs(window.__viserMutable.nodePoseData['/arm/nominal/body6'].position[0] - p) < 1e-5",

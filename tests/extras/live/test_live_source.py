@@ -96,7 +96,7 @@ def test_an_arm_on_a_socket_is_followed_and_measured(first):
             worker.submit(MeasureLive())
             until(worker, lambda s: s.part(Measuring) is not None)
             begun.set()
-            until(worker, lambda s: s.focus is Focus.JOG and s.jogged is not None)
+            until(worker, lambda s: s.playback.focus is Focus.JOG and s.playback.jogged is not None)
             session = until(worker, lambda s: not s.choices.source.is_open)
             assert worker.wait()
         rows = session.part(Measuring).acquisition.rows
@@ -119,23 +119,23 @@ def test_an_arm_on_a_socket_is_followed_and_measured(first):
 def test_the_scene_follows_unless_it_is_told_not_to(worker, lines):
     worker.add_view(LiveSource(worker, lines, name="arm"))
     lines.put(line(Q, 0.0))
-    session = until(worker, lambda s: s.focus is Focus.JOG)
+    session = until(worker, lambda s: s.playback.focus is Focus.JOG)
     assert np.allclose(drawn_joints(session), Q)
     worker.submit(FollowSource(False))
-    until(worker, lambda s: s.focus is Focus.TARGET)
+    until(worker, lambda s: s.playback.focus is Focus.TARGET)
     lines.put(line(np.add(Q, 0.1), 0.1))
     sleep(0.3)
     assert worker.wait()
-    assert worker.session.focus is Focus.TARGET
+    assert worker.session.playback.focus is Focus.TARGET
     worker.submit(FollowSource(True))
     lines.put(line(np.add(Q, 0.2), 0.2))
-    until(worker, lambda s: s.focus is Focus.JOG and np.allclose(s.jogged, np.add(Q, 0.2)))
+    until(worker, lambda s: s.playback.focus is Focus.JOG and np.allclose(s.playback.jogged, np.add(Q, 0.2)))
 
 
 def test_an_arm_that_stands_still_costs_nothing(worker, lines):
     worker.add_view(LiveSource(worker, lines, name="arm"))
     lines.put(*(line(Q, 0.02 * k) for k in range(200)))
-    until(worker, lambda s: s.focus is Focus.JOG)
+    until(worker, lambda s: s.playback.focus is Focus.JOG)
     sleep(0.3)
     taken = [e for e in worker.journal if isinstance(e.command, TakeSample)]
     assert len(taken) == 1
@@ -144,7 +144,7 @@ def test_an_arm_that_stands_still_costs_nothing(worker, lines):
 def test_bad_lines_and_other_arms_are_told_once(worker, lines):
     worker.add_view(LiveSource(worker, lines, name="arm"))
     lines.put("nonsense\n", *(line(Q[:4], 0.1 * k) for k in range(5)), line(Q, 1.0))
-    session = until(worker, lambda s: s.focus is Focus.JOG)
+    session = until(worker, lambda s: s.playback.focus is Focus.JOG)
     errors = [m.text for m in session.page.messages if m.severity is Severity.ERROR]
     assert len(errors) == 1
     assert "not a JSON object" in errors[0]
@@ -173,7 +173,9 @@ def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
         sleep(0.1)
         send(whole[20:], b"x" * 10_000_000 + b"\n", b"\xff\x00\n", "[" * 60_000 + "\n")
         send('{"time": NaN, "q": [NaN]}\n', line(Q[:4], 0.6), line(np.add(Q, 0.3), 0.7))
-        session = until(worker, lambda s: s.jogged is not None and np.allclose(s.jogged, np.add(Q, 0.3)))
+        session = until(
+            worker, lambda s: s.playback.jogged is not None and np.allclose(s.playback.jogged, np.add(Q, 0.3))
+        )
         assert [m.text for m in session.page.messages if m.severity is Severity.ERROR][1:] == []
         begin = monotonic()
         for first in (1.0, 30.0):
@@ -189,7 +191,7 @@ def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
     until(worker, lambda s: not s.choices.source.is_open)
     with harmful(worker) as send:
         send(line(Q, 60.0))
-        until(worker, lambda s: np.allclose(s.jogged, Q))
+        until(worker, lambda s: np.allclose(s.playback.jogged, Q))
 
 
 def test_the_end_of_a_source_is_said(worker, lines):
@@ -214,7 +216,7 @@ def test_nothing_is_stored_from_a_silent_source(do, first):
 def test_without_a_source_nothing_is_followed(do):
     for command in (MeasureLive(), FollowSource(True)):
         assert do(command).page.messages[-1].severity is Severity.ERROR
-    assert do(TakeSample(0.0, Q)).focus is Focus.TARGET
+    assert do(TakeSample(0.0, Q)).playback.focus is Focus.TARGET
     session = do(TellSource("arm", is_open=False), MeasureLive())
     assert session.part(Measuring) is None
 
@@ -224,7 +226,11 @@ def test_an_arm_that_is_only_followed_is_one_step_of_the_journal(worker, do, fir
     samples = [TakeSample(0.05 * k, tuple(np.add(Q, 1e-3 * k).tolist())) for k in range(200)]
     live = do(TellSource("arm"), *samples)
     assert [type(e.command) for e in worker.journal] == [TellSource, TakeSample]
-    assert replay(first, worker.journal).jogged.tolist() == live.jogged.tolist() == list(samples[-1].q)
+    assert (
+        replay(first, worker.journal).playback.jogged.tolist()
+        == live.playback.jogged.tolist()
+        == list(samples[-1].q)
+    )
 
 
 def test_a_measurement_keeps_only_what_its_rows_need(worker, do, first):

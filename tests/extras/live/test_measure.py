@@ -53,7 +53,7 @@ def begun(do):
 def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker):
     for k, q in enumerate(begun.virtual.postures):
         session = do(DriveArm(), *samples(begun, q, begin=10.0 * k))
-        assert session.focus is Focus.JOG
+        assert session.playback.focus is Focus.JOG
         assert session.selected == begun.numbers[k]
         off = session.part(Measuring).acquisition.status().position
         wanted = first.robot.base.pose @ first.plate.targets[begun.numbers[k]].pose
@@ -135,7 +135,7 @@ def test_what_makes_no_sense_is_said(do):
     session = do(EndMeasuring())
     assert session.part(Measuring) is None
     late = TakeSample(0.0, (0.0,) * session.robot.dof, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
-    assert do(late).focus is Focus.TARGET
+    assert do(late).playback.focus is Focus.TARGET
 
 
 def test_the_virtual_arm_comes_to_rest_at_the_target(first):

@@ -50,7 +50,7 @@ def test_an_opened_plate_is_read_as_its_targets_are_unless_an_instrument_was_cho
     assert opened.noise == Noise(5e-5, first.noise.rotation)
     q = np.stack([state.q for state in opened.states])
     found = wb.score(
-        first.robot, opened.plate.with_joints(q, opened.plate.branches), evaluation_poses=first.region_q
+        first.robot, opened.plate.with_joints(q, opened.plate.branches), evaluation_poses=first.region.q
     )
     assert opened.score.position == pytest.approx(found.measured.error.position_rms)
     assert start(first.robot, opened.plate, states=opened.states).noise == opened.noise
@@ -90,7 +90,7 @@ def test_another_instrument_than_the_plate_was_weighed_with_is_said(weighed):
 
 
 def options(session):
-    return {"noise": session.noise, "region_q": session.region_q}
+    return {"noise": session.noise, "region_q": session.region.q}
 
 
 def test_what_can_not_be_opened(first, weighed):

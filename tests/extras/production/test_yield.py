@@ -393,7 +393,7 @@ def test_virtual_arms_read_what_the_targets_are(monkeypatch, aria, plate, soluti
 
 def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
     refused = do(TryPlate(0))
-    assert refused.trial is None
+    assert refused.history.trial is None
     assert refused.page.messages[-1].severity is Severity.ERROR
 
     worker.submit(TryPlate(4000))
@@ -401,10 +401,10 @@ def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
         threading.Event().wait(0.01)
     worker.cancel()
     assert worker.wait(120.0)
-    assert worker.session.trial is None
+    assert worker.session.history.trial is None
 
     session = do(TryPlate(20, seed=3))
-    tried = session.trial
+    tried = session.history.trial
     assert tried.plate is first.plate
     assert (tried.arms, tried.unreached) == (20, 0)
     assert (20 * tried.share).is_integer()

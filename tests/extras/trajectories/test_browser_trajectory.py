@@ -19,7 +19,7 @@ def test_a_trajectory_is_planned_played_and_put_anywhere_along_it(app, look):
     screen.tab("Compare")
     screen.press("Plan it")
     screen.wait_text("track", "Error, mean")
-    track = app.worker.session.track
+    track = app.worker.session.playback.track
     assert np.linalg.norm(track.wanted[:, None] - KATANA, axis=2).min(0).max() < 3e-3  # the thesis's points
     assert 0.5e-3 < track.errors.mean() < 3e-3
     screen.press("Play")
@@ -32,14 +32,18 @@ def test_a_trajectory_is_planned_played_and_put_anywhere_along_it(app, look):
     screen.press("Pause")
     screen.until(lambda session: not session.is_track_active)
     paused = app.worker.session
-    assert 0.0 < paused.play.at < 10.0
+    assert 0.0 < paused.playback.play.at < 10.0
     for i, frame in enumerate(body_frames(paused.robot, drawn_joints(paused))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     box = screen.box("curves", "svg")
     quarter = (0.75 * (LEFT + MARGIN) + 0.25 * (WIDTH - MARGIN)) / WIDTH
     screen.page.mouse.click(box["x"] + quarter * box["width"], box["y"] + 0.5 * box["height"])
     shown = screen.until(
-        lambda s: s.play.at != paused.play.at and abs(s.play.at - 2.5) < 0.1 and not s.is_track_active
+        lambda s: (
+            s.playback.play.at != paused.playback.play.at
+            and abs(s.playback.play.at - 2.5) < 0.1
+            and not s.is_track_active
+        )
     )
     for i, frame in enumerate(body_frames(shown.robot, drawn_joints(shown))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])

@@ -40,7 +40,7 @@ def test_the_calibrated_arm_misses_the_path_and_a_correction_meets_it(fitted):
     for is_corrected in (False, True):
         running.submit(PlanTrack("circle", 8.0, is_corrected))
         assert running.wait(120.0)
-        tracks.append(running.session.track)
+        tracks.append(running.session.playback.track)
     running.close()
     plain, corrected = tracks
     calibrated = free(fitted.results.identification.runs["ols"].calibrated)
@@ -58,30 +58,34 @@ def test_the_calibrated_arm_misses_the_path_and_a_correction_meets_it(fitted):
 
 def test_play_is_a_matter_of_focus(do, first):
     session = do(PlanTrack("line", 5.0), SetPace(2.0), PlayTrack())
-    track = session.track
+    track = session.playback.track
     assert session.is_playing
     assert track.before is None
     assert np.array_equal(drawn_joints(session), track.q[0])
     session = do(PauseTrack())
     assert (session.is_playing, session.is_track_active) == (False, True)
     session = do(PlaceTrack(2.5))
-    assert (session.is_track_active, session.play.at, session.play.pace) == (False, 2.5, 2.0)
+    assert (session.is_track_active, session.playback.play.at, session.playback.play.pace) == (
+        False,
+        2.5,
+        2.0,
+    )
     assert np.allclose(drawn_joints(session), 0.5 * (track.at(2.49) + track.at(2.51)), atol=1e-4)
-    assert do(PlayTrack()).play.at == 2.5
+    assert do(PlayTrack()).playback.play.at == 2.5
     for other in (SelectTarget(2), Jog(tuple(first.states[0].q.tolist()))):
         assert not do(PlayTrack(), other).is_playing
     session = do(PlaceTrack(5.0), PlayTrack())
-    assert session.play.at == 0.0
+    assert session.playback.play.at == 0.0
     session = do(LeaveTrack())
-    assert session.focus is Focus.TARGET
-    assert session.track is track
+    assert session.playback.focus is Focus.TARGET
+    assert session.playback.track is track
 
 
 def test_a_trajectory_is_planned_again_in_a_replay(do, first, worker):
     session = do(PlanTrack("line", 5.0), PlayTrack(), PauseTrack(), PlaceTrack(1.25))
     again = replay(first, worker.journal)
-    assert np.array_equal(again.track.q, session.track.q)
-    assert again.play == session.play
+    assert np.array_equal(again.playback.track.q, session.playback.track.q)
+    assert again.playback.play == session.playback.play
 
 
 def test_what_makes_no_sense_is_said(do):
@@ -97,14 +101,14 @@ def test_what_makes_no_sense_is_said(do):
     ):
         session = do(wrong)
         assert session.page.messages[-1].severity is Severity.ERROR, wrong
-        assert session.track is None
+        assert session.playback.track is None
     assert do(PlanTrack("line", 5.0), PlaceTrack(7.0)).page.messages[-1].severity is Severity.ERROR
 
 
 @pytest.mark.parametrize(("kind", "plane"), [("circle", "upright along x"), ("line", "tilted by 45°")])
 def test_a_path_runs_where_it_is_wanted(do, kind, plane):
     centre = (0.35, 0.3, 0.3)
-    track = do(PlanTrack(kind, 4.0, False, centre, 0.06, plane)).track
+    track = do(PlanTrack(kind, 4.0, False, centre, 0.06, plane)).playback.track
     away = track.wanted - centre
     along, across = PLANES[plane]
     assert np.allclose(away @ np.cross(along, across), 0.0, atol=1e-6)
@@ -114,11 +118,11 @@ def test_a_path_runs_where_it_is_wanted(do, kind, plane):
 
 def test_a_moment_of_the_path_is_shown_wherever_the_arm_stood(do, first):
     session = do(PlanTrack("line", 5.0), SelectTarget(3))
-    assert session.focus is Focus.TARGET
-    assert do(PlaceTrack(2.0)).focus is Focus.TARGET
+    assert session.playback.focus is Focus.TARGET
+    assert do(PlaceTrack(2.0)).playback.focus is Focus.TARGET
     shown = do(PlaceTrack(2.5, is_shown=True))
-    assert shown.focus is Focus.TRACK
-    assert np.allclose(drawn_joints(shown), shown.track.at(2.5))
+    assert shown.playback.focus is Focus.TRACK
+    assert np.allclose(drawn_joints(shown), shown.playback.track.at(2.5))
     for wrong in (PlanTrack("circle", 5.0, False, (0.3, 0.0, np.inf)), PlanTrack(plane="oblique")):
         assert do(wrong).page.messages[-1].severity is Severity.ERROR
 

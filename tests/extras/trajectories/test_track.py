@@ -19,7 +19,7 @@ def test_a_trajectory_is_drawn_and_done_again(sample, reader, tmp_path):
     for command in (PlanTrack(), PlaceTrack(2.5)):
         worker.submit(command)
         assert worker.wait(60.0)
-    track = worker.session.track
+    track = worker.session.playback.track
     worker.close()
     pictures = reader(begun.folder / "session.rrd")
     for name, places in (("wanted", track.wanted), ("reached", track.reached)):
@@ -33,4 +33,4 @@ def test_a_trajectory_is_drawn_and_done_again(sample, reader, tmp_path):
     assert last == (2, [pytest.approx(expected.tolist(), abs=1e-6)])
     replayed = check(read_recording(begun.folder))
     assert replayed.differences == ()
-    assert replayed.session.track.q.tolist() == track.q.tolist()
+    assert replayed.session.playback.track.q.tolist() == track.q.tolist()

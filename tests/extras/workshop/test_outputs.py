@@ -49,7 +49,7 @@ def test_the_sheet_holds_the_page_s_own_figure(aria, plate):
     session = start(aria, plate)
     turned = replace(plate, targets=plate.targets[:7])
     states = session.states[:7]
-    now = score(aria, turned, states, noise=session.noise, region_q=session.region_q)
+    now = score(aria, turned, states, noise=session.noise, region_q=session.region.q)
     _, content, notes = fixture_zip(replace(session, plate=turned, states=states, score=now))
     page = zipfile.ZipFile(io.BytesIO(content)).read("fixture/sheet.html").decode()
     found = [float(n) for n in re.findall(r"([\d.]+) mm rms", page)]

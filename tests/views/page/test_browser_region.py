@@ -22,17 +22,17 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.until(lambda session: session.plate is first)
     screen.tab("Plate")
     screen.choose("Slice", "one layer of z")
-    region = screen.until(lambda session: session.cube_view.cut == 2).plate.region
+    region = screen.until(lambda session: session.region.view.cut == 2).plate.region
     wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, region.centres[0, 2]], axis=1)))
     top = np.array([0.0, 0.0, 0.3 * region.cube])
     for _ in range(20):  # the layer may not be drawn yet
         screen.page.mouse.click(*screen.pixel(region.centres[wanted] + top))
         screen.page.wait_for_timeout(500)
-        if app.worker.session.cube_view.picked is not None:
+        if app.worker.session.region.view.picked is not None:
             break
     screen.wait_text("cube", "Reached in")
     app.worker.wait()
-    clicked = app.worker.session.cube_view.picked
+    clicked = app.worker.session.region.view.picked
     aimed, hit = screen.pixel(region.centres[wanted]), screen.pixel(region.centres[clicked])
     edges = [screen.pixel(region.centres[clicked] + region.cube * axis) - hit for axis in np.eye(3)]
     assert np.linalg.norm(hit - aimed) < np.sqrt(3.0) / 2.0 * max(np.linalg.norm(e) for e in edges)
@@ -41,7 +41,7 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.until(lambda session: np.allclose(session.plate.targets[0].xyz, region.centres[clicked]))
 
     screen.page.get_by_label("Corner handles").check()
-    screen.until(lambda session: session.cube_view.corners)
+    screen.until(lambda session: session.region.view.corners)
     screen.page.wait_for_timeout(300)
     place = np.array(region.min)
     tip = place + 0.9 * 0.12 * app.worker.session.robot.reach * np.eye(3)[2]
@@ -56,5 +56,5 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
         if app.worker.session.plate.region.min[2] > region.min[2]:
             break
     session = screen.until(lambda session: abs(session.plate.region.min[2] - region.min[2] - 0.1) < 0.02)
-    assert session.sampled is session.plate.region
+    assert session.region.sampled is session.plate.region
     screen.shoot("corner")

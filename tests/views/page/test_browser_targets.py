@@ -45,7 +45,8 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     screen.press("Undo")
     session = screen.until(lambda session: session.plate is first)
     number = session.selected
-    other = next(branch for branch in session.branches if branch.name != session.states[number].branch)
+    now = session.states[number].branch
+    other = next(branch for branch in session.branches.found if branch.name != now)
     app_branch = page.get_by_role("combobox", name="Branch")
     app_branch.click()
     page.get_by_role("option", name=other.name, exact=True).click()

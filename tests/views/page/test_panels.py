@@ -175,7 +175,7 @@ def test_a_click_means_a_target_before_its_points_and_both_before_a_cube_in_fron
         scene._sink.update([Item("measured/fitted", lambda: point, ())])
     scene._clicked(ray)
     app.worker.wait()
-    assert app.worker.session.focus is Focus.TARGET
+    assert app.worker.session.playback.focus is Focus.TARGET
     assert app.worker.session.selected == 3
     region = Region(min=place - 0.2, max=place + 0.2, cube=0.4)
     one = np.ones(1, bool)
@@ -188,7 +188,7 @@ def test_a_click_means_a_target_before_its_points_and_both_before_a_cube_in_fron
         scene._clicked(SimpleNamespace(ray_origin=origin, ray_direction=down))
         app.worker.wait()
         assert app.worker.session.selected == 3
-        assert app.worker.session.cube_view.picked == clicked
+        assert app.worker.session.region.view.picked == clicked
 
 
 def test_no_selector_makes_a_browser_search_the_page_at_every_change():
@@ -354,7 +354,7 @@ def test_the_plate_to_make_is_packed_with_all_that_is_made_of_it(app, monkeypatc
     assert name.endswith("-fixture.zip")
     assert zipfile.ZipFile(io.BytesIO(content)).namelist() == ["fixture/plate.stl"]
     noise = session.noise.position, session.noise.rotation
-    options = {"robot": session.robot, "sigma": noise, "evaluation_poses": session.region_q}
+    options = {"robot": session.robot, "sigma": noise, "evaluation_poses": session.region.q}
     ((plate, given),) = made
     assert given == options  # of the usual files
     assert plate.region is session.plate.region
@@ -619,13 +619,13 @@ def test_the_map_of_the_plate_is_worked_out_once_the_page_is_made(monkeypatch):
     class Noting(BrowserView):
         def __init__(self, server, worker, **options):
             super().__init__(server, worker, **options)
-            known.append((worker.session.page.chore, worker.session.cubes))
+            known.append((worker.session.page.chore, worker.session.region.cubes))
 
     monkeypatch.setattr(page_app, "BrowserView", Noting)
     running = page_app.App(load_robot("aria"), load_plate("table2"))
     try:
         assert running.worker.wait(60.0)
         assert known == [("", None)]
-        assert len(running.worker.session.cubes) == running.worker.session.plate.region.cubes
+        assert len(running.worker.session.region.cubes) == running.worker.session.plate.region.cubes
     finally:
         running.close()

@@ -106,8 +106,8 @@ def same_targets(restored, again):
         (s.position, s.indices) for s in again.history.scores
     ]
     if again.drag is None:  # in the middle of a drag those of its beginning are shown
-        assert [(w.name, w.q.tolist()) for w in restored.branches] == [
-            (w.name, w.q.tolist()) for w in again.branches
+        assert [(w.name, w.q.tolist()) for w in restored.branches.found] == [
+            (w.name, w.q.tolist()) for w in again.branches.found
         ]
     assert (restored.score.worst, restored.history.best_score.worst) == (
         again.score.worst,

@@ -159,7 +159,7 @@ def _placed(values: Mapping[str, float], owner: str) -> Matrix4:
 
 
 def _row(session: Session, data: Dataset) -> int | None:
-    if session.focus is not Focus.ROW or session.results.comparison is None:
+    if session.playback.focus is not Focus.ROW or session.results.comparison is None:
         return None
     found = np.flatnonzero(data.row == session.results.comparison.number[session.results.row])
     return int(found[0]) if len(found) else None

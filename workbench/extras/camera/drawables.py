@@ -26,7 +26,7 @@ EDGES = (0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1)
 def cameras(session: Session) -> Iterator[Item]:
     """Frusta and target for the arm's current posture."""
     views = camera_views(session)
-    is_shown = session.focus is not Focus.TRACK
+    is_shown = session.playback.focus is not Focus.TRACK
     for view in views:
         is_placed = is_shown and bool(np.isfinite(view.pose).all())
         yield Item(f"camera/{view.name}", _frustum, (view.pose, view.frame), shown=is_placed)
@@ -38,7 +38,7 @@ def cameras(session: Session) -> Iterator[Item]:
 def ellipsoid(session: Session) -> Iterator[Item]:
     """95 % confidence ellipsoid of the tool, enlarged by a factor shown beside it."""
     covariance = tool_covariance(session)
-    if covariance is None or session.focus is Focus.TRACK:
+    if covariance is None or session.playback.focus is Focus.TRACK:
         return
     place = session.robot.predict(drawn_joints(session)[None])[0]
     place = (se3.inverse(session.robot.base.pose) @ place)[:3, 3]

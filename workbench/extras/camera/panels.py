@@ -165,7 +165,7 @@ class CamerasPanel(AbstractPanel):
 
     tab, order = Tab.MEASURE, 30
     door = Door("Pictures of a board", viser.Icon.CAMERA, Identify, asks=PICTURES, build=ask_for_pictures)
-    depends = ("results", "focus", "measurements.loaded", _alone)
+    depends = ("results", "playback.focus", "measurements.loaded", _alone)
     _read: Dataset | None = None
 
     def build(self, gui: viser.GuiApi) -> None:

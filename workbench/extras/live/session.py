@@ -187,7 +187,7 @@ class TakeSample(AbstractChange):
             return session
         if session.drag is not None:
             return session
-        return replace(session, focus=Focus.JOG, jogged=frozen(np.array(self.q)))
+        return session.with_playback(focus=Focus.JOG, jogged=frozen(np.array(self.q)))
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "TakeSample | None":
         """Only the last place of the arm counts, and in a measurement what standstill is judged by."""
@@ -303,7 +303,7 @@ class EndMeasuring(AbstractChange):
         _measurement(session)
 
     def apply(self, session: Session) -> Session:
-        return replace(session.without_part(Measuring), focus=Focus.TARGET)
+        return session.without_part(Measuring).with_playback(focus=Focus.TARGET)
 
 
 def _check_not_measuring(session: Session) -> None:
@@ -382,8 +382,9 @@ class FollowSource(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         source = replace(_source(session), is_followed=self.is_followed)
-        focus = session.focus if self.is_followed else Focus.TARGET
-        return replace(session, focus=focus, choices=replace(session.choices, source=source))
+        focus = session.playback.focus if self.is_followed else Focus.TARGET
+        session = replace(session, choices=replace(session.choices, source=source))
+        return session.with_playback(focus=focus)
 
 
 class MeasureLive(AbstractChange):

@@ -18,7 +18,7 @@ class YieldPanel(AbstractPanel):
     """A number of arms, a button, and one sentence."""
 
     tab, order = Tab.PLATE, 50
-    depends = ("is_idle", "trial", "tried")
+    depends = ("is_idle", "history.trial", "tried")
 
     def build(self, gui: viser.GuiApi) -> None:
         self.press(
@@ -48,7 +48,7 @@ def _is_busy(session: Session) -> bool:
 
 def result(session: Session) -> str:
     """The last yield as text, if there is one."""
-    trial = session.trial
+    trial = session.history.trial
     if trial is None:
         return ""
     content = heading("Yield") + f"<div>{text(trial.text)}.</div>"

@@ -21,19 +21,19 @@ MIN_DRAWN_ERROR = 1e-6
 
 def track(session: Session) -> Iterator[Item]:
     """The planned path and the deviating arm's tool path, at their true positions."""
-    planned = session.track
+    planned = session.playback.track
     if planned is not None:
-        is_shown = session.focus is Focus.TRACK
+        is_shown = session.playback.focus is Focus.TRACK
         yield Item("track/wanted", _line, (planned.wanted, REGION), shown=is_shown)
         yield Item("track/reached", _line, (planned.reached, CALIBRATED), shown=False)
 
 
 def arm_on_trajectory(session: Session) -> Iterator[Item]:
     """The erring arm, the wanted place, and the trail up to it, its errors exaggerated."""
-    planned, at = session.track, session.play.at
+    planned, at = session.playback.track, session.playback.play.at
     if planned is None:
         return
-    is_shown = session.focus is Focus.TRACK
+    is_shown = session.playback.focus is Focus.TRACK
     if planned.actual is not None:
         is_seen = is_shown and session.choices.overlay.calibrated
         yield Item("track/arm", deviating_arm, (planned.actual, planned.at(at)), shown=is_seen)

@@ -47,9 +47,9 @@ class TrackPanel(AbstractPanel):
 
     tab, order = Tab.COMPARE, 20
     depends = (
-        "track",
-        "play",
-        "focus",
+        "playback.track",
+        "playback.play",
+        "playback.focus",
         deviating_robot,
         "is_idle",
         "mode",
@@ -94,7 +94,10 @@ class TrackPanel(AbstractPanel):
                 disabled=lambda s: s.page.job is not None,
             )
             limits, pace = (SLOWEST, QUICKEST, 0.1), "Playback speed."
-            self.form(SetPace, self.slider("Speed ×", limits, pace, lambda s: s.play.pace, visible=_is_there))
+            self.form(
+                SetPace,
+                self.slider("Speed ×", limits, pace, lambda s: s.playback.play.pace, visible=_is_there),
+            )
             self._build_buttons()
             self._curves = gui.add_html("")
             time = self.slider(
@@ -128,7 +131,7 @@ class TrackPanel(AbstractPanel):
             LeaveTrack,
             icon.PLAYER_STOP,
             "Stop, and return to the target.",
-            visible=lambda s: _is_there(s) and s.focus is Focus.TRACK,
+            visible=lambda s: _is_there(s) and s.playback.focus is Focus.TRACK,
         )
 
     def moved(self, share: float) -> None:
@@ -144,7 +147,7 @@ class TrackPanel(AbstractPanel):
         set_value(self._plane, list(PLANES)[int(np.argmax(flat))])
 
     def show(self, session: Session) -> None:
-        track = session.track
+        track = session.playback.track
         if (known := (session.robot, session.plate.region)) != self._usual_of:
             self._usual_of = known
             self._show_usual(session)
@@ -152,7 +155,7 @@ class TrackPanel(AbstractPanel):
             self._drawn_track = track
             self._curves.content = "" if track is None else curves(track)
         if track is not None:
-            self.moved(session.play.at / track.duration)
+            self.moved(session.playback.play.at / track.duration)
         if self._corrected.disabled:
             set_value(self._corrected, False)
 
@@ -162,18 +165,18 @@ class TrackPanel(AbstractPanel):
         return PlanTrack(kind, duration, is_corrected, *place)
 
     def _go(self, share: float) -> PlaceTrack | None:
-        track = self._worker.session.track
+        track = self._worker.session.playback.track
         return None if track is None else PlaceTrack(share * track.duration, is_shown=True)
 
 
 def _is_there(session: Session) -> bool:
-    return session.track is not None
+    return session.playback.track is not None
 
 
 def _result(session: Session) -> str:
-    if session.track is None:
+    if session.playback.track is None:
         return note(EMPTY_NOTE, "track")
-    return result(session.track, session.choices.overlay.exaggeration)
+    return result(session.playback.track, session.choices.overlay.exaggeration)
 
 
 def result(track: Track, times: float) -> str:

@@ -5,7 +5,7 @@ thesis (§5.5.1), the line being a diameter of the circle.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -194,9 +194,8 @@ class PlanTrack(AbstractTask[tuple[Robot, Track]]):
         robot, track = result
         if session.robot is not robot:
             raise OptionError("the arm has changed since; plan again")
-        session = replace(session, track=track, play=Play(pace=session.play.pace))
-        if session.drag is None:
-            session = replace(session, focus=Focus.TRACK)
+        focus = Focus.TRACK if session.drag is None else session.playback.focus
+        session = session.with_playback(track=track, focus=focus, play=Play(pace=session.playback.play.pace))
         return session.with_message(Severity.INFO, _summary(track))
 
 

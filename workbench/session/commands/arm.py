@@ -162,7 +162,7 @@ class Jog(AbstractChange):
                 raise OptionError(f"joint {i + 1} must be {low:.4g} to {high:.4g}, got {value:.4g}")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, focus=Focus.JOG, jogged=frozen(np.array(self.q)))
+        return session.with_playback(focus=Focus.JOG, jogged=frozen(np.array(self.q)))
 
 
 class JogTo(AbstractChange):
@@ -186,7 +186,7 @@ class JogTo(AbstractChange):
     def apply(self, session: Session) -> Session:
         pose = se3.pose(se3.rpy_to_matrix(np.array(self.rpy)), np.array(self.xyz))
         found = follow(session.robot, session.robot.base.pose @ pose, drawn_joints(session))
-        session = replace(session, focus=Focus.JOG, jogged=found.q)
+        session = session.with_playback(focus=Focus.JOG, jogged=found.q)
         if found.converged:
             return session
         return session.with_message(
@@ -198,12 +198,12 @@ class JogTo(AbstractChange):
 
 def drawn_joints(session: Session) -> np.ndarray:
     """Joint positions of the arm as it is drawn [rad or m]."""
-    if session.focus is Focus.ROW and session.results.comparison is not None:
+    if session.playback.focus is Focus.ROW and session.results.comparison is not None:
         return session.results.comparison.q[session.results.row]
-    if session.focus is Focus.JOG and session.jogged is not None:
-        return session.jogged
-    if session.focus is Focus.TRACK and session.track is not None:
-        return session.track.at(session.play.at)
+    if session.playback.focus is Focus.JOG and session.playback.jogged is not None:
+        return session.playback.jogged
+    if session.playback.focus is Focus.TRACK and session.playback.track is not None:
+        return session.playback.track.at(session.playback.play.at)
     return session.states[session.selected].q
 
 

@@ -151,7 +151,8 @@ class ShowRow(AbstractChange):
             raise OptionError(f"no measured pose {self.row + 1}: {have}")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, focus=Focus.ROW, results=replace(session.results, row=self.row))
+        session = session.with_playback(focus=Focus.ROW)
+        return replace(session, results=replace(session.results, row=self.row))
 
 
 class SetOverlay(AbstractChange):

@@ -334,14 +334,13 @@ def with_other_data(session: Session, loaded: Loaded | None) -> Session:
 
 def with_data(session: Session, loaded: Loaded | None) -> Session:
     """The session with other measurements, or none; results from the old ones are dropped."""
-    view = session.cube_view
+    view = session.region.view
     session = replace(
-        session.with_parts(of_measurements=False),
-        measurements=Measurements(loaded=loaded),
-        results=Results(),
-        focus=Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW,
-        cube_view=replace(view, field=Field.NONE) if view.field is Field.MEASURED else view,
+        session.with_parts(of_measurements=False), measurements=Measurements(loaded=loaded), results=Results()
     )
+    session = session.with_playback(focus=Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW)
+    if view.field is Field.MEASURED:
+        session = session.with_region(view=replace(view, field=Field.NONE))
     session = with_comparison(session)
     if session.results.comparison is None or loaded is None or loaded.virtual:
         return session

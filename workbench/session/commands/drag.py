@@ -53,10 +53,10 @@ class SelectTarget(AbstractChange):
             )
 
     def apply(self, session: Session) -> Session:
-        return with_branches(replace(session, selected=self.target, focus=Focus.TARGET))
+        return with_branches(replace(session, selected=self.target).with_playback(focus=Focus.TARGET))
 
     def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:
-        return replace(session, selected=self.target, focus=Focus.TARGET)
+        return replace(session, selected=self.target).with_playback(focus=Focus.TARGET)
 
 
 class GrabTarget(AbstractChange):
@@ -74,7 +74,8 @@ class GrabTarget(AbstractChange):
         if session.drag is not None:
             return session
         drag = Drag(self.client, self.target)
-        return replace(begin_step(session), drag=drag, selected=self.target, focus=Focus.TARGET)
+        session = begin_step(session).with_playback(focus=Focus.TARGET)
+        return replace(session, drag=drag, selected=self.target)
 
     def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:
         return self.apply(session)
@@ -156,7 +157,7 @@ class MoveTarget(AbstractChange):
         targets = with_item(session.plate.targets, self.target, self._moved(session))
         session = session if drag is not None else begin_step(session)
         plate = replace(session.plate, targets=targets)
-        session = replace(session, plate=plate, selected=self.target, focus=Focus.TARGET)
+        session = replace(session, plate=plate, selected=self.target).with_playback(focus=Focus.TARGET)
         session = recall_targets(session, numbers)
         return session if drag is not None else with_history(session)
 
@@ -183,7 +184,7 @@ class DropTarget(AbstractChange):
         if session.history.done[-1].plate is session.plate:
             return replace(session, history=replace(session.history, done=session.history.done[:-1]))
         session = with_branches(session, index)
-        state = with_branch_name(session.plate.targets[index], session.states[index], session.branches)
+        state = with_branch_name(session.plate.targets[index], session.states[index], session.branches.found)
         return commit_step(replace(session, states=with_item(session.states, index, state)))
 
     def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:

@@ -142,7 +142,7 @@ class ChooseBranch(AbstractChange):
     def check(self, session: Session) -> None:
         session.check_target(self.target)
         check_free(session)
-        known = [b.name for b in session.branches] if self.target == session.selected else [self.branch]
+        known = [b.name for b in session.branches.found] if self.target == session.selected else [self.branch]
         if self.branch not in (AUTO, *known):
             raise OptionError(f"target {self.target + 1} has no branch '{self.branch}' within the limits")
 

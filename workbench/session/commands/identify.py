@@ -76,8 +76,7 @@ class Identify(AbstractTask[IdentifiedRows]):
         is_same = last is not None and np.array_equal(last.held_out_data.row, found.held_out_data.row)
         geometry = session.results.geometry if is_same else None
         session = replace(
-            session,
-            focus=Focus.ROW,
+            session.with_playback(focus=Focus.ROW),
             results=replace(session.results, identification=found, row=0, geometry=geometry),
             measurements=replace(session.measurements, unread=None),
         )

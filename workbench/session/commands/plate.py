@@ -76,9 +76,7 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
     def finish(self, session: Session, result: PlateDesign | str) -> Session:
         check_free(session)
         if isinstance(result, str):
-            return replace(session, searched=session.plate, sought=MAX_ADVISED).with_message(
-                Severity.WARNING, result
-            )
+            return _searched(session, MAX_ADVISED).with_message(Severity.WARNING, result)
         old = session.plate
         kept = {i: target for i, target in enumerate(old.targets) if target.locked}
         targets = tuple(kept.get(i, target) for i, target in enumerate(result.plate.targets))
@@ -86,7 +84,7 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
         better = place_plate(session, found)
         if not is_better(better.score, session.score):
             text = "the search found no better plate"
-            return replace(session, searched=old, sought=len(found)).with_message(Severity.INFO, text)
+            return _searched(session, len(found)).with_message(Severity.INFO, text)
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
         text = f"predicted error in the region: {before:.3g} → {now:.3g} mm"
         left = min(from_limit(session.robot, s.q) for s in better.states if s.reached)
@@ -96,8 +94,12 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
             text, is_shown = f"the plate was moved {moved}; {text}", False
         if result.narrowed:
             text, is_shown = f"{text}; little room: {result.narrowed}", False
-        better = replace(better, searched=better.plate, sought=len(found))
-        return better.with_message(Severity.LOG if is_shown else Severity.INFO, text)
+        return _searched(better, len(found)).with_message(Severity.LOG if is_shown else Severity.INFO, text)
+
+
+def _searched(session: Session, number: int) -> Session:
+    """The session after a search for so many targets that ended with its plate."""
+    return replace(session, history=replace(session.history, searched=session.plate, sought=number))
 
 
 def _moved(before: Plate, after: Plate) -> str:
@@ -120,7 +122,7 @@ def more_targets(session: Session) -> int | None:
     from workbench.plate.design import NARROW
     from workbench.plate.optimiser.constraints import check_room, half_size
 
-    if session.sought > len(session.plate):
+    if session.history.sought > len(session.plate):
         return None
     falls_short = 1.0 if session.tried is None else max(session.tried.used, 1.0)
     wanted = max(len(session.plate) + MIN_ADDED, int(np.ceil(len(session.plate) * falls_short**2)))
@@ -135,7 +137,8 @@ class AbstractPlateTrial(AbstractTask[PlateTrial]):
     """Try the plate on virtual arms, as an extra does: the next step is the first such command."""
 
     def finish(self, session: Session, result: PlateTrial) -> Session:
-        return replace(session, trial=result).with_message(Severity.LOG, result.text)
+        session = replace(session, history=replace(session.history, trial=result))
+        return session.with_message(Severity.LOG, result.text)
 
 
 LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))

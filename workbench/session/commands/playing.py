@@ -28,8 +28,9 @@ class PlayTrack(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         track = _planned(session)
-        at = 0.0 if session.play.at >= track.duration else session.play.at
-        return replace(session, focus=Focus.TRACK, play=Play(at=at, pace=session.play.pace, is_running=True))
+        play = session.playback.play
+        at = 0.0 if play.at >= track.duration else play.at
+        return session.with_playback(focus=Focus.TRACK, play=Play(at=at, pace=play.pace, is_running=True))
 
 
 class PauseTrack(AbstractChange):
@@ -42,7 +43,7 @@ class PauseTrack(AbstractChange):
         _planned(session)
 
     def apply(self, session: Session) -> Session:
-        return replace(session, play=replace(session.play, is_pausing=True))
+        return session.with_playback(play=replace(session.playback.play, is_pausing=True))
 
 
 class PlaceTrack(AbstractChange):
@@ -67,8 +68,8 @@ class PlaceTrack(AbstractChange):
             raise OptionError(f"the time must be 0 to {duration:g} s, got {self.at:g}")
 
     def apply(self, session: Session) -> Session:
-        focus = Focus.TRACK if self.is_shown else session.focus
-        return replace(session, focus=focus, play=Play(at=self.at, pace=session.play.pace))
+        focus = Focus.TRACK if self.is_shown else session.playback.focus
+        return session.with_playback(focus=focus, play=Play(at=self.at, pace=session.playback.play.pace))
 
 
 class LeaveTrack(AbstractChange):
@@ -81,7 +82,8 @@ class LeaveTrack(AbstractChange):
         _planned(session)
 
     def apply(self, session: Session) -> Session:
-        return replace(session, focus=Focus.TARGET, play=Play(at=session.play.at, pace=session.play.pace))
+        play = session.playback.play
+        return session.with_playback(focus=Focus.TARGET, play=Play(at=play.at, pace=play.pace))
 
 
 class SetPace(AbstractChange):
@@ -102,10 +104,10 @@ class SetPace(AbstractChange):
             raise OptionError(f"the speed must be {SLOWEST:g} to {FASTEST:g}, got {self.pace:g}")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, play=replace(session.play, pace=self.pace))
+        return session.with_playback(play=replace(session.playback.play, pace=self.pace))
 
 
 def _planned(session: Session) -> Track:
-    if session.track is None:
+    if session.playback.track is None:
         raise OptionError("no trajectory has been planned yet; plan one first")
-    return session.track
+    return session.playback.track

@@ -59,8 +59,9 @@ class SetRegion(AbstractChange):
     def apply(self, session: Session) -> Session:
         if self.step:
             session = begin_step(session)
-        view = replace(session.cube_view, picked=None, layer=0)
-        return replace(session, plate=replace(session.plate, region=self.region()), cube_view=view)
+        view = replace(session.region.view, picked=None, layer=0)
+        plate = replace(session.plate, region=self.region())
+        return replace(session, plate=plate).with_region(view=view)
 
     def region(self) -> Region:
         return Region(min=np.array(self.low), max=np.array(self.high), cube=self.cube)
@@ -80,11 +81,11 @@ class ShowCubes(AbstractChange):
             raise OptionError("the change is shown by itself while a target is dragged")
         if self.view.field is Field.MEASURED:
             measurements(session)
-        if self.view.field is Field.YIELD and values(replace(session, cube_view=self.view)) is None:
+        if self.view.field is Field.YIELD and values(session.with_region(view=self.view)) is None:
             raise DataError("no yield is known for this region; press Try this plate in the Plate tab")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, cube_view=self.view)
+        return session.with_region(view=self.view)
 
 
 class SampleRegion(AbstractChore[tuple[Region, np.ndarray]]):
@@ -99,7 +100,7 @@ class SampleRegion(AbstractChore[tuple[Region, np.ndarray]]):
     @classmethod
     def needed(cls, session: Session) -> "SampleRegion | None":
         region = session.plate.region
-        if session.sampled is region:
+        if session.region.sampled is region:
             return None
         return cls(corner(region.min), corner(region.max), session.robot.name)
 
@@ -111,7 +112,7 @@ class SampleRegion(AbstractChore[tuple[Region, np.ndarray]]):
         region, drawn = result
         if session.plate.region is not region:
             raise Cancelled
-        return rescore(replace(session, sampled=region, region_q=drawn))
+        return rescore(session.with_region(sampled=region, q=drawn))
 
 
 class MapCubes(AbstractChore[CubeMap]):
@@ -129,8 +130,8 @@ class MapCubes(AbstractChore[CubeMap]):
     @classmethod
     def needed(cls, session: Session) -> "MapCubes | None":
         region = session.plate.region
-        is_known = session.cubes is not None and session.cubes.region is region
-        if is_known or not are_shown(session) or session.cube_view.field in (Field.MEASURED, Field.YIELD):
+        is_known = session.region.cubes is not None and session.region.cubes.region is region
+        if is_known or not are_shown(session) or session.region.view.field in (Field.MEASURED, Field.YIELD):
             return None
         return cls(corner(region.min), corner(region.max), region.cube, session.robot.name)
 
@@ -148,7 +149,7 @@ class MapCubes(AbstractChore[CubeMap]):
     def finish(self, session: Session, result: CubeMap) -> Session:
         if session.plate.region is not result.region:
             raise Cancelled
-        return replace(session, cubes=result)
+        return session.with_region(cubes=result)
 
 
 CHORES = (SampleRegion, MapCubes)

@@ -15,5 +15,5 @@ def place_targets(session: Session, targets: tuple[Target, ...]) -> Session:
 
 def place_plate(session: Session, plate: Plate, *, selected: int | None = None, seed: int = 0) -> Session:
     """The session with this plate, the arm in the best of the mixes of branches that are tried."""
-    states = solve_all_targets(session.robot, plate, region_q=session.region_q, seed=seed)
+    states = solve_all_targets(session.robot, plate, region_q=session.region.q, seed=seed)
     return move_targets(session, plate, states, selected=selected)

@@ -159,13 +159,13 @@ SUBJECTS: Registry[Subject] = Registry(
     ),
     Subject(
         "yield",
-        lambda s: (s.trial,),
+        lambda s: (s.history.trial,),
         lambda trial: {"arms": trial.arms, "share": trial.share, "position": trial.position},
     ),
-    Subject("track", lambda s: (s.track,), _track),
+    Subject("track", lambda s: (s.playback.track,), _track),
     Subject(
         "shown",
-        lambda s: (s.selected, s.focus, s.results.row),
+        lambda s: (s.selected, s.playback.focus, s.results.row),
         lambda selected, focus, row: {"selected": selected, "focus": str(focus), "row": row},
     ),
     group="workbench.journal_numbers",

@@ -33,10 +33,10 @@ SAME_POSTURE = 1e-6
 def arms(session: Session) -> Iterator[Item]:
     """The nominal arm in its current posture, and the calibrated one as a shell around it."""
     q, overlay = drawn_joints(session), session.choices.overlay
-    is_shown = overlay.nominal or session.focus is not Focus.ROW
+    is_shown = overlay.nominal or session.playback.focus is not Focus.ROW
     yield nominal_arm_at(session.robot, q, is_shown=is_shown)
     if session.results.calibrated is not None and session.results.identification is not None:
-        is_shown = overlay.calibrated and session.focus in (Focus.ROW, Focus.JOG)
+        is_shown = overlay.calibrated and session.playback.focus in (Focus.ROW, Focus.JOG)
         inputs = session.results.calibrated, q, session.results.identification.aligned
         yield Item("arm/calibrated", calibrated_arm, inputs, shown=is_shown)
 
@@ -63,14 +63,16 @@ def blame(session: Session) -> Iterator[Item]:
 def branches(session: Session) -> Iterator[Item]:
     """Faint arms in the other branches; not during a drag, nor among cubes."""
     is_shown = (
-        session.focus is Focus.TARGET
+        session.playback.focus is Focus.TARGET
         and session.drag is None
         and session.choices.overlay.ghosts
-        and session.cube_view.field is Field.NONE
-        and session.branches_of is session.plate.targets[session.selected]
+        and session.region.view.field is Field.NONE
+        and session.branches.of is session.plate.targets[session.selected]
     )
     now = session.states[session.selected].q
-    others = [b.q for b in session.branches if np.abs(b.q - now).max() > SAME_POSTURE] if is_shown else []
+    others = (
+        [b.q for b in session.branches.found if np.abs(b.q - now).max() > SAME_POSTURE] if is_shown else []
+    )
     for i in range(MAX_BRANCHES):
         q = others[i] if i < len(others) else None
         yield Item(f"arm/branch/{i + 1}", _branch, (session.robot, q), shown=q is not None)

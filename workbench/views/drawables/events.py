@@ -29,7 +29,7 @@ THICK = 3.0
 
 def happened(session: Session) -> Iterator[Item]:
     """An arrow by which the base or the tool stepped, and what it was."""
-    found, focus = session.results.diagnosis, session.focus
+    found, focus = session.results.diagnosis, session.playback.focus
     is_shown = session.choices.overlay.points and focus in (Focus.ROW, Focus.JOG)
     if found is None:
         return

@@ -36,7 +36,7 @@ def measured(session: Session) -> Iterator[Item]:
     rows, overlay = session.results.comparison, session.choices.overlay
     if rows is None:
         return
-    is_shown = overlay.points and session.focus is not Focus.TRACK
+    is_shown = overlay.points and session.playback.focus is not Focus.TRACK
     inputs = rows, rows.nearest_stage(overlay.stage), session.measurements.left_out
     for path, *which in (
         ("measured", False, False),
@@ -47,7 +47,7 @@ def measured(session: Session) -> Iterator[Item]:
         if not which[1] or rows.over is not None:
             yield Item(path, _points, (*inputs, *which), shown=is_shown)
     yield Item("measured/set_apart", _set_apart, (rows,), shown=is_shown)
-    is_compared = rows.calibrated is not None and session.focus in (Focus.ROW, Focus.JOG)
+    is_compared = rows.calibrated is not None and session.playback.focus in (Focus.ROW, Focus.JOG)
     arms = (
         ("nominal", rows.nominal, overlay.exaggeration, NOMINAL),
         ("calibrated", rows.calibrated, overlay.exaggeration_after, CALIBRATED),
@@ -64,9 +64,9 @@ def selected_row_marks(session: Session) -> Iterator[Item]:
     rows = session.results.comparison
     if rows is None:
         return
-    is_shown = session.choices.overlay.frames and session.focus is not Focus.TRACK
+    is_shown = session.choices.overlay.frames and session.playback.focus is not Focus.TRACK
     yield Item("row/frames", _axes, (rows,), shown=is_shown)
-    is_marked = session.focus is Focus.ROW and session.choices.overlay.points
+    is_marked = session.playback.focus is Focus.ROW and session.choices.overlay.points
     place = rows.measured[session.results.row] if is_marked else None
     if place is not None and np.isfinite(place).all():
         yield Item("row/mark", mark, (0.012, place, 0.75))

@@ -32,7 +32,7 @@ def plate_before(session: Session) -> Iterator[Item]:
     placed most of them anew: so many would hide the plate.
     """
     done = session.history.done
-    if not done or session.focus is not Focus.TARGET or done[-1].session is not None:
+    if not done or session.playback.focus is not Focus.TARGET or done[-1].session is not None:
         return
     before, now = done[-1].plate, session.plate.targets
     moved = [

@@ -30,12 +30,12 @@ LEVEL_COSINE = 0.999
 
 def region(session: Session) -> Iterator[Item]:
     """Cubes may wait during a drag: their numbers change with every step, and those in the panel go first."""
-    view, cuboid = session.cube_view, session.plate.region
+    view, cuboid = session.region.view, session.plate.region
     is_seen = session.shows_plate or are_shown(session)
     yield Item("region/outline", _outline, (cuboid,), shown=is_seen)
     if view.field is not Field.NONE:
         score = session.score if view.field is Field.PREDICTED else None
-        seen = (session.cubes, session.results.comparison, session.trial, score)
+        seen = (session.region.cubes, session.results.comparison, session.history.trial, score)
         inputs = (view, cuboid, *seen, session.history.first_plate, session.drag)
         is_dragged = session.drag is not None
         cubes = partial(_cubes, session)
@@ -48,7 +48,7 @@ def _outline(region: Region) -> Cuboid:
 
 def _cubes(session: Session, *_: object) -> Cubes | None:
     """What `drawn` and `shown_cubes` read of the session are the item's inputs."""
-    view, (field, numbers) = session.cube_view, drawn(session)
+    view, (field, numbers) = session.region.view, drawn(session)
     shown = np.zeros(0) if numbers is None else shown_cubes(session, view, numbers)
     if numbers is None or not shown.any():
         return None
@@ -65,7 +65,7 @@ def _cubes(session: Session, *_: object) -> Cubes | None:
 
 def _level(session: Session) -> float:
     """Where along the cut a layer is drawn: in its middle, or on the plate where that is in the way [m]."""
-    cut, region, plate = session.cube_view.cut, session.plate.region, session.plate
+    cut, region, plate = session.region.view.cut, session.plate.region, session.plate
     if cut is None:
         return 0.0
     room = float(region.size[cut] / region.shape[cut])

@@ -16,7 +16,7 @@ MAX_POSTURES = 40
 def first_view(session: Session) -> tuple[Vector3, Vector3]:
     """Initial camera position and point of view [m]: towards the measured rows, or else the plate."""
     rows, loaded = session.results.comparison, session.measurements.loaded
-    if rows is not None and loaded is not None and (loaded.virtual or session.focus is Focus.ROW):
+    if rows is not None and loaded is not None and (loaded.virtual or session.playback.focus is Focus.ROW):
         return view_of_rows(session.robot, rows)
     return view_of_region(session.robot, session.plate.region)
 

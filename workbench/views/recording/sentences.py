@@ -83,7 +83,7 @@ def _scale_text(session: Session) -> str:
 
 def cube_text(session: Session) -> Iterator[str]:
     """What the colours of the region's cubes mean, where they are shown."""
-    shown, field = cube_values.values(session), session.cube_view.field
+    shown, field = cube_values.values(session), session.region.view.field
     if shown is None:
         return
     factor, unit = cube_values.FACTORS[field], cube_values.UNITS[field]

@@ -43,7 +43,7 @@ class ComparePanel(AbstractPanel):
     """Scrubber, switches, errors at the pose."""
 
     tab, order = Tab.COMPARE, 10
-    depends = ("results", "choices.overlay", "measurements", "track")
+    depends = ("results", "choices.overlay", "measurements", "playback.track")
 
     def build(self, gui: viser.GuiApi) -> None:
         row = self.slider(
@@ -80,7 +80,7 @@ class ComparePanel(AbstractPanel):
 
     def _factor(self, name: str, label: str, hint: str) -> Control:
         def visible(session: Session) -> bool:
-            of_track = name == "exaggeration" and session.track is not None
+            of_track = name == "exaggeration" and session.playback.track is not None
             return of_track or session.results.identification is not None
 
         limits = (MIN_EXAGGERATION, MAX_EXAGGERATION, 1.0)

@@ -111,7 +111,7 @@ def predicted(session: Session) -> str:
     """The predicted error, and what the last step changed in it."""
     now, first, noise = session.score, session.history.first_score, session.noise
     if np.isnan(now.position):
-        is_sampled = session.sampled is session.plate.region
+        is_sampled = session.region.sampled is session.plate.region
         unknown = "The arm does not reach the region." if is_sampled else "Not computed yet."
         return f'<div style="color:{MUTED}">{unknown}</div>'
     if np.isinf(now.position):

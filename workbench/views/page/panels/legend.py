@@ -57,9 +57,9 @@ class LegendPanel(AbstractPanel):
     """A separate window in the lower left corner: what colours mean, and the errors of the selected row."""
 
     depends = (
-        "cube_view",
-        "cubes",
-        "trial",
+        "region.view",
+        "region.cubes",
+        "history.trial",
         "page.chore",
         "plate",
         "drag",
@@ -67,7 +67,7 @@ class LegendPanel(AbstractPanel):
         "results.comparison",
         "results.diagnosis",
         "choices.overlay",
-        "focus",
+        "playback.focus",
         "results.row",
         "measurements.left_out",
         "results.identification",
@@ -101,7 +101,7 @@ class LegendPanel(AbstractPanel):
 def coloured_rows(session: Session) -> Comparison | None:
     """The rows whose errors colour points in the scene."""
     rows = session.results.comparison
-    is_seen = session.choices.overlay.points and session.focus is not Focus.TRACK
+    is_seen = session.choices.overlay.points and session.playback.focus is not Focus.TRACK
     return rows if rows is not None and rows.stages and is_seen else None
 
 
@@ -131,7 +131,7 @@ def scale_bar(field: Field, numbers: CubeValues) -> str:
 
 def things(session: Session, *, is_alone: bool = False) -> str:
     """Colours of what stands and moves in the scene; in a narrow window only where there is nothing else."""
-    overlay, focus, rows = session.choices.overlay, session.focus, session.results.comparison
+    overlay, focus, rows = session.choices.overlay, session.playback.focus, session.results.comparison
     marks: list[tuple[str, tuple[int, int, int]]] = []
     if rows is not None and not rows.stages and overlay.points and focus is not Focus.TRACK:
         marks.append(("measured", FITTED))
@@ -160,7 +160,7 @@ def _mark(label: str, colour: tuple[int, int, int]) -> str:
 
 def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) -> str:
     """Errors of the measured points, their colours and their arrows."""
-    overlay, focus = session.choices.overlay, session.focus
+    overlay, focus = session.choices.overlay, session.playback.focus
     parts = (
         stage_choice(rows, overlay.stage, links),
         colour_bar(error_scale(rows)),

@@ -35,32 +35,32 @@ class RegionPanel(AbstractPanel):
 
     tab, order = Tab.PLATE, 70
     depends = (
-        "cube_view",
+        "region.view",
         "plate.region",
         "page.units",
         "page.chore",
-        "cubes",
+        "region.cubes",
         "results.comparison",
-        "trial",
+        "history.trial",
         "score",
     )
 
     def build(self, gui: viser.GuiApi) -> None:
-        field = self.dropdown("Cubes show", FIELDS, MEANINGS, lambda s: s.cube_view.field)
+        field = self.dropdown("Cubes show", FIELDS, MEANINGS, lambda s: s.region.view.field)
         cut = self.dropdown(
             "Slice",
             CUTS,
             "Show all cubes, or one layer across an axis.",
-            lambda s: s.cube_view.cut,
-            disabled=lambda s: s.cube_view.field is CubeField.NONE,
+            lambda s: s.region.view.cut,
+            disabled=lambda s: s.region.view.field is CubeField.NONE,
         )
         layer = self.slider(
             "Layer",
             (1, 2, 1),
             "Which layer is shown.",
             lambda s: shown_layer(s) + 1,
-            visible=lambda s: s.cube_view.cut is not None,
-            max=lambda s: max(s.plate.region.shape[s.cube_view.cut], 2),
+            visible=lambda s: s.region.view.cut is not None,
+            max=lambda s: max(s.plate.region.shape[s.region.view.cut], 2),
         )
         self.html(picked)
         self.button(
@@ -68,7 +68,7 @@ class RegionPanel(AbstractPanel):
             self._move_there,
             viser.Icon.ARROW_MOVE_RIGHT,
             "Move the selected target to the centre of the clicked cube.",
-            visible=lambda s: s.cube_view.picked is not None and s.cube_view.field is not CubeField.NONE,
+            visible=lambda s: s.region.view.picked is not None and s.region.view.field is not CubeField.NONE,
         )
         with gui.add_folder("Cuboid"):
             corners = self._build_cuboid()
@@ -89,15 +89,15 @@ class RegionPanel(AbstractPanel):
         )
         self.form(SetRegion, low, high, cube)
         hint = "Drag two corners of the region in the scene."
-        return self.checkbox("Corner handles", hint, lambda s: s.cube_view.corners)
+        return self.checkbox("Corner handles", hint, lambda s: s.region.view.corners)
 
     def _view(self, field: CubeField, cut: int | None, layer: int, corners: bool) -> ShowCubes:
-        now = self._worker.session.cube_view
+        now = self._worker.session.region.view
         return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer - 1, corners=corners))
 
     def _move_there(self) -> MoveTarget | None:
         session = self._worker.session
-        picked = session.cube_view.picked
+        picked = session.region.view.picked
         if picked is None or picked >= session.plate.region.cubes:
             return None
         x, y, z = session.plate.region.centres[picked].tolist()
@@ -108,7 +108,7 @@ class RegionPanel(AbstractPanel):
 def picked(session: Session) -> str:
     """Numbers of the clicked cube."""
     numbers = values(session)
-    view, region, cubes = session.cube_view, session.plate.region, session.cubes
+    view, region, cubes = session.region.view, session.plate.region, session.region.cubes
     if view.field is CubeField.NONE:
         return ""
     if view.picked is None or view.picked >= region.cubes:

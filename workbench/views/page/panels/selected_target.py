@@ -113,7 +113,7 @@ class BranchesPanel(AbstractPanel):
     """The posture in which the arm reaches the selected target; folded while the program chooses it."""
 
     tab, order = Tab.PLATE, 12
-    depends = ("plate", "selected", "branches", "branches_of", "drag", "shows_plate")
+    depends = ("plate", "selected", "branches", "drag", "shows_plate")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Branch of the arm", expand_by_default=False):
@@ -130,7 +130,7 @@ class BranchesPanel(AbstractPanel):
 def _branches(session: Session) -> dict[str, str]:
     """Branches of the selected target, by what they are called on the page."""
     target = session.plate.targets[session.selected]
-    known = {b.name: b.name for b in session.branches} if session.branches_of is target else {}
+    known = {b.name: b.name for b in session.branches.found} if session.branches.of is target else {}
     if known and session.drag is None:
         known |= {name: name + MARK for name in blocked_branches(session)}
     mine = {} if target.branch in (AUTO, *known) else {target.branch: target.branch}
@@ -140,7 +140,7 @@ def _branches(session: Session) -> dict[str, str]:
 
 def blocked_branches(session: Session) -> tuple[str, ...]:
     """Names of the selected target's branches in which the arm would run into something."""
-    branches = session.branches
+    branches = session.branches.found
     free = unobstructed(session.robot, session.plate, session.selected, branches)
     return tuple(branch.name for branch in branches if not any(branch is other for other in free))
 

@@ -44,7 +44,7 @@ class Gizmo:
         """Follow the selected target."""
         self._session, is_locked = session, session.plate.targets[session.selected].locked
         for kind, handle in self.handles.items():
-            handle.visible = session.focus is Focus.TARGET and not is_locked
+            handle.visible = session.playback.focus is Focus.TARGET and not is_locked
             if self._dragged is None or self._dragged[0] != kind:
                 self._put(kind)
 
@@ -126,7 +126,7 @@ class Corners:
         """Follow the region."""
         region = session.plate.region
         for which, handle in enumerate(self._handles):
-            handle.visible = session.cube_view.corners
+            handle.visible = session.region.view.corners
             if which != self._dragged:
                 put(handle, (region.min, region.max)[which])
 

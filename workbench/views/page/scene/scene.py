@@ -98,14 +98,16 @@ class Scene:
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         """A click on a target, a measured point or a cube."""
         with self._lock:
-            is_of_rows = self._session.focus is Focus.ROW  # those of a given plate lie at its targets
+            is_of_rows = (
+                self._session.playback.focus is Focus.ROW
+            )  # those of a given plate lie at its targets
             ray = np.array(event.ray_origin), np.array(event.ray_direction)
             found = self._sink.picked(ray, points_first=is_of_rows)
         if found is None:
             return
         path, number = found
         if path == "region/cubes":
-            self._worker.submit(ShowCubes(replace(self._worker.session.cube_view, picked=number)))
+            self._worker.submit(ShowCubes(replace(self._worker.session.region.view, picked=number)))
         elif path.startswith("plate/targets/"):
             self._worker.submit(SelectTarget(number))
         else:
@@ -123,7 +125,8 @@ def _has_other_rows(before: Session, now: Session) -> bool:
 
 def _at(session: Session, time: float) -> Session:
     """The session with the arm at this time along its trajectory [s]."""
-    return session if session.play.at == time else replace(session, play=replace(session.play, at=time))
+    play = session.playback.play
+    return session if play.at == time else session.with_playback(play=replace(play, at=time))
 
 
 RATE = 25.0
@@ -147,10 +150,10 @@ class Player:
 
     def follow(self, session: Session) -> float:
         """Begin, go on, or stop as the session says; returns the time along the trajectory now [s]."""
-        if session.track is not self._track:
+        if session.playback.track is not self._track:
             self._stop()
-            self._look(session.track)
-            self._track = session.track
+            self._look(session.playback.track)
+            self._track = session.playback.track
         if session.is_playing:
             self._go_on(session)
         elif self._run is not None:
@@ -160,20 +163,20 @@ class Player:
         if self._run is not None:
             self._at = self._run.at
         elif not session.is_track_active:
-            self._at = session.play.at
+            self._at = session.playback.play.at
         return self._at
 
     def _go_on(self, session: Session) -> None:
         """Begin a thread for what was asked for last."""
-        if self._play == session.play and self._run is not None:
+        if self._play == session.playback.play and self._run is not None:
             return
-        assert session.track is not None
-        at = session.play.at
-        if self._run is not None and self._play is not None and self._play.at == session.play.at:
+        assert session.playback.track is not None
+        at = session.playback.play.at
+        if self._run is not None and self._play is not None and self._play.at == session.playback.play.at:
             at = self._run.at  # another pace: go on from here
         self._stop()
-        self._play = session.play
-        self._run = TrackRun(at, session.track.duration, session.play.pace, self._step)
+        self._play = session.playback.play
+        self._run = TrackRun(at, session.playback.track.duration, session.playback.play.pace, self._step)
 
     def _step(self, run: "TrackRun") -> None:
         self._frame(run)
