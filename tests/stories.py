@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.page.app import App
 from workbench.views.page.demo import END
 

@@ -93,7 +93,7 @@ PARTS = {
         from dataclasses import dataclass, replace
         from workbench.session.next_step import NextStep
         from workbench.session.part import AbstractPart
-        from workbench.session.state import Severity, Tab
+        from workbench.session.page_state import Severity, Tab
         from workbench.views.page.panels.panel import AbstractPanel
 
         class DoubleNoise(AbstractChange):
@@ -295,7 +295,7 @@ def test_parts_of_another_package_in_page_journal_recording_and_reopened_session
         from workbench.session.commands.identify import Identify
         from workbench.session.export import exported_as
         from workbench.session.journal.folder import begin
-        from workbench.session.state import Severity
+        from workbench.session.page_state import Severity
         from workbench.views.page.app import App
         from workbench.views.recording.recorder import recorder
 

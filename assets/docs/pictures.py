@@ -38,7 +38,7 @@ from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import SetCaption
 from workbench.session.commands.messages import OpenTab
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.page.app import App
 from workbench.views.page.demo import story
 

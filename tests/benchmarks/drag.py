@@ -38,7 +38,8 @@ from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.region import SetRegion, ShowCubes, corner
 from workbench.session.cube_values import values
-from workbench.session.state import CubeView, Field, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import CubeView, Field
 from workbench.views.page import html
 from workbench.views.page.app import App
 

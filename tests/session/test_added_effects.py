@@ -25,7 +25,7 @@ from workbench.session.comparison import STAGES, ModelStage
 from workbench.session.export import next_poses_csv
 from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law_along_joints, shown_effect
 from workbench.session.journal.numbers import numbers_of
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 from workbench.views.drawables.arms import blame
 from workbench.views.page.panels.joints import joint_plots
 

@@ -17,7 +17,8 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut
 from workbench.session.export import calibrated_urdf
-from workbench.session.state import Focus, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Focus
 
 
 def test_another_robot_gets_a_plate_that_it_reaches(do):

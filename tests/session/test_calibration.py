@@ -28,7 +28,8 @@ from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml, columns_toml
 from workbench.session.journal.codec import decode
 from workbench.session.next_step import next_step
-from workbench.session.state import Focus, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Focus
 from workbench.views.page.panels.index import predicted_heading
 
 

@@ -19,8 +19,8 @@ from workbench.session.commands.compare import SetOverlay
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.identify import Identify
 from workbench.session.deflection import MAX_DRAWN, bend, bending_robot, drawable_bending
+from workbench.session.page_state import Severity
 from workbench.session.start import default_circle
-from workbench.session.state import Severity
 from workbench.views.appearance.bodies import body_frames
 
 Q = np.array([0.4, 0.7, -0.9, -0.6, 0.8])

@@ -20,7 +20,7 @@ from workbench.session.commands.edit import (
 )
 from workbench.session.commands.undo import RestoreBest, Undo
 from workbench.session.journal.codec import decode, encode
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 
 
 def places(session):

@@ -19,7 +19,7 @@ from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.next_step import Tone, next_step
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 from workbench.views.page.panels.data import _preview
 
 

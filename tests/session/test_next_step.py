@@ -35,8 +35,9 @@ from workbench.session.next_step import (
     share_of_noise,
     stages,
 )
+from workbench.session.page_state import RunningJob, Tab
 from workbench.session.score import PlateTrial
-from workbench.session.state import Drag, Focus, RunningJob, Session, Source, Tab
+from workbench.session.state import Drag, Focus, Session, Source
 from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page.panels.result_card import numbers, result_card
 

@@ -42,7 +42,7 @@ from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.folder import begin, branch, resume
 from workbench.session.journal.reader import JOURNAL, ROBOT, read_recording
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 
 RPY = (-2.6, 0.0, 0.0)
 

@@ -26,7 +26,8 @@ from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
 from workbench.session.commands.undo import Undo
 from workbench.session.cube_values import are_shown, drawn, shown_cubes, values
 from workbench.session.journal import Ending
-from workbench.session.state import CubeView, Field, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import CubeView, Field
 from workbench.views.drawables.region import region as region_items
 from workbench.views.page.panels import index
 from workbench.views.page.panels.legend import cubes_scale

@@ -25,7 +25,7 @@ from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.folder import begin, go_on, go_on_unrecorded
 from workbench.session.journal.reader import JOURNAL, read_recording
 from workbench.session.journal.restore import restore
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 
 
 def run(begun, *commands):

@@ -18,7 +18,7 @@ from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.judgement import Tone
 from workbench.session.next_step import LOAD, MAKE, next_step
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 from workbench.session.target_state import TargetState
 from workbench.views.page.panels.selected_target import near_limit
 

@@ -19,8 +19,9 @@ from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, 
 from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.undo import Redo, ResetTargets, Undo
 from workbench.session.journal import Ending
+from workbench.session.page_state import Severity
 from workbench.session.start import default_plate
-from workbench.session.state import Focus, Severity
+from workbench.session.state import Focus
 
 RPY = (-2.6, 0.05, 0.1)
 

@@ -7,7 +7,7 @@ from workbench.session.command import AbstractTask
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.undo import Undo
 from workbench.session.journal import Ending, Entry, replay
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 
 RPY = (-2.6, 0.0, 0.0)
 

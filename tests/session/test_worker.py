@@ -14,7 +14,7 @@ from workbench.session.commands.compare import FollowSystem
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.messages import Dismiss, Tell
 from workbench.session.journal import Ending
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 
 RPY = (-2.6, 0.0, 0.0)
 

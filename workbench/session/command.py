@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform
 
 from workbench.base.registry import plugins
-from workbench.session.state import Session, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Session
 
 Result = TypeVar("Result")
 """What a task computes."""

@@ -34,7 +34,8 @@ from workbench.session.commands.undo import Undo
 from workbench.session.export import File, NotedFile, fixture_zip
 from workbench.session.judgement import Tone, arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile
-from workbench.session.state import Focus, Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Focus, Session
 
 UNMEASURED = "Nothing has been measured yet. Load the rows of a real arm, or measure a virtual one."
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))

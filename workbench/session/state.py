@@ -24,6 +24,7 @@ from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
+from workbench.session.page_state import MESSAGES, PASSING, Message, PageState, Severity
 from workbench.session.part import AbstractPart, Part
 from workbench.session.planned_trajectory import Play, Track
 from workbench.session.score import PlateTrial
@@ -31,8 +32,6 @@ from workbench.session.target_state import Score, TargetState
 
 UNDO_STEPS = 200
 """How many moves can be taken back."""
-MESSAGES = 4
-"""How many messages are kept for the panel."""
 
 
 class Focus(StrEnum):
@@ -56,73 +55,6 @@ class Field(StrEnum):
     CHANGE = "change"  # of the predicted error since a drag began: shown during it, and nobody's choice
 
 
-class Units(StrEnum):
-    """What coordinates are shown and typed in; SI inside."""
-
-    MILLIMETRES = "mm and °"
-    METRES = "m and rad"
-
-
-class Tab(StrEnum):
-    """The tabs of the page, in their order."""
-
-    ROBOT = "Robot"
-    PLATE = "Plate"
-    MEASURE = "Measure"
-    CALIBRATE = "Calibrate"
-    COMPARE = "Compare"
-    EXPORT = "Export"
-
-    @classmethod
-    def _missing_(cls, value: object) -> "Tab | None":
-        """By a name that it had in earlier recordings."""
-        former = {
-            "Region": cls.PLATE,
-            "Identify": cls.CALIBRATE,
-            "Diagnose": cls.CALIBRATE,
-            "More": cls.ROBOT,
-        }
-        return former.get(str(value))
-
-
-@dataclass(frozen=True, eq=False)
-class Opened:
-    """That a tab was opened by the program; the next time is another one of these."""
-
-    tab: Tab
-
-
-class Severity(StrEnum):
-    """How a message is meant."""
-
-    LOG = "log"
-    """For the recording alone: the page shows the same elsewhere."""
-    INFO = "info"
-    WARNING = "warning"
-    ERROR = "error"
-
-
-PASSING = (Severity.LOG, Severity.INFO)
-"""Over once the user goes on."""
-
-
-@dataclass(frozen=True)
-class Message:
-    """One sentence for the user.
-
-    Args:
-        number: Counts up in a session, so that views can tell a new message from an old one.
-        severity: How it is meant.
-        text: What happened and what to do.
-        refused: Kind of the command that was refused; empty if none was.
-    """
-
-    number: int
-    severity: Severity
-    text: str
-    refused: str = ""
-
-
 @dataclass(frozen=True)
 class Drag:
     """Which browser is dragging which target; nobody else can move that target meanwhile."""
@@ -144,15 +76,6 @@ class UndoStep:
     plate: Plate
     states: tuple[TargetState, ...]
     session: "Session | None" = None
-
-
-@dataclass(frozen=True)
-class RunningJob:
-    """Long work under way: title, share done, and what it is doing."""
-
-    title: str
-    fraction: float = 0.0
-    text: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -342,34 +265,6 @@ class Choices:
     captured: tuple[tuple[float, ...], ...] = ()
     source: Source | None = None
     overlay: Overlay = field(default_factory=Overlay)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class PageState:
-    """What stays with another arm: how the page looks, what is under way, and messages.
-
-    Args:
-        units: What coordinates are shown and typed in.
-        is_dark_chosen: Whether that was said by hand; else they are as their system is.
-        opened: The tab that the program opened last, if any.
-        tab: The tab that was opened last, by the program or by hand on any page; None: not known.
-        caption: What the demo says at present; empty if none plays.
-        is_paused: Whether the demo waits.
-        chore: What is being worked out by the way; empty if nothing.
-    """
-
-    units: Units = Units.MILLIMETRES
-    is_dark: bool = False
-    is_dark_chosen: bool = False
-    opened: Opened | None = None
-    tab: Tab | None = None
-    caption: str = ""
-    is_paused: bool = False
-    job: RunningJob | None = None
-    chore: str = ""
-    messages: tuple[Message, ...] = ()
-    message_count: int = 0
-    revision: int = 0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

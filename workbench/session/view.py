@@ -6,7 +6,8 @@ from typing import Any
 
 from workbench.base.registry import Registry
 from workbench.session.journal.entry import Entry
-from workbench.session.state import Session, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Session
 
 
 class AbstractView(ABC):

@@ -24,7 +24,8 @@ from workbench.base.threads import one_thread
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask
 from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
-from workbench.session.state import RunningJob, Session, Severity
+from workbench.session.page_state import RunningJob, Severity
+from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper, AbstractView
 
 PROGRESS_INTERVAL = 0.1

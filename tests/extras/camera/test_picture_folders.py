@@ -24,7 +24,8 @@ from workbench.session.export import calibrated_urdf
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
-from workbench.session.state import Focus, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Focus
 from workbench.views.drawables.scene_contents import on_page
 
 

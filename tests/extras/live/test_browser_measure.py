@@ -13,7 +13,7 @@ from workbench.extras.live.sample import Sample, format_sample
 from workbench.extras.live.session import Measuring, UseRows
 from workbench.extras.live.sources import LiveSource
 from workbench.session.commands.messages import OpenTab
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.appearance.bodies import body_frames
 
 pytestmark = pytest.mark.browser

@@ -30,7 +30,8 @@ from workbench.extras.live.sources import LiveSource
 from workbench.session import Worker, replay, start
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.journal.codec import decode, encode
-from workbench.session.state import Focus, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Focus
 
 Q = (0.1, 0.9, 1.2, 0.3, 0.4, 0.5)
 

@@ -27,7 +27,8 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.journal import Ending
 from workbench.session.journal.codec import decode, encode
 from workbench.session.next_step import Tone, next_step
-from workbench.session.state import Focus, Severity, Tab
+from workbench.session.page_state import Severity, Tab
+from workbench.session.state import Focus
 
 STILL = np.linspace(0.0, 0.6, 13)
 

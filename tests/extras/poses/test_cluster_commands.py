@@ -11,7 +11,7 @@ from workbench.arm.motion import Motion
 from workbench.extras.poses.clustering.session import ClusterTargets
 from workbench.plate.collision import solid_clear
 from workbench.plate.observability import inverse_condition
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 
 
 def test_clustering_gives_equal_indices_in_different_cubes(do):

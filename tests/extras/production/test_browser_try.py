@@ -3,7 +3,7 @@
 import pytest
 
 from workbench.session.commands.identify import SetWanted
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 
 pytestmark = pytest.mark.browser
 

@@ -53,8 +53,9 @@ from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_values import values
 from workbench.session.next_step import next_step
+from workbench.session.page_state import Severity, Tab
 from workbench.session.start import default_plate, start
-from workbench.session.state import CubeView, Field, Severity, Tab, UndoStep
+from workbench.session.state import CubeView, Field, UndoStep
 
 NONE = np.zeros(10)
 QUIET = ErrorSizes(

@@ -14,7 +14,7 @@ from workbench.extras.service.rezero.result import RezeroVerdict
 from workbench.extras.service.rezero.session import FindZeros, FoundZeros, rezeroed_toml, zeros_of
 from workbench.session import replay
 from workbench.session.commands.data import LoadData
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 
 SHIFT = np.deg2rad(0.5)
 

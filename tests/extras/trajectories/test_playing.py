@@ -16,7 +16,8 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.playing import LeaveTrack, PauseTrack, PlaceTrack, PlayTrack, SetPace
-from workbench.session.state import Focus, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Focus
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,8 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab
-from workbench.session.state import Opened, Session, Tab
+from workbench.session.page_state import Opened, Tab
+from workbench.session.state import Session
 from workbench.views.page.app import App
 
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]

@@ -17,7 +17,7 @@ from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.data.writer import write_measurements
 from workbench.session.commands.compare import SetDark, ShowRow
 from workbench.session.comparison import ModelStage
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.page.camera import aim
 from workbench.views.page.first_view import first_view
 from workbench.views.page.html import number as as_shown

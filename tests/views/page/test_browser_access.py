@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from workbench.session.commands.compare import SetDark
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.appearance.colours import SKY, SKY_DARK
 
 pytestmark = pytest.mark.browser

@@ -9,7 +9,7 @@ from round_trip import Saved, read_rows
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.urdf_writer import write_urdf
 from workbench.plate.plate_toml import load_plate
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.page.app import App
 
 pytestmark = pytest.mark.browser

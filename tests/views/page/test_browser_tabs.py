@@ -5,7 +5,7 @@ import pytest
 from tests.browser import PANEL
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.identify import Identify
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.page.style import PANEL_WIDTH
 
 pytestmark = pytest.mark.browser

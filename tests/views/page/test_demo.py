@@ -12,7 +12,7 @@ from workbench.session.commands.compare import FollowSystem, SetOverlay
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.messages import SetCaption, Steer, SteerDemo
 from workbench.session.next_step import next_step
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.page import demo
 from workbench.views.page.demo import Demo, DemoScene, story
 

@@ -56,7 +56,8 @@ from workbench.session.export import (
 from workbench.session.journal.codec import decode
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.next_step import next_step
-from workbench.session.state import Focus, Severity, Tab, Units
+from workbench.session.page_state import Severity, Tab, Units
+from workbench.session.state import Focus
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SKY
 from workbench.views.drawables.drawable import Cubes, Points

@@ -219,7 +219,7 @@ def _follow(
     """The solutions next to given joint positions, and a note on each that the limits turned elsewhere."""
     followed = inverse.follow_many(actual, poses, near, motion=motion)
     q, notes = followed.q.copy(), []
-    for row in np.flatnonzero(~followed.converged):
+    for row in np.flatnonzero(~followed.converged).tolist():
         state = None if motion is None else motion.take(np.array([row]))
         result = inverse.solve(actual, poses[row], motion=state)
         other = inverse.choose(result, near=near[row])

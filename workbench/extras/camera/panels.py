@@ -36,7 +36,8 @@ from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.identify import Identify
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.page.html import (
     BAD,
     CAREFUL,

@@ -26,8 +26,9 @@ from workbench.identification.result import Identification
 from workbench.session.command import AbstractChange, AbstractLoad, AbstractTask, computed
 from workbench.session.commands.data import as_files, matched_to_arm, safe_name, too_large, with_other_data
 from workbench.session.loaded_measurements import Loaded
+from workbench.session.page_state import Severity
 from workbench.session.part import AbstractPart
-from workbench.session.state import Session, Severity
+from workbench.session.state import Session
 
 LARGEST_FOLDER = 256 * 1024 * 1024
 """Archives beyond this size are refused [bytes]."""

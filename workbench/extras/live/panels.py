@@ -20,7 +20,8 @@ from workbench.extras.live.session import (
     UseRows,
 )
 from workbench.extras.live.standstill import ArmState
-from workbench.session.state import Session, Source, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session, Source
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, text
 from workbench.views.page.panels.panel import AbstractPanel
 

@@ -30,8 +30,9 @@ from workbench.session.journal.numbers import Subject
 from workbench.session.judgement import Tone
 from workbench.session.loaded_measurements import Loaded, observation_text
 from workbench.session.next_step import Action, NextStep
+from workbench.session.page_state import Severity, Tab
 from workbench.session.part import AbstractPart
-from workbench.session.state import Focus, Session, Severity, Source, Tab
+from workbench.session.state import Focus, Session, Source
 from workbench.session.target_steps import with_branches
 
 USE = "Use the rows"

@@ -5,7 +5,8 @@ from functools import partial
 import viser
 
 from workbench.extras.production.session import MAX_ARMS, OpenChoice, TryPlate, WeighPlates, choices_of
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, heading, number, text
 from workbench.views.page.panels.index import try_plate
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel

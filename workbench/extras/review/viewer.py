@@ -27,7 +27,7 @@ from workbench.base.progress import part_of, progress
 from workbench.extras.review.compare_sessions import ComparedSessions, compare
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
-from workbench.session.state import Severity
+from workbench.session.page_state import Severity
 from workbench.views.recording.blueprint import blueprint, side_by_side
 from workbench.views.recording.canvas import STEP, Canvas
 from workbench.views.recording.contents import MomentDrawing, thinned

@@ -23,8 +23,9 @@ from workbench.plate.region import Region
 from workbench.report.chart import FOOT, Chart, Marks
 from workbench.report.numbers import signed
 from workbench.session.commands.playing import SLOWEST, LeaveTrack, PauseTrack, PlaceTrack, PlayTrack, SetPace
+from workbench.session.page_state import Tab
 from workbench.session.planned_trajectory import Track
-from workbench.session.state import Focus, Session, Tab
+from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import gradient
 from workbench.views.page.html import MUTED, block, bullets, heading, note, pairs, text

@@ -23,8 +23,9 @@ from workbench.extras.trajectories.path import command_joints
 from workbench.extras.trajectories.planning import plan
 from workbench.session.command import AbstractTask, computed
 from workbench.session.deflection import bending_robot
+from workbench.session.page_state import Severity
 from workbench.session.planned_trajectory import Play, Track
-from workbench.session.state import Focus, Session, Severity
+from workbench.session.state import Focus, Session
 from workbench.session.target_steps import check_free
 
 CIRCLE, LINE = "circle", "line"

@@ -21,8 +21,9 @@ from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
 from workbench.session.loaded_measurements import MeasurementFile
+from workbench.session.page_state import Severity
 from workbench.session.start import default_plate, is_default_plate, start
-from workbench.session.state import Focus, Session, Severity, UndoStep
+from workbench.session.state import Focus, Session, UndoStep
 from workbench.session.target_steps import instrument_for
 
 LARGEST_MODEL = 2 * 1024 * 1024

@@ -21,7 +21,8 @@ from workbench.session.comparison import (
     places_in_base,
 )
 from workbench.session.loaded_measurements import Loaded
-from workbench.session.state import Focus, Session, Severity, Units
+from workbench.session.page_state import Severity, Units
+from workbench.session.state import Focus, Session
 
 log = logging.getLogger(__name__)
 MIN_EXAGGERATION, MAX_EXAGGERATION = 1.0, 5000.0

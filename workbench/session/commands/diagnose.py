@@ -21,7 +21,8 @@ from workbench.session.commands.data import check_same_arm, check_unchanged, mea
 from workbench.session.commands.identify import IdentifiedRows, Identify
 from workbench.session.commands.target_placement import place_targets
 from workbench.session.loaded_measurements import Loaded
-from workbench.session.state import Session, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Session
 from workbench.session.target_steps import check_free
 
 if TYPE_CHECKING:

@@ -16,7 +16,8 @@ from workbench.session.commands.compare import with_fit
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
 from workbench.session.comparison import exaggeration_for
 from workbench.session.loaded_measurements import Loaded
-from workbench.session.state import Focus, Session, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Focus, Session
 
 IdentifiedRows = tuple[Loaded, Identification]
 

@@ -4,7 +4,8 @@ from dataclasses import replace
 from enum import StrEnum
 
 from workbench.session.command import AbstractChange, computed
-from workbench.session.state import Opened, Session, Severity, Tab
+from workbench.session.page_state import Opened, Severity, Tab
+from workbench.session.state import Session
 
 
 class Tell(AbstractChange):

@@ -14,7 +14,8 @@ from workbench.diagnosis.result import Diagnosis
 from workbench.session.command import AbstractChange, computed
 from workbench.session.commands.data import measurements, with_data
 from workbench.session.loaded_measurements import Loaded
-from workbench.session.state import Session, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Session
 from workbench.session.target_steps import begin_step
 
 SPLIT = "Start a new session there"

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, computed
-from workbench.session.state import Session, Severity, UndoStep
+from workbench.session.page_state import Severity
+from workbench.session.state import Session, UndoStep
 from workbench.session.target_steps import (
     AbstractTargetStep,
     begin_step,

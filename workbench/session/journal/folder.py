@@ -34,8 +34,9 @@ from workbench.session.journal.numbers import changed_numbers
 from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording, inputs
 from workbench.session.journal.restore import Restored
 from workbench.session.journal.writer import Appender, Logbook
+from workbench.session.page_state import Severity
 from workbench.session.start import start
-from workbench.session.state import Session, Severity
+from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper
 
 ROOT = Path("recordings")

@@ -28,7 +28,8 @@ from workbench.base.files import sync_folder, write_bytes
 from workbench.session.journal import codec
 from workbench.session.journal.entry import Entry
 from workbench.session.journal.numbers import changed_numbers
-from workbench.session.state import Session, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper, Notify
 
 LOCK = ".lock"

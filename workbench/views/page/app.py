@@ -11,7 +11,7 @@ from workbench.session.commands.data import load_command
 from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.region import CHORES
 from workbench.session.journal.folder import StartedSession, unrecorded_session
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.session.view import WATCHERS, AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo

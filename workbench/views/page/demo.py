@@ -20,7 +20,8 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.joint_errors import NO_LAW
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.session.worker import Worker
 
 CLIENT = 1_000_000

@@ -7,7 +7,7 @@ from typing import Any
 
 import viser
 
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.page.viser_internals import run_script
 
 SHOW = """(([id, word]) => {

@@ -8,7 +8,8 @@ import viser
 from workbench.base.registry import LEFT_OUT, leave_out
 from workbench.session.commands.compare import FollowSystem
 from workbench.session.commands.messages import NoteTab, Tell
-from workbench.session.state import Session, Severity, Tab
+from workbench.session.page_state import Severity, Tab
+from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.camera import aim

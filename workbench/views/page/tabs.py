@@ -11,7 +11,7 @@ from functools import partial
 
 import viser
 
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.page.local_server import LocalServer
 from workbench.views.page.viser_internals import run_script, show_tabs, tab_number
 

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from workbench.session.journal.entry import Entry
-from workbench.session.state import Session, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper, Notify
 from workbench.views.recording.recorded_step import DrawingPace, Moment
 

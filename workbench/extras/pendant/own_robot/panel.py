@@ -7,7 +7,7 @@ from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.export import robot_toml
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 

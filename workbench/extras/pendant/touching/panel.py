@@ -19,7 +19,8 @@ from workbench.extras.pendant.touching.user_frame import UserFrame
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.data import LARGEST_FILE
 from workbench.session.commands.messages import Tell
-from workbench.session.state import Session, Severity, Tab
+from workbench.session.page_state import Severity, Tab
+from workbench.session.state import Session
 from workbench.views.page.html import CAREFUL, GOOD, badge, block, bullets, folded, heading, note, table, text
 from workbench.views.page.panels.panel import AbstractPanel
 

@@ -12,8 +12,9 @@ from workbench.session.command import AbstractTask, computed
 from workbench.session.commands.data import LARGEST_FILE, as_files, safe_name, too_large
 from workbench.session.export import File, stem_of
 from workbench.session.journal.numbers import Subject
+from workbench.session.page_state import Severity
 from workbench.session.part import AbstractPart
-from workbench.session.state import Session, Severity
+from workbench.session.state import Session
 
 TIP, FRAME = "tool tip", "user frame"
 Touched = TypeVar("Touched", ToolTip, UserFrame)

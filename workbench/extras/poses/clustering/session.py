@@ -5,7 +5,8 @@ from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import Plate
 from workbench.session.command import AbstractTask, computed
 from workbench.session.commands.target_placement import place_targets
-from workbench.session.state import Session, Severity
+from workbench.session.page_state import Severity
+from workbench.session.state import Session
 from workbench.session.target_steps import check_free
 
 

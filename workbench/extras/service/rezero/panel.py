@@ -7,7 +7,8 @@ from workbench.base.wording import capital
 from workbench.extras.service.rezero.result import Rezero, RezeroVerdict, readable
 from workbench.extras.service.rezero.session import FindZeros, rezeroed_toml, zeros_of
 from workbench.report.chart import BarWithEnds, intervals
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.page.html import (
     CAREFUL,

@@ -11,8 +11,9 @@ from workbench.session.commands.data import check_unchanged, measurements
 from workbench.session.export import File, stem_of
 from workbench.session.journal.numbers import Subject
 from workbench.session.loaded_measurements import Loaded
+from workbench.session.page_state import Severity
 from workbench.session.part import AbstractPart
-from workbench.session.state import Session, Severity
+from workbench.session.state import Session
 
 
 @final

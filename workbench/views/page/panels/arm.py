@@ -10,7 +10,8 @@ from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.page.html import block, bullets, folded, heading, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, Question, ask, set_value
 

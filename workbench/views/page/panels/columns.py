@@ -9,7 +9,8 @@ from workbench.session.commands.data import LoadData
 from workbench.session.commands.messages import Tell
 from workbench.session.export import columns_toml
 from workbench.session.loaded_measurements import MeasurementFile
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.page.html import BAD, MUTED, block, table, text
 from workbench.views.page.panels.form import on_change
 from workbench.views.page.panels.panel import AbstractPanel

@@ -9,7 +9,8 @@ import viser
 from workbench.session.commands.compare import MAX_EXAGGERATION, MIN_EXAGGERATION, SetOverlay, ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.appearance.colours import CALIBRATED, NOMINAL, css
 from workbench.views.page.camera import aim
 from workbench.views.page.first_view import view_of_rows

@@ -12,7 +12,7 @@ from workbench.session.commands.data import (
     virtual_instruments,
 )
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.page.html import LINE, block, bullets, heading, note, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel
 

@@ -10,7 +10,8 @@ from workbench.arm.robot import Robot
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.commands.compare import MIN_EXAGGERATION, SetOverlay
 from workbench.session.deflection import MAX_DRAWN, Bending, bend, bending_robot, drawable_bending
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.appearance.colours import DEFLECTED, css
 from workbench.views.page.html import MUTED, badge, block, table, text
 from workbench.views.page.panels.panel import AbstractPanel

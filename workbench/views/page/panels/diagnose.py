@@ -16,7 +16,8 @@ from workbench.diagnosis.result import Diagnosis
 from workbench.session.commands.diagnose import TakeNextPoses
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.export import next_poses_csv
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, bullets, folded, heading, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.result_card import weighed

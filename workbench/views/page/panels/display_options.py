@@ -7,7 +7,8 @@ import viser
 from workbench.session.commands.compare import SetDark, SetUnits
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
-from workbench.session.state import Session, Tab, Units
+from workbench.session.page_state import Tab, Units
+from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, heading, pairs
 from workbench.views.page.panels.panel import AbstractPanel, sheet
 

@@ -19,7 +19,8 @@ from workbench.session.export import (
     plate_toml,
     report_zip,
 )
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.appearance.colours import SKY, SKY_DARK
 from workbench.views.page.html import MUTED, block, bullets, folded, heading, note, text
 from workbench.views.page.panels.panel import AbstractPanel

@@ -17,7 +17,8 @@ from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut, SetLevelled
 from workbench.session.judgement import arm_judgement
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.page.html import (
     BAD,
     CAREFUL,

@@ -19,7 +19,8 @@ import viser
 from workbench.base.errors import WorkbenchError
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.messages import Tell
-from workbench.session.state import Session, Units
+from workbench.session.page_state import Units
+from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.viser_internals import set_value
 

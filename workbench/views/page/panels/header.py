@@ -8,7 +8,8 @@ import viser
 from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.next_step import Action, NextStep, next_step
-from workbench.session.state import PASSING, Message, Session, Severity
+from workbench.session.page_state import PASSING, Message, Severity
+from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.form import Control

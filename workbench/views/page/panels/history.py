@@ -8,7 +8,8 @@ import viser
 
 from workbench.report.chart import Chart, Marks
 from workbench.session.commands.undo import GoBackTo
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.session.target_state import Score
 from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.page.html import GOOD, MUTED, block, heading, number

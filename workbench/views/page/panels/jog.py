@@ -13,7 +13,8 @@ from workbench.base import se3
 from workbench.base.types import Matrix4
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, drawn_joints
 from workbench.session.export import CapturedPoses, captured, captured_csv
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, note, number, table
 from workbench.views.page.panels.form import ANGLE, LENGTH
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, set_value

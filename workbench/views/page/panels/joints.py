@@ -12,7 +12,8 @@ from workbench.report.chart import Chart, Marks
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law_along_joints, shown_effect
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.appearance.colours import BLAMED, css, stage_colours
 from workbench.views.page.html import MUTED, badge, block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel

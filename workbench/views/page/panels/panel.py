@@ -19,7 +19,8 @@ from workbench.session.command import AbstractCommand
 from workbench.session.commands.data import too_large
 from workbench.session.commands.messages import Tell
 from workbench.session.export import File, NotedFile, calibrated_toml, calibrated_urdf
-from workbench.session.state import Session, Severity, Tab
+from workbench.session.page_state import Severity, Tab
+from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
 from workbench.views.page.html import block, text

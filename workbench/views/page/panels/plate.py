@@ -4,7 +4,7 @@ import viser
 
 from workbench.session.commands.plate import ImprovePlate, SetNoise
 from workbench.session.export import fixture_zip
-from workbench.session.state import Tab
+from workbench.session.page_state import Tab
 from workbench.views.page.panels.form import DEGREE
 from workbench.views.page.panels.panel import AbstractPanel
 

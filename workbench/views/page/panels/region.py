@@ -7,8 +7,9 @@ import viser
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_values import IN_MILLIMETRES, TITLES, shown_layer, values
+from workbench.session.page_state import Tab
 from workbench.session.state import Field as CubeField
-from workbench.session.state import Session, Tab
+from workbench.session.state import Session
 from workbench.views.page.html import block, note, number, pairs
 from workbench.views.page.panels.form import LENGTH, Control
 from workbench.views.page.panels.panel import AbstractPanel

@@ -11,7 +11,8 @@ from workbench.arm.effects.events import AbstractEvent
 from workbench.report.chart import Chart, Marks, Upright
 from workbench.session.commands.compare import ShowRow
 from workbench.session.comparison import STAGES, Comparison, ModelStage
-from workbench.session.state import Session, Tab
+from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.appearance.colours import EVENT, LEFT_OUT, css, stage_colours
 from workbench.views.page.html import badge, block, heading
 from workbench.views.page.panels.panel import AbstractPanel

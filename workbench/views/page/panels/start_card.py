@@ -11,7 +11,8 @@ from workbench.session.commands.arm import ChooseRobot, LoadModel
 from workbench.session.commands.data import LARGEST_FILE, load_command, load_endings
 from workbench.session.commands.messages import OpenTab, SetCaption
 from workbench.session.commands.plate import ImprovePlate
-from workbench.session.state import Session, Severity, Tab
+from workbench.session.page_state import Severity, Tab
+from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text
 from workbench.views.page.panels import PANELS
