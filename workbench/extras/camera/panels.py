@@ -184,27 +184,29 @@ class CamerasPanel(AbstractPanel):
                 self.download("Board (PDF)", printed, "To print at 100 %.")
             gui.add_html(note(HOW_TO_TAKE, "steps-of-pictures"))
             fields.build_upload(self, gui)
-            self.html(self._seen)
-            self.html(_gate)
-            self.download(
+            self._seen = gui.add_html("")
+            self._gate = gui.add_html("")
+            self._save = self.download(
                 "Camera and target (JSON)",
                 camera_json,
                 "Poses, lenses and zeros with their standard errors, in SI units and degrees.",
-                visible=lambda s: _pictures(s) is not None and _result(s) is not None,
             )
 
     def show(self, session: Session) -> None:
-        before, self._read = self._read, _pictures(session)
-        if self._read is not None and self._read is not before:
-            self._fields.show(self._read)
-
-    def _seen(self, session: Session) -> str:
-        if (data := _pictures(session)) is None:
-            return ""
-        alone, views = _alone(session), camera_views(session)
-        previews = session.part(Previews) if alone is None else alone.previews
-        cameras = (_camera(c, view, coverage(data, c), _result(session)) for c, view in enumerate(views))
-        return "".join([self._thumbnails(data, previews), *cameras])
+        views, alone = camera_views(session), _alone(session)
+        loaded = session.measurements.loaded
+        data = alone.data if alone is not None else loaded.dataset if views and loaded is not None else None
+        if data is not None and data is not self._read:
+            self._fields.show(data)
+        self._read, seen, gate = data, "", ""
+        result = session.results.identification if alone is None else alone.found
+        if data is not None:
+            previews = session.part(Previews) if alone is None else alone.previews
+            cameras = (_camera(c, view, coverage(data, c), result) for c, view in enumerate(views))
+            seen = "".join([self._thumbnails(data, previews), *cameras])
+            gate = _identified(result, is_alone=alone is not None)
+        self._seen.content, self._gate.content = seen, gate
+        self._save.visible = data is not None and result is not None
 
     def _thumbnails(self, data: Dataset, previews: Previews | None) -> str:
         """Every picture with its corners; a press shows it large, and the arm as it stood."""
@@ -224,23 +226,6 @@ class CamerasPanel(AbstractPanel):
         place = np.flatnonzero(np.isin(session.results.comparison.number, number))
         if len(place):
             self._worker.submit(ShowRow(int(place[0])))
-
-
-def _pictures(session: Session) -> Dataset | None:
-    """The rows of pictures of the session, if any."""
-    alone, loaded = _alone(session), session.measurements.loaded
-    if alone is not None:
-        return alone.data
-    return loaded.dataset if loaded is not None and camera_views(session) else None
-
-
-def _result(session: Session) -> Identification | None:
-    return session.results.identification if (alone := _alone(session)) is None else alone.found
-
-
-def _gate(session: Session) -> str:
-    is_there = _pictures(session) is not None
-    return _identified(_result(session), is_alone=_alone(session) is not None) if is_there else ""
 
 
 def _camera(camera: int, view: CameraView, used: np.ndarray, result: Identification | None) -> str:
@@ -264,7 +249,9 @@ def _camera(camera: int, view: CameraView, used: np.ndarray, result: Identificat
 
 def camera_json(session: Session) -> tuple[str, bytes]:
     """What was found of cameras, target and arm, as `identify --json` writes it."""
-    if (found := _result(session)) is None:
+    alone = _alone(session)
+    found = session.results.identification if alone is None else alone.found
+    if found is None:
         raise DataError("camera and target are not identified yet")
     return "camera.json", json.dumps(identification_json(found), indent=1).encode()
 
