@@ -6,7 +6,7 @@ from studies.katana_printed import CONSTANTS, PRINTED_INFLUENCE
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, tool_poses
-from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH, influence
+from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from workbench.arm.motion import Motion
 from workbench.identification.report.constants import influence_figure
 from workbench.plate.poses.iso_cube import iso_cube_poses
@@ -26,7 +26,7 @@ def poses(katana):
 def test_a_length_moves_the_tool_by_itself(katana, poses):
     lengths = tuple(name for name in CONSTANTS if name.endswith((".a", ".d")))
     found = influence(katana, Motion(poses), names=lengths)
-    assert np.allclose(found.distances, LENGTH, atol=1e-12)
+    assert np.allclose(found.distances, LENGTH_DEVIATION, atol=1e-12)
 
 
 def test_an_angle_moves_the_tool_by_its_lever(katana, poses):

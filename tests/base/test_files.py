@@ -61,7 +61,7 @@ def test_a_small_file_takes_little_memory(tmp_path):
     (tmp_path / "small.csv").write_bytes(b"q1[deg]")
     tracemalloc.start()
     files.read_bytes(tmp_path / "small.csv", wanted="a measurement file")
-    assert tracemalloc.get_traced_memory()[1] < 2 * files.CHUNK
+    assert tracemalloc.get_traced_memory()[1] < 2 * files.CHUNK_BYTES
     tracemalloc.stop()
 
 

@@ -80,7 +80,7 @@ def cluster(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     (tmp_path / "spread_work.py").write_text(WORK)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(parallel, "CONNECTING", 60.0)
+    monkeypatch.setattr(parallel, "CONNECTION_TIMEOUT", 60.0)
     address_file = tmp_path / "scheduler.json"
     root = Path(parallel.__file__).resolve().parents[2]
     environment = os.environ | {"PYTHONPATH": f"{root}:{tmp_path}"}

@@ -46,8 +46,8 @@ CAUSES = "workbench.diagnosis.claims.claimed_causes"
 OFF: dict[str, tuple[tuple[str, str, object], ...]] = {
     "inertia": (("workbench.diagnosis.search.refit", "needs_inertia", lambda robot: False),),
     "together": ((EFFECTS, "separate_and_joint", list),),
-    "size": ((CAUSES, "PART_OF_REST", 0.0), (CAUSES, "PART_OF_NOISE", 0.0)),
-    "readings": (("workbench.identification.joint_reading_noise", "MARGIN", float("inf")),),
+    "size": ((CAUSES, "MIN_RESIDUAL_SHARE", 0.0), (CAUSES, "MIN_NOISE_SHARE", 0.0)),
+    "readings": (("workbench.identification.joint_reading_noise", "MIN_GAIN", float("inf")),),
 }
 """Parts of the diagnosis that an ablation switches off: module, name in it, and what it becomes."""
 GROUPS = {"all": tuple(MORPHOLOGIES), "six": SIX, "classic": tuple(ARMS)}

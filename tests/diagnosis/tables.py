@@ -3,7 +3,7 @@
 import numpy as np
 
 from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.diagnosis.search.gram_matrices import TETHER, Grams
+from workbench.diagnosis.search.gram_matrices import GEOMETRY_SIGMA, Grams
 
 GEOMETRY, ROWS = 6, 150
 FOLDS = 5
@@ -57,7 +57,7 @@ class Table:
             covariances.append(root)
         size = sum(len(c) for c in covariances)
         rows = np.zeros((len(self.basis) + size, GEOMETRY + size))
-        rows[: len(self.basis), :GEOMETRY] = self.basis / TETHER
+        rows[: len(self.basis), :GEOMETRY] = self.basis / GEOMETRY_SIGMA
         at = 0
         for root in covariances:
             here = slice(at, at + len(root))

@@ -11,7 +11,7 @@ from tables import BAND, EFFECTS, FOLDS, GEOMETRY, ROWS, Table
 from workbench.arm.effects import Candidate
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.diagnosis.search.evidence import (
-    EVIDENT,
+    MIN_F_RATIO,
     Term,
     coefficients,
     differs,
@@ -59,7 +59,7 @@ def test_free_candidates_are_judged_as_by_least_squares_and_the_f_test(name, see
         gain = 0.5 * freedom * np.log(before / after) - np.log(ROWS)
         assert o.gain == pytest.approx(gain, abs=1e-4)
         ratio = ((before - after) / 2) / (after / (freedom - 2))
-        expected = np.log(stats.f.sf(ratio, 2, freedom - 2)) if ratio >= EVIDENT else 0.0
+        expected = np.log(stats.f.sf(ratio, 2, freedom - 2)) if ratio >= MIN_F_RATIO else 0.0
         assert o.log_p == pytest.approx(expected, abs=1e-3)
 
 

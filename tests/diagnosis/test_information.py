@@ -104,11 +104,13 @@ def test_rivals_that_no_row_separates_may_be_asked_for():
 @pytest.mark.parametrize(("size", "stated"), [(0.18, False), (0.001, True)])
 def test_no_error_is_promised_that_says_nothing_of_an_arm(size, stated):
     """A knot of a joint's error that a pose would show to ± 180 mrad is not made observable by it."""
-    unknown = next_poses_module._Unknown("local-joint-error at joint 3", "local-joint-error, joint 3", "rad")
-    new = 0.5 * next_poses_module.VAGUE
+    unknown = next_poses_module._DescribedUnknown(
+        "local-joint-error at joint 3", "local-joint-error, joint 3", "rad"
+    )
+    new = 0.5 * next_poses_module.UNKNOWN_ERRORS
     reason = next_poses_module._reason(
         1.0,
-        np.array([[(10.0 * next_poses_module.OPEN) ** 2]]),
+        np.array([[(10.0 * next_poses_module.OPEN_ERROR) ** 2]]),
         np.array([[new**2]]),
         known=0,
         scale=np.array([new / size]),

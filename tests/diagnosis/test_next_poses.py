@@ -10,7 +10,13 @@ from generator import move, turn
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.next_poses import WEAK, _covariance, _reason, _Unknown, next_poses
+from workbench.diagnosis.next_poses import (
+    PRIOR_INFORMATION,
+    _covariance,
+    _DescribedUnknown,
+    _reason,
+    next_poses,
+)
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import diagnosis_tables
 from workbench.identification.frames import Sessions
@@ -51,7 +57,7 @@ def test_variances_of_nearly_open_directions_are_above_zero():
             @ rng.standard_normal((12, 12))
         )
         scaled = rows / np.linalg.norm(rows, axis=0)
-        assert (np.diag(_covariance(scaled.T @ scaled + WEAK * np.eye(12))) > 0.0).all()
+        assert (np.diag(_covariance(scaled.T @ scaled + PRIOR_INFORMATION * np.eye(12))) > 0.0).all()
 
 
 def test_a_gap_between_the_rows_that_nothing_shows_is_asked_for():
@@ -70,7 +76,7 @@ def test_a_gap_between_the_rows_that_nothing_shows_is_asked_for():
 
 def test_a_pose_is_not_praised_for_what_stays_unknown():
     """Of a UR5 it was said that a pose makes an error of joint 3 observable to ± 7 200 mrad."""
-    unknowns = [_Unknown(name, name, "rad") for name in ("zero", "knot", "scale")]
+    unknowns = [_DescribedUnknown(name, name, "rad") for name in ("zero", "knot", "scale")]
     before, after = np.diag([4.0, 1e8, 9.0]), np.diag([4.0, 2.5e7, 4.0])
     stated = _reason(1.0, before, after, known=1, scale=np.ones(3), unknowns=unknowns)
     assert stated.shrinks_to == pytest.approx(2.0 / 3.0)

@@ -49,7 +49,7 @@ def test_chords_end_where_gauss_newton_ends(arm, monkeypatch):
     stage, grams, model = offered(make("compliance", 2, arm))
     begin = linear_answer(stage, grams, model)
     whole = refit(stage.problem, grams, model, begin=begin).fit
-    monkeypatch.setattr(refits, "LARGE", 0)
+    monkeypatch.setattr(refits, "MAX_JACOBIAN_ELEMENTS", 0)
     pieces = refit(stage.problem, grams, model, begin=begin).fit
     assert pieces.problem.names == whole.problem.names
     assert pieces.outcome.ok
@@ -169,7 +169,7 @@ def test_heavy_fits_keep_one_curvature_and_end_where_the_others_end(monkeypatch)
     stage, grams, model = offered(make("compliance", 2))
     begin = linear_answer(stage, grams, model)
     whole = refit(stage.problem, grams, model, begin=begin).fit
-    monkeypatch.setattr(refits.noises, "HEAVY", 0.0)
+    monkeypatch.setattr(refits.noises, "MAX_QUICK_PRODUCTS", 0.0)
     heavy = refit(stage.problem, grams, model, begin=begin).fit
     assert heavy.problem.names == whole.problem.names
     assert heavy.history[-1] == pytest.approx(whole.history[-1], rel=1e-5)

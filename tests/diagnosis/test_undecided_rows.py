@@ -9,7 +9,7 @@ from arms import make
 from workbench.arm.effects.events import FrameStep
 from workbench.arm.motion import Motion
 from workbench.identification.identify import identify
-from workbench.identification.rows.undecided_rows import ROWS_BESIDE_STEP, UNDECIDED
+from workbench.identification.rows.undecided_rows import MAX_BESIDE_STEP, UNDECIDED
 
 STEP = 60
 
@@ -40,7 +40,7 @@ def test_rows_about_a_step_are_left_out_where_they_do_not_show_it(size, some):
     found = identify(robot, data, held_out=0.2)
     rows = {row for row, reason in found.excluded if reason == UNDECIDED}
     assert bool(rows) is some
-    assert rows <= set(data.row[order[STEP - ROWS_BESIDE_STEP : STEP + ROWS_BESIDE_STEP]].tolist())
+    assert rows <= set(data.row[order[STEP - MAX_BESIDE_STEP : STEP + MAX_BESIDE_STEP]].tolist())
 
 
 def test_rows_between_a_step_and_where_the_rows_have_it_are_left_out():

@@ -9,7 +9,7 @@ from arms import make
 from real_arms import load
 from scipy.stats import multivariate_normal
 
-from workbench.diagnosis.claims.wandering import ANYWHERE, _likelihood
+from workbench.diagnosis.claims.wandering import START_VARIANCE, _likelihood
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 
@@ -20,7 +20,7 @@ SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 def test_the_filter_gives_the_density_of_a_walk(q):
     rng = np.random.default_rng(0)
     info, y = rng.uniform(0.5, 3.0, 12), rng.normal(size=12)
-    walk = q * np.minimum.outer(np.arange(12), np.arange(12)) + ANYWHERE
+    walk = q * np.minimum.outer(np.arange(12), np.arange(12)) + START_VARIANCE
     dense = multivariate_normal(cov=walk + np.diag(1.0 / info)).logpdf(y)
     white = multivariate_normal(cov=np.diag(1.0 / info)).logpdf(np.zeros(12))
     assert _likelihood(y, info, q) == pytest.approx(dense - white, abs=1e-6)

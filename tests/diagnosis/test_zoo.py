@@ -71,13 +71,15 @@ def test_an_interrupted_run_goes_on(tmp_path, capsys, monkeypatch):
 
 
 def test_parts_are_switched_off_by_name(monkeypatch):
-    monkeypatch.setitem(zoo.OFF, "groups", (("workbench.diagnosis.search.candidates", "CONFOUNDED", 2.0),))
+    monkeypatch.setitem(
+        zoo.OFF, "groups", (("workbench.diagnosis.search.candidates", "CONFOUNDED_CORRELATION", 2.0),)
+    )
     monkeypatch.setitem(zoo.OFF, "lost", (("workbench.diagnosis.search.candidates", "GONE", None),))
     from workbench.diagnosis.search import candidates
 
-    monkeypatch.setattr(candidates, "CONFOUNDED", candidates.CONFOUNDED)
+    monkeypatch.setattr(candidates, "CONFOUNDED_CORRELATION", candidates.CONFOUNDED_CORRELATION)
     zoo.switch_off(["groups"])
-    assert candidates.CONFOUNDED == 2.0
+    assert candidates.CONFOUNDED_CORRELATION == 2.0
     with pytest.raises(SystemExit, match="GONE"):
         zoo.switch_off(["lost"])
 

@@ -6,7 +6,7 @@ from studies.katana_printed import CONSTANTS
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH, influence
+from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from workbench.arm.motion import Motion
 from workbench.base.progress import running
 from workbench.base.types import Outcome
@@ -82,7 +82,7 @@ def test_one_pose_is_explained_as_the_small_steps_explain_it(katana):
     _, problem = problem_of(katana, 1)
     at = problem.evaluate(problem.start)
     units = np.array([np.deg2rad(1.0) if p.unit == "rad" else 1e-3 for p in problem.parameters])
-    deviations = np.array([ANGLE if p.unit == "rad" else LENGTH for p in problem.parameters])
+    deviations = np.array([ANGLE if p.unit == "rad" else LENGTH_DEVIATION for p in problem.parameters])
     k = pose_weights((at.jacobian * deviations)[None])[0]
     steps = small_steps(at.jacobian * units, at.residual, k, resolution=1e-12)
     found = InfluenceBased(limit=1).search(problem)
@@ -93,7 +93,7 @@ def test_one_pose_is_explained_as_the_small_steps_explain_it(katana):
 def test_weights_are_the_imposed_deviations(katana):
     _, problem = problem_of(katana, 30)
     columns = problem.evaluate(problem.start).jacobian.reshape(30, 3, 17)
-    deviations = np.array([ANGLE if p.unit == "rad" else LENGTH for p in problem.parameters])
+    deviations = np.array([ANGLE if p.unit == "rad" else LENGTH_DEVIATION for p in problem.parameters])
     expected = influence(katana, Motion(problem.data.q), names=CONSTANTS).weights
     assert np.allclose(pose_weights(columns * deviations), expected, atol=2e-3)
 

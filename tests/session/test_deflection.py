@@ -8,7 +8,7 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import identification_jacobian, link_frames, tool_poses
-from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH, influence
+from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.motion import Motion
 from workbench.base import se3
@@ -114,7 +114,9 @@ def test_first_order_influences_are_those_of_small_deviations(name):
     rng = np.random.default_rng(2)
     q = rng.uniform(*np.clip(robot.limits, -2.0, 2.0).T, (5, robot.dof))
     exact, names = influence(robot, Motion(q)), robot.default_free
-    deviations = [ANGLE if robot.chain.elements[i].axis.turns else LENGTH for i in robot.chain.indices(names)]
+    deviations = [
+        ANGLE if robot.chain.elements[i].axis.turns else LENGTH_DEVIATION for i in robot.chain.indices(names)
+    ]
     quick = np.linalg.norm(identification_jacobian(robot, Motion(q), names)[1][:, :3], axis=1) * deviations
     assert names == exact.names
     assert np.allclose(quick, exact.distances, rtol=1e-3, atol=1e-9)

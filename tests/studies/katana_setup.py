@@ -7,7 +7,7 @@ from studies.finding import Finding, checked, judged
 from studies.page import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, tool_poses
-from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH, Influence, influence
+from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, Influence, influence
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -113,7 +113,7 @@ def influences(found: Influence, cube: CubePoses) -> tuple[Finding, ...]:
     at = {name: k for k, name in enumerate(found.names)}
     theta, alpha = at["joint2.theta"], at["joint3.alpha"]
     lengths = [k for k, name in enumerate(found.names) if name.endswith((".a", ".d"))]
-    off = float(np.abs(found.distances[:, lengths] - LENGTH).max())
+    off = float(np.abs(found.distances[:, lengths] - LENGTH_DEVIATION).max())
     second, third = found.distances[:, theta], found.distances[:, at["joint3.theta"]]
     robot = load_robot("katana450")
     example = influence(

@@ -1,8 +1,8 @@
 """Calibration record of an arm: poses used, standard errors of its constants, observability.
 
-Every pose is stored as four bytes, the CRC-32 of its joint positions rounded to `ROUNDING`: enough to tell
-whether a later measurement was among them, and small in the robot's file. The probability that any two of a
-thousand poses collide is about 10⁻⁴.
+Every pose is stored as four bytes, the CRC-32 of its joint positions rounded to `POSE_ROUNDING`: enough to
+tell whether a later measurement was among them, and small in the robot's file. The probability that any two
+of a thousand poses collide is about 10⁻⁴.
 
 The observability of the tool is used by everything that applies the calibration. One reflector measures a
 point, not the tool's orientation: constants that only rotate the tool are then arbitrary. Where a direction
@@ -24,7 +24,7 @@ from workbench.base.types import frozen
 
 MAX_POSITION, MAX_ROTATION = 2e-3, float(np.deg2rad(0.3))
 """Standard errors of the tool above which a nominal arm is as good [m], [rad]."""
-POSES = 120
+MAX_RECORDED_POSES = 120
 """Maximum number of measured joint positions in the record."""
 
 
@@ -91,14 +91,14 @@ class Observed:
         }
 
 
-def representative_rows(q: Float[np.ndarray, "rows n"], maximum: int = POSES) -> np.ndarray:
+def representative_rows(q: Float[np.ndarray, "rows n"], maximum: int = MAX_RECORDED_POSES) -> np.ndarray:
     """Representative rows: those with the extremes of each joint, the others evenly spread."""
     ends = np.concatenate([q.argmin(0), q.argmax(0)])
     even = np.linspace(0, len(q) - 1, min(len(q), maximum)).round().astype(int)
     return np.unique(np.concatenate([ends, even]))
 
 
-ROUNDING = 1e-6
+POSE_ROUNDING = 1e-6
 """Joint positions that agree after rounding to this [rad or m] are the same pose."""
 
 
@@ -141,7 +141,7 @@ class Calibration:
 
 def pose_keys(q: Float[np.ndarray, "rows n"]) -> UInt32[np.ndarray, " rows"]:
     """A key for each row of joint positions; equal rows have equal keys."""
-    rounded = np.ascontiguousarray(np.round(q / ROUNDING).astype("<i8"))
+    rounded = np.ascontiguousarray(np.round(q / POSE_ROUNDING).astype("<i8"))
     return frozen(np.array([zlib.crc32(row.tobytes()) for row in rounded], np.uint32))
 
 

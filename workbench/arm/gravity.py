@@ -15,7 +15,7 @@ GRAVITY = ("gravity.x", "gravity.y")
 """The two angles; `gravity[front].x` where every session stands in its own way."""
 TOLERANCE = float(np.deg2rad(1.0))
 """Default standard deviation of the direction of gravity in a robot's file [rad]."""
-LEVELLED = 1e-4
+LEVELLING_SIGMA = 1e-4
 """Standard deviation of a levelled measuring frame [rad]."""
 
 

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
-LONGEST = 0.5
+MAX_STEP = 0.5
 """Longest step of any unknown [rad or m]."""
-GAIN = 1e-9
+MIN_DECREASE = 1e-9
 """Minimum relative decrease of a start's cost to continue."""
 MIN_DAMPING = 1e-12
 """Damping, relative to the mean square column."""
@@ -41,12 +41,12 @@ def descend(
         usual = normal.trace(axis1=1, axis2=2) / normal.shape[-1]
         normal += (damping * usual)[:, None, None] * np.eye(normal.shape[-1])
         step = np.linalg.solve(normal, jacobian.swapaxes(1, 2) @ error[..., None])[..., 0]
-        step *= np.minimum(1.0, LONGEST / np.maximum(np.abs(step).max(1), 1e-300))[:, None]
+        step *= np.minimum(1.0, MAX_STEP / np.maximum(np.abs(step).max(1), 1e-300))[:, None]
         tried = moved(*state, step)
         new_error, new_jacobian = linearise(*tried)
         new = (new_error**2).sum(1)
         better = new < cost
-        goes_on = bool((cost - new > GAIN * cost).any()) or damping.min() < 1.0
+        goes_on = bool((cost - new > MIN_DECREASE * cost).any()) or damping.min() < 1.0
         now = (*state, error, jacobian, cost)
         for old, other in zip(now, (*tried, new_error, new_jacobian, new), strict=True):
             old[better] = other[better]

@@ -55,7 +55,7 @@ def together(links: list[tuple[float, Vector3]]) -> tuple[float, Vector3]:
     return total, moment / total if total > 0 else np.zeros(3)
 
 
-ASSUMED = 1.0
+MASS_SIGMA = 1.0
 """Relative standard deviation of an assumed mass."""
 MIN_LENGTH = 0.05
 """Standard deviation of an assumed centre of mass: half its link's length, at least half of this [m]."""
@@ -99,7 +99,11 @@ def _assumed(robot: Robot, moving: int, entry: int, mass: float) -> Joint:
     centre = se3.apply(se3.inverse(own), 0.5 * (start[:3, 3] + tip))
     length = max(float(np.linalg.norm(tip - start[:3, 3])), MIN_LENGTH)
     return replace(
-        robot.joints[entry], mass=mass, com=frozen(centre), mass_tolerance=ASSUMED, com_tolerance=0.5 * length
+        robot.joints[entry],
+        mass=mass,
+        com=frozen(centre),
+        mass_tolerance=MASS_SIGMA,
+        com_tolerance=0.5 * length,
     )
 
 

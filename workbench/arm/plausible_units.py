@@ -15,12 +15,12 @@ from workbench.arm.frame import Frame
 from workbench.arm.robot import Joint, JointKind, Robot
 from workbench.base.errors import RobotError
 
-FARTHEST, FAR = 60.0, 15.0
+MAX_DISTANCE, UNUSUAL_DISTANCE = 60.0, 15.0
 """Distances of the tool from the base that are impossible, and unusual [m]."""
 USUAL_REACH = 1.0
 """Reach of a typical arm [m], which decides between units."""
 UNITS = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
-POSES = 16
+CHECKED_POSES = 16
 TURN = 2.0 * np.pi
 ROUNDING = 1e-9
 
@@ -34,12 +34,12 @@ def with_plausible_units(robot: Robot) -> Robot:
                 f"{e.name} is {e.value:g} rad, {abs(e.value) / TURN:.1f} turns, which looks like degrees; "
                 f"give radians, {np.deg2rad(e.value):.6g}"
             )
-    far = _distance(robot) if robot.reach > FAR else 0.0
-    if far <= FAR:
+    far = _distance(robot) if robot.reach > UNUSUAL_DISTANCE else 0.0
+    if far <= UNUSUAL_DISTANCE:
         return robot
     unit, size = min(UNITS.items(), key=lambda u: abs(np.log(far * u[1] / USUAL_REACH)))
     text = f"its tool is up to {far:.4g} m from its base, which in {unit} would be {far * size:.3g} m"
-    if far <= FARTHEST:
+    if far <= MAX_DISTANCE:
         return replace(robot, notes=(*robot.notes, f"{text}: check that its lengths are in m"))
     name, value = max(_lengths(robot), key=lambda length: abs(length[1]))
     raise RobotError(f"{text}; give lengths in m, such as {name} = {value * size:.6g} instead of {value:g}")
@@ -53,7 +53,7 @@ def is_whole_degrees(value: float) -> bool:
 def _distance(robot: Robot) -> float:
     """Maximum distance of the tool from the base over a few joint positions [m]."""
     low, high = np.array([_span(joint) for joint in robot.moving]).T
-    q = np.random.default_rng(0).uniform(low, high, (POSES, robot.dof))
+    q = np.random.default_rng(0).uniform(low, high, (CHECKED_POSES, robot.dof))
     chain = robot.with_effects().with_frames(base=Frame()).chain
     return float(np.linalg.norm(chains.poses(chain, q)[:, :3, 3], axis=1).max())
 

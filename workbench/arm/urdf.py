@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import yourdfpy
 
 KINDS = {kind.value: kind for kind in JointKind} | {"continuous": JointKind.REVOLUTE}
-LARGEST_FILE, MAX_PARTS = 16 * 2**20, 1000
+MAX_FILE_BYTES, MAX_PARTS = 16 * 2**20, 1000
 """Maximum number of bytes, links and joints of a file."""
 BASE_LINK, TOOL_LINK = "measuring_frame", "calibrated_tool"
 """Links before and after the arm in a written file; the tool's is then the chain's end."""
@@ -157,7 +157,7 @@ def _check_angles(joint: ET.Element, path: Path) -> None:
 def xml_root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
     """The file's <robot>, comments included."""
     parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
-    content = read_bytes(path, wanted=wanted, maximum=LARGEST_FILE)
+    content = read_bytes(path, wanted=wanted, maximum=MAX_FILE_BYTES)
     try:
         return ET.fromstring(content, parser=parser)
     except ET.ParseError as error:

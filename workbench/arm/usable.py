@@ -28,19 +28,19 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.wording import in_mm
 
-CLOSE = 1e-4
+POSITION_SIGMA = 1e-4
 """s_p of observed positions [m]: below the accuracy of calibrations."""
 LEVER = 0.3
 """Lever that weighs angles [m], s_φ = s_p / lever: about the size of a tool with its workpiece."""
-OPEN = 0.02
+OPEN_SIGMA = 0.02
 """s of a channel that was not observed [m or rad]: accuracy of nominal arms."""
-MADE = 0.01
+CONSTANT_SIGMA = 0.01
 """s_x of the arm's constants [rad or m]."""
 LIMIT_SAMPLES = 500
 """Number of joint positions sampled within the limits if none are known."""
 NO_DIFFERENCE = 1e-9
 """Difference [m] that counts as zero."""
-ITERATIONS = 30
+MAX_ITERATIONS = 30
 """Maximum number of Gauss–Newton steps."""
 
 
@@ -311,7 +311,9 @@ def _fitted(
     seen: tuple[bool, bool],
 ) -> Robot:
     """The arm with the named constants fitted; unobserved rotations are relative to its own base."""
-    sigma = np.repeat([CLOSE if seen[0] else OPEN, CLOSE / LEVER if seen[1] else OPEN], 3)
+    sigma = np.repeat(
+        [POSITION_SIGMA if seen[0] else OPEN_SIGMA, POSITION_SIGMA / LEVER if seen[1] else OPEN_SIGMA], 3
+    )
     here, nominal = Motion(q), tool_poses(start, Motion(q))
     wanted = wanted.copy()
     if not seen[0]:
@@ -328,7 +330,7 @@ def _fitted(
             twists[:, 3:] = columns[:, 3:] * own
         return (error / sigma).ravel(), (twists / sigma[:, None]).reshape(-1, len(names))
 
-    prior = np.array([0.0 if n.startswith(("base.", "tool.")) else 1.0 / MADE for n in names])
+    prior = np.array([0.0 if n.startswith(("base.", "tool.")) else 1.0 / CONSTANT_SIGMA for n in names])
     return closest(start, names, at, prior=prior)
 
 
@@ -344,7 +346,7 @@ def closest(start: Robot, names: tuple[str, ...], at, *, prior: Float[np.ndarray
     begin = start.values(names)
     arm, x, (residual, jacobian) = start, np.zeros(len(names)), at(start)
     cost = float(residual @ residual)
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
         rows = np.vstack([jacobian, np.diag(prior)])
         step = np.linalg.lstsq(rows, np.concatenate([residual, -prior * x]), rcond=None)[0]
         moved = start.with_values(dict(zip(names, (begin + x + step).tolist(), strict=True)))

@@ -16,7 +16,7 @@ from workbench.base.errors import FileError
 
 MAX_FILE_BYTES = 4 * 2**30
 """Files beyond this size are refused [bytes]: a device without end is one of them."""
-CHUNK = 16 * 2**20
+CHUNK_BYTES = 16 * 2**20
 STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1")
 """Names of files that mean standard output."""
 _WAITING: ContextVar[list[Callable[[], None]] | None] = ContextVar("waiting", default=None)
@@ -45,7 +45,7 @@ def read_bytes(path: Path | str, *, wanted: str, maximum: int = MAX_FILE_BYTES) 
 def _all_of(file: BinaryIO, maximum: int) -> bytes:
     """So many bytes, or all there are; asked for at once, they would have their memory beforehand."""
     parts: list[bytes] = []
-    while maximum > 0 and (part := file.read(min(maximum, CHUNK))):
+    while maximum > 0 and (part := file.read(min(maximum, CHUNK_BYTES))):
         parts.append(part)
         maximum -= len(part)
     return b"".join(parts)

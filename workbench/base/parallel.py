@@ -19,9 +19,9 @@ from workbench.base.installed_package import package_version
 from workbench.base.progress import cancelled, progress, running
 from workbench.base.threads import one_thread
 
-CONNECTING = 5.0
+CONNECTION_TIMEOUT = 5.0
 """Seconds to wait for a scheduler."""
-RETRIES = 3
+MAX_RETRIES = 3
 """How often a piece that failed on a worker is tried again."""
 MIN_LEFT, MIN_LEFT_AT_FIRST = 8.0, 40.0
 """Work that is worth other processes, which need seconds to begin; the first piece may be slow itself [s]."""
@@ -96,7 +96,7 @@ def _on_cluster(
     except ImportError:
         raise MissingExtraError("--scheduler", extra="dask") from None
     try:
-        client = Client(scheduler, timeout=CONNECTING, set_as_default=False)
+        client = Client(scheduler, timeout=CONNECTION_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise OptionError(
             f"no Dask scheduler answers at {scheduler} ({error}); start one with `dask scheduler` and give "
@@ -106,7 +106,7 @@ def _on_cluster(
         ) from None
     with _quiet(), client:
         _check_workers(client, scheduler)
-        futures = [client.submit(work, *piece, pure=False, retries=RETRIES) for piece in pieces]
+        futures = [client.submit(work, *piece, pure=False, retries=MAX_RETRIES) for piece in pieces]
         try:
             for future in takewhile(lambda _: not stop.is_set(), futures):
                 yield _result(future, scheduler)
@@ -149,7 +149,7 @@ def _result(future: Any, scheduler: str) -> Any:
 def _check_workers(client: Any, scheduler: str) -> None:
     """Refuse a cluster without workers, or with workers whose results could differ from local ones."""
     try:
-        client.wait_for_workers(1, timeout=CONNECTING)
+        client.wait_for_workers(1, timeout=CONNECTION_TIMEOUT)
         theirs = client.run(versions)
     except TimeoutError:
         raise OptionError(

@@ -19,7 +19,7 @@ from threadpoolctl import OpenBLASController, threadpool_limits
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-AHEAD = 2
+PIECES_AT_ONCE = 2
 """Pieces that are worked on at once: nearly every machine has so many processors, and memory is spared."""
 
 
@@ -83,11 +83,11 @@ def in_order(function: Callable[[Item], Result], pieces: Sequence[Item]) -> Iter
     if len(pieces) < 2:
         yield from map(function, pieces)
         return
-    with ThreadPoolExecutor(AHEAD) as pool:
+    with ThreadPoolExecutor(PIECES_AT_ONCE) as pool:
         under_way: deque[Future[Result]] = deque()
         for piece in pieces:
             under_way.append(pool.submit(function, piece))
-            if len(under_way) > AHEAD:
+            if len(under_way) > PIECES_AT_ONCE:
                 yield under_way.popleft().result()
         while under_way:
             yield under_way.popleft().result()

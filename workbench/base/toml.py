@@ -15,7 +15,7 @@ from workbench.base.errors import FileError
 from workbench.base.files import read_bytes
 from workbench.base.types import frozen
 
-LARGEST_FILE = 16 * 2**20
+MAX_FILE_BYTES = 16 * 2**20
 """Files beyond this size are refused [bytes]."""
 MAX_TABLES = 1000
 """More tables of one name than this are refused: computing with them would take forever."""
@@ -38,7 +38,7 @@ class AbstractTableReader(ABC):
         """The file's tables."""
         if not Path(self.path).exists():
             raise self.fail(f"no such file; give {self.otherwise}")
-        content = read_bytes(self.path, wanted=self.wanted, maximum=LARGEST_FILE)
+        content = read_bytes(self.path, wanted=self.wanted, maximum=MAX_FILE_BYTES)
         try:
             return tomllib.loads(content.decode("utf-8-sig"))
         except UnicodeDecodeError as error:

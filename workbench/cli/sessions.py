@@ -13,7 +13,7 @@ from workbench.base.errors import OptionError
 from workbench.base.progress import running
 from workbench.cli import options as opt
 
-HEAD_START = 3.0
+RECORDING_DELAY = 3.0
 """Delay of the recording's start, so that the page's first picture comes sooner [s]; nothing is lost."""
 
 
@@ -119,4 +119,4 @@ def _with_recorder(begun, live: str | None):
         return begun
     from workbench.views.recording.recorder import recorder
 
-    return replace(begun, keepers=(*begun.keepers, recorder(begun.folder, live=live, after=HEAD_START)))
+    return replace(begun, keepers=(*begun.keepers, recorder(begun.folder, live=live, after=RECORDING_DELAY)))

@@ -18,7 +18,7 @@ from workbench.base.errors import FileError, MissingExtraError
 
 MAX_ROWS, MAX_COLUMNS = 2**20, 1000
 """Rows are what a sheet can hold at most; no arm has so many columns."""
-RATIO, MIN_BYTES, MAX_BYTES = 60, 4 * MEBIBYTE, 512 * MEBIBYTE
+MAX_UNPACKING_RATIO, MIN_BYTES, MAX_BYTES = 60, 4 * MEBIBYTE, 512 * MEBIBYTE
 """How large a workbook may unpack: so many times its size, but not less and not more [bytes]."""
 
 BASE_MEMORY = 300 * MEBIBYTE
@@ -31,7 +31,7 @@ Cells = tuple[list[list[str]], list[int]]
 def read_workbook(data: bytes, path: Path) -> dict[str, Cells]:
     """Cells of each sheet by its name."""
     what, instead = "this workbook", "save it again as .xlsx, or as CSV"
-    maximum = min(max(MIN_BYTES, RATIO * len(data)), MAX_BYTES)
+    maximum = min(max(MIN_BYTES, MAX_UNPACKING_RATIO * len(data)), MAX_BYTES)
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             unpacked = sum(entry.file_size for entry in archive.infolist())

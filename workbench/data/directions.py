@@ -7,7 +7,7 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 
-STILL = 1e-6
+MIN_JOINT_MOTION = 1e-6
 """Changes of a joint [rad or m] below this are no motion; the last direction holds on."""
 
 
@@ -25,7 +25,7 @@ def with_directions(data: Dataset) -> Dataset:
     order = np.lexsort((data.time, session))
     moved = np.diff(data.q[order], axis=0, prepend=data.q[order][:1])
     moved[np.flatnonzero(np.diff(session[order], prepend=-1))] = 0.0
-    sign = np.where(np.abs(moved) > STILL, np.sign(moved), 0.0)
+    sign = np.where(np.abs(moved) > MIN_JOINT_MOTION, np.sign(moved), 0.0)
     out = np.empty_like(sign)
     out[order] = _continued(sign, session[order])
     note = (

@@ -18,7 +18,7 @@ SPLIT = re.compile(r"^before row \d+$| ?from row \d+′*$")
 """What `split_sessions` says in the name of a session."""
 
 
-SAME_RUN = 0.5
+SAME_RUN_SHARE = 0.5
 """Part of the minimum time between rows of a file that rows of two files of one run are apart."""
 
 
@@ -51,7 +51,7 @@ def beside(other: Dataset, data: Dataset) -> Dataset:
     overlap = first[0] <= second[-1] and second[0] <= first[-1]
     nearest = np.diff(np.sort(np.concatenate([first, second]))).min()
     usual = min(np.diff(first).min(), np.diff(second).min())
-    return replace(other, is_of_later=not (overlap and nearest > SAME_RUN * usual))
+    return replace(other, is_of_later=not (overlap and nearest > SAME_RUN_SHARE * usual))
 
 
 def split_sessions(data: Like[Dataset], row: int) -> Dataset:

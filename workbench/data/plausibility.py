@@ -26,7 +26,7 @@ MIN_CHECKED_ROWS = 5
 """Rows that tell."""
 MAX_CHECKED_ROWS = 500
 """Rows that are looked at."""
-ENDS = np.radians(150.0)
+MAX_TURN = np.radians(150.0)
 """Turns beyond this are left out where a direction is sought: theirs is uncertain."""
 
 
@@ -93,7 +93,7 @@ def _mismatch(measured: Float[np.ndarray, "rows 3 3"], expected: Float[np.ndarra
     """How far the turns from the first row are from the arm's [rad], whatever base and tool are."""
     turned, meant = (turns @ turns[0].T for turns in (measured, expected))
     before, after = se3.matrix_to_rotvec(meant), se3.matrix_to_rotvec(turned)
-    certain = (np.linalg.norm(before, axis=1) < ENDS) & (np.linalg.norm(after, axis=1) < ENDS)
+    certain = (np.linalg.norm(before, axis=1) < MAX_TURN) & (np.linalg.norm(after, axis=1) < MAX_TURN)
     frame = nearest_rotation(after[certain].T @ before[certain])
     turns = se3.matrix_to_rotvec(np.swapaxes(turned, 1, 2) @ frame @ meant @ frame.T)
     return float(np.median(np.linalg.norm(turns, axis=1)))
@@ -101,7 +101,7 @@ def _mismatch(measured: Float[np.ndarray, "rows 3 3"], expected: Float[np.ndarra
 
 REACH_FACTOR = 20.0
 """Points farther than this many times the reach from the session's median are a mistake of units."""
-BEYOND = 0.05
+SLACK = 0.05
 """How far beyond a limit a joint may be without a note [rad or m]."""
 NO_DIFFERENCE = 1e-6
 """Angles [rad] and lengths [m] below this are no difference."""
@@ -220,7 +220,7 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
     notes = []
     for joint, (low, high) in enumerate(limits):
         mine = dataset.q[:, joint]
-        outside = np.flatnonzero(dataset.included & ((mine < low - BEYOND) | (mine > high + BEYOND)))
+        outside = np.flatnonzero(dataset.included & ((mine < low - SLACK) | (mine > high + SLACK)))
         if len(outside):
             notes.append(
                 f"joint {joint + 1} is outside its limits ({low:.4g} … {high:.4g}) in {len(outside)} row(s), "

@@ -25,7 +25,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.result import Validation
 
-LOST = 1.5
+DIVERGED_RATIO = 1.5
 """A fit with effects has diverged if its error on the fitted rows exceeds the geometry's by this factor."""
 
 
@@ -71,7 +71,7 @@ class CauseSearch:
     def is_lost(self) -> bool:
         """Whether the fit with effects ended far above the geometry alone, which it contains."""
         before, after = (v.errors.train.position_mm.rms for v in (self.before, self.after))
-        return bool(after > LOST * before)
+        return bool(after > DIVERGED_RATIO * before)
 
 
 def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> CauseSearch:

@@ -12,7 +12,7 @@ SMALL_TRAVEL = np.deg2rad(30.0)
 """Range of a joint below which it moved little [rad]; below `STILL` it did not move."""
 MIN_SPREAD = 0.02
 """Share of the widest spread of poses below which a direction in joint space was not measured."""
-PER_UNKNOWN = 3.0
+MIN_NUMBERS_PER_UNKNOWN = 3.0
 """Minimum measured numbers per unknown to separate effects from geometry."""
 
 
@@ -25,10 +25,10 @@ def too_few_rows(fit: Fit) -> str | None:
             "joint space, too few to separate effects from geometry, so no effects were tried; measure poses "
             "spread over all joints."
         )
-    if fit.problem.count >= PER_UNKNOWN * unknowns:
+    if fit.problem.count >= MIN_NUMBERS_PER_UNKNOWN * unknowns:
         return None
     per_row = fit.problem.count / max(len(fit.problem.data), 1)
-    missing = int(PER_UNKNOWN * unknowns / per_row) + 1 - len(fit.problem.data)
+    missing = int(MIN_NUMBERS_PER_UNKNOWN * unknowns / per_row) + 1 - len(fit.problem.data)
     return (
         f"{len(fit.problem.data)} rows for {unknowns} unknowns are too few to separate effects from "
         f"geometry, so no effects were tried; measure about {missing} more poses, spread over all joints."

@@ -10,13 +10,13 @@ import numpy as np
 from jaxtyping import Bool
 
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.search.refit import LAST_STEPS, refit
+from workbench.diagnosis.search.refit import MAX_LAST_STEPS, refit
 from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Problem
 
-WORSE = 1.1
+MAX_SQUARE_RATIO = 1.1
 """Times the mean square without that the last fit may leave with constants held, or they are let go: what
 they move is seen after all, as where a carriage tips about another place than the frame of its slide."""
 
@@ -82,15 +82,15 @@ def _again(last: Searched, geometric: Problem, rows: Dataset) -> Fit:
             last.found.model,
             data=rows,
             begin=before.problem.named(before.x),
-            steps=LAST_STEPS,
+            steps=MAX_LAST_STEPS,
             holds=holds,
         ).fit
 
     held = fitted(holds=True)
-    if _mean_square(held) <= WORSE * _mean_square(before):
+    if _mean_square(held) <= MAX_SQUARE_RATIO * _mean_square(before):
         return held
     free = fitted(holds=False)
-    return free if _mean_square(held) > WORSE * _mean_square(free) else held
+    return free if _mean_square(held) > MAX_SQUARE_RATIO * _mean_square(free) else held
 
 
 def _mean_square(fit: Fit) -> float:

@@ -12,8 +12,8 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import capital
 from workbench.diagnosis.claims.cause import Cause
-from workbench.diagnosis.claims.claimed_causes import PART_OF_NOISE
-from workbench.identification.checks.gravity_direction import MENTIONED_FROM, tilts_of_gravity
+from workbench.diagnosis.claims.claimed_causes import MIN_NOISE_SHARE
+from workbench.identification.checks.gravity_direction import MIN_MENTIONED_ERRORS, tilts_of_gravity
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 
@@ -46,7 +46,7 @@ class GravityDirection(AbstractEffect):
 def standing_notes(fit: Fit, given: Robot) -> list[str]:
     """Notes on arms tilted significantly from the file, though within its tolerance."""
     found = tilts_of_gravity(fit, given)
-    return [s.text for s in found if s.size > MENTIONED_FROM * s.error and not s.is_contradicted]
+    return [s.text for s in found if s.size > MIN_MENTIONED_ERRORS * s.error and not s.is_contradicted]
 
 
 def standing_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[Cause]:
@@ -64,7 +64,7 @@ def standing_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[Cause]:
         rows = motion.take(fit.problem.data.in_session(found.session)) if found.session else motion
         moved = (tool_poses(a, rows)[:, :3, 3] for a in (here, here.under(given.gravity)))
         explained = 1e3 * float(np.sqrt((np.subtract(*moved) ** 2).sum(1).mean()))
-        if explained >= 1e3 * PART_OF_NOISE * np.sqrt(3.0) * noise.position:
+        if explained >= 1e3 * MIN_NOISE_SHARE * np.sqrt(3.0) * noise.position:
             effect = GravityDirection((), tuple(found.angles.tolist()))
             yield Cause(
                 effects=(effect,),

@@ -28,27 +28,27 @@ from workbench.identification.problem_blocks import observed_kinds
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.report.numbers import readable_unit
 
-POOL = 400
+CANDIDATE_POSES = 400
 """Number of candidate poses …"""
-MANY = 100_000
+MAX_CANDIDATE_UNKNOWNS = 100_000
 """… or fewer, so that poses times unknowns stay below this."""
-MEASURED = 2000
+MAX_MEASURED_ROWS = 2000
 """Number of measured rows, evenly spread, that represent all of them."""
-WIDER = 0.1
+BOX_MARGIN = 0.1
 """Share of the measured box by which a pose may lie outside it."""
-CLEAR = 0.01
+MIN_CLEARANCE = 0.01
 """Minimum clearance between links [m]."""
-OPEN = 1e3
+OPEN_ERROR = 1e3
 """Standard error, relative to that from one average row, above which an unknown was unobservable before."""
-VAGUE = 100.0
+UNKNOWN_ERRORS = 100.0
 """Standard error, likewise, above which it remains practically unknown afterwards."""
-INCREDIBLE = 0.01
+MAX_USEFUL_ERROR = 0.01
 """Standard error of an angle or a length [rad or m] that is meaningless for a working arm."""
-SLIGHT = 0.005
+MIN_FALL = 0.005
 """Relative decrease of a standard error below which no number is given."""
-ALIKE = 0.3
+MIN_CORRELATION = 0.3
 """Correlation above which a pose is said to separate two unknowns."""
-WEAK = 1e-8
+PRIOR_INFORMATION = 1e-8
 """Relative information added as a prior, so that unobservable parameters can be requested."""
 
 
@@ -88,7 +88,7 @@ def next_poses(
         effects: Effects of interest; the geometry as a whole if empty.
         measurable: Whether postures can be measured; all reachable ones if None.
     """
-    pool = _pool(problem, x, rng, max(min(POOL, MANY // len(x)), 50), measurable)
+    pool = _pool(problem, x, rng, max(min(CANDIDATE_POSES, MAX_CANDIDATE_UNKNOWNS // len(x)), 50), measurable)
     if not len(pool.q):
         return pool.q, ()
     requested = carriers(effects)
@@ -102,7 +102,7 @@ def next_poses(
     scale = np.maximum(np.hypot(np.linalg.norm(now, axis=0), new_size), 1e-12)
     now /= scale
     information = now.T @ now
-    information[np.diag_indices(len(information))] += WEAK
+    information[np.diag_indices(len(information))] += PRIOR_INFORMATION
     per_pose = (new / scale).reshape(len(pool), -1, len(scale))
     known = len(scale) - sum(len(e.names) for e in requested) if requested else 0
     chosen, steps = _greedy(information, per_pose, known, count)
@@ -112,8 +112,8 @@ def next_poses(
 
 
 def _some_rows(problem: Problem) -> Problem:
-    """A problem with at most `MEASURED` of its rows."""
-    every = -(-len(problem.data) // MEASURED)
+    """A problem with at most `MAX_MEASURED_ROWS` of its rows."""
+    every = -(-len(problem.data) // MAX_MEASURED_ROWS)
     if every == 1:
         return problem
     rows = problem.data.take(np.arange(0, len(problem.data), every))
@@ -176,26 +176,26 @@ def _reason(
 ) -> NextReason:
     """The parameter of interest that a pose improves most, and the one from which it separates it best."""
     old, new = (np.sqrt(np.diag(c)) for c in (before, after))
-    is_vague = (old > OPEN) & (new > VAGUE)
+    is_vague = (old > OPEN_ERROR) & (new > UNKNOWN_ERRORS)
     best = known + int(np.argmin((new / old + is_vague)[known:]))
     mine = unknowns[best]
     alike = np.abs(before[best]) / (old * old[best])
     alike[[u.owner == mine.owner for u in unknowns]] = 0.0
     other = int(np.argmax(alike))
     size = new[best] / scale[best]
-    if is_vague[best] or (old[best] > OPEN and mine.unit in ("rad", "m") and size > INCREDIBLE):
+    if is_vague[best] or (old[best] > OPEN_ERROR and mine.unit in ("rad", "m") and size > MAX_USEFUL_ERROR):
         text = f"is a first step to make {mine.name} observable"
-    elif old[best] > OPEN:
+    elif old[best] > OPEN_ERROR:
         factor, unit = readable_unit(mine.unit)
         text = f"makes {mine.name} observable: ± {factor * size:.2g} {unit}"
     else:
         verb = (
             f"separates {mine.name} from {unknowns[other].name}"
-            if alike[other] > ALIKE
+            if alike[other] > MIN_CORRELATION
             else f"sharpens {mine.name}"
         )
         fall = 1.0 - new[best] / old[best]
-        text = f"{verb}: ± {100.0 * fall:.0f} % smaller" if fall > SLIGHT else f"{verb}, by less than 1 %"
+        text = f"{verb}: ± {100.0 * fall:.0f} % smaller" if fall > MIN_FALL else f"{verb}, by less than 1 %"
     return NextReason(text, float(new[best] / old[best]), gain)
 
 
@@ -244,7 +244,7 @@ def _pool(
 def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Which poses have the tool within the slightly enlarged box of the measured positions."""
     seen = tool_poses(arm, Motion(measured))[:, :3, 3]
-    margin = WIDER * np.ptp(seen, axis=0)
+    margin = BOX_MARGIN * np.ptp(seen, axis=0)
     at = tool_poses(arm, Motion(q))[:, :3, 3]
     return ((at >= seen.min(0) - margin) & (at <= seen.max(0) + margin)).all(1)
 
@@ -255,7 +255,7 @@ def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     if not len(shape.checked.pairs) or not len(q):
         return np.ones(len(q), bool)
     closest = float(shape.own_distances(shape.placements(measured)).min())
-    return shape.own_distances(shape.placements(q)) >= min(CLEAR, closest)
+    return shape.own_distances(shape.placements(q)) >= min(MIN_CLEARANCE, closest)
 
 
 def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:

@@ -11,9 +11,9 @@ from workbench.diagnosis.search.evidence import Offer
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 
-NOISE_LIKE = 1.25
+MAX_NOISE_RATIO = 1.25
 """Maximum ratio of the residual to the known noise at which it still counts as noise."""
-MAJOR_SHARE = 0.5
+MIN_MAJOR_SHARE = 0.5
 """Share of the remaining error due to joint readings above which the message starts with it."""
 LET_SETTLE = "let the arm settle before reading its joints, or average several readings"
 """Advice if all joints scatter."""
@@ -58,12 +58,12 @@ class RemainingError:
         """Whether something is left to explain."""
         if np.isnan(self.noise_ratio):
             return bool(self.is_structured or self.distrusted)
-        return self.noise_ratio > NOISE_LIKE
+        return self.noise_ratio > MAX_NOISE_RATIO
 
     def opening(self, chain: Chain) -> str:
         """A sentence if noise of the joint readings dominates; empty otherwise."""
         noise = self.joint_noise
-        if noise is None or self.is_structured or noise.share <= MAJOR_SHARE:
+        if noise is None or self.is_structured or noise.share <= MIN_MAJOR_SHARE:
             return ""
         advice = CHECK_DRIVES if noise.joints_that_scatter else LET_SETTLE
         if noise.digit:
@@ -76,7 +76,7 @@ class RemainingError:
         text = self._compared()
         if self.is_structured:
             text += f": it {self.structure.sentence}"
-        if self.joint_noise is None or (not self.is_structured and self.joint_noise.share > MAJOR_SHARE):
+        if self.joint_noise is None or (not self.is_structured and self.joint_noise.share > MIN_MAJOR_SHARE):
             return text
         size, part = self.joint_noise.text(chain), f"{100 * self.joint_noise.share:.0f} %"
         if self.is_structured:
@@ -92,7 +92,7 @@ class RemainingError:
             known = f"the known noise ({1e3 * self.known_noise.position:.2g} mm per axis)"
             if self.is_more_than_noise:
                 return f"is {ratio:.1f} times what {known} explains"
-            return f"agrees with {known}" if ratio * NOISE_LIKE > 1.0 else f"is less than {known}"
+            return f"agrees with {known}" if ratio * MAX_NOISE_RATIO > 1.0 else f"is less than {known}"
         if self.is_more_than_noise:
             return "has structure that no known effect explains"
         if self.structure.found:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-NOTICEABLE = 0.9
+WORTHWHILE_RATIO = 0.9
 """Ratio of a standard error after to before below which a further pose is worthwhile."""
 
 
@@ -255,7 +255,7 @@ class Diagnosis(AbstractReported):
     @property
     def worth_measuring(self) -> bool:
         """Whether a pose to measure next would make a standard error noticeably smaller."""
-        return any(reason.shrinks_to < NOTICEABLE for reason in self.next_reasons)
+        return any(reason.shrinks_to < WORTHWHILE_RATIO for reason in self.next_reasons)
 
     @property
     def error(self) -> BeforeAfter:

@@ -11,15 +11,15 @@ from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.preparation import Prepared
 
-TRIED = 12
+MAX_EVALUATED = 12
 """Number of ranked candidates evaluated on the judging rows."""
-LISTED = 3
+MAX_LISTED_RIVALS = 3
 """Maximum number of rivals listed for an effect."""
-MENTIONED = 0.5
+MIN_RELATIVE_EVIDENCE = 0.5
 """Minimum evidence of a rival relative to the effect's to be listed …"""
-MUCH_WORSE = 100.0
+MAX_EVIDENCE_GAP = 100.0
 """… and maximum difference between the two."""
-RANKED = 40
+MAX_RANKED = 40
 """Maximum number of candidates in the ranking."""
 
 
@@ -55,7 +55,7 @@ class ModelComparison:
     def ranking(self) -> tuple[Ranked, ...]:
         """Candidates by their contribution to the geometry alone; the first few are evaluated."""
         best = enumerate(ranked(self._searched))
-        return tuple(_ranked(o, self.errors((o.term,)) if k < TRIED else None) for k, o in best)
+        return tuple(_ranked(o, self.errors((o.term,)) if k < MAX_EVALUATED else None) for k, o in best)
 
     def _errors(self, arm: Robot, found) -> Errors:
         return Errors.of(self._ready.errors_on(self._data, arm, found))
@@ -69,12 +69,12 @@ def _ranked(offer: Offer, errors: Errors | None) -> Ranked:
 def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
     """The best candidates for the place of an accepted term, each with the rest of its model."""
     place = place_of(searched, (term,))
-    minimum = max(MENTIONED * place.own, place.own - MUCH_WORSE)
+    minimum = max(MIN_RELATIVE_EVIDENCE * place.own, place.own - MAX_EVIDENCE_GAP)
     near = distinct([o for o in place.offers if o.gain > minimum])
-    return [(place.left.model, found) for found in near[:LISTED]]
+    return [(place.left.model, found) for found in near[:MAX_LISTED_RIVALS]]
 
 
 def ranked(searched: Searched) -> list[Offer]:
     """Contributions of candidates to the geometry alone, best first; one per label."""
     found = offers(left_by(searched.grams, ()), searched.offered.candidates)
-    return distinct(sorted(found, key=lambda o: -o.gain))[:RANKED]
+    return distinct(sorted(found, key=lambda o: -o.gain))[:MAX_RANKED]

@@ -26,13 +26,13 @@ from workbench.base.wording import joint_list
 from workbench.diagnosis.search.evidence import coefficients, curvature, left_by
 from workbench.diagnosis.search.rounds import Searched
 
-DETECTABLE_FROM = 6.0
+DETECTABLE_ERRORS = 6.0
 """Size in standard errors that makes an effect certain to be found, by evidence and by all folds …"""
-PART = 0.5
+MIN_SIZE_SHARE = 0.5
 """… if its size is this share of the largest one found."""
-DISTINCT = 0.01
+MIN_DISTINCT_SHARE = 0.01
 """Share of a column's square left by the model below which both are indistinguishable."""
-IDLE = 0.01
+MIN_MOMENT = 0.01
 """Root mean square of a moment, relative to the arm's maximum, below which the joint is unloaded."""
 
 
@@ -80,8 +80,8 @@ def undetectable(searched: Searched, robot: Robot, motion: Motion) -> tuple[Unde
         size = sizes.like(candidate.effect, robot.chain)
         if candidate.names[0] in idle:
             out.append(Undetectable(candidate.effect, Reason.UNLOADED, np.inf))
-        elif DETECTABLE_FROM * std > PART * size > 0.0:
-            reason = Reason.COVERED if alone < DISTINCT * whole else Reason.FAINT
+        elif DETECTABLE_ERRORS * std > MIN_SIZE_SHARE * size > 0.0:
+            reason = Reason.COVERED if alone < MIN_DISTINCT_SHARE * whole else Reason.FAINT
             weight = size**2 / (size**2 + std**2)
             found = left.inner[column, -1] / (alone * scale) if weight > 0.0 else 0.0
             expected = np.sqrt((weight * found) ** 2 + size**2 * (1.0 - weight))
@@ -174,7 +174,7 @@ def _idle(searched: Searched, robot: Robot, motion: Motion) -> set[str]:
     wrenches, joints = motion_wrenches(robot, motion), range(robot.dof)
     about = np.sqrt((own(robot.chain, joints, wrenches) ** 2).mean(0))
     tipping = np.sqrt((across(robot.chain, joints, wrenches) ** 2).sum(-1).mean(0))
-    minimum = IDLE * max(about.max(), tipping.max())
+    minimum = MIN_MOMENT * max(about.max(), tipping.max())
     size = {Loads.OWN: about, Loads.ALL: tipping}
     return {
         c.names[0]

@@ -12,7 +12,7 @@ from workbench.diagnosis.result import Verdict
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.result import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
 
-SPELT_OUT = 3
+MAX_STATED_CAUSES = 3
 """Maximum number of causes stated in full."""
 
 
@@ -62,9 +62,9 @@ def conclude(
 
 def _added(causes: Sequence[Cause], residual_map: ResidualMap | None) -> str:
     """Sentences on the added effects."""
-    sentences = [f"{c.stated}." for c in causes[:SPELT_OUT]]
-    if len(causes) > SPELT_OUT:
-        sentences.append(f"{len(causes) - SPELT_OUT} more causes are in the table.")
+    sentences = [f"{c.stated}." for c in causes[:MAX_STATED_CAUSES]]
+    if len(causes) > MAX_STATED_CAUSES:
+        sentences.append(f"{len(causes) - MAX_STATED_CAUSES} more causes are in the table.")
     sentences += doubts(causes)
     if residual_map is not None:
         in_full = residual_map.beside_causes or not causes  # else the decrease is stated for both together

@@ -34,7 +34,7 @@ from workbench.base.files import read_bytes, write_text
 from workbench.base.types import Matrix4
 from workbench.identification.checks.arm_match import require_same_arm
 
-POSES = 500
+COMPARED_POSES = 500
 """Poses over which a file is compared with the calibration."""
 
 
@@ -153,7 +153,7 @@ class Exported:
         return None if self.left is None else self.left.rotation_max
 
 
-def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = POSES) -> Exported:
+def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = COMPARED_POSES) -> Exported:
     """Write a calibration in a form, and say how much of it the file holds.
 
     Args:

@@ -22,7 +22,7 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 
 MAX_ALTERNATIONS = 20
 """Alternations between base and tool for points; each is a closed form."""
-ENOUGH_ROWS = 500
+MAX_ALIGNED_ROWS = 500
 """Maximum number of rows for the closed forms; all rows take part in the final fit."""
 SAME_PLACE = 1e-9
 """Measured points closer than this [m] count as visits to one place."""
@@ -51,8 +51,8 @@ def align(
     """
     if not freedom.base and not freedom.tool:
         return robot
-    if len(data) > 2 * ENOUGH_ROWS:
-        some = data.take(spread_rows(data, ENOUGH_ROWS))
+    if len(data) > 2 * MAX_ALIGNED_ROWS:
+        some = data.take(spread_rows(data, MAX_ALIGNED_ROWS))
         if some.sessions == data.sessions:
             rough = align(robot, some, freedom, noise=noise, known=known, limit=limit)
             problem = Problem.build(rough, data, free=(), frames=freedom, noise=noise, known=known)

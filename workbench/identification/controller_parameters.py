@@ -27,8 +27,8 @@ from workbench.arm.kinematics.forward import identification_jacobian, joint_elem
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.usable import (
-    CLOSE,
     LEVER,
+    POSITION_SIGMA,
     PoseErrors,
     Usable,
     closest,
@@ -45,11 +45,11 @@ from workbench.identification.undetermined_combinations import independent_colum
 
 UNSEEN_LEVER = 0.03
 """Lever where orientations were not measured [m]: it only keeps them near where they are."""
-WORSE, SMALL = 1.02, 1e-6
+WORSE_RATIO, WORSE_AMOUNT = 1.02, 1e-6
 """A mean error is worse if it exceeds another by this factor and this amount [m or rad]."""
-NOTICED = CLOSE / LEVER
+NOTICED = POSITION_SIGMA / LEVER
 """That amount for orientations that were not measured [rad]."""
-REPEATS = 1e-8
+MIN_OWN_SHARE = 1e-8
 """A number is redundant if earlier ones leave less than this share of its effect."""
 
 
@@ -91,8 +91,8 @@ class ControllerNumbers:
     @property
     def is_better(self) -> bool:
         """Whether entering these numbers helps, and makes nothing worse."""
-        helps = WORSE * self.after.position_mean < self.before.position_mean or (
-            WORSE * self.after.rotation_mean < self.before.rotation_mean
+        helps = WORSE_RATIO * self.after.position_mean < self.before.position_mean or (
+            WORSE_RATIO * self.after.rotation_mean < self.before.rotation_mean
         )
         return helps and not self.losses
 
@@ -152,7 +152,7 @@ def controller_numbers(
     if frames:
         start = closest(start, frames, lambda arm: at(arm, frames), prior=np.zeros(len(frames)))
     jacobian = at(start, names)[1]
-    own = independent_columns(jacobian, REPEATS * np.linalg.norm(jacobian, axis=0))
+    own = independent_columns(jacobian, MIN_OWN_SHARE * np.linalg.norm(jacobian, axis=0))
     held = tuple(n for i, n in enumerate(names) if i not in own)
     free = tuple(names[i] for i in own)
     arm = closest(start, free, lambda arm: at(arm, free), prior=np.zeros(len(free)))
@@ -194,17 +194,17 @@ def _names(arm: Robot, parts: tuple[ControllerPart, ...]) -> tuple[str, ...]:
 def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows n"]) -> Iterator[str]:
     """Where an arm has larger errors than the one from which the search started."""
     actual = usable.robot.with_effects(*divided(usable.robot)[0])
-    minimum = SMALL if usable.sees_rotation else NOTICED
+    minimum = WORSE_AMOUNT if usable.sees_rotation else NOTICED
     for where, rows in (("at the measured poses", q), ("within the joint limits", sampled(arm))):
         for place, tool in (("tool", None), ("flange", Frame())):
             wanted, old, new = (
                 tool_poses(each.with_frames(tool=tool), Motion(rows)) for each in (actual, start, arm)
             )
             before, after = (PoseErrors.of(se3.pose_error(wanted, each)) for each in (old, new))
-            if after.position_mean > WORSE * before.position_mean + SMALL:
+            if after.position_mean > WORSE_RATIO * before.position_mean + WORSE_AMOUNT:
                 change = f"{in_mm(before.position_mean)} → {in_mm(after.position_mean)}"
                 yield f"{place} positions {where}: {change}"
-            if after.rotation_mean > WORSE * before.rotation_mean + minimum:
+            if after.rotation_mean > WORSE_RATIO * before.rotation_mean + minimum:
                 sizes = np.rad2deg([before.rotation_mean, after.rotation_mean])
                 yield f"{place} orientations {where}: {sizes[0]:.3f}° → {sizes[1]:.3f}°"
 

@@ -10,7 +10,7 @@ from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.data.plausibility import checked
-from workbench.identification.checks.arm_match import MISREAD, arm_match
+from workbench.identification.checks.arm_match import MISREAD_MISFIT, arm_match
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import choose_frames
 from workbench.identification.result import Evaluation
@@ -39,7 +39,7 @@ def evaluate(robot: Like[Robot], data: Like[Dataset], *, fit_frames: bool = Fals
         robot, notes = choice.robot, [*notes, *choice.notes]
     errors = row_errors(robot, used)
     misses = errors.position[np.isfinite(errors.position)]
-    if len(misses) and np.median(misses) > MISREAD * robot.reach:
+    if len(misses) and np.median(misses) > MISREAD_MISFIT * robot.reach:
         match = arm_match(robot, used)
         notes[:0] = [f"{match.text}; {match.remedy}"] if match.is_foreign else []
     return Evaluation(robot, used, errors, tuple(notes))

@@ -29,9 +29,9 @@ from workbench.report.result_display import AbstractReported
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-SUSPICIOUS = 5.0
+SUSPICIOUS_RATIO = 5.0
 """Ratio of a row's residual to that expected from the others, above which the row is listed."""
-ONLY_EXPECTED = 0.8
+UNINFORMATIVE_RATIO = 0.8
 """Ratio of a standard error to the prior's above which the rows carried no information."""
 POOR_ANGLE, POOR_LENGTH = np.deg2rad(1.0), 5e-3
 """Standard errors above which an observable parameter is called poorly determined [rad], [m]."""
@@ -204,7 +204,7 @@ class Fit(AbstractReported):
         """Constants for which the rows add almost nothing to the prior."""
         if self.problem.deviation is None:
             return frozenset()
-        limit = ONLY_EXPECTED * self.problem.deviation * np.sqrt(self.variance_factor)
+        limit = UNINFORMATIVE_RATIO * self.problem.deviation * np.sqrt(self.variance_factor)
         return frozenset(
             p.name for p, s in zip(self.parameters, self.std, strict=True) if p.is_geometry and s > limit
         )
@@ -277,5 +277,5 @@ class Fit(AbstractReported):
         """Rows (of the problem's data) that stand out from the others, worst first."""
         residuals = self.row_residuals
         typical = max(float(np.median(residuals)), 1e-12)
-        found = np.flatnonzero(residuals > SUSPICIOUS * typical)
+        found = np.flatnonzero(residuals > SUSPICIOUS_RATIO * typical)
         return found[np.argsort(-residuals[found])]

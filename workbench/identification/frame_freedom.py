@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.gravity import LEVELLED, level_axes, levelled
+from workbench.arm.gravity import LEVELLING_SIGMA, level_axes, levelled
 from workbench.arm.mounting import Mounting
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
@@ -124,4 +124,4 @@ def level_constraint(
         parts = [f"{base}.{part}" for part in ("roll", "pitch", "yaw")]
         mine = [k for k, name in enumerate(parts) if name in names]
         wall = np.concatenate([np.eye(2), level_axes(arm.gravity)[:2, mine]], axis=1)
-        yield (*angles, *(parts[k] for k in mine)), wall / LEVELLED
+        yield (*angles, *(parts[k] for k in mine)), wall / LEVELLING_SIGMA

@@ -22,7 +22,7 @@ from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.alignment import ENOUGH_ROWS, align, spread_rows
+from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.undetermined_combinations import factorise
@@ -31,7 +31,7 @@ SIGNIFICANCE = 1e-4
 """Significance level at which a freer model is taken."""
 STRANGE_ANGLE, STRANGE_LENGTH = np.deg2rad(10.0), 0.02
 """Corrections of the arm beyond these are implausible: more likely the tool differs from the file."""
-FAR_OFF = 10.0
+MAX_BASE_ERROR_RATIO = 10.0
 """A base declared as known is refused if its error is this many times that of a free one …"""
 CLEAR_SHARE_OF_REACH = 0.05
 """… and exceeds this share of the arm's reach."""
@@ -85,7 +85,7 @@ def choose_frames(
     """
     known = known or {}
     candidates = _candidates(robot, data, sessions, known)
-    trial = data.take(spread_rows(data, ENOUGH_ROWS))
+    trial = data.take(spread_rows(data, MAX_ALIGNED_ROWS))
     (chosen, text), aligned = candidates[0], None
     if len(candidates) > 1:
         taken = _decide(robot, trial, candidates, noise, free, effects, prior, known)
@@ -223,7 +223,7 @@ def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: M
         problem = Problem.build(arm, data, free=(), known=known)
         components = problem.physical(problem.residual(problem.start))[~problem.component_channels]
         found.append(float(np.sqrt(3.0 * (components**2).mean())))
-    if found[0] > max(FAR_OFF * found[1], CLEAR_SHARE_OF_REACH * robot.reach):
+    if found[0] > max(MAX_BASE_ERROR_RATIO * found[1], CLEAR_SHARE_OF_REACH * robot.reach):
         where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
         raise DataError(
             f"{data.source}: the nominal arm is off by {1e3 * found[0]:.0f} mm with the base as given, by "

@@ -31,7 +31,7 @@ from workbench.identification.rows.outlying_rows import Loss, row_weights
 from workbench.identification.rows.set_apart import prepare_without_outliers, suspects
 from workbench.plate.argument_types import checked_arguments
 
-REWEIGHTINGS = 10
+MAX_REWEIGHTINGS = 10
 """Maximum number of rounds of a robust loss."""
 
 
@@ -182,7 +182,7 @@ def _fit(problem, algorithm, loss) -> Fit:
     began = perf_counter()
     search = algorithm.search(problem)
     weights = np.ones(len(problem.data))
-    for _ in range(REWEIGHTINGS if loss in (Loss.HUBER, Loss.TUKEY) else 0):
+    for _ in range(MAX_REWEIGHTINGS if loss in (Loss.HUBER, Loss.TUKEY) else 0):
         fit = Fit.of(algorithm, problem.with_row_weights(None), search)
         new = row_weights(fit.row_residuals, loss)
         if np.abs(new - weights).max() < 1e-3 or search.outcome is Outcome.CANCELLED:

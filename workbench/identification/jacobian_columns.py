@@ -17,7 +17,7 @@ from workbench.base.threads import in_order
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import RowBlock
 
-AT_ONCE = 8
+BLOCKS_AT_ONCE = 8
 """Number of blocks whose inner products are taken together."""
 
 
@@ -123,7 +123,7 @@ def joined(
 ) -> Iterator[tuple[Int[np.ndarray, " rows"], Columns]]:
     """Columns of many rows in one, for blocks with the same components and unknowns."""
     for _, group in groupby(tables, lambda t: (t[1].shown.shape[1:], t[1].order.tobytes())):
-        while some := list(islice(group, AT_ONCE)):
+        while some := list(islice(group, BLOCKS_AT_ONCE)):
             rows, parts = zip(*some, strict=True)
             plain, shown, laws = (
                 np.concatenate([getattr(p, n) for p in parts]) for n in ("plain", "shown", "laws")

@@ -11,7 +11,7 @@ does not affect the joints' noise:
 
     min  ½ Σ log|C| + (ν+m) log(1 + d² / (ν k²))
 
-Readings count as exact unless the Bayesian information criterion prefers noise by at least `MARGIN`. Joints
+Readings count as exact unless the Bayesian information criterion prefers noise by at least `MIN_GAIN`. Joints
 of one kind share a variance or have their own, whichever that criterion prefers. An effect that the model
 lacks lies along the joints' columns too. Until it is found it counts as noise of the readings, unless the
 errors of a joint are a smooth function of its angle: then readings count as exact, and the effect is looked
@@ -32,9 +32,9 @@ from workbench.base.wording import joint_list
 from workbench.data.observations import Channel
 from workbench.identification.problem import Noise, Problem
 
-FREEDOM = 5.0
+STUDENT_FREEDOM = 5.0
 """Degrees of freedom ν of Student's t for residuals."""
-MARGIN = 3.0
+MIN_GAIN = 3.0
 """Gain in log likelihood that noise of joint readings must have beyond the information criterion."""
 MAX_NOISE_ROWS = 2000
 """Maximum number of rows for the variances, evenly spread; more would hardly change them."""
@@ -42,16 +42,16 @@ MIN_VARIANCE_SHARE = 1e-4
 """Minimum variance of a channel relative to the residual's, where rows state none …"""
 MIN_READING_VARIANCE = 1e-3
 """… and that of a joint below which its readings count as exact."""
-STANDS_OUT = 3.0
+OUTSTANDING_RATIO = 3.0
 """A joint stands out if its scatter exceeds that of most others by this factor."""
-WORST_READING = 0.01
+MAX_READING_ERROR = 0.01
 """Residuals that joint errors below this [rad or m] would explain count as zero."""
-SMOOTH = 3.0
+SMOOTH_DEVIATIONS = 3.0
 """Standard deviations by which errors at neighbouring joint angles must agree to count as an effect, not
 noise."""
 DIGITS = (1.0, 0.5, 0.1, 0.05, 0.02, 0.01)
 """Last digits of joint angles that are looked for [deg] …"""
-EXACT, ROUNDED = 1e-4, 1.5
+DIGIT_TOLERANCE, ROUNDED_RATIO = 1e-4, 1.5
 """… the tolerance on multiples of one, as a share of it, and the factor within which the largest scatter is
 what rounding makes: angles that were commanded in whole degrees scatter by far less."""
 MAX_SCORING_STEPS, HALVINGS, TOLERANCE = 30, 6, 3e-3
@@ -75,7 +75,7 @@ class Readings(NamedTuple):
     def joints_that_scatter(self) -> tuple[int, ...]:
         """Joints that scatter far more than most others: rather a mechanical cause than the encoder."""
         sigma = np.array(self.sigma)
-        return tuple(np.flatnonzero(sigma > STANDS_OUT * np.median(sigma)).tolist())
+        return tuple(np.flatnonzero(sigma > OUTSTANDING_RATIO * np.median(sigma)).tolist())
 
     def text(self, chain: Chain) -> str:
         """`0.5 mrad`, or `0.5 mrad in joint 2, 0.1 mm in joint 3`; joints with exact readings are omitted."""
@@ -103,7 +103,7 @@ class _Residuals(NamedTuple):
     @property
     def room(self) -> Float[np.ndarray, " rows"]:
         count = self.live.sum(1)
-        return FREEDOM * np.array([consistent(m) for m in range(int(count.max()) + 1)])[count]
+        return STUDENT_FREEDOM * np.array([consistent(m) for m in range(int(count.max()) + 1)])[count]
 
 
 class _Answer(NamedTuple):
@@ -132,9 +132,9 @@ def _last_digit(problem: Problem) -> float:
     turning = np.array([turns(problem.blocks[0].chain, j) for j in range(problem.data.joints)])
     angles, scatter = np.rad2deg(problem.data.q[:, turning]), np.array(problem.noise.joints)[turning]
     for digit in DIGITS:
-        if angles.size and np.abs(angles / digit - np.round(angles / digit)).max() < EXACT:
+        if angles.size and np.abs(angles / digit - np.round(angles / digit)).max() < DIGIT_TOLERANCE:
             rounding = np.deg2rad(digit) / np.sqrt(12.0)
-            return digit if rounding < ROUNDED * scatter.max() < ROUNDED**2 * rounding else 0.0
+            return digit if rounding < ROUNDED_RATIO * scatter.max() < ROUNDED_RATIO**2 * rounding else 0.0
     return 0.0
 
 
@@ -151,7 +151,7 @@ def with_joint_readings(
     """
     tables = _tables(problem, residual)
     scale = _scale(tables)
-    joints = np.flatnonzero((scale[2:] > 0.0) & (scale[2:] < WORST_READING**2))
+    joints = np.flatnonzero((scale[2:] > 0.0) & (scale[2:] < MAX_READING_ERROR**2))
     turning = np.array([turns(problem.blocks[0].chain, j) for j in range(len(scale) - 2)])
     found = _likeliest(tables, scale, joints, turning, stated)
     if found is None:
@@ -195,7 +195,7 @@ def _likeliest(
     each = _fit(tables, single, begin, stated)
     charge = 0.5 * np.log(sum(len(t.residual) for t in tables))
     gains = [
-        plain.cost - a.cost - charge * (a.size[2:] > MIN_READING_VARIANCE).sum() - MARGIN
+        plain.cost - a.cost - charge * (a.size[2:] > MIN_READING_VARIANCE).sum() - MIN_GAIN
         for a in (found, each)
     ]
     return (found, each)[int(np.argmax(gains))] if max(gains) > 0.0 else None
@@ -210,7 +210,7 @@ def _is_smooth(tables: Sequence[_Residuals], variances: np.ndarray, joint: int) 
         q.append(table.q[:, joint])
     ordered = np.concatenate(error)[np.argsort(np.concatenate(q), kind="stable")]
     pairs = ordered[1:] * ordered[:-1]
-    return bool(pairs.sum() > SMOOTH * np.sqrt((pairs**2).sum()))
+    return bool(pairs.sum() > SMOOTH_DEVIATIONS * np.sqrt((pairs**2).sum()))
 
 
 def _tables(problem: Problem, residual: np.ndarray) -> list[_Residuals]:
@@ -306,8 +306,8 @@ def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, n
     for table in tables:
         inverse, log_det, white = _whitened(table, variances)
         square, count, room = (white**2).sum(1), table.live.sum(1), table.room
-        value += 0.5 * float((log_det + (FREEDOM + count) * np.log1p(square / room)).sum())
-        weight = (FREEDOM + count) / (room + square)
+        value += 0.5 * float((log_det + (STUDENT_FREEDOM + count) * np.log1p(square / room)).sum())
+        weight = (STUDENT_FREEDOM + count) / (room + square)
         columns = inverse @ table.by_joint
         transposed = inverse.transpose(0, 2, 1)
         back, precision = (transposed @ white[..., None])[..., 0], transposed @ inverse
@@ -316,8 +316,8 @@ def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, n
         each = ((alone - weight[:, None] * back**2) * table.live).sum(0)
         slope[:2] += 0.5 * np.bincount(table.channel, each, 2)
         slope[2:] += 0.5 * ((columns**2).sum((0, 1)) - weight @ along**2)
-        share = 0.5 / (FREEDOM + count + 2.0)
-        maximum = (FREEDOM + count) * share
+        share = 0.5 / (STUDENT_FREEDOM + count + 2.0)
+        maximum = (STUDENT_FREEDOM + count) * share
         channel = np.eye(2)[table.channel]
         seen = np.tensordot(maximum, precision**2 * table.live[:, :, None] * table.live[:, None], 1)
         mixed = channel.T @ np.tensordot(maximum, (transposed @ columns) ** 2, 1)
@@ -338,7 +338,7 @@ def consistent(components: int) -> float:
     square = 2.0 * special.gammaincinv(components / 2.0, (np.arange(2000) + 0.5) / 2000)  # χ², components
 
     def off(k2: float) -> float:
-        weight = (FREEDOM + components) / (FREEDOM * k2 + square)
+        weight = (STUDENT_FREEDOM + components) / (STUDENT_FREEDOM * k2 + square)
         return float((weight * square).mean() - components)
 
     return float(optimize.brentq(off, 0.05, 2.0))

@@ -24,7 +24,7 @@ from workbench.base import se3
 from workbench.data.dataset import Dataset
 from workbench.identification.jacobian_columns import inner_products
 from workbench.identification.joint_reading_noise import (
-    FREEDOM,
+    STUDENT_FREEDOM,
     alike_readings,
     consistent,
     with_joint_readings,
@@ -34,11 +34,11 @@ from workbench.identification.undetermined_combinations import Factor, factorise
 
 SAME_JOINTS = 1e-7
 """Rows whose joints agree within this [rad or m] are repeats."""
-ENOUGH_REPEATS = 8
+MIN_REPEAT_FREEDOM = 8
 """Minimum degrees of freedom of repeats."""
-ENOUGH_SPARE = 10.0
+MIN_SPARE_FREEDOM = 10.0
 """Degrees of freedom below which noise of joint readings is not separated from that of the instrument."""
-HEAVY = 1e9
+MAX_QUICK_PRODUCTS = 1e9
 """Number of products of Jacobian columns above which a factorisation takes long."""
 MIN_PART = 1e-3
 """Share of the residual below which s counts as 0 if all rows state their own sigma."""
@@ -97,7 +97,7 @@ def from_repeats(data: Dataset) -> Noise | None:
         turn = se3.matrix_to_rotvec(data.rotation[rows] @ data.rotation[rows[0]].T)
         squares += [(off**2).sum() / 3.0, ((turn - turn.mean(0)) ** 2).sum() / 3.0]
         freedom += len(rows) - 1
-    if freedom < ENOUGH_REPEATS or not np.isfinite(squares).all() or squares.min() == 0.0:
+    if freedom < MIN_REPEAT_FREEDOM or not np.isfinite(squares).all() or squares.min() == 0.0:
         return None
     return Noise(*np.sqrt(squares / freedom))
 
@@ -145,7 +145,7 @@ def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor |
 def components(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
     """The same with noise of joint readings, if the rows clearly show any (`joint_readings`)."""
     white, share = beyond_stated(problem, x, factor), _spare_share(problem, x, factor)
-    if white is None or share is None or share * problem.count < ENOUGH_SPARE:
+    if white is None or share is None or share * problem.count < MIN_SPARE_FREEDOM:
         return white
     residual = problem.physical(problem.residual(x)) / np.sqrt(share)
     return with_joint_readings(problem, residual, white, stated=bool((problem.own_sigma > 0.0).any()))
@@ -156,8 +156,8 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
 
     def cost(log_s: float) -> float:
         variance = own + np.exp(2.0 * log_s)
-        tails = np.log1p(square / (FREEDOM * consistent(1) * variance))
-        return float((np.log(variance) + (FREEDOM + 1.0) * tails).sum())
+        tails = np.log1p(square / (STUDENT_FREEDOM * consistent(1) * variance))
+        return float((np.log(variance) + (STUDENT_FREEDOM + 1.0) * tails).sum())
 
     largest = max(float(square.mean()), 1e-300)
     tried = 0.5 * np.log(largest) + np.linspace(np.log(MIN_PART), np.log(2.0), 40)
@@ -184,7 +184,7 @@ def _spare_share(problem: Problem, x: np.ndarray, factor: Factor | None) -> floa
 def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
     """Factorisation of a problem's Jacobian, rows of the prior included, block by block."""
     is_held = problem.deviation is not None  # else some constants are likely to do the same
-    if is_held and problem.size * len(problem.names) ** 2 > HEAVY:
+    if is_held and problem.size * len(problem.names) ** 2 > MAX_QUICK_PRODUCTS:
         found = factorise_products(inner_products(problem, x), problem.units)
         if found is not None:
             return found

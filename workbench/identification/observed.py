@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 LEVER = 0.1
 """Lever that converts rotations of the tool to displacements [m]."""
-IDLE = 0.1
+MIN_ERROR_SHARE = 0.1
 """Share of a nominal arm's error below which a constant has no consequences."""
-SEEN = 1e-6
+MIN_INFORMATION = 1e-6
 """Minimum information on a direction, relative to the best one, for it to be observable."""
 
 
@@ -49,7 +49,7 @@ def idle_constants(fit: "Fit") -> frozenset[str]:
     poses, twists, places = fit_twists(fit, motion)
     along = fit.covariance[np.ix_(places, wanted)] / fit.std[wanted]
     position, rotation = _sizes(poses, twists @ along)
-    still = np.maximum(position, LEVER * rotation) < IDLE * MAX_POSITION
+    still = np.maximum(position, LEVER * rotation) < MIN_ERROR_SHARE * MAX_POSITION
     return frozenset(fit.parameters[k].text for k, idle in zip(wanted, still, strict=True) if idle)
 
 
@@ -114,8 +114,8 @@ def _position(information: Float[np.ndarray, "6 6"]) -> Matrix3:
 def _rotation(information: Float[np.ndarray, "6 6"]) -> Matrix3:
     """Uncertainty of orientations where positions are unknown."""
     cross = information[3:, :3]
-    return information[3:, 3:] - cross @ np.linalg.pinv(information[:3, :3], rcond=SEEN) @ cross.T
+    return information[3:, 3:] - cross @ np.linalg.pinv(information[:3, :3], rcond=MIN_INFORMATION) @ cross.T
 
 
 def _rank(information: Matrix3) -> int:
-    return int((np.linalg.eigvalsh(information) > SEEN).sum())
+    return int((np.linalg.eigvalsh(information) > MIN_INFORMATION).sum())

@@ -44,7 +44,7 @@ from workbench.plate.region import Region
 
 MIN_HELD_OUT_PER_PLACE = 6
 """Minimum number of held-out rows to locate an anchor and judge the arm: twice its three unknowns."""
-ROUNDS, ROUNDS_BEYOND_STATED = 2, 5
+MAX_NOISE_FITS, MAX_NOISE_FITS_BEYOND_STATED = 2, 5
 """Maximum number of fits to estimate the noise: alone, and beyond what the rows state."""
 
 
@@ -407,7 +407,7 @@ def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
         return _with_tilts(
             problem, repeats
         ), f"noise from repeated poses: {_noise_text(repeats, sees_rotation)}"
-    for _ in range(ROUNDS if given is noises.StatedNoise.NONE else ROUNDS_BEYOND_STATED):
+    for _ in range(MAX_NOISE_FITS if given is noises.StatedNoise.NONE else MAX_NOISE_FITS_BEYOND_STATED):
         search = Opt2(limit=60).search(problem)
         left = noises.beyond_stated(problem, search.x)
         if left is None:

@@ -20,7 +20,7 @@ from jaxtyping import Float
 from workbench.base.argument_checks import admit
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import read_bytes
-from workbench.base.toml import LARGEST_FILE
+from workbench.base.toml import MAX_FILE_BYTES
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 
@@ -103,7 +103,7 @@ def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
         renew: Joints whose constants are unknown again, counted from 1.
     """
     wanted = "the file that 'workbench identify --json' wrote"
-    content = read_bytes(path, wanted=wanted, maximum=LARGEST_FILE)
+    content = read_bytes(path, wanted=wanted, maximum=MAX_FILE_BYTES)
     try:
         found = json.loads(content)[KEY]
         names = tuple(str(name) for name in found["names"])

@@ -41,7 +41,7 @@ from workbench.identification.problem_blocks import (
     tilts_beside,
 )
 
-WELL_KNOWN = 10.0
+PRIOR_UNITS = 10.0
 """Natural unit in standard deviations of the prior, for constants that are always observable because of
 it."""
 
@@ -214,15 +214,15 @@ class Problem:
     @cached_property
     def units(self) -> Float[np.ndarray, " p"]:
         """Natural unit of each unknown, which changes the arm by 1 rad or 1 m: of constants 1 rad or 1 m; of
-        coefficients the reciprocal of their law's maximum over the rows; of masses `WELL_KNOWN` prior
+        coefficients the reciprocal of their law's maximum over the rows; of masses `PRIOR_UNITS` prior
         standard deviations."""
         largest: dict[str, float] = {}
         for deflected in (b.deflected for b in self.blocks if b.deflected is not None):
             for name, size in law_sizes(deflected.robot, deflected.motion, deflected.names).items():
                 largest[name] = max(size, largest.get(name, 0.0))
-        known = {n: WELL_KNOWN * s for n, s in self.robot.inertia_tolerance.items()}
+        known = {n: PRIOR_UNITS * s for n, s in self.robot.inertia_tolerance.items()}
         known |= {
-            n: WELL_KNOWN * fact.sigma if fact.sigma else fact.natural for n, fact in self.facts.items()
+            n: PRIOR_UNITS * fact.sigma if fact.sigma else fact.natural for n, fact in self.facts.items()
         }
         return frozen(
             np.array([known.get(p.name) or 1.0 / (largest.get(p.name) or 1.0) for p in self.parameters])

@@ -32,7 +32,7 @@ from workbench.report.result_fields import POSE
 NO_PLACES = np.zeros(0, np.int64)
 MIN_SIGMA = 1e-9
 """Minimum standard deviation of a component [m or rad]."""
-PIECE = 256
+ROWS_AT_ONCE = 256
 """Rows that are evaluated at once: their twists stay in the processor's cache and, even with hundreds of
 coefficients, below the size that the allocator returns to the system after each use."""
 
@@ -409,11 +409,11 @@ def build_blocks(
 
 
 def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservation, np.ndarray]]:
-    """The session's rows of every observation, at most `PIECE` at a time."""
+    """The session's rows of every observation, at most `ROWS_AT_ONCE` at a time."""
     for observed, rows in kinds:
         rows = rows[in_session[rows]]
-        for start in range(0, len(rows), PIECE):
-            piece = rows[start : start + PIECE]
+        for start in range(0, len(rows), ROWS_AT_ONCE):
+            piece = rows[start : start + ROWS_AT_ONCE]
             mine = data.take(piece)
             yield from ((observation, piece) for observation in observed.each(mine))
             yield from tilts_beside(mine, [(observed, np.arange(len(piece)))], piece)

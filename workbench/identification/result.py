@@ -14,8 +14,8 @@ from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
-from workbench.identification.checks.arm_match import SOME, ArmMatch, arm_match
-from workbench.identification.errors.expected_error import SERIOUS, Transfer, transfer, transfer_note
+from workbench.identification.checks.arm_match import RIVAL_MISFIT, ArmMatch, arm_match
+from workbench.identification.errors.expected_error import WARNING_RATIO, Transfer, transfer, transfer_note
 from workbench.identification.errors.row_errors import (
     Errors,
     RowErrors,
@@ -291,7 +291,7 @@ class Identification(AbstractReported):
     def match(self) -> ArmMatch | None:
         """Match between rows and nominal arm; None if its errors are too small for a check."""
         errors = judged(self.nominal).position_mm
-        suspicious = errors.median > 1e3 * SOME * self.nominal_robot.reach
+        suspicious = errors.median > 1e3 * RIVAL_MISFIT * self.nominal_robot.reach
         return arm_match(self.nominal_robot, self.data) if suspicious else None
 
     def to_frame(self) -> "DataFrame":
@@ -349,7 +349,7 @@ class Identification(AbstractReported):
             found.append(text)
         if not (self.frames.base_per_session or self.frames.tool_per_session):
             turned = self.best.fit.problem.sees_rotation
-            if self.transfer.ratio > SERIOUS and self.transfer.anywhere.position > ROUNDING:
+            if self.transfer.ratio > WARNING_RATIO and self.transfer.anywhere.position > ROUNDING:
                 found.append(transfer_note(self.transfer, turned))
         return tuple(found)
 

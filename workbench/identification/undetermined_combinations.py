@@ -20,9 +20,9 @@ from scipy.linalg import cho_factor, cho_solve, lapack, solve_triangular
 
 RANK_TOLERANCE = 1e-10
 """Relative singular value below which a combination of parameters is unobservable."""
-PANEL = 32
+BLOCK_SIZE = 32
 """Block size of the factorisation; numpy's default is smaller and takes four times as long."""
-PIVOT = 1e-11
+MIN_PIVOT = 1e-11
 """Minimum pivot of the normal equations, columns scaled to 1, for sufficient accuracy."""
 WEAKLY_OBSERVABLE = 0.2
 """Standard error [natural units] above which a combination of parameters is weakly observable."""
@@ -211,7 +211,7 @@ def factorise_pieces(
         table = np.empty((len(residual), p + 1), order="F")
         table[:, p] = residual
         np.multiply(jacobian, units, out=table[:, :p])
-        r = lapack.dtpqrt(0, min(PANEL, p + 1), r, table, overwrite_a=True, overwrite_b=True)[0]
+        r = lapack.dtpqrt(0, min(BLOCK_SIZE, p + 1), r, table, overwrite_a=True, overwrite_b=True)[0]
         square += float(residual @ residual)
     return Factor(r[:p, :p], r[:p, p], square, units)
 
@@ -222,7 +222,7 @@ def factorise_products(products: Float[np.ndarray, "p1 p1"], units: Float[np.nda
     if not scale.all():
         return None
     lower, failed = lapack.dpotrf(products[:-1, :-1] / np.outer(scale, scale), lower=1)
-    if failed or np.diagonal(lower).min() ** 2 < PIVOT:
+    if failed or np.diagonal(lower).min() ** 2 < MIN_PIVOT:
         return None
     compressed = solve_triangular(lower, products[:-1, -1] / scale, lower=True)
     return Factor(lower.T * (scale * units), compressed, float(products[-1, -1]), units)

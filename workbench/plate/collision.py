@@ -22,7 +22,7 @@ from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
 
-TOUCHING = 1e-6
+CONTACT = 1e-6
 """Bodies closer than this are in contact [m]."""
 shape_of = lru_cache(maxsize=4)(capsule_arm)
 """The arm's capsules."""
@@ -128,10 +128,10 @@ def touches(shape: CapsuleArm, at: Placements, hulls: Sequence[Hull]) -> Bool[np
         np.repeat(at, count, axis=0),
         list(hulls) * rows,
         checked=shape.bodies < shape.robot.dof,
-        far=TOUCHING,
-        minimum=TOUCHING,
+        far=CONTACT,
+        minimum=CONTACT,
     )
-    return (gaps < TOUCHING).reshape(rows, count)
+    return (gaps < CONTACT).reshape(rows, count)
 
 
 def bodies_of(plate: Plate) -> list[Hull]:
@@ -165,8 +165,8 @@ def _link(shape: CapsuleArm, at: Placements, hull: Hull) -> int:
     """The first link that collides with a body: k is the link after joint k, 0 the base."""
     for body in range(shape.robot.dof):
         if (
-            shape.hull_distances(at, [hull], checked=shape.bodies == body, far=TOUCHING, minimum=TOUCHING)[0]
-            < TOUCHING
+            shape.hull_distances(at, [hull], checked=shape.bodies == body, far=CONTACT, minimum=CONTACT)[0]
+            < CONTACT
         ):
             return body
     return shape.robot.dof - 1

@@ -23,7 +23,7 @@ from workbench.plate.observability import inverse_condition
 from workbench.plate.predicted_error import UNSEEN
 from workbench.plate.region import Region
 
-PART = 2000
+POSES_PER_CHECK = 2000
 """Number of poses solved between two checks of `cancelled`."""
 
 
@@ -82,7 +82,7 @@ def map_cubes(
         names: Parameters of index and errors.
     """
     tried, cubes = len(rotations), len(region.centres)
-    step = max(PART // tried, 1)
+    step = max(POSES_PER_CHECK // tried, 1)
     q, index = np.full((cubes, robot.dof), np.nan), np.full(cubes, np.nan)
     reached, moves = np.zeros(cubes, np.int64), np.zeros((cubes, 3, len(names)))
     for start in range(0, cubes, step):

@@ -33,11 +33,11 @@ NARROW = Constraints(clearance=0.005, spacing=0.06, retreat=0.025)
 """Margins for an arm that has no room for the usual ones."""
 DOWN = np.diag([1.0, -1.0, -1.0])
 """Orientation of a tool that points straight down."""
-ROUGH, FEWER = 150, 0.7
+TRIAL_BLOCKS, TRIAL_TARGETS_SHARE = 150, 0.7
 """Random blocks, and share of the targets, of a search that tells places of the plate apart."""
 POSTURES = 50
 """Of an arm, one of which is clear of its table."""
-LOWEST = 0.06
+MIN_HEIGHT_ABOVE_TABLE = 0.06
 """No plate is moved down so far that its top is less above the table [m]."""
 SHIFTS = ((-0.1, 0.0), (0.1, 0.0), (0.0, -0.1), (0.0, 0.1), (-0.1, -0.1), (-0.1, 0.1))
 """Where else it is tried: farther from the base's axis and higher, as shares of the arm's reach."""
@@ -134,7 +134,7 @@ def _moved(robot: Robot, plate: Plate) -> Iterator[Plate]:
     for out, up in SHIFTS:
         move = robot.reach * (out * along + np.array([0.0, 0.0, up]))
         targets = tuple(replace(target, xyz=frozen(target.xyz + move)) for target in plate.targets)
-        if up >= 0.0 or plate.xyz[2] + move[2] + height_above_floor(robot) >= LOWEST:
+        if up >= 0.0 or plate.xyz[2] + move[2] + height_above_floor(robot) >= MIN_HEIGHT_ABOVE_TABLE:
             yield replace(plate, xyz=frozen(plate.xyz + move), targets=targets)
 
 
@@ -145,8 +145,8 @@ def _best_place(
     if len(places) == 1:
         return places[0]
     found, wrong = {}, None
-    number = int(np.ceil(FEWER * (request.number or len(places[0]))))
-    quick = replace(request, places=min(request.places, ROUGH), starts=1, number=number)
+    number = int(np.ceil(TRIAL_TARGETS_SHARE * (request.number or len(places[0]))))
+    quick = replace(request, places=min(request.places, TRIAL_BLOCKS), starts=1, number=number)
     for i, plate in enumerate(places):
         try:
             with part_of(0.0, 0.0, "trying places of the plate"):

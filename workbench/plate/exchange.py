@@ -26,7 +26,7 @@ from workbench.plate.optimality_criterion import AbstractCriterion
 
 MAX_EXCHANGE_ROUNDS = 50
 """Maximum number of rounds from one start."""
-TRIED = 24
+OPTIONS_TRIED = 24
 """Options of a slot that are tried at a time."""
 
 
@@ -160,9 +160,9 @@ class _ExchangeSearch:
 
     def promising(self, numbers: np.ndarray, total: np.ndarray, old: int) -> np.ndarray:
         """The options whose first-order gain is largest, if there are many."""
-        if len(numbers) <= TRIED:
+        if len(numbers) <= OPTIONS_TRIED:
             return numbers
         slope = self.criterion.slope(total)
         gains = -np.tensordot(self.options[numbers] - self.options[old], slope, 2)
-        best = np.argsort(-gains, kind="stable")[:TRIED]
+        best = np.argsort(-gains, kind="stable")[:OPTIONS_TRIED]
         return numbers[best[gains[best] > 0.0]]

@@ -17,7 +17,7 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Freedom, frozen
 from workbench.plate.poses.sampling import random_poses
 
-GENERIC = 60
+GENERIC_POSES = 60
 """Number of random poses that represent all possible measurements."""
 
 
@@ -46,7 +46,7 @@ def visible_basis(
         names: What is identified; the robot's default free constants if None.
         sigma_rotation: Standard deviation of a measured rotation [rad]; None for points.
     """
-    q = random_poses(robot, GENERIC, rng=np.random.default_rng(0))
+    q = random_poses(robot, GENERIC_POSES, rng=np.random.default_rng(0))
     generic = linearise(robot, q, names=names, sigma_rotation=sigma_rotation)
     rank = generic.rank()
     return None if rank == len(generic.names) else frozen(generic.factors[2][:rank].T)

@@ -27,7 +27,7 @@ from workbench.plate.region import Region
 UNCERTAINTY = (5e-6, float(np.deg2rad(0.01)))
 """Default standard deviations of a measuring machine: position along each axis [m], rotation about each [rad]
 of a face as wide as a block."""
-THINNEST = 0.01
+MIN_EDGE = 0.01
 """Minimum edge of a region around measured targets [m]."""
 
 
@@ -149,7 +149,7 @@ def measured_plate(measured: MeasuredTargets) -> Plate:
         name=f"{Path(measured.source).stem} (as measured)",
         targets=targets,
         region=Region(
-            min=np.minimum(low, centre - 0.5 * THINNEST), max=np.maximum(high, centre + 0.5 * THINNEST)
+            min=np.minimum(low, centre - 0.5 * MIN_EDGE), max=np.maximum(high, centre + 0.5 * MIN_EDGE)
         ),
         xyz=frozen(centre),
         notes=(note, *by_position(measured), *measured.notes),

@@ -33,7 +33,7 @@ from workbench.base.errors import OptionError
 from workbench.base.registry import Registry
 from workbench.base.types import frozen
 
-ROUND = 1e-3
+MIN_GRAM_INDEX = 1e-3
 """Above this value O from J Jᵀ has at least ten correct digits; below it the slower SVD is used."""
 
 Spectra = Float[np.ndarray, "sets p"]
@@ -132,7 +132,7 @@ def inverse_condition(jacobians: Float[np.ndarray, "rows r p"]) -> Float[np.ndar
     squares = np.linalg.eigvalsh(jacobians @ jacobians.transpose(0, 2, 1))
     tiny = np.finfo(float).tiny
     result = np.sqrt(np.maximum(squares[:, 0], 0.0) / np.maximum(squares[:, -1], tiny))
-    flat = result < ROUND
+    flat = result < MIN_GRAM_INDEX
     if flat.any():
         values = np.linalg.svd(jacobians[flat], compute_uv=False)
         result[flat] = values[:, -1] / np.maximum(values[:, 0], tiny)

@@ -292,7 +292,7 @@ def test_a_cluster_gives_the_same_numbers_and_bears_the_loss_of_a_worker(job, fo
 
 def test_nobody_at_the_address(monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("workbench.base.parallel.CONNECTING", 0.3)
+    monkeypatch.setattr("workbench.base.parallel.CONNECTION_TIMEOUT", 0.3)
     with refuses(OptionError, option="--scheduler", found="tcp://127.0.0.1:9"):
         spread(len, [([],)], scheduler="tcp://127.0.0.1:9")
 

@@ -13,7 +13,7 @@ from workbench.data.readers.mapping import read_mapping
 from workbench.data.readers.preview import preview
 from workbench.data.writer import write_measurements
 from workbench.plate.simulated_measurement import measure_poses
-from workbench.session.commands.data import LARGEST_FILE
+from workbench.session.commands.data import MAX_FILE_BYTES
 from workbench.views.page.viser_internals import controls
 
 pytestmark = pytest.mark.browser
@@ -107,7 +107,7 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
 def test_a_file_that_is_too_large_is_refused_before_it_is_sent(app, look, tmp_path):
     screen = look()
     screen.tab("Measure")
-    (tmp_path / "large.csv").write_bytes(b"1," * (LARGEST_FILE // 2 + 1))
+    (tmp_path / "large.csv").write_bytes(b"1," * (MAX_FILE_BYTES // 2 + 1))
     arrived = []
     button = next(
         c for c in controls(app.server.gui).values() if getattr(c, "label", "") == "Load measurements"
@@ -115,6 +115,6 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_sent(app, look, tmp_pa
     button.on_upload(arrived.append)
     screen.give("Load measurements", tmp_path / "large.csv")
     screen.page.wait_for_selector('[data-testid="message"][data-severity="error"]')
-    assert f"at most {LARGEST_FILE / 2**20:.3g} MiB" in screen.text("message")
+    assert f"at most {MAX_FILE_BYTES / 2**20:.3g} MiB" in screen.text("message")
     screen.page.wait_for_timeout(1000)
     assert arrived == []

@@ -19,7 +19,7 @@ from workbench.arm.effects.effect import AbstractEffect, offered
 from workbench.arm.effects.law import Loads
 
 CAUSES = ("moment", "motion")
-SOFT = 0.002
+RELATIVE_WIDTH = 0.002
 """Width used by a diagnosis, relative to the moment's standard deviation over the rows."""
 
 
@@ -87,7 +87,7 @@ class Backlash(AbstractEffect):
 
     def softened(self, chain, wrenches):
         spread = float(np.std(own(chain, self.joints, wrenches))) if self.loads else 0.0
-        return replace(self, width=SOFT * spread) if np.isfinite(spread) else self
+        return replace(self, width=RELATIVE_WIDTH * spread) if np.isfinite(spread) else self
 
     def mistake(self, chain):
         if self.by not in CAUSES:

@@ -21,12 +21,12 @@ from workbench.arm.motion import Motion
 from workbench.base.columns import COLUMNS
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
-SECONDS = 3600.0
+HOUR = 3600.0
 """Of an hour."""
 SAME, LATER, RETURNS = 0.01, 0.2, 3
 """Share of each joint's range within which two postures are the same, share of the total time by which they
 must be apart, and minimum number of such repeated rows to separate time from posture."""
-MIXED = 0.5
+MIN_MIXED_SHARE = 0.5
 """Share of rows whose nearest posture must be much earlier or later for row order to represent time: if
 postures follow a path, a drift with the rows is confounded with errors of the geometry along it."""
 
@@ -99,8 +99,8 @@ class BaseDrift(AbstractEffect):
                 f"{np.rad2deg(turned):.2g}° over the {rows + 1:.0f} rows"
             )
         speed, turning = np.linalg.norm(self.coefficients[:3]), np.linalg.norm(self.coefficients[3:])
-        turned = np.rad2deg(SECONDS * turning)
-        return f"The measuring frame drifts with time: {1e3 * SECONDS * speed:.3g} mm/h and {turned:.2g} °/h"
+        turned = np.rad2deg(HOUR * turning)
+        return f"The measuring frame drifts with time: {1e3 * HOUR * speed:.3g} mm/h and {turned:.2g} °/h"
 
     def doubt(self, motion):
         """Only repeated postures separate time from posture."""
@@ -118,7 +118,7 @@ class BaseDrift(AbstractEffect):
         yield from found
         if any(isinstance(f, Candidate) for f in found) or motion.row is None:
             return
-        if _mixed(motion.q, motion.row.astype(float)) > MIXED:
+        if _mixed(motion.q, motion.row.astype(float)) > MIN_MIXED_SHARE:
             yield Candidate(cls(reference=float(np.min(motion.row)), by_row=True))
 
     @classmethod

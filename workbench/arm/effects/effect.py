@@ -29,9 +29,9 @@ STILL = float(np.deg2rad(1.0))
 
 UNCLEAR = "an error, clear at no single position,"
 """Phrase for a joint's error that is significant as a whole only."""
-STATED_FROM = 3.0
+MIN_STATED_ERRORS = 3.0
 """Standard errors below which a size is not stated."""
-UNDRIVEN = 1e-9
+MIN_LAW = 1e-9
 """Law sizes per unit coefficient [rad or m] below this count as zero."""
 
 
@@ -98,7 +98,7 @@ class AbstractEffect(AbstractLaw):
         """The sentence given the covariance of its coefficients [SI²]; usually significant sizes only."""
         if own := self.own_stated(chain, motion, covariance):
             return own
-        clear = np.abs(self.coefficients) >= STATED_FROM * np.sqrt(np.diagonal(covariance))
+        clear = np.abs(self.coefficients) >= MIN_STATED_ERRORS * np.sqrt(np.diagonal(covariance))
         sizes = np.where(clear | ~clear.any(), self.coefficients, 0.0)
         return replace(self, coefficients=tuple(sizes.tolist())).sentence(chain, motion)
 
@@ -163,7 +163,7 @@ class AbstractEffect(AbstractLaw):
         axes = [e.axis for e in chain.elements]
         slides = [axes[k] >= Axis.TX for k in chain.indices(self.elements(chain))]
         maximum = np.array(self.credible)[np.array(slides, int)]
-        return tuple((maximum[:, None] / np.maximum(law, 1.0 if self.loads else UNDRIVEN)).min(0).tolist())
+        return tuple((maximum[:, None] / np.maximum(law, 1.0 if self.loads else MIN_LAW)).min(0).tolist())
 
     def own_bounds(self, chain: Chain) -> tuple[float, ...] | None:
         return None
@@ -233,7 +233,7 @@ class AbstractEffect(AbstractLaw):
         law = law - law.mean(0)
         error = np.abs(law @ self.coefficients)
         if covariance is not None:
-            clear = error >= STATED_FROM * np.sqrt(np.maximum(((law @ covariance) * law).sum(1), 0.0))
+            clear = error >= MIN_STATED_ERRORS * np.sqrt(np.maximum(((law @ covariance) * law).sum(1), 0.0))
             if not clear.any():
                 return UNCLEAR
             error = error[clear]

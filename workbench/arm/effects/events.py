@@ -26,15 +26,15 @@ from workbench.base.wording import plural
 from workbench.report.numbers import readable, with_error
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
-OVER = 3.0
+WARM_AT = 3.0
 """Number of time constants after which an arm counts as warm."""
-NEVER = 2**62
+NEVER_ROW = 2**62
 """Row number of an event that never happened: all rows lie before it."""
-MIXED = 0.5
+MIN_MIXED_SHARE = 0.5
 """Share of the rows on the shorter side of a step whose nearest posture is on the other side, relative to
 random order, below which step and posture are confounded, unless one on the other side is as near as
 others."""
-EXAMPLE = 30
+ROWS_BEFORE_EVENT = 30
 """Rows before an event of a virtual arm."""
 
 
@@ -64,8 +64,8 @@ class AbstractEvent(AbstractEffect):
 
     @classmethod
     def own_example(cls, arm, joint, rng):
-        """After the first `EXAMPLE` rows, along and about random directions."""
-        one = cls(() if cls.whole_arm else (joint,), row=EXAMPLE)
+        """After the first `ROWS_BEFORE_EVENT` rows, along and about random directions."""
+        one = cls(() if cls.whole_arm else (joint,), row=ROWS_BEFORE_EVENT)
         size = rng.normal(size=len(one.names))
         return replace(one, coefficients=tuple((size / np.abs(size).max()).tolist()))
 
@@ -204,7 +204,7 @@ class AbstractStep(AbstractEvent):
         distance, nearest = (found[:, 1] for found in cKDTree(place).query(place, k=2))
         mixed = (fewer[nearest] != fewer)[fewer].mean() * len(fewer) / (~fewer).sum()
         across = cKDTree(place[fewer]).query(place[~fewer])[0].min()
-        if mixed >= MIXED or across <= np.median(distance):
+        if mixed >= MIN_MIXED_SHARE or across <= np.median(distance):
             return None
         return "no pose before it resembles one after it, so it may be an effect of posture"
 

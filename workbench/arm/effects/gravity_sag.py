@@ -41,7 +41,7 @@ from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
 from workbench.report.numbers import readable
 
-FREE_TERMS = 2
+MAX_FREE_TERMS = 2
 """Number of terms up to which they are free; more are shrunk together."""
 PAYLOAD = "payload"
 TERM = re.compile(r"([1-9][0-9]*)([xyzm])")
@@ -142,11 +142,11 @@ class GravitySag(AbstractEffect):
             return
         yield "gravity-sag was tried instead: compliance times weight, joint by joint"
         for effect in sags(arm, motion):
-            many = len(effect.names) > FREE_TERMS
+            many = len(effect.names) > MAX_FREE_TERMS
             yield Candidate(effect, np.eye(len(effect.names)) if many else None)
             if many:  # due to the next link only, indistinguishable from an eccentric if the axis is level
                 yield Candidate(
-                    replace(effect, terms=" ".join(effect.terms.split()[:FREE_TERMS]), coefficients=())
+                    replace(effect, terms=" ".join(effect.terms.split()[:MAX_FREE_TERMS]), coefficients=())
                 )
 
     @classmethod

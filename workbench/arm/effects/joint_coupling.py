@@ -10,7 +10,7 @@ from workbench.arm.effects.axes import driven_names, turns
 from workbench.arm.effects.effect import AbstractEffect, moved_joints, offered
 from workbench.arm.effects.plots import over_position
 
-WRIST = 3
+WRIST_JOINTS = 3
 """Number of last joints whose motors may be coupled with each other, neighbours or not."""
 
 
@@ -56,7 +56,7 @@ class JointCoupling(AbstractEffect):
 
     @classmethod
     def own_offers(cls, arm, motion):
-        last = arm.dof - WRIST
+        last = arm.dof - WRIST_JOINTS
         pairs = (
             cls((joint, other))
             for joint in moved_joints(motion)

@@ -18,9 +18,9 @@ from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
 from workbench.arm.effects.valid_range import Learned, range_problem
 from workbench.arm.motion import Motion
 
-HIGHEST_ORDER = 64
+MAX_ORDER = 64
 """Maximum order."""
-ROWS_PER_ORDER = 6
+MIN_ROWS_PER_ORDER = 6
 """Minimum number of rows for a single order; one of a band needs twice as many."""
 MIN_BAND = 16
 """Minimum highest order of a band."""
@@ -28,13 +28,13 @@ HALF_TURN = np.pi
 """Minimum range of a joint for a band [rad]; on less, a spline is equivalent."""
 DECAYS = (0.0, 2.0, 4.0)
 """Powers with which the variance of a band's orders may decrease …"""
-LOW = 16.0
+MAX_LOW_ORDER = 16.0
 """… beyond this order."""
 FULL_TURN = np.deg2rad(340.0)
 """Range of a joint that counts as a full turn [rad]."""
-WHOLE_PERIOD = 0.9
+MIN_PERIOD_SHARE = 0.9
 """Share of a period that the rows must cover for its order to be named."""
-NAMED = 4.0
+MIN_NAMED_ERRORS = 4.0
 """Minimum standard errors for an order of a band to be named."""
 MAX_NAMED_ORDERS = 3
 """Maximum number of orders of a band in its sentence."""
@@ -120,7 +120,7 @@ class JointHarmonic(AbstractEffect):
         periods = span * self.orders[-1] / (2.0 * np.pi)
         begin = f"{self.where} has {error} that"
         seen = f"its range of {np.rad2deg(span):.0f}°"
-        if periods < WHOLE_PERIOD:
+        if periods < MIN_PERIOD_SHARE:
             return f"{begin} varies slowly over {seen}, less than a period"
         text = f"{begin} repeats {self._times(span, covariance)}"
         if span >= FULL_TURN:
@@ -135,8 +135,8 @@ class JointHarmonic(AbstractEffect):
         shape = (len(self.joints), len(self.orders), 2)
         squares = np.square(self.coefficients).reshape(shape).sum(2)
         variance = np.diagonal(covariance).reshape(shape).sum(2)
-        whole = np.array(self.orders) * span >= WHOLE_PERIOD * 2.0 * np.pi
-        strength = np.where(whole & (squares >= NAMED**2 * variance), squares, 0.0).max(0)
+        whole = np.array(self.orders) * span >= MIN_PERIOD_SHARE * 2.0 * np.pi
+        strength = np.where(whole & (squares >= MIN_NAMED_ERRORS**2 * variance), squares, 0.0).max(0)
         largest = sorted(
             self.orders[i] for i in np.argsort(-strength)[:MAX_NAMED_ORDERS] if strength[i] > 0.0
         )
@@ -166,14 +166,14 @@ class JointHarmonic(AbstractEffect):
             highest = highest_order(motion.q[:, joint])
             for order in range(1, highest + 1):
                 yield Candidate(cls((joint,), order=order))
-            band = min(highest, len(motion) // (2 * ROWS_PER_ORDER))
+            band = min(highest, len(motion) // (2 * MIN_ROWS_PER_ORDER))
             low, high = float(motion.q[:, joint].min()), float(motion.q[:, joint].max())
             if band >= MIN_BAND and high - low > HALF_TURN:
                 known = () if high - low >= FULL_TURN else (low, high)
                 effect = cls((joint,), order=tuple(range(1, band + 1)), range=known)
                 orders = np.repeat(np.array(effect.orders), 2)
                 for decay in DECAYS:
-                    yield Candidate(effect, np.diag(1.0 / (1.0 + (orders / LOW) ** decay)))
+                    yield Candidate(effect, np.diag(1.0 / (1.0 + (orders / MAX_LOW_ORDER) ** decay)))
 
     @classmethod
     def own_example(cls, arm, joint, rng):
@@ -186,7 +186,7 @@ class JointHarmonic(AbstractEffect):
 
 def highest_order(q: np.ndarray) -> int:
     """Highest harmonic that positions of a joint can support: some rows, and some positions, for each."""
-    return int(np.clip(places(q) // 2, 2, min(HIGHEST_ORDER, max(len(q) // ROWS_PER_ORDER, 2))))
+    return int(np.clip(places(q) // 2, 2, min(MAX_ORDER, max(len(q) // MIN_ROWS_PER_ORDER, 2))))
 
 
 def places(q: np.ndarray) -> int:

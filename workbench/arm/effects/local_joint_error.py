@@ -22,9 +22,9 @@ MAX_KNOTS = 40
 """Maximum number of knots in a diagnosis."""
 MIN_KNOTS = 5
 """Minimum number of knots."""
-ROWS_PER_KNOT = 4
+MIN_ROWS_PER_KNOT = 4
 """Minimum number of rows per knot, whose height is shrunk."""
-WIDTHS = (1.0, 2.0, 4.0)
+CORRELATION_LENGTHS = (1.0, 2.0, 4.0)
 """Correlation lengths to try, in knot distances."""
 EXAMPLE_KNOTS = 9
 """Number of knots of an example, over the joint's limits."""
@@ -102,13 +102,13 @@ class LocalJointError(AbstractEffect):
         """Splines of several widths over the positions that occur."""
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
-            count = min(MAX_KNOTS, len(motion) // ROWS_PER_KNOT, places(q))
+            count = min(MAX_KNOTS, len(motion) // MIN_ROWS_PER_KNOT, places(q))
             if count < MIN_KNOTS:
                 continue
             low, high = float(q.min()), float(q.max())
             effect = cls((joint,), knots=tuple(np.linspace(low, high, count).tolist()), range=(low, high))
             distance = np.subtract.outer(np.arange(count), np.arange(count))
-            for width in WIDTHS:
+            for width in CORRELATION_LENGTHS:
                 covariance = np.exp(-0.5 * (distance / width) ** 2) + 1e-6 * np.eye(count)
                 yield Candidate(effect, covariance)
 

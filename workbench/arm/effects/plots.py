@@ -16,7 +16,7 @@ from workbench.arm.effects.law import AbstractLaw
 from workbench.arm.motion import Motion
 from workbench.base.columns import COLUMNS, row_drivers
 
-GRID = 1500
+CURVE_POINTS = 1500
 """Number of points of a curve over a joint's range."""
 
 
@@ -136,7 +136,7 @@ def over_position(effect: AbstractLaw, state: DeflectedRows, place: int, over: i
     if not effect.maps_joint:
         order = np.argsort(q, kind="stable")
         return replace(view, curve=(view.x[order], view.law[order]))
-    grid = np.linspace(q.min(), q.max(), GRID)
+    grid = np.linspace(q.min(), q.max(), CURVE_POINTS)
     motion = Motion(np.repeat(grid[:, None], state.chain.dof, axis=1))
     return replace(view, curve=(wide * grid, effect.increments(state.chain, motion)[:, place]))
 

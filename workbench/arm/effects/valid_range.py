@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-DISTANCES = 3.0
+FADING_KNOTS = 3.0
 """Number of knot distances over which a map fades out."""
-ROUNDING = 1e-9
+RANGE_TOLERANCE = 1e-9
 """Tolerance of the range for rounding [rad or m]."""
 
 
@@ -32,13 +32,13 @@ class Learned(NamedTuple):
 
     def weight(self, q: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         """Weight of the map at each position, 1 … 0."""
-        part = np.minimum(self._distance(q) / (DISTANCES * self.spacing), 1.0)
+        part = np.minimum(self._distance(q) / (FADING_KNOTS * self.spacing), 1.0)
         return 0.5 * (1.0 + np.cos(np.pi * part))
 
     def farthest(self, q: Float[np.ndarray, " rows"]) -> tuple[Bool[np.ndarray, " rows"], int]:
         """Which positions lie beyond the range, and the farthest one."""
         distance = self._distance(q)
-        return distance > ROUNDING, int(np.argmax(distance))
+        return distance > RANGE_TOLERANCE, int(np.argmax(distance))
 
     def _distance(self, q: np.ndarray) -> np.ndarray:
         return np.maximum(np.maximum(self.low - q, q - self.high), 0.0)

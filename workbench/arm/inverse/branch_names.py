@@ -30,7 +30,7 @@ from jaxtyping import Float
 from workbench.arm.inverse.reduced_arm import ReducedArm
 from workbench.base import se3
 
-STRUCTURE = 0.35
+AXIS_TOLERANCE = 0.35
 """Sine or cosine up to which two axes count as nearly parallel or perpendicular (20°)."""
 
 
@@ -86,9 +86,9 @@ def _agreement(arm: ReducedArm) -> float:
     x = np.random.default_rng(0).uniform(-np.pi, np.pi, (512, arm.dof))
     tool, axes, _ = arm.geometry(x[:1])
     z = [*axes[0], *([tool[0, :, 2]] if arm.dof == 5 else [])]
-    if max(abs(z[i] @ z[i + 1]) for i in (0, 3, 4)) > STRUCTURE:
+    if max(abs(z[i] @ z[i + 1]) for i in (0, 3, 4)) > AXIS_TOLERANCE:
         return 0.0
-    if np.linalg.norm(np.cross(z[1], z[2])) > STRUCTURE:
+    if np.linalg.norm(np.cross(z[1], z[2])) > AXIS_TOLERANCE:
         return 0.0
     _, bend, flip, determinant = _quantities(arm, x)
     return 1.0 if np.sign(bend * flip * determinant).sum() >= 0 else -1.0

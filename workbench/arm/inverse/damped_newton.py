@@ -32,13 +32,13 @@ class Task(IntEnum):
         return cls.POSE if dof >= 6 else cls.POSITION_AXIS if dof == 5 else cls.POSITION
 
 
-ITERATIONS = 60
+MAX_ITERATIONS = 60
 """Maximum number of steps per start."""
 POSITION_TOLERANCE = 1e-9
 """Maximum position error of a solution [m]."""
 ROTATION_TOLERANCE = 1e-9
 """Maximum orientation error of a solution [rad]."""
-WEIGHT = 0.25
+ROTATION_WEIGHT = 0.25
 """Default w, as a share of the arm's length [1/rad]."""
 MIN_DAMPING = 1e-11
 """Minimum damping, relative to the mean square column: with less, rounding moves a redundant arm along its
@@ -85,7 +85,7 @@ def refine(
     target_of: Int[np.ndarray, " rows"] | None = None,
     limits: Float[np.ndarray, "n 2"] | None = None,
     weight: float | None = None,
-    iterations: int = ITERATIONS,
+    iterations: int = MAX_ITERATIONS,
 ) -> Refined:
     """Run every start to a solution, or as near to the target as it gets.
 
@@ -95,7 +95,7 @@ def refine(
         task: What of the target must be met.
         target_of: Target of each start; row by row if None.
         limits: Joint limits, in the chain's order; none if None.
-        weight: w [m/rad]; `WEIGHT` of the arm's length if None.
+        weight: w [m/rad]; `ROTATION_WEIGHT` of the arm's length if None.
         iterations: Steps before giving up.
     """
     rows = len(starts)
@@ -107,7 +107,7 @@ def refine(
         np.array(targets, float, order="C"),
         np.arange(rows) if target_of is None else np.array(target_of, np.int64),
         int(task),
-        WEIGHT * arm.length if weight is None else weight,
+        ROTATION_WEIGHT * arm.length if weight is None else weight,
         np.array(unlimited(arm.dof) if limits is None else limits, float, order="C"),
         iterations,
         x,

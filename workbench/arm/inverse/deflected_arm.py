@@ -24,7 +24,7 @@ from jaxtyping import Float
 from workbench.arm import chain as chains
 from workbench.arm.inverse import unreachable
 from workbench.arm.inverse.branch import LIMIT_SLACK, Branch, InverseResult, Nearest, margins, quality
-from workbench.arm.inverse.damped_newton import WEIGHT, Refined, Task, refine, unlimited
+from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Refined, Task, refine, unlimited
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -33,7 +33,7 @@ from workbench.arm.statics.deflection import shift_of
 from workbench.base import se3
 from workbench.base.types import frozen
 
-PROBE = 1e-6
+PROBE_STEP = 1e-6
 """Step of the joints to find which one jumps [rad or m]."""
 
 
@@ -101,7 +101,7 @@ def _nearest(best: Branch, branches: tuple[Branch, ...], found: Refined) -> Near
 
 def _jumping(robot: Robot, name: str, q: np.ndarray, left: float, motion: Motion | None) -> str:
     """The joint whose deflection jumps so that no joint position holds the target."""
-    probes = q + PROBE * np.concatenate([np.eye(len(q)), -np.eye(len(q))])
+    probes = q + PROBE_STEP * np.concatenate([np.eye(len(q)), -np.eye(len(q))])
     rows = np.zeros(len(probes), np.int64)
     state = Motion(probes) if motion is None else motion.take(rows).at(probes)
     jump = np.ptp(shift_of(robot, state), axis=0)
@@ -144,7 +144,7 @@ def refine_deflected(
     arm = compile_arm(robot)
     bounds = limits[arm.columns]
     x = np.clip(q[:, arm.columns], bounds[:, 0], bounds[:, 1])
-    weight = WEIGHT * arm.length
+    weight = ROTATION_WEIGHT * arm.length
     best, step = x.copy(), np.zeros_like(x)
     errors, cost = np.full((len(x), 2), np.inf), np.full(len(x), np.inf)
     share, steps, going = np.ones(len(x)), np.zeros(len(x), np.int64), np.arange(len(x))

@@ -11,7 +11,7 @@ times cos(q₄/2) and sin(q₄/2) they are twelve in as many products, so that q
 matrix polynomial of degree two in tan(q₃/2), and its eigenvector carries q₄ and q₅.
 
 The coefficients are found by sampling each angle three times, so that no convention enters. The constants
-are first shifted by `SHIFT`: arms of special structure (parallel or intersecting axes) have a singular
+are first shifted by `RANDOM_SHIFT`: arms of special structure (parallel or intersecting axes) have a singular
 pencil, or several solutions with one q₃, and a slight random change separates them (Hochstenbach, Mehl,
 Plestenjak, SIAM J. Matrix Anal. 40(3), 2019). So the results are starts for `damped_newton.refine`, not
 solutions; the real parts of complex roots are among them, because a root may become complex by the shift.
@@ -27,11 +27,11 @@ from jaxtyping import Float
 
 from workbench.base import se3
 
-SHIFT = 1e-4
+RANDOM_SHIFT = 1e-4
 """Random change of the constants before elimination [rad, and share of the arm's length]."""
-SEED = 5
+SHIFT_SEED = 5
 """Seed of that change, so that the same target always gives the same starts."""
-ORIGIN = 0.3
+HALF_ANGLE_ORIGIN = 0.3
 """Origin of tan((q₃ − origin)/2) [rad]: away from the right angles of usual arms."""
 ANGLES = np.arange(3) * (2.0 * np.pi / 3.0)
 TO_HARMONICS = np.linalg.inv(np.stack([np.ones(3), np.cos(ANGLES), np.sin(ANGLES)], 1))
@@ -49,7 +49,7 @@ def closure_starts(
     *,
     length: float,
     entries: Sequence[int] = (0,),
-    shift: float = SHIFT,
+    shift: float = RANDOM_SHIFT,
 ) -> Float[np.ndarray, "rows starts 6"]:
     """Joint angles near every solution, with spurious ones among them.
 
@@ -69,7 +69,7 @@ def closure_starts(
     loop[:, 5] = fixed[6] @ se3.inverse(h) @ fixed[0]
     loops = []
     for first in entries:
-        noise = np.random.default_rng(SEED + first).standard_normal((6, 6)) * shift
+        noise = np.random.default_rng(SHIFT_SEED + first).standard_normal((6, 6)) * shift
         noise = se3.pose(se3.rotvec_to_matrix(noise[:, :3]), noise[:, 3:])
         loops.append(np.roll(loop @ noise, -first, axis=1))
     entered = np.concatenate(loops)
@@ -158,7 +158,7 @@ def _roots(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "row
     """
     rows = len(m)
     square = np.einsum("rexyz,mya->rmexaz", m, HALF_ANGLES).reshape(rows, 12, 3, 12)
-    c, s = np.cos(ORIGIN), np.sin(ORIGIN)
+    c, s = np.cos(HALF_ANGLE_ORIGIN), np.sin(HALF_ANGLE_ORIGIN)
     # from here on about the origin: A, B and C of the docstring
     constant, cosine, sine = square[:, :, 0], square[:, :, 1], square[:, :, 2]
     cosine, sine = c * cosine + s * sine, c * sine - s * cosine
@@ -181,7 +181,7 @@ def _roots(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "row
     q5 = np.arctan2(*(np.real(of_q5[..., [2, 1]] / of_q5[..., :1]).transpose(2, 0, 1)))
     q4 = 2.0 * np.arctan2(*(np.real(of_q4[..., [1, 0]] / main).transpose(2, 0, 1)))
     with np.errstate(divide="ignore", invalid="ignore"):  # arctan(±i) of the spurious roots
-        q3 = np.nan_to_num(np.real(ORIGIN + 2.0 * np.arctan(tangents)))
+        q3 = np.nan_to_num(np.real(HALF_ANGLE_ORIGIN + 2.0 * np.arctan(tangents)))
     return q3, q4, q5
 
 

@@ -27,23 +27,23 @@ ENTRIES = (0, 1, 2)
 """Joints at which the loop is entered."""
 RANDOM_STARTS = 48
 """Random starts per target besides the algebraic ones."""
-MORE_STARTS = 96
-"""Additional ones for a target with a solution of a smaller singular value than `VAGUE`."""
+ADDITIONAL_STARTS = 96
+"""Additional ones for a target with a solution of a smaller singular value than `MIN_SAFE_SINGULAR_VALUE`."""
 ROUND, ROUNDS = 192, 24
 """Random starts per round, and maximum number of rounds, for arms without elimination."""
-DISTINCT = 1e-4
+SAME_SOLUTION = 1e-4
 """Solutions closer than this are the same [rad, or share of the arm's length]."""
 NEAR_SINGULAR = 0.05
 """Dimensionless singular value below which a solution's neighbours are searched."""
-VAGUE = 3e-3
+MIN_SAFE_SINGULAR_VALUE = 3e-3
 """Dimensionless singular value below which algebraic starts may miss neighbours of a solution."""
-SINGULAR = 1e-6
+SINGULAR_VALUE = 1e-6
 """Dimensionless singular value below which a solution may be one of infinitely many."""
 SAME_CONTINUUM = 0.03
 """Ends of self-motions closer than this are the same, as merging solutions are ill-conditioned [rad]."""
-SLIDES = 200
+MAX_CONTINUUM_STEPS = 200
 """Maximum number of steps along a continuum, of up to 0.1 rad each."""
-REACHES = (0.03, 0.15, 0.6)
+SEARCH_DISTANCES = (0.03, 0.15, 0.6)
 """Search distance from a nearly singular solution [rad]."""
 
 
@@ -78,8 +78,8 @@ def all_solutions(
         found = _extend(arm, targets, found, np.concatenate(starts, 1), task)
         rng = deepcopy(rng)  # later draws don't depend on how many were needed here
         for i in range(rows):
-            if (smallest_singular_value(arm, found[i], task) < VAGUE).any():
-                more = random_starts(arm, (1, MORE_STARTS), rng)
+            if (smallest_singular_value(arm, found[i], task) < MIN_SAFE_SINGULAR_VALUE).any():
+                more = random_starts(arm, (1, ADDITIONAL_STARTS), rng)
                 found[i] = _extend(arm, targets[i : i + 1], [found[i]], more, task)[0]
             found[i] = _with_neighbours(arm, targets[i : i + 1], found[i], task)
     else:
@@ -149,10 +149,10 @@ def _with_neighbours(arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: T
         part = x[checked:]
         checked = len(x)
         _, s, vt = np.linalg.svd(task_jacobian(arm, part, task))
-        weak = (s[:, -1] < NEAR_SINGULAR) & (s[:, -1] > SINGULAR)
+        weak = (s[:, -1] < NEAR_SINGULAR) & (s[:, -1] > SINGULAR_VALUE)
         if not weak.any() or len(x) > 64:
             break
-        steps = np.array([*REACHES, *(-r for r in REACHES)])[:, None, None] * vt[weak, -1]
+        steps = np.array([*SEARCH_DISTANCES, *(-r for r in SEARCH_DISTANCES)])[:, None, None] * vt[weak, -1]
         x = _extend(arm, target, [x], (part[weak] + steps).reshape(1, -1, arm.dof), task)[0]
     return x
 
@@ -175,7 +175,7 @@ def _with_continua(arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: Tas
     if len(x) == 0:
         return Solutions(x, np.empty(0), np.empty(0, bool))
     smallest = smallest_singular_value(arm, x, task)
-    suspects = np.flatnonzero(smallest < SINGULAR)
+    suspects = np.flatnonzero(smallest < SINGULAR_VALUE)
     if len(suspects) == 0:
         return Solutions(x, smallest, np.zeros(len(x), bool))
     ends, flows = _slid(arm, target, x[suspects], task)
@@ -202,10 +202,10 @@ def _slid(
     """
     x, flows, going = x.copy(), np.zeros(len(x), bool), np.arange(len(x))
     joint = np.full(len(x), -1)
-    for step in range(SLIDES):
+    for step in range(MAX_CONTINUUM_STEPS):
         _, s, vt = np.linalg.svd(task_jacobian(arm, x[going], task))
         null = np.zeros((len(going), arm.dof, arm.dof))
-        null[:, : s.shape[1]] = s[:, :, None] < 10 * SINGULAR
+        null[:, : s.shape[1]] = s[:, :, None] < 10 * SINGULAR_VALUE
         null[:, s.shape[1] :] = 1.0
         null *= vt
         free = np.abs(null).max(1) > 0.1
@@ -231,7 +231,7 @@ def _slid(
 
 
 def distinct(
-    arm: ReducedArm, x: Float[np.ndarray, "rows n"], tolerance: float = DISTINCT
+    arm: ReducedArm, x: Float[np.ndarray, "rows n"], tolerance: float = SAME_SOLUTION
 ) -> Float[np.ndarray, "kept n"]:
     """The first of every group of solutions that agree up to full turns."""
     unit = np.where(arm.slides, arm.length, 1.0)

@@ -62,7 +62,7 @@ __all__ = [
     "solve_many",
 ]
 
-REPRESENTATIVES = 8
+MAX_REPRESENTATIVES = 8
 """Maximum number of solutions shown for a redundant arm."""
 SPREAD_STARTS = 96
 """Random starts for these, per round."""
@@ -169,7 +169,7 @@ def _spread(
         place = np.concatenate([np.where(arm.slides, x, np.cos(x)), np.where(arm.slides, 0.0, np.sin(x))], 1)
         picked = [int(np.argmax(smallest_singular_value(arm, x, task)))]
         away = np.linalg.norm(place - place[picked[0]], axis=1)
-        while len(picked) < min(REPRESENTATIVES, len(x)):
+        while len(picked) < min(MAX_REPRESENTATIVES, len(x)):
             picked.append(int(np.argmax(away)))
             away = np.minimum(away, np.linalg.norm(place - place[picked[-1]], axis=1))
         x = x[picked]

@@ -8,8 +8,15 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.inverse.branch import margins
-from workbench.arm.inverse.branch_names import STRUCTURE, foot
-from workbench.arm.inverse.damped_newton import POSITION_TOLERANCE, WEIGHT, Refined, Task, refine, unlimited
+from workbench.arm.inverse.branch_names import AXIS_TOLERANCE, foot
+from workbench.arm.inverse.damped_newton import (
+    POSITION_TOLERANCE,
+    ROTATION_WEIGHT,
+    Refined,
+    Task,
+    refine,
+    unlimited,
+)
 from workbench.arm.inverse.reduced_arm import ReducedArm
 from workbench.arm.inverse.solutions import random_starts
 from workbench.base.wording import in_mm
@@ -46,7 +53,7 @@ def nearest(
     result = refine(
         arm, target[None], rows, task=task, target_of=one, limits=limits, weight=weight, iterations=200
     )
-    return _best(result, WEIGHT * arm.length if weight is None else weight)
+    return _best(result, ROTATION_WEIGHT * arm.length if weight is None else weight)
 
 
 def _best(result: Refined, weight: float) -> Refined:
@@ -147,7 +154,7 @@ def _from_shoulder(arm: ReducedArm, point: Float[np.ndarray, "3"]) -> float:
     """Distance from the point of axis 1 nearest to axis 2; from axis 1 itself where the two are parallel."""
     _, axes, points = arm.geometry(np.zeros((1, arm.dof)))
     away = point - points[0, 0]
-    if arm.dof > 1 and np.linalg.norm(np.cross(axes[0, 0], axes[0, 1])) > STRUCTURE:
+    if arm.dof > 1 and np.linalg.norm(np.cross(axes[0, 0], axes[0, 1])) > AXIS_TOLERANCE:
         shoulder = foot(points[:, 0], axes[:, 0], points[:, 1], axes[:, 1])[0]
         return float(np.linalg.norm(point - shoulder))
     return float(np.linalg.norm(away - (away @ axes[0, 0]) * axes[0, 0]))

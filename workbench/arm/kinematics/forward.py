@@ -76,7 +76,7 @@ def watched_poses(robot: Robot, motion: Motion, link: int | None) -> Float[np.nd
     return view.turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
 
-BLOCK = 4096
+ROWS_PER_BLOCK = 4096
 """Rows per block of a long computation: its Jacobian stays in the processor's cache."""
 
 
@@ -103,7 +103,7 @@ def link_frames(robot: Like[Robot], at: ArrayLike | Motion) -> Float[np.ndarray,
 
 
 def identification_jacobian_blocks(
-    robot: Like[Robot], at: ArrayLike | Motion, names: tuple[str, ...], *, block: int = BLOCK
+    robot: Like[Robot], at: ArrayLike | Motion, names: tuple[str, ...], *, block: int = ROWS_PER_BLOCK
 ) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
     """Poses and identification Jacobians block by block, with memory independent of the number of rows.
 

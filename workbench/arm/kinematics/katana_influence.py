@@ -20,7 +20,7 @@ from workbench.base.types import frozen
 
 ANGLE = float(np.deg2rad(0.05))
 """Deviation imposed on an angle [rad], Katana §3.5."""
-LENGTH = 1e-4
+LENGTH_DEVIATION = 1e-4
 """Deviation imposed on a length [m], Katana §3.5."""
 
 
@@ -68,7 +68,7 @@ def influence(
     *,
     names: tuple[str, ...] | None = None,
     angle: float = ANGLE,
-    length: float = LENGTH,
+    length: float = LENGTH_DEVIATION,
 ) -> Influence:
     """Impose a deviation on each constant and compute the tool's motion.
 

@@ -12,15 +12,15 @@ from jaxtyping import Bool, Float
 from scipy.spatial import cKDTree
 
 from workbench.arm.inverse.branch import margins, representative
-from workbench.arm.inverse.damped_newton import WEIGHT, Task, refine
+from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Task, refine
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.inverse.solutions import algebraic_starts, is_algebraic, random_starts
 from workbench.arm.inverse.solve import LIMIT_SLACK, check_poses
 from workbench.arm.robot import Robot
 
-TABLE = 20_000
+TABLE_SIZE = 20_000
 """Number of configurations in the table, per robot and task."""
-WAVES = ((0, 1), (1, 4), (4, 12))
+NEIGHBOUR_PASSES = ((0, 1), (1, 4), (4, 12))
 """Number of neighbours from which unsolved targets are tried, in successive passes."""
 NEWTON_STEPS = 25
 """Newton steps per try; after these the next neighbour is tried."""
@@ -46,9 +46,9 @@ def reachable(
     targets = check_poses(poses)
     x = np.full((len(targets), arm.dof), np.nan)
     table, tree = _table(robot, arm, task)
-    _, near = tree.query(_features(targets, arm, task), k=WAVES[-1][1])
+    _, near = tree.query(_features(targets, arm, task), k=NEIGHBOUR_PASSES[-1][1])
     exact = certain and is_algebraic(arm, task)
-    for first, last in WAVES[: 2 if exact else 3]:
+    for first, last in NEIGHBOUR_PASSES[: 2 if exact else 3]:
         _try(arm, targets, x, table[near[:, first:last]], task)
     if exact:
         _solve_rest(arm, targets, x, task)
@@ -59,14 +59,14 @@ def reachable(
 def _table(robot: Robot, arm: ReducedArm, task: Task) -> tuple[np.ndarray, cKDTree]:
     tables = _TABLES.setdefault(robot, {})
     if task not in tables:
-        x = random_starts(arm, (TABLE,), np.random.default_rng(0), limits=arm.limits)
+        x = random_starts(arm, (TABLE_SIZE,), np.random.default_rng(0), limits=arm.limits)
         tables[task] = x, cKDTree(_features(arm.geometry(x)[0], arm, task))
     return tables[task]
 
 
 def _features(poses: np.ndarray, arm: ReducedArm, task: Task) -> np.ndarray:
     """Features whose distance measures how far apart two poses are."""
-    scale = WEIGHT * arm.length
+    scale = ROTATION_WEIGHT * arm.length
     parts = [poses[:, :3, 3]]
     if task is not Task.POSITION:
         parts.append(scale * poses[:, :3, 2])

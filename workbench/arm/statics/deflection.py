@@ -33,9 +33,9 @@ from workbench.arm.statics.load_derivatives import wrench_derivative
 from workbench.arm.statics.wrenches import Masses, load_regressor, motion_wrenches, own_axis
 from workbench.base.errors import DataError
 
-ROUNDS = 20
+MAX_ITERATIONS = 20
 """Maximum number of fixed-point iterations; a typical arm needs five."""
-TOLERANCE = 1e-13
+FIXED_POINT_TOLERANCE = 1e-13
 """Change of a value [rad or m] below which the fixed point is reached."""
 
 
@@ -257,12 +257,12 @@ def _deflected(
     places = [np.searchsorted(moved, mine) for mine in elements]
     shift, wrenches = fixed.copy(), np.empty((*motion.q.shape, 6))
     rows, now, start = np.arange(len(motion)), shift, fixed[:, moved]
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ITERATIONS):
         loads = motion_wrenches(robot, motion, values=chain.values, shift=now, weights=weights)
         new = start.copy()
         for effect, mine in zip(deflected, places, strict=True):
             _add(new, mine, effect, effect.law(chain, motion, loads))
-        open_rows = np.abs(new - now[:, moved]).max(1) >= TOLERANCE
+        open_rows = np.abs(new - now[:, moved]).max(1) >= FIXED_POINT_TOLERANCE
         now[:, moved] = new
         if now is not shift:
             shift[rows] = now

@@ -3,8 +3,8 @@
     NAME[:joint[:size]]      joint-compliance:2:4e-5, backlash:3, thermal-growth
 
 A size is the maximum coefficient, in the effect's own SI unit. Without one, the effect bends an element of
-the arm by at most `BEND` over random joint positions (and an hour), or grows as aluminium does. What drives
-the effects (loads, temperature, time, direction of motion) varies from row to row, each by itself.
+the arm by at most `MAX_BEND` over random joint positions (and an hour), or grows as aluminium does. What
+drives the effects (loads, temperature, time, direction of motion) varies from row to row, each by itself.
 """
 
 from collections.abc import Sequence
@@ -21,15 +21,15 @@ from workbench.arm.statics.deflection import shift_of
 from workbench.base.columns import COLUMNS
 from workbench.base.errors import OptionError
 
-BEND = 1e-3
+MAX_BEND = 1e-3
 """Largest bend of an element where no size is given [rad or m]."""
 BEND_SAMPLES = 120
 """Random joint positions at which the largest bend is sought."""
 MIN_LAW = 1e-6
 """Largest law (a moment, an angle …) below which an effect can't be seen."""
-PAUSE = 30.0
+ROW_INTERVAL = 30.0
 """Time from one row to the next [s]."""
-PAYLOADS = (0.0, 0.05, 0.1)
+PAYLOAD_SHARES = (0.0, 0.05, 0.1)
 """Payloads, as shares of the arm's own mass."""
 
 
@@ -83,13 +83,13 @@ def varied_state(robot: Robot, q: Float[np.ndarray, "rows n"], *, rng: np.random
     for effect in robot.effects:
         if effect.loads and robot.has_masses:
             mass = sum(joint.mass or 0.0 for joint in robot.joints)
-            drivers["payload"] = np.round(rng.choice(PAYLOADS, rows) * mass, 2)
+            drivers["payload"] = np.round(rng.choice(PAYLOAD_SHARES, rows) * mass, 2)
         for name in effect.needs:
             if name in COLUMNS and (usual := COLUMNS[name].usual) is not None:
                 turns = rng.uniform(1.3, 1.7) * np.arange(rows) / max(rows, 1) + rng.uniform()
                 drivers[name] = usual[0] + usual[1] * np.sin(2.0 * np.pi * turns)
         if "time" in effect.needs:
-            drivers["time"] = PAUSE * np.arange(rows) + rng.uniform(0.0, 0.1 * PAUSE, rows)
+            drivers["time"] = ROW_INTERVAL * np.arange(rows) + rng.uniform(0.0, 0.1 * ROW_INTERVAL, rows)
         if "direction" in effect.needs:
             drivers["direction"] = rng.choice([-1.0, 1.0], q.shape)
     return Motion.with_drivers(q, {"row": np.arange(rows), **drivers})
@@ -127,7 +127,7 @@ def _size(robot: Robot, effect: AbstractEffect, text: str, sentence: str, rng: n
     if bend < MIN_LAW:
         raise OptionError(f"effect '{sentence}': nothing drives it at that joint; choose another joint")
     if not text:
-        return effect.typical_size or BEND / bend
+        return effect.typical_size or MAX_BEND / bend
     try:
         size = float(text)
     except ValueError:

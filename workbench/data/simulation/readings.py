@@ -29,13 +29,13 @@ from workbench.data.simulation.instruments import Instrument, Observes, Sight
 
 ANCHOR_CIRCLE = 0.6
 """Radius of the circle of three anchors about the base where none are given, as a share of the reach."""
-FLOOR = 0.1
+FLOOR_HEIGHT = 0.1
 """Height of the touched floor over the base where no planes are given, as a share of the reach."""
-WALLS = 0.45
+WALL_DISTANCE = 0.45
 """Distance of the touched walls from the base, likewise."""
-CLEARANCE = 2.2
+INSTRUMENT_DISTANCE = 2.2
 """How far beyond the arm's reach an instrument stands along the base's x axis by default [m]."""
-HEIGHT = 1.0
+INSTRUMENT_HEIGHT = 1.0
 """How high over the base it stands by default [m]."""
 SIDES = frozen(np.concatenate([np.eye(3), -np.eye(3)]))
 """Directions of the tool frame into which a target may be mounted to look."""
@@ -119,7 +119,7 @@ class Touched(NamedTuple):
 def three_planes(robot: Robot) -> dict[str, PlaneSurface]:
     """A floor and two walls about the base, named `plane floor`, `plane side` and `plane front`."""
     rotation, origin = robot.base.rotation, robot.base.xyz
-    distances = robot.reach * np.array([WALLS, WALLS, FLOOR])
+    distances = robot.reach * np.array([WALL_DISTANCE, WALL_DISTANCE, FLOOR_HEIGHT])
     names = ("plane front", "plane side", "plane floor")
     return {
         name: PlaneSurface(rotation[:, i], float(rotation[:, i] @ origin + distances[i]))
@@ -163,7 +163,10 @@ def touch(
 
 def station(robot: Robot) -> Vector3:
     """Where an instrument stands in the measuring frame if nothing else is said [m]."""
-    return robot.base.pose[:3, :3] @ np.array([CLEARANCE + robot.reach, 0.0, HEIGHT]) + robot.base.xyz
+    return (
+        robot.base.pose[:3, :3] @ np.array([INSTRUMENT_DISTANCE + robot.reach, 0.0, INSTRUMENT_HEIGHT])
+        + robot.base.xyz
+    )
 
 
 def mounting(sight: Sight, poses: Float[np.ndarray, "rows 4 4"], place: Vector3) -> int:

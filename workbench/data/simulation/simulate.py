@@ -26,18 +26,18 @@ from workbench.data.simulation.instruments import Instrument, Observes
 from workbench.data.simulation.readings import read, three_anchors, touch, unseen
 
 AUTO, MIXED = "auto", "mixed"
-LENGTH_ERROR = 1e-3
+MAX_LENGTH_ERROR = 1e-3
 """Maximum manufacturing error of a length, as of a good industrial arm [m]."""
 ANGLE_ERROR = float(np.deg2rad(0.3))
 """The same of an angle [rad]."""
-LIKELY_ERRORS = LENGTH_ERROR, ANGLE_ERROR
+LIKELY_ERRORS = MAX_LENGTH_ERROR, ANGLE_ERROR
 
 
 def virtual_arm(
     robot: Robot,
     *,
     rng: np.random.Generator,
-    length: float = LENGTH_ERROR,
+    length: float = MAX_LENGTH_ERROR,
     angle: float = ANGLE_ERROR,
     names: tuple[str, ...] | None = None,
 ) -> Robot:

@@ -48,7 +48,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.diagnosis.claims.cause import Cause, together
 from workbench.diagnosis.claims.explained import Explained, explained
-from workbench.diagnosis.claims.named_joints import CLEAR, clearness, sentence_of
+from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
 from workbench.diagnosis.claims.one_less import validated_without
 from workbench.diagnosis.claims.places import best_of, distinct, includes, place_of
 from workbench.diagnosis.claims.position_laws import lead_over_map, share_a_law
@@ -58,9 +58,9 @@ from workbench.diagnosis.claims.structure import Structure
 from workbench.diagnosis.claims.survival import Survival, survival
 from workbench.diagnosis.claims.wandering import leads
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
-from workbench.diagnosis.search.event_search import PART
+from workbench.diagnosis.search.event_search import MIN_EVENT_SHARE
 from workbench.diagnosis.search.evidence import (
-    NONZERO_FROM,
+    NONZERO_ERRORS,
     Model,
     drop,
     jackknifed,
@@ -74,22 +74,22 @@ from workbench.identification.problem import Noise
 
 Sizes = dict[tuple[str, ...], list[float]]
 
-STANDS_OUT = 10.0
+MIN_SCATTER_RATIO = 10.0
 """Minimum ratio of a cause's largest motion to its joint's scatter, if that joint alone scatters."""
-PART_OF_REST, PART_OF_NOISE = 0.1, 1.0 / 3.0
+MIN_RESIDUAL_SHARE, MIN_NOISE_SHARE = 0.1, 1.0 / 3.0
 """Minimum shares of the residual and of the noise that a cause must explain."""
 MAX_ODDS = 1e12
 """Odds are capped at this value."""
-STRAINED = 1.5
+MAX_EXPLAINED_RATIO = 1.5
 """A cause that alone explains more than this multiple of what all effects explain is only probable:
 linearisation errors of the geometry."""
-SMOOTH = 1.0 / 3.0
+MAX_SMOOTH_PART = 1.0 / 3.0
 """Maximum smooth part of the residual, or of a map of its joint, relative to what a certain cause
 explains."""
 UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
 NOT_ROBUST = "without a tenth of the rows, or with wider noise, another claim does nearly as well"
-LOOK_ALIKES = 3
+MAX_LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""
 
 
@@ -213,7 +213,7 @@ class _Judge:
             structure,
             together_mm,
             scatter=readings(geometric),
-            minimum=max(PART_OF_NOISE * noise, PART_OF_REST * left),
+            minimum=max(MIN_NOISE_SHARE * noise, MIN_RESIDUAL_SHARE * left),
             smooth=smooth_part(fit, geometric.noise, structure or Structure()),
             maximum=_largest_loads(arm, motion),
             steady=leads(searched),
@@ -230,7 +230,7 @@ class _Judge:
             or (first.shrunk and first.effect.maps_joint)
             or terms.size < self.minimum
             or terms.fall.mean() <= standard_error(terms.fall)
-            or all(abs(c) < NONZERO_FROM * self.std[n] for n, c in coefficients)
+            or all(abs(c) < NONZERO_ERRORS * self.std[n] for n, c in coefficients)
             or any(not e.loads for e in self._masked(terms))
         )
 
@@ -253,7 +253,7 @@ class _Judge:
         odds, rivals, survive = _against_rivals(self.searched, terms.group)
         odds = min(odds, _odds(self.steady.get(terms.group[0].candidate.names, np.inf)))
         clear = clearness(terms.effects, self.std)
-        unclear = [j for j, z in clear.items() if z < CLEAR]
+        unclear = [j for j, z in clear.items() if z < MIN_NAMED_ERRORS]
         untried = _untried(terms.whole, self.arm)
         reason = untried or self._doubt(terms, others, nameless, is_clear=len(unclear) < len(clear))
         if untried == UNTRIED:
@@ -303,16 +303,16 @@ class _Judge:
             "it explains little that is sure beyond the noise": (
                 sure < self.minimum**2 * self.searched.grams.count / len(fall)
             ),
-            "what remains may follow another law": self.smooth > SMOOTH * size,
-            "a residual map of its joint explains more than a third as much": mapped > SMOOTH * size,
-            f"no size of it exceeds {CLEAR:.0f} standard errors": not is_clear,
+            "what remains may follow another law": self.smooth > MAX_SMOOTH_PART * size,
+            "a residual map of its joint explains more than a third as much": mapped > MAX_SMOOTH_PART * size,
+            f"no size of it exceeds {MIN_NAMED_ERRORS:.0f} standard errors": not is_clear,
         }
         return next((text for text, holds in doubts.items() if text and holds), "")
 
     def _is_strained(self, terms: _Terms) -> bool:
         """Whether terms alone explain more than all effects together."""
         sigma = self.searched.stage.geometric.typical_noise.position
-        return 1e3 * float(np.sqrt(3.0)) * sigma * terms.size > STRAINED * self.together_mm
+        return 1e3 * float(np.sqrt(3.0)) * sigma * terms.size > MAX_EXPLAINED_RATIO * self.together_mm
 
     def _masked(self, terms: _Terms) -> list[AbstractEffect]:
         return _masked_by_scatter(terms.effects, self.maximum, self.scatter)
@@ -344,7 +344,7 @@ def odds_of_events(searched: Searched) -> dict[Candidate, float]:
     out = {}
     for term in events:
         odds, names = 0.0, term.candidate.names
-        is_material = validated(grams, drop(model, [term])).sum() >= (1.0 + PART) * after
+        is_material = validated(grams, drop(model, [term])).sum() >= (1.0 + MIN_EVENT_SHARE) * after
         if is_material and term.candidate.effect.doubt(motion) is None:
             odds = min(_against_rivals(searched, (term,))[0], _odds(steady.get(names, np.inf)))
         out[term.candidate] = odds
@@ -376,7 +376,7 @@ def _masked_by_scatter(
         joints = effect.joints if effect.of_many_joints else effect.joints[:1]
         sizes = np.reshape(maximum[effect.names], (len(joints), -1)).max(1) if joints else ()
         return any(
-            joint in scatter.joints_that_scatter and size < STANDS_OUT * scatter.sigma[joint]
+            joint in scatter.joints_that_scatter and size < MIN_SCATTER_RATIO * scatter.sigma[joint]
             for joint, size in zip(joints, sizes, strict=True)
         )
 
@@ -419,4 +419,4 @@ def _against_rivals(
         odds = min(odds, PROBABLE)
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
     survive = partial(survival, searched, group, rivals, including, minimum=float(np.log(PROBABLE)))
-    return odds, tuple(o.term.candidate.effect for o in close[:LOOK_ALIKES]), survive
+    return odds, tuple(o.term.candidate.effect for o in close[:MAX_LOOK_ALIKES]), survive

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.effect import STATED_FROM as STATED
+from workbench.arm.effects.effect import MIN_STATED_ERRORS as STATED
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list
 from workbench.diagnosis.claims.standard_errors import StandardErrors
 
-CLEAR = 4.0
+MIN_NAMED_ERRORS = 4.0
 """Minimum standard errors of a coefficient for its joint to be named in a certain cause."""
 
 

@@ -30,7 +30,7 @@ from workbench.diagnosis.search.evidence import (
 )
 from workbench.diagnosis.search.gram_matrices import Grams, among
 
-KEPT = 2
+CACHE_SIZE = 2
 """Size of the cache of models' residuals."""
 
 
@@ -140,7 +140,7 @@ def left_of(grams: Grams, model: Model) -> Remainder:
     else:
         left = left_by(grams, model)
     kept[key] = left.inner
-    for old in list(kept)[:-KEPT]:
+    for old in list(kept)[:-CACHE_SIZE]:
         del kept[old]
     return left
 

@@ -11,7 +11,7 @@ from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, l
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence, kind_of
 
-INCLUDED = 0.01
+MAX_INCLUDED_SHARE = 0.01
 """Share of a column's square left by a rival below which it contains the claim as a special case."""
 
 
@@ -64,7 +64,7 @@ def includes(left: Remainder, rival: Offer, group: Model) -> bool:
     columns = left.grams.columns(names)
     beside = left_by(left.grams, (*left.model, rival.term))
     before, after = (np.diagonal(side.inner)[columns] for side in (left, beside))
-    return bool((after < INCLUDED * before).all())
+    return bool((after < MAX_INCLUDED_SHARE * before).all())
 
 
 def distinct(found: Sequence[Offer]) -> list[Offer]:

@@ -10,7 +10,7 @@ from workbench.diagnosis.claims.structure import RowRemainder, Structure, neighb
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 
-EVIDENT = 3.0
+SIGNIFICANT_ERRORS = 3.0
 """Standard errors by which neighbours must agree to be significant."""
 MIN_ROWS = 20
 """Minimum number of rows."""
@@ -27,7 +27,7 @@ def smooth_part(fit: Fit, noise: Noise, structure: Structure) -> float:
     left = RowRemainder(fit, noise)
     rows, q = left.views["frame"], left.data.q / np.maximum(np.ptp(left.data.q, axis=0), 1e-9)
     products = (rows * rows[neighbours(q, 1)[:, 0]]).sum(1), _in_turn(rows)
-    alike = [float(p.mean()) for p in products if p.sum() > EVIDENT * np.sqrt(p @ p)]
+    alike = [float(p.mean()) for p in products if p.sum() > SIGNIFICANT_ERRORS * np.sqrt(p @ p)]
     alike += [float(_in_turn(left.views[a.view][np.argsort(a.value)]).mean()) for a in structure.found]
     return float(np.sqrt(max([0.0, *alike]) * len(fit.problem.data) / fit.problem.count))
 

@@ -18,7 +18,7 @@ from jaxtyping import Float, Int
 from workbench.data.dataset import Dataset
 from workbench.identification.fit import Fit
 
-REPEATED = 1e-3
+SAME_POSTURE = 1e-3
 """Joint positions [rad or m] with smaller differences count as one posture."""
 MIN_PLACES = 20
 """Minimum number of places to estimate shared errors."""
@@ -87,5 +87,5 @@ def places(data: Dataset) -> Int[np.ndarray, " rows"]:
     if data.group is not None:
         return np.unique(data.group, return_inverse=True)[1]
     session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
-    key = np.column_stack([session, np.round(data.q / REPEATED)])
+    key = np.column_stack([session, np.round(data.q / SAME_POSTURE)])
     return np.unique(key, axis=0, return_inverse=True)[1].ravel()

@@ -7,7 +7,7 @@ Rows are sorted along an axis (order, an angle, a load, a temperature) or paired
 
 with mean and deviation of T over permuted rows, and the largest z over a few m. Residuals r are tested in the
 measuring frame, in the tool's (where a slip of the tool is constant), and along each joint's own column. All
-tests together find structure in pure noise for at most `LEVEL` of all arms (Bonferroni).
+tests together find structure in pure noise for at most `FALSE_ALARM_SHARE` of all arms (Bonferroni).
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,26 +27,26 @@ from workbench.data.order import clock_of
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 
-LEVEL = 0.01
+FALSE_ALARM_SHARE = 0.01
 """Share of arms for which pure noise may be called structured, all axes together."""
 LAGS = (1, 3, 8, 20)
 """Maximum lag between compared rows."""
 NEAREST = (1, 4)
 """Number of neighbours with which a posture, or a place, is compared."""
 PERMUTATIONS = 120
-CACHED = 8000
+PERMUTED_AT_ONCE = 8000
 """Number of permuted rows processed together."""
 MIN_ROWS = 20
 """Minimum number of rows."""
-SPARE = 10.0
+MIN_FREEDOM = 10.0
 """Minimum degrees of freedom."""
 MAX_ROWS = 2000
 """Maximum number of rows, evenly spread over the measured ones."""
-STEADY = 0.01
+MIN_LOAD_VARIATION = 0.01
 """Variation below this share of the maximum load counts as constant."""
 MIN_SKEW = 0.2
 """Minimum skewness assumed."""
-PARTS, STEP = 10, 0.6
+ORDER_PARTS, MIN_STEP_SHARE = 10, 0.6
 """Number of parts of the order, and the share of their means' squares that a step must explain."""
 PACES = np.geomspace(1.0 / 30.0, 0.4, 9)
 """Time constants of decays compared with a step, as shares of all rows."""
@@ -106,7 +106,7 @@ class Structure:
     @property
     def found(self) -> tuple[StructureAxis, ...]:
         """Axes with significant structure, clearest first."""
-        return tuple(a for a in self.axes if a.p * self.tests < LEVEL)
+        return tuple(a for a in self.axes if a.p * self.tests < FALSE_ALARM_SHARE)
 
     @property
     def sentence(self) -> str:
@@ -123,7 +123,7 @@ class Structure:
 
 def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
     """Test every axis that the rows have."""
-    if fit.spare < SPARE or len(fit.problem.data) < MIN_ROWS:
+    if fit.spare < MIN_FREEDOM or len(fit.problem.data) < MIN_ROWS:
         return Structure()
     left = RowRemainder(fit)
     nulls: dict[str, np.ndarray] = {}
@@ -225,9 +225,9 @@ class RowRemainder:
         curves = np.stack([done, *(np.exp(-done / PACES[:, None]))])
         curves -= curves.mean(1, keepdims=True)
         by_curve = float((((curves @ table) ** 2).sum(1) / (curves**2).sum(1)).max())
-        by_parts = sum(len(p) * float((p.mean(0) ** 2).sum()) for p in np.array_split(table, PARTS))
+        by_parts = sum(len(p) * float((p.mean(0) ** 2).sum()) for p in np.array_split(table, ORDER_PARTS))
         best = int(np.argmax(by_step))
-        is_step = by_step[best] > max(by_curve, STEP * by_parts)
+        is_step = by_step[best] > max(by_curve, MIN_STEP_SHARE * by_parts)
         return (int(self.row[best]), int(self.row[best + 1])) if is_step else None
 
     def session_of(self, rows: tuple[int, int]) -> str:
@@ -250,7 +250,7 @@ class RowRemainder:
             rest = table - table.mean(0) - np.outer(time, slope)
             white = slope**2 * (time @ time) / (rest**2).sum(0) * (count - 2)
             chance = special.fdtrc(len(slope), len(slope) * (count - 2), white.mean())
-            if chance * len(sessions) < LEVEL:
+            if chance * len(sessions) < FALSE_ALARM_SHARE:
                 out[name] = 1e3 * float(np.linalg.norm(slope))
         return out
 
@@ -271,7 +271,7 @@ def _sorted_by(left: RowRemainder) -> Iterator[tuple[str, str, np.ndarray, str]]
     if left.arm.has_masses:
         loads = own(chain, range(left.arm.dof), motion_wrenches(left.arm, left.motion))
         for j in joints:
-            if np.ptp(loads[:, j]) > STEADY * max(np.abs(loads).max(), STEADY):
+            if np.ptp(loads[:, j]) > MIN_LOAD_VARIATION * max(np.abs(loads).max(), MIN_LOAD_VARIATION):
                 yield f"the load of {joint_list((j,))}", "load [N·m or N]", loads[:, j], f"joint {j + 1}"
     warm = left.data.temperature
     if warm is not None and np.isfinite(warm).all() and np.ptp(warm) > 0.0:
@@ -334,7 +334,7 @@ def _permuted(
     table: Float[np.ndarray, "rows w"], rng: np.random.Generator
 ) -> Iterator[Float[np.ndarray, "p rows w"]]:
     """The table with its rows permuted, several times at once to stay in the processor's cache."""
-    some = max(1, CACHED // len(table))
+    some = max(1, PERMUTED_AT_ONCE // len(table))
     for start in range(0, PERMUTATIONS, some):
         times = range(start, min(start + some, PERMUTATIONS))
         yield np.stack([table[rng.permutation(len(table))] for _ in times])

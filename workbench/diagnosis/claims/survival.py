@@ -22,10 +22,10 @@ from jaxtyping import Float
 
 from workbench.arm.effects import Candidate
 from workbench.data.order import clock_of
-from workbench.diagnosis.claims.named_joints import CLEAR, clearness
+from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness
 from workbench.diagnosis.claims.places import best_of, place_of
 from workbench.diagnosis.search.evidence import (
-    NONZERO_FROM,
+    NONZERO_ERRORS,
     Model,
     Offer,
     Remainder,
@@ -38,12 +38,12 @@ from workbench.diagnosis.search.evidence import (
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import kind_of
-from workbench.identification.joint_reading_noise import FREEDOM, consistent
+from workbench.identification.joint_reading_noise import STUDENT_FREEDOM, consistent
 from workbench.identification.problem import Problem
 
-TENTHS = 10
+ROW_PARTS = 10
 """Number of parts of the rows that are left out in turn."""
-RIVALS = 20
+MAX_RIVALS = 20
 """Maximum number of rivals evaluated again."""
 
 
@@ -74,7 +74,7 @@ def survival(
     """
     kinds = [c for c in searched.offered.candidates if c.alike and kind_of(Term(c)) == kind_of(group[0])]
     widest = max(kinds, key=lambda c: len(c.names), default=None)
-    place, others = place_of(searched, group), [o.term.candidate for o in rivals[:RIVALS]]
+    place, others = place_of(searched, group), [o.term.candidate for o in rivals[:MAX_RIVALS]]
     left = place.left
     if not any(t.candidate.effect.loads for t in searched.found.model):
         loads = [c for c in searched.offered.candidates if c.effect.loads and not c.shrunk]
@@ -85,7 +85,9 @@ def survival(
         weak |= _replaceable(left, group, widest, searched.offered.candidates, minimum)
         beside_all = offer(left, widest)
         if beside_all is not None and _joints((beside_all.term,)) >= _joints(group):
-            weak |= {j for j, z in _clearness(left, (beside_all.term,)).items() if z < CLEAR} & _joints(group)
+            weak |= {
+                j for j, z in _clearness(left, (beside_all.term,)).items() if z < MIN_NAMED_ERRORS
+            } & _joints(group)
     for other in _reweighted(searched, others, kinds):
         place = place_of(other, group)
         if place.own - best_of([o for o in place.offers if id(o.term.candidate) not in including]) < minimum:
@@ -102,7 +104,7 @@ def _reweighted(searched: Searched, *requested: Sequence[Candidate]) -> Iterator
         dict.fromkeys(c for some in ([t.candidate for t in searched.found.model], *requested) for c in some)
     )
     effects, tenth = [c.effect for c in candidates], np.empty(rows, np.int64)
-    tenth[np.argsort(clock_of(problem.data)[0], kind="stable")] = np.arange(rows) * TENTHS // rows
+    tenth[np.argsort(clock_of(problem.data)[0], kind="stable")] = np.arange(rows) * ROW_PARTS // rows
     parts = compress(problem, x, effects, tenth).without_each
     heavy = problem.with_row_weights(_student_weights(problem, x))
     for grams in (*parts, compress(heavy, x, effects, np.zeros(rows, np.int64))):
@@ -114,8 +116,8 @@ def _student_weights(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.n
     rows, residual = len(problem.data), problem.residual(x)[: problem.size]
     count = np.bincount(problem.component_rows, problem.inverse_sigma > 0.0, rows)
     square = np.bincount(problem.component_rows, residual**2, rows) * problem.count / (residual @ residual)
-    room = FREEDOM * np.array([consistent(int(m)) for m in count])
-    return np.sqrt((FREEDOM + count) / (room + square))
+    room = STUDENT_FREEDOM * np.array([consistent(int(m)) for m in count])
+    return np.sqrt((STUDENT_FREEDOM + count) / (room + square))
 
 
 def _best_gain(found: Sequence[Offer]) -> float:
@@ -135,7 +137,7 @@ def _several_joints(group: Model, widest: Candidate) -> set[int]:
 def _weak_joints(left: Remainder, group: Model, widest: Candidate | None, minimum: float) -> set[int | None]:
     """Joints with insignificant coefficients, or that others could replace; None for coefficients without a
     joint."""
-    weak = {j for j, z in _clearness(left, group).items() if z < NONZERO_FROM}
+    weak = {j for j, z in _clearness(left, group).items() if z < NONZERO_ERRORS}
     return weak | (set() if widest is None else _exchangeable(left, group, widest, minimum))
 
 

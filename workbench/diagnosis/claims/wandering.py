@@ -14,15 +14,15 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.effects.events import NEVER, AbstractEvent, AbstractStep, FrameStep, ZeroStep
+from workbench.arm.effects.events import NEVER_ROW, AbstractEvent, AbstractStep, FrameStep, ZeroStep
 from workbench.arm.motion import Motion
 from workbench.diagnosis.search.candidate_columns import candidate_columns
-from workbench.diagnosis.search.event_search import PACES, RARE
+from workbench.diagnosis.search.event_search import EVENT_PRIOR_ODDS, PACES
 from workbench.diagnosis.search.rounds import Searched
 
-PATHS = np.array([0.0, *np.logspace(-2.0, 0.5, 11)])
+PATH_LENGTHS = np.array([0.0, *np.logspace(-2.0, 0.5, 11)])
 """Total lengths of random walks that are tried, relative to the events' sizes."""
-ANYWHERE = 1e6
+START_VARIANCE = 1e6
 """Variance of its initial value, in squared event sizes."""
 
 
@@ -39,8 +39,8 @@ def leads(searched: Searched) -> dict[tuple[str, ...], float]:
 def _at_any_time(event: AbstractEvent) -> AbstractEvent:
     """The change by an event, as if all rows lay before it."""
     if isinstance(event, AbstractStep):
-        return replace(event, coefficients=(), row=NEVER, time_s=0.0, is_timed=False, known_before=False)
-    return ZeroStep(event.joints, row=NEVER) if event.joints else FrameStep(row=NEVER)
+        return replace(event, coefficients=(), row=NEVER_ROW, time_s=0.0, is_timed=False, known_before=False)
+    return ZeroStep(event.joints, row=NEVER_ROW) if event.joints else FrameStep(row=NEVER_ROW)
 
 
 def _lead(searched: Searched, moved: AbstractEvent, events: Sequence[AbstractEvent]) -> float:
@@ -60,9 +60,9 @@ def _lead(searched: Searched, moved: AbstractEvent, events: Sequence[AbstractEve
     happened = -sum(e.weight(c) * part for e, c, part in zip(events, clocks, parts.tolist(), strict=True))
     order = np.argsort(clocks[0], kind="stable")
     y, info, happened = (y / np.maximum(info, 1e-300))[order], info[order], happened[order]
-    charge = 0.5 * np.log(problem.count) + np.log(RARE)
+    charge = 0.5 * np.log(problem.count) + np.log(EVENT_PRIOR_ODDS)
     with_events, without = (
-        max(_likelihood(values, info, q / rows) - (charge if q else 0.0) for q in (PATHS**2).tolist())
+        max(_likelihood(values, info, q / rows) - (charge if q else 0.0) for q in (PATH_LENGTHS**2).tolist())
         for values in (y, y + happened)
     )
     places = sum(charge + np.log(rows if e.is_step else len(PACES)) for e in events)
@@ -71,7 +71,7 @@ def _lead(searched: Searched, moved: AbstractEvent, events: Sequence[AbstractEve
 
 def _likelihood(y: Float[np.ndarray, " rows"], info: Float[np.ndarray, " rows"], q: float) -> float:
     """Log likelihood of values with a random walk of variance q per row, up to a constant."""
-    mean, spread, out = 0.0, ANYWHERE, 0.0
+    mean, spread, out = 0.0, START_VARIANCE, 0.0
     for value, h in zip(y.tolist(), info.tolist(), strict=True):
         whole = 1.0 + h * spread
         out -= 0.5 * (h * (value - mean) ** 2 / whole + float(np.log(whole)))

@@ -9,9 +9,9 @@ from workbench.diagnosis.result import Diagnosis, judged
 from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, grid, look, new_figure
 
-SHOWN = 14
+MAX_SHOWN = 14
 """Maximum number of candidates drawn."""
-ROOM = 0.12
+NUMBER_WIDTH = 0.12
 """Share of the axis that a number needs left of its dot; with less space it is placed above the line."""
 
 
@@ -22,7 +22,7 @@ def key(effect: AbstractEffect) -> tuple:
 
 def ranking(result: Diagnosis) -> Figure | None:
     """Gain and mean error of the best candidates; None if none was tried."""
-    best = result.ranking[:SHOWN]
+    best = result.ranking[:MAX_SHOWN]
     if not best:
         return None
     accepted = {key(found.effect) for found in result.effects}
@@ -62,7 +62,7 @@ def _errors(axes: Axes, result: Diagnosis, tried: list[int], place, colours) -> 
         better = value <= without
         axes.plot([without, value], [place[i]] * 2, color=colours[i], lw=1.2)
         axes.plot(value, place[i], "o", ms=6, color=colours[i])
-        left, above = better and value > ROOM * maximum, better and value <= ROOM * maximum
+        left, above = better and value > NUMBER_WIDTH * maximum, better and value <= NUMBER_WIDTH * maximum
         axes.annotate(
             f"{value:.3g}", (value, place[i]), xytext=(-7 if left else 7, 3 if above else 0),
             textcoords="offset points", ha="right" if left else "left",

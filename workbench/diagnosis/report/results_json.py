@@ -6,7 +6,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.events import AbstractEvent
 from workbench.diagnosis.claims.cause import Cause, ResidualMap
-from workbench.diagnosis.claims.structure import LEVEL, Structure
+from workbench.diagnosis.claims.structure import FALSE_ALARM_SHARE, Structure
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.errors.row_errors import Errors
@@ -133,7 +133,7 @@ def _held_out(which: str, errors: Errors | None) -> Json:
 def _structure(found: Structure) -> Json:
     """Axes along which residuals were tested, and those with structure."""
     return {
-        "level": LEVEL,
+        "level": FALSE_ALARM_SHARE,
         "tests": found.tests,
         "axes": [{"axis": a.name, "view": a.view, "p_value": a.p} for a in found.axes],
         "found": list(dict.fromkeys(a.name for a in found.found)),

@@ -14,12 +14,12 @@ from rich.text import Text
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.effect import STATED_FROM
+from workbench.arm.effects.effect import MIN_STATED_ERRORS
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import first_of, plural
 from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
-from workbench.diagnosis.verdict import SPELT_OUT
+from workbench.diagnosis.verdict import MAX_STATED_CAUSES
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.table import models_table
 from workbench.report.numbers import readable_unit, short, with_error
@@ -27,11 +27,11 @@ from workbench.report.result_display import summary_of
 from workbench.report.tables import folded, line, new_table, unbroken
 
 STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NONE: "bold", Verdict.PARTLY: "bold yellow"}
-NAMED = 15
+MAX_NAMED_OUTLIERS = 15
 """Maximum number of outliers named."""
-LISTED = 6
+MAX_LISTED_COEFFICIENTS = 6
 """Maximum number of coefficients of one effect listed individually."""
-RANKED = 5
+SUMMARY_CANDIDATES = 5
 """Number of candidates in a summary."""
 Units = Sequence[tuple[str, str]]
 """Names of errors and their units: of what was measured."""
@@ -48,7 +48,7 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
     parts = _beginning(result)
     if result.causes:
         parts += [causes_table(result), Text(EXPLAINS, style="dim")]
-        parts += [line("cause", cause.stated) for cause in result.causes[SPELT_OUT:]]
+        parts += [line("cause", cause.stated) for cause in result.causes[MAX_STATED_CAUSES:]]
     if result.effects:
         parts.append(effects_table(result))
         mapped = [found for found in result.effects if not _is_claimed(result, found.effect)]
@@ -99,7 +99,7 @@ def ranking_table(result: Diagnosis) -> Table:
     added = {(found.effect.name, found.effect.names) for found in result.effects}
     headings = ("gain\n[nat]", "mean\n[mm]", "")
     table = new_table("What each candidate would add to the geometry alone", "effect", *headings)
-    for candidate in result.ranking[:RANKED]:
+    for candidate in result.ranking[:SUMMARY_CANDIDATES]:
         mean = "–" if candidate.held_out_mm is None else short(candidate.held_out_mm)
         is_added = (candidate.effect.name, candidate.effect.names) in added
         table.add_row(
@@ -209,7 +209,7 @@ def _instead(found: Accepted) -> str:
 def outlier_text(result: Diagnosis) -> str:
     """Which rows were excluded as outliers, how far they are off, and what to do."""
     rows = sorted(result.data.row[result.outliers].tolist())
-    shown = first_of(rows, NAMED)
+    shown = first_of(rows, MAX_NAMED_OUTLIERS)
     subject, it = (f"data rows {shown}", "them") if len(rows) > 1 else (f"data row {shown}", "it")
     off = result.outlier_errors.text("max") if result.outlier_errors is not None else ""
     up_to, mean = "up to " if len(rows) > 1 else "", result.after.train.text("mean")
@@ -276,13 +276,13 @@ def lines(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple
     """Names and values for a table, by joint if there is one each; of many only the most significant."""
     found = sizes(effect, std, chain)
     alone, one_each = len(effect.joints) == 1, len(effect.joints) == len(found) > 1
-    if len(found) <= LISTED:
+    if len(found) <= MAX_LISTED_COEFFICIENTS:
         names = [
             size.name.partition(".")[0 if one_each else 2] if alone or one_each else size.name
             for size in found
         ]
         return tuple((name, size.text) for name, size in zip(names, found, strict=True))
     clearest = max(found, key=lambda size: abs(size.value) / size.std if size.std > 0.0 else 0.0)
-    if abs(clearest.value) < STATED_FROM * clearest.std:
+    if abs(clearest.value) < MIN_STATED_ERRORS * clearest.std:
         return ((f"{len(found)} coefficients", "none of them individually significant"),)
     return ((f"{len(found)} coefficients, largest {clearest.name.partition('.')[2]}", clearest.text),)

@@ -17,9 +17,9 @@ from workbench.arm.statics.deflection import law_sizes
 from workbench.base.columns import row_drivers
 from workbench.diagnosis.search.candidate_columns import known_wrenches
 
-IDLE = 0.01
+MIN_DRIVEN_SHARE = 0.01
 """Share of the largest joint's law below which a joint counts as not driven."""
-CONFOUNDED = 0.95
+CONFOUNDED_CORRELATION = 0.95
 """Correlation above which two drivers are reported as confounded."""
 
 
@@ -59,7 +59,9 @@ def _alike(candidate: Candidate, robot: Robot, motion: Motion) -> Candidate | No
     effect = candidate.effect
     sizes = law_sizes(robot.with_effects(effect), motion, effect.names)
     largest = max(sizes.values())
-    driven = tuple(j for j, n in zip(effect.joints, effect.names, strict=True) if sizes[n] > IDLE * largest)
+    driven = tuple(
+        j for j, n in zip(effect.joints, effect.names, strict=True) if sizes[n] > MIN_DRIVEN_SHARE * largest
+    )
     if len(driven) < 2:
         return None
     fewer = replace(effect, joints=driven, coefficients=())
@@ -80,7 +82,7 @@ def _drivers(motion: Motion) -> Iterator[str]:
     varied = {n: v for n, v in known.items() if np.isfinite(v).all() and np.ptp(v) > 0}
     for a, b in combinations(varied, 2):
         together = abs(np.corrcoef(varied[a], varied[b])[0, 1])
-        if together > CONFOUNDED:
+        if together > CONFOUNDED_CORRELATION:
             yield (
                 f"{a} and {b} are {100 * together:.0f} % correlated in these rows, so their effects "
                 "can hardly be distinguished"

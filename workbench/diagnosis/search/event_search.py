@@ -17,8 +17,8 @@ from jaxtyping import Float
 
 from workbench.arm.effects import Candidate
 from workbench.arm.effects.events import (
-    NEVER,
-    OVER,
+    NEVER_ROW,
+    WARM_AT,
     AbstractEvent,
     AbstractStep,
     FrameStep,
@@ -26,17 +26,17 @@ from workbench.arm.effects.events import (
     WarmUp,
     ZeroStep,
 )
-from workbench.diagnosis.search.evidence import UNSEEN, Model, Remainder, left_by, projection
-from workbench.diagnosis.search.gram_matrices import SHORTEST, Grams
+from workbench.diagnosis.search.evidence import MIN_INDEPENDENT_SHARE, Model, Remainder, left_by, projection
+from workbench.diagnosis.search.gram_matrices import MIN_COLUMN_LENGTH, Grams
 from workbench.diagnosis.search.timeline import Timeline
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
 
 MIN_SIDE = 3
 """Minimum number of rows on either side of a step, also within its session unless that begins with it."""
-RARE = 20
+EVENT_PRIOR_ODDS = 20
 """Prior odds of an event relative to an effect of the arm."""
-PART = 0.08
+MIN_EVENT_SHARE = 0.08
 """Share of the residual that an event must explain to be tried; smaller ones could not be claimed."""
 PACES = np.geomspace(1.0 / 30.0, 0.4, 9)
 """Time constants to try, as shares of the total duration."""
@@ -56,10 +56,10 @@ def changeable(problem: Problem) -> tuple[Changeable, ...]:
     """The frame, the tool and every joint's zero, as far as they are observable in the rows."""
     tool = visible_parts(problem.data, problem.known)[1]
     several = any(b.observation.is_tool_free and len(b.observation.unknowns) > 3 for b in problem.blocks)
-    events: list[AbstractStep] = [FrameStep(row=NEVER)]
+    events: list[AbstractStep] = [FrameStep(row=NEVER_ROW)]
     if tool or several:  # markers' common motion is a tool step
-        events.append(ToolStep(row=NEVER, turns=several or len(tool) > 3))
-    events += [ZeroStep((j,), row=NEVER) for j in range(problem.robot.dof)]
+        events.append(ToolStep(row=NEVER_ROW, turns=several or len(tool) > 3))
+    events += [ZeroStep((j,), row=NEVER_ROW) for j in range(problem.robot.dof)]
     known = {FrameStep: not problem.frames.base, ToolStep: not (problem.frames.tool or several)}
     out, start = [], 0
     for event in events:
@@ -96,14 +96,14 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
             side, place = divmod(int(np.argmax(gains)), len(steps))
             if gains[side, place] > 0.0:
                 step = _step(kind.event, line, int(steps[place]), known_before=bool(side))
-                found.append(Candidate(step, tries=RARE * gains.size))
+                found.append(Candidate(step, tries=EVENT_PRIOR_ODDS * gains.size))
         if len(weights) and not isinstance(kind.event, ToolStep):
             sums, squares = (np.tensordot(w, grams.history[:, mine], 1) for w in (weights, weights**2))
             gains = search.gains(sums, squares[:, :, search.size :][:, :, mine])
             best = int(np.argmax(gains))
             if gains[best] > 0.0:
                 event = _warm_up(kind.event, line, float(PACES[best] * span))
-                found.append(Candidate(event, tries=RARE * len(weights)))
+                found.append(Candidate(event, tries=EVENT_PRIOR_ODDS * len(weights)))
     return found
 
 
@@ -134,15 +134,15 @@ class _EventSearch:
         half = self.project(sums[:, :, : self.size].reshape(places * k, -1))
         along = sums[:, :, self.size - 1] - (half.T @ self.explained).reshape(places, k)
         half = half.T.reshape(places, k, -1)
-        length = np.sqrt(np.maximum(np.diagonal(raw, axis1=1, axis2=2), SHORTEST**2))
+        length = np.sqrt(np.maximum(np.diagonal(raw, axis1=1, axis2=2), MIN_COLUMN_LENGTH**2))
         inner = (raw - half @ half.transpose(0, 2, 1)) / (length[:, :, None] * length[:, None, :])
         value, vectors = np.linalg.eigh(inner)
-        seen = value > UNSEEN
+        seen = value > MIN_INDEPENDENT_SHARE
         onto = ((vectors.transpose(0, 2, 1) @ (along / length)[..., None])[..., 0] ** 2) * seen
         rest = self.left.square - (onto / np.where(seen, value, 1.0)).sum(1)
         ratio = np.log(self.left.square / np.maximum(rest, 1e-12 * self.left.square))
-        charge = 0.5 * seen.sum(1) * np.log(self.left.grams.count) + np.log(RARE * places)
-        promising = seen.any(1) & (rest < (1.0 - PART) * self.left.square)
+        charge = 0.5 * seen.sum(1) * np.log(self.left.grams.count) + np.log(EVENT_PRIOR_ODDS * places)
+        promising = seen.any(1) & (rest < (1.0 - MIN_EVENT_SHARE) * self.left.square)
         return np.where(promising, 0.5 * self.left.freedom * ratio - charge, -np.inf)
 
 
@@ -158,7 +158,7 @@ def _warm_up(event: AbstractEvent, line: Timeline, pace: float) -> AbstractEvent
     """The warm-up of the same joint, or of the frame, from the first row on."""
     begin = float(line.clock.min())
     ordered = line.order
-    over = ordered[min(int(np.searchsorted(line.clock[ordered], begin + OVER * pace)), len(ordered) - 1)]
+    over = ordered[min(int(np.searchsorted(line.clock[ordered], begin + WARM_AT * pace)), len(ordered) - 1)]
     time = float(line.clock[over]) if line.is_timed else 0.0
     return WarmUp(
         event.joints, row=int(line.row[over]), time_s=time, is_timed=line.is_timed, begin=begin, pace=pace

@@ -26,19 +26,19 @@ from scipy import linalg, special
 from workbench.arm.effects import Candidate
 from workbench.diagnosis.search.gram_matrices import Grams, among
 
-UNSEEN = 1e-5
+MIN_INDEPENDENT_SHARE = 1e-5
 """Share of a column's square independent of all others below which it is unobservable."""
 PRECISIONS = np.logspace(-4.0, 8.0, 37)
 """Precisions to try for shrunk coefficients, relative to the information of the rows on a typical one."""
 JITTER = 1e-10
 JITTERS = (1e-12, 1e-9, 1e-6)
-ALLOWED = 2.0
+SIGN_TOLERANCE = 2.0
 """Tolerance in standard errors for coefficients that can't be negative."""
-EXPECTED = 0.5
+PRIOR_SHARE = 0.5
 """Prior standard deviation of coefficients as a share of their bound."""
-NONZERO_FROM = 3.0
+NONZERO_ERRORS = 3.0
 """Standard errors below which a coefficient is compatible with zero."""
-EVIDENT = 4.0
+MIN_F_RATIO = 4.0
 """F ratios below this are never significant; their p-value is not computed."""
 
 
@@ -217,7 +217,7 @@ def _free(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> li
     known = expected(left.grams, candidates)
     value, vectors = np.linalg.eigh(inner + known[:, :, None] * np.eye(known.shape[1]))
     along = (vectors.transpose(0, 2, 1) @ left.inner[columns, -1, None])[..., 0]
-    seen = value > UNSEEN
+    seen = value > MIN_INDEPENDENT_SHARE
     rank = seen.sum(1)
     taken = np.where(seen, along**2 / np.where(seen, value, 1.0), 0.0).sum(1)
     rest = np.maximum(left.square - taken, 1e-300)
@@ -239,18 +239,18 @@ def _free(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> li
 def _refused(candidates, value, vectors, size, rest, left, pushing) -> np.ndarray:
     """Candidates that exceed their bounds, or act against their load beyond noise although they may not."""
     found = (vectors @ size[..., None])[..., 0]
-    inverse = np.where(value > UNSEEN, 1.0 / np.maximum(value, UNSEEN), 0.0)
+    inverse = np.where(value > MIN_INDEPENDENT_SHARE, 1.0 / np.maximum(value, MIN_INDEPENDENT_SHARE), 0.0)
     spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / max(left.freedom, 1))[:, None])
     gives_way = np.array([c.effect.gives_way and not pushing for c in candidates])
-    pushes = gives_way & (found < -ALLOWED * spread).any(1)
+    pushes = gives_way & (found < -SIGN_TOLERANCE * spread).any(1)
     largest = np.array([left.grams.bounds(c.names) for c in candidates])
-    return pushes | (np.abs(found) > largest + ALLOWED * spread).any(1)
+    return pushes | (np.abs(found) > largest + SIGN_TOLERANCE * spread).any(1)
 
 
 def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:
     """Logarithm of the F test's p-value."""
     ratio = (taken / rank) / (rest / (freedom - rank))
-    if ratio < EVIDENT:
+    if ratio < MIN_F_RATIO:
         return 0.0
     with np.errstate(divide="ignore"):
         return float(np.log(special.fdtrc(rank, freedom - rank, ratio)))
@@ -264,10 +264,10 @@ def _shrunk(left: Remainder, candidate: Candidate) -> Offer | None:
     value, vectors = linalg.eigh(root.T @ inner @ root, check_finite=False)
     value = np.maximum(value, 0.0)
     square = (vectors.T @ (root.T @ along)) ** 2
-    if value.max(initial=0.0) <= UNSEEN or left.freedom <= 2:
+    if value.max(initial=0.0) <= MIN_INDEPENDENT_SHARE or left.freedom <= 2:
         return None
     widest = (root**2).sum(1) / left.grams.bounds(candidate.names) ** 2
-    tried = np.maximum(PRECISIONS * value[value > UNSEEN * value.max()].mean(), widest.max())
+    tried = np.maximum(PRECISIONS * value[value > MIN_INDEPENDENT_SHARE * value.max()].mean(), widest.max())
     rest = left.square - (square / (value + tried[:, None])).sum(1)
     charge = 0.5 * np.log1p(value / tried[:, None]).sum(1)
     gains = 0.5 * left.freedom * np.log(left.square / np.maximum(rest, 1e-300)) - charge
@@ -289,7 +289,7 @@ def _pushing_joints(candidate, vectors, value, precision, root, along, variance)
         return set()
     spread = root @ vectors / np.sqrt(value + precision)
     found = spread @ (spread.T @ along)
-    return set(np.flatnonzero(found < -ALLOWED * np.sqrt(variance * (spread**2).sum(1))).tolist())
+    return set(np.flatnonzero(found < -SIGN_TOLERANCE * np.sqrt(variance * (spread**2).sum(1))).tolist())
 
 
 def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Float[np.ndarray, " gc"]:
@@ -380,7 +380,7 @@ def differs(
     """
     mine = grams.columns(term.candidate.names)
     size = whole[mine]
-    return bool(size @ size > NONZERO_FROM * jackknifed(parts[:, mine] @ size))
+    return bool(size @ size > NONZERO_ERRORS * jackknifed(parts[:, mine] @ size))
 
 
 def jackknifed(values: Sequence[float] | Float[np.ndarray, " folds"]) -> float:
@@ -399,7 +399,7 @@ def precision_of(grams: Grams, term: Term) -> Float[np.ndarray, "k k"]:
 
 def expected(grams: Grams, candidates: Sequence[Candidate]) -> Float[np.ndarray, "n k"]:
     """Prior precisions of free scaled coefficients, from their bounds."""
-    return np.array([(EXPECTED * grams.bounds(c.names)) ** -2.0 for c in candidates])
+    return np.array([(PRIOR_SHARE * grams.bounds(c.names)) ** -2.0 for c in candidates])
 
 
 def _root(grams: Grams, candidate: Candidate) -> np.ndarray:

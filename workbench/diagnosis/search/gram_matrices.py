@@ -24,10 +24,10 @@ from workbench.identification.jacobian_columns import Columns, joined
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
 
-TETHER = 0.005
+GEOMETRY_SIGMA = 0.005
 """Prior standard deviation [rad, m] of the geometry about its fit, or about the nominal arm, when effects are
 added: a new effect may otherwise move weakly observable constants far away."""
-SHORTEST = 1e-12
+MIN_COLUMN_LENGTH = 1e-12
 """Columns shorter than this [whitened residual per unit] are zero."""
 
 
@@ -57,7 +57,7 @@ class Grams:
     count: int
     inertia: Mapping[tuple[str, ...], tuple[str, ...]] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
-    reach: Float[np.ndarray, " p"] | float = TETHER
+    reach: Float[np.ndarray, " p"] | float = GEOMETRY_SIGMA
     maximum: Float[np.ndarray, " c"] | None = None
     history: Float[np.ndarray, "pieces u gc1u"] | None = None
 
@@ -225,7 +225,7 @@ def compress(
     given = np.argsort(order)
     history, sums = history[:, :, given], sums[:, given[:size, None], given[:size]]
     length = np.sqrt(np.maximum(np.diagonal(sums.sum(0)), 0.0))[ahead:-1]
-    scale = np.where(length > SHORTEST, length, 1.0)
+    scale = np.where(length > MIN_COLUMN_LENGTH, length, 1.0)
     by = np.concatenate([np.ones(ahead), scale, np.ones(1 + extra)])
     sums /= np.outer(by[:size], by[:size])
     history /= by
@@ -242,7 +242,7 @@ def compress(
         problem.count,
         inertia,
         known,
-        np.maximum(TETHER, moved[plain]),
+        np.maximum(GEOMETRY_SIGMA, moved[plain]),
         np.array([*_bounds(problem, x, coefficients.carriers), *[np.inf] * (len(names) - own)]) * scale,
         None if pieces is None else history,
     )

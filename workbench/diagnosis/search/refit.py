@@ -24,25 +24,25 @@ from workbench.identification.jacobian_columns import inner_products
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
 
-STEPS = 60
+MAX_STEPS = 60
 """Maximum number of steps of a fit …"""
-LAST_STEPS = 600
+MAX_LAST_STEPS = 600
 """… and of the final one: with balls in sockets, rotations of the base are weakly observable."""
-LARGE = 10_000_000
+MAX_JACOBIAN_ELEMENTS = 10_000_000
 """Number of Jacobian elements above which it is not formed and masses are fixed."""
-SHORTER = (1.0, 0.3, 0.1)
+STEP_LENGTHS = (1.0, 0.3, 0.1)
 """Step lengths that are tried."""
-CHORDS = 6
+MAX_CHORD_STEPS = 6
 """Maximum number of steps with the same Hessian."""
-LIKELY = 0.05
+CONSTANT_SIGMA = 0.05
 """Prior standard deviation [rad, m] of a constant about nominal: nearly confounded constants, such as offsets
 of neighbouring parallel axes, would otherwise drift together and be compensated by effects."""
-HELD = 1e-3
+NULL_SPACE_SIGMA = 1e-3
 """Prior standard deviation [rad, m] along null-space directions of the geometry when loads act: otherwise
 unobservable frames would drift with the masses to fit inaccuracies of an effect's law."""
-ALONG = 1e-3
+MIN_CONSTANTS_SHARE = 1e-3
 """Minimum share of the arm's constants in such a direction."""
-PROMISE = 1e-3
+STEP_TOLERANCE = 1e-3
 """The search ends when the predicted step is below this many standard errors."""
 
 
@@ -76,7 +76,7 @@ def refit(
     *,
     data: Dataset | None = None,
     begin: Mapping[str, float] | None = None,
-    steps: int = STEPS,
+    steps: int = MAX_STEPS,
     holds: bool = False,
 ) -> FittedModel:
     """Fit geometry and a model's effects, with the noise estimated from the residuals.
@@ -97,7 +97,7 @@ def refit(
     built = problem.again(robot=robot, data=data, effects=names, inertia=needs_inertia(robot))
     if huge(built):
         built = built.again(inertia=False)
-    built = built.with_deviation(LIKELY)
+    built = built.with_deviation(CONSTANT_SIGMA)
     if grams is not None and model:
         built = _expected(built, grams, model)
     here = built.at(begin or {})
@@ -123,12 +123,12 @@ def needs_inertia(robot: Robot) -> bool:
 
 def huge(problem: Problem) -> bool:
     """Whether a problem's Jacobian is too large to be formed."""
-    return problem.size * len(problem.names) > LARGE
+    return problem.size * len(problem.names) > MAX_JACOBIAN_ELEMENTS
 
 
 def large(problem: Problem) -> bool:
     """Whether fits of a problem are slow, so that few are made."""
-    return huge(problem) or problem.size * len(problem.names) ** 2 > noises.HEAVY
+    return huge(problem) or problem.size * len(problem.names) ** 2 > noises.MAX_QUICK_PRODUCTS
 
 
 def linear_answer(fitted: FittedModel, grams: Grams, model: Model) -> dict[str, float]:
@@ -195,13 +195,13 @@ def _chord(problem: Problem, x: Float[np.ndarray, " p"], known: _Curvature) -> S
     into, solve_for, spread = known
     cost, gradient = problem.cost_and_gradient(x)
     history = [cost]
-    for _ in range(CHORDS):
+    for _ in range(MAX_CHORD_STEPS):
         step = -solve_for(into.T @ gradient)
-        if np.sqrt(step @ spread @ step / len(step)) < PROMISE:
+        if np.sqrt(step @ spread @ step / len(step)) < STEP_TOLERANCE:
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
         if cancelled():
             return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
-        for shorter in SHORTER:
+        for shorter in STEP_LENGTHS:
             new, slope = problem.cost_and_gradient(x + shorter * (into @ step))
             if new < cost:
                 break
@@ -223,13 +223,13 @@ def _held(problem: Problem, rigid: Problem, begin: Mapping[str, float]) -> Probl
     unseen = np.linalg.qr(seen, mode="complete")[0][:, seen.shape[1] :]
     constants = np.array([p.is_geometry for p in rigid.parameters if p.is_plain], bool)
     _, size, directions = np.linalg.svd(unseen[constants].T, full_matrices=False)
-    held = directions[size > ALONG]
+    held = directions[size > MIN_CONSTANTS_SHARE]
     if not len(held):
         return problem
     names = [p.name for p in rigid.parameters if p.is_geometry]
     centre = problem.start if problem.prior_centre is None else problem.prior_centre
     at = dict(zip(problem.names, centre.tolist(), strict=True))
-    return problem.with_prior(names, np.array([at[n] for n in names]), held / HELD)
+    return problem.with_prior(names, np.array([at[n] for n in names]), held / NULL_SPACE_SIGMA)
 
 
 def _expected(problem: Problem, grams: Grams, model: Model) -> Problem:

@@ -21,7 +21,13 @@ from workbench.diagnosis.search.evidence import Model, drop, rescaled, solve, va
 from workbench.diagnosis.search.flanks import holding_likeliest
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, refit, with_own_noise
-from workbench.diagnosis.search.stepwise_search import FEW, MIN_FALL, FoundEffects, as_found, supported
+from workbench.diagnosis.search.stepwise_search import (
+    MAX_EARLY_EXCHANGE_EFFECTS,
+    MIN_FALL,
+    FoundEffects,
+    as_found,
+    supported,
+)
 from workbench.diagnosis.search.stepwise_search import search as search_effects
 from workbench.diagnosis.search.timeline import Timeline, crowded
 from workbench.identification.checks.gravity_direction import freed
@@ -29,21 +35,21 @@ from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.rows.outlying_rows import find_outliers, robust_fit
 
-ROUNDS = 5
+MAX_ROUNDS = 5
 """Maximum number of searches for effects …"""
-FEW_ROUNDS = 2
+MAX_LARGE_ROUNDS = 2
 """… and for large problems."""
-OUTLIER_ROUNDS = 3
+MAX_OUTLIER_ROUNDS = 3
 """Maximum number of outlier rounds after one fit."""
-CROWD, CROWDED = 7, 3
+EVENT_WINDOW, MIN_WINDOW_OUTLIERS = 7, 3
 """Window of consecutive rows, and number of outliers within it that may indicate an event."""
 FOLDS = 5
 """Number of folds for cross-validation."""
 
-EVENT_ROUNDS = 4
+MAX_EVENT_ROUNDS = 4
 """Maximum number of searches at one fit, each with the best event times given the last one's result."""
 
-NONLINEAR = 0.02
+MAX_LINEAR_CHANGE = 0.02
 """Change of the geometry [rad, m] without an effect above which the linear search is invalid."""
 
 
@@ -111,7 +117,7 @@ def geometry_first(problem: Problem) -> Stage:
     fitted = refit(problem, None, ())
     everything = np.ones(len(rows), bool)
     out = find_outliers(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
-    spared = crowded(out, rows, within=CROWD, fewest=CROWDED)
+    spared = crowded(out, rows, within=EVENT_WINDOW, fewest=MIN_WINDOW_OUTLIERS)
     stage = Stage(rows, ~out | spared, problem, fitted, spared)
     return _without_outliers(_fit(stage, None, ()), None)
 
@@ -132,7 +138,7 @@ def rounds(
     fold = folds_of(stage.rows, rng)
     done: list[Searched] = []
     seen: set[frozenset[str]] = set()
-    for number in range(ROUNDS):
+    for number in range(MAX_ROUNDS):
         progress(0.5, f"round {number + 1}: trying every effect on every joint")
         last = _search(stage, fold, events=events) if search else _unsearched(stage, fold)
         if stage.spared.any():
@@ -142,7 +148,7 @@ def rounds(
                 last = _search(stage, fold, events=events) if search else _unsearched(stage, fold)
         done.append(last)
         key = frozenset(_key(t.candidate) for t in last.found.model)
-        over = cancelled() or number == (FEW_ROUNDS if large(stage.problem) else ROUNDS) - 1
+        over = cancelled() or number == (MAX_LARGE_ROUNDS if large(stage.problem) else MAX_ROUNDS) - 1
         same = _same(last.found.model, stage.fitted.model)
         again = key in seen and not same
         is_last = same or again or not _better(last)
@@ -162,7 +168,7 @@ def rounds(
 
 def _supported(searched: Searched, fold: np.ndarray) -> Searched:
     """The search without effects that its last fit doesn't support, refitted."""
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         kept = supported(searched.grams, searched.found.model)
         if len(kept) == len(searched.found.model):
             break
@@ -203,7 +209,7 @@ def _without_superfluous(searched: Searched) -> Stage | None:
     for term in (model[k] for k in np.argsort(own) if not model[k].candidate.shrunk):
         rest = drop(model, [term])
         there = grams.basis @ solve(grams, rest, grams.total)[: grams.geometry]
-        if np.abs(there - here).max(initial=0.0) < NONLINEAR:
+        if np.abs(there - here).max(initial=0.0) < MAX_LINEAR_CHANGE:
             continue
         rows = stage.rows.take(stage.keep)
         without = refit(stage.geometric, grams, rest, data=rows, begin=begin)
@@ -266,8 +272,8 @@ def _search(stage: Stage, fold: np.ndarray, *, events: Sequence[Candidate] | Non
     grams = compressed()
     model = _among(stage.fitted.model, (*plain, *happened))
     found: FoundEffects | None = None
-    for _ in range(EVENT_ROUNDS):
-        rests = [model, *(drop(model, [t]) for t in model if len(model) <= FEW)]
+    for _ in range(MAX_EVENT_ROUNDS):
+        rests = [model, *(drop(model, [t]) for t in model if len(model) <= MAX_EARLY_EXCHANGE_EFFECTS)]
         best = {c.names: c for rest in rests for c in promising(grams, rest, line, kinds)}
         new = [c for names, c in best.items() if names not in {h.names for h in happened}]
         if not new and found is not None:
@@ -303,7 +309,7 @@ def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
 
 def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
     """Exclude outliers until the selection no longer changes, then weight by the fit's residuals."""
-    for _ in range(1 if large(stage.problem) else OUTLIER_ROUNDS):
+    for _ in range(1 if large(stage.problem) else MAX_OUTLIER_ROUNDS):
         whole = _on_all_rows(stage)
         keep = ~find_outliers(whole, stage.fit.x, stage.keep, stage.fit.factor) | stage.spared
         if (keep == stage.keep).all():

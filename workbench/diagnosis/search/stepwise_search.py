@@ -39,23 +39,23 @@ from workbench.diagnosis.search.gram_matrices import Grams
 
 ALPHA = 0.002
 """Share of arms without effects for which one may be claimed."""
-ROUNDS = 40
+MAX_EFFECTS = 40
 """Maximum number of effects of one arm."""
-EXCHANGES = 6
+MAX_EXCHANGE_ROUNDS = 6
 """Maximum rounds of exchange after each entry."""
-FEW = 3
+MAX_EARLY_EXCHANGE_EFFECTS = 3
 """Number of effects up to which exchanges are tried after every entry …"""
-MANY = 8
+MAX_LATE_EXCHANGE_EFFECTS = 8
 """… and up to which they are tried once nothing more enters."""
 MIN_FALL = 0.005
 """Minimum share of a fold's square that an effect must explain when fitted to the others."""
-NEEDED = 2.0
+MIN_JOINT_EVIDENCE = 2.0
 """Minimum log evidence of each joint in an effect of several."""
-LAWS = 2
+MAX_LAWS_FOR_MAP = 2
 """Maximum number of laws of a joint's position that may together replace its map …"""
-PLAINER = 20.0
+MIN_MAP_EVIDENCE_GAP = 20.0
 """… and the log evidence by which they must be better: an unnamed error can resemble two of them."""
-BETTER = 0.5
+MIN_EXCHANGE_GAIN = 0.5
 """Minimum gain in log evidence of an exchange."""
 
 
@@ -85,12 +85,12 @@ def search(grams: Grams, candidates: Sequence[Candidate], start: Model = ()) -> 
     model = exchange(grams, candidates, prune(grams, candidates, start))
     distrusted: list[Offer] = []
     exchanged, seen = True, {_names(model)}
-    for _ in range(ROUNDS):
+    for _ in range(MAX_EFFECTS):
         if cancelled():
             break
         added, refused = _add(grams, candidates, model)
         if added is not None:
-            exchanged = len(added) <= FEW
+            exchanged = len(added) <= MAX_EARLY_EXCHANGE_EFFECTS
             model = _improved(grams, candidates, added) if exchanged else prune(grams, candidates, added)
             if _names(model) in seen:
                 break
@@ -139,7 +139,7 @@ def trimmed(grams: Grams, model: Model) -> Model:
         while best is not None and len(best.term.candidate.effect.joints) > 2:
             fewer = [o for c in _without_one(best.term.candidate) if (o := offer(left, c)) is not None]
             better = max(fewer, key=lambda o: o.gain, default=None)
-            if better is None or better.gain < best.gain - NEEDED:
+            if better is None or better.gain < best.gain - MIN_JOINT_EVIDENCE:
                 break
             best = better
         model = rest if best is None else (*rest, best.term)
@@ -171,7 +171,7 @@ def _offers(left: Remainder, candidates: Sequence[Candidate], group: Model = ())
 
 def exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
     """Replace accepted effects by better ones, one at a time or all maps of a joint together."""
-    for _ in range(EXCHANGES if len(model) <= MANY else 0):
+    for _ in range(MAX_EXCHANGE_ROUNDS if len(model) <= MAX_LATE_EXCHANGE_EFFECTS else 0):
         better = _one_exchange(grams, candidates, model)
         if better is None:
             return model
@@ -189,7 +189,7 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
         ]
         best = max(others, key=lambda o: o.gain, default=None)
         same = best is not None and len(group) == 1 and best.term.candidate is group[0].candidate
-        if best is not None and not same and best.gain > present + BETTER:
+        if best is not None and not same and best.gain > present + MIN_EXCHANGE_GAIN:
             return trimmed(grams, (*rest, best.term))
         if same and best is not None and not np.isclose(best.term.precision, group[0].precision, rtol=0.7):
             return (*rest, best.term)
@@ -207,13 +207,13 @@ def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, ter
     present = group_evidence(left, (term,))
     joints = term.candidate.effect.joints
     laws = [c for c in candidates if c.effect.maps_joint and not c.shrunk and c.effect.joints == joints]
-    for _ in range(LAWS):
+    for _ in range(MAX_LAWS_FOR_MAP):
         best = max(_offers(left, laws), key=lambda o: o.gain, default=None)
         if best is None or best.gain <= 0.0:
             return None
         left, present = with_one_more(left, (*left.model, best.term)), present - best.gain
     rest = offer(left, term.candidate)
-    return left.model if present < -PLAINER and (rest is None or rest.gain <= 0.0) else None
+    return left.model if present < -MIN_MAP_EVIDENCE_GAP and (rest is None or rest.gain <= 0.0) else None
 
 
 def _groups(model: Model) -> list[Model]:

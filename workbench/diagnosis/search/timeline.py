@@ -10,10 +10,10 @@ from jaxtyping import Bool, Float, Int
 from workbench.data.dataset import Dataset
 from workbench.data.order import clock_of
 
-PIECES = 160
+MAX_PIECES = 160
 """Maximum number of pieces of time for the event search; near events that were found, every row is a
 piece."""
-NEAR = 3
+SINGLE_ROW_PIECES = 3
 """Number of pieces on either side of a found event in which every row is a separate piece."""
 
 
@@ -45,9 +45,9 @@ class Timeline:
         """
         clock, is_timed = clock_of(data)
         known = np.unique(clock)
-        bounds = np.unique(np.linspace(0, len(known), min(len(known), PIECES) + 1).round().astype(int))
-        reach = NEAR * (len(known) // PIECES + 1)
-        for moment in near if len(known) > PIECES else ():
+        bounds = np.unique(np.linspace(0, len(known), min(len(known), MAX_PIECES) + 1).round().astype(int))
+        reach = SINGLE_ROW_PIECES * (len(known) // MAX_PIECES + 1)
+        for moment in near if len(known) > MAX_PIECES else ():
             place = int(np.searchsorted(known, moment))
             bounds = np.union1d(bounds, np.arange(max(place - reach, 0), min(place + reach, len(known)) + 1))
         piece = np.searchsorted(bounds, np.searchsorted(known, clock), side="right") - 1

@@ -20,7 +20,7 @@ LARGE, SMALL = 720, 160
 """Widths of pictures [px]."""
 ARROWS = 20.0
 """How many times residuals are drawn."""
-ENOUGH = 0.6
+WELL_USED_SHARE = 0.6
 """Part of the picture that is well used."""
 TELLING_CORNERS = 8
 """Corners from which on a picture tells much."""
@@ -103,6 +103,6 @@ def covered(cells: Float[np.ndarray, "rows columns"]) -> str:
     grid = np.append(np.tile(np.array(FOUND, float), (*cells.shape, 1)), 255.0 * shade[..., None], axis=2)
     look = "width:96px;image-rendering:pixelated;outline:1px solid"
     picture = _image(grid.astype(np.uint8), plural(int(cells.sum()), "corner"), "cells", look)
-    content = badge(used, GOOD if share > ENOUGH else CAREFUL)
+    content = badge(used, GOOD if share > WELL_USED_SHARE else CAREFUL)
     row = "display:flex;gap:10px;align-items:center;margin-top:6px"
     return f'<div style="{row}">{picture}<span data-testid="coverage">{content}</span></div>'

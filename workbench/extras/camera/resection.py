@@ -36,7 +36,7 @@ USELESS = 5.0
 """Median error of a picture [px] beyond which it shows another target, or beyond which none fits."""
 OUTVOTED = 6
 """Corners of a picture from which on one that is wrong weighs less: fewer suit a wrong pose without it."""
-ENOUGH = 12
+MIN_BOARD_CORNERS = 12
 """Corners of a board in all pictures together that place it, however few each picture shows."""
 RAYLEIGH = 1.1774
 """Median length of a normal error in the plane, in standard deviations of a coordinate."""
@@ -104,7 +104,7 @@ def with_boards_in_view(data: Dataset, *, fitted: bool = False) -> Dataset:
     sight, seen = own.sight[data.included], own.seen[data.included]
     count = np.isfinite(sight[..., 0, 0]).any(1).sum(0)
     for b, (_, part) in enumerate(rig.parts):
-        if seen[:, :, part].sum() >= ENOUGH:
+        if seen[:, :, part].sum() >= MIN_BOARD_CORNERS:
             count[b] = max(count[b], seen[:, :, part].any((1, 2)).sum())
     rare = zip(rig.targets, count.tolist(), strict=True)
     total = int(data.included.sum())

@@ -24,7 +24,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.plausibility import refuse_joint_units
 from workbench.extras.pendant.own_robot.displayed_poses import SIZES, DisplayedPoses, Orientation, meanings
 from workbench.extras.pendant.readings import PendantReadings
-from workbench.identification.checks.arm_match import CLOSE, SOME, arm_match
+from workbench.identification.checks.arm_match import RIVAL_MISFIT, SAME_ARM_MISFIT, arm_match
 
 MIN_POSES = 5
 """Poses that distinguish one convention from another."""
@@ -80,7 +80,7 @@ def find_convention(robot: Robot, readings: PendantReadings) -> Convention:
             "add poses with the tool turned about all axes (if the joints are in rad, head them q1[rad] …)"
         )
     best = found[0]
-    if best.rotation > TURNED or best.position > SOME * robot.reach:
+    if best.rotation > TURNED or best.position > RIVAL_MISFIT * robot.reach:
         raise DataError(_why_not(robot, readings, best))
     rival = next((c for c in found[1:] if not _same(c, best)), None)
     if rival is not None and rival.cost(robot) < CLEARLY * max(best.cost(robot), 1e-6):
@@ -89,8 +89,8 @@ def find_convention(robot: Robot, readings: PendantReadings) -> Convention:
             f"{rival.meaning.text}; add "
             "poses with the tool turned about all axes"
         )
-    if best.position > CLOSE * robot.reach:
-        match = arm_match(robot, _positions(best.meaning, readings), some=CLOSE)
+    if best.position > SAME_ARM_MISFIT * robot.reach:
+        match = arm_match(robot, _positions(best.meaning, readings), some=SAME_ARM_MISFIT)
         if match.is_foreign:
             raise DataError(f"{readings.source}: {match.text}; {match.remedy}")
     return best
@@ -109,7 +109,7 @@ def with_displayed_frames(robot: Robot, convention: Convention) -> Robot:
 def _is_set(pose: np.ndarray, reach: float) -> bool:
     """Whether a frame is farther from none than production errors explain."""
     turn = np.linalg.norm(se3.matrix_to_rotvec(pose[:3, :3]))
-    return bool(turn > TURNED or np.linalg.norm(pose[:3, 3]) > SOME * reach)
+    return bool(turn > TURNED or np.linalg.norm(pose[:3, 3]) > RIVAL_MISFIT * reach)
 
 
 def as_dataset(robot: Robot, readings: PendantReadings, meaning: DisplayedPoses) -> Dataset:
@@ -180,7 +180,7 @@ def _same(a: Convention, b: Convention) -> bool:
 
 def _why_not(robot: Robot, readings: PendantReadings, best: Convention) -> str:
     """What is wrong with readings that fit under no meaning."""
-    match = arm_match(robot, _positions(best.meaning, readings), some=CLOSE)
+    match = arm_match(robot, _positions(best.meaning, readings), some=SAME_ARM_MISFIT)
     if match.is_foreign:
         return f"{readings.source}: {match.text}; {match.remedy}"
     off = f"{in_mm(best.position)} and {np.rad2deg(best.rotation):.2g}° off"

@@ -11,7 +11,7 @@ from workbench.base.errors import DataError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
 from workbench.data.accuracy_requirement import Requirement, Wanted
-from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
+from workbench.data.simulation.simulate import ANGLE_ERROR, MAX_LENGTH_ERROR
 from workbench.extras.production.production_yield import ARMS, Yield, check_number, try_production
 from workbench.extras.production.yield_inputs import ErrorSizes, YieldJob, constrained_by
 from workbench.plate.argument_types import checked_arguments
@@ -37,7 +37,7 @@ def try_plate(
     joint_sigma: float = 0.0,
     production: Production | None = None,
     undeclared: tuple[AbstractEffect, ...] = (),
-    length: float = LENGTH_ERROR,
+    length: float = MAX_LENGTH_ERROR,
     angle: float = ANGLE_ERROR,
     wanted: Like[Wanted] | None = None,
     towards: Like[Plate] | None = None,

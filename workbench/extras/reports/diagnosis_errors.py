@@ -90,7 +90,7 @@ ARROWS = 250
 """Maximum number of arrows; more are thinned evenly."""
 LONGEST = 0.2
 """Length of a long arrow of the geometry, as a share of the measured space."""
-STEPS = (1, 2, 5)
+ROUND_STEPS = (1, 2, 5)
 DARKER = ListedColormap(colormaps["viridis_r"](np.linspace(0.12, 1.0, 256)))
 """Viridis without yellow, which is faint on white."""
 
@@ -134,7 +134,7 @@ def _positions(data: Dataset) -> np.ndarray:
 def _round(value: float) -> float:
     """The largest of 1, 2, 5, 10 … that does not exceed the value."""
     power = 10.0 ** np.floor(np.log10(max(value, 1.0)))
-    return float(max(s * power for s in STEPS if s * power <= max(value, 1.0)))
+    return float(max(s * power for s in ROUND_STEPS if s * power <= max(value, 1.0)))
 
 
 def _space(place: np.ndarray, error: np.ndarray, factor: float) -> tuple[np.ndarray, np.ndarray]:

@@ -19,7 +19,7 @@ from workbench.arm.effects.plots import IncrementCurve
 from workbench.arm.motion import Motion
 from workbench.diagnosis.result import Accepted, Diagnosis
 from workbench.extras.reports.apparent_errors import FinalRows
-from workbench.identification.report.error_plots import POINTS
+from workbench.identification.report.error_plots import MAX_POINTS
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 BINS = 14
@@ -75,7 +75,7 @@ def _points(axes: Axes, x, values, weight, held) -> None:
     """Rows; those with little information on the increment are faint."""
     weighty = np.flatnonzero(weight > DIM * np.median(weight))
     chosen = weighty[
-        np.unique(np.linspace(0, len(weighty) - 1, min(len(weighty), POINTS)).round().astype(int))
+        np.unique(np.linspace(0, len(weighty) - 1, min(len(weighty), MAX_POINTS)).round().astype(int))
     ]
     for mine, colour, marker, text in (
         (~held, COLOURS[0], "o", "fitted rows"),

@@ -21,7 +21,12 @@ from workbench.base.advice import Advice
 from workbench.base.progress import progress
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.report.constants import corrections, influence_of_fit
-from workbench.identification.report.error_plots import POINTS, before_after, error_where, residual_histogram
+from workbench.identification.report.error_plots import (
+    MAX_POINTS,
+    before_after,
+    error_where,
+    residual_histogram,
+)
 from workbench.identification.result import ArmErrors, Identification, columns_of, order_of_measuring
 from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, INK, DrawnFigure, Picture, draw, grid, look, new_figure
@@ -183,7 +188,7 @@ def pictures(result: Identification, *, wanted: Wanted | None = None) -> tuple[P
         "the array; the nominal arm has a separate one where noted, with the others' range as a band."
         f"{' Dotted lines: the required limit.' if requested else ''}"
     )
-    thin = f" {POINTS} of {rows} rows are drawn, evenly chosen." if rows > POINTS else ""
+    thin = f" {MAX_POINTS} of {rows} rows are drawn, evenly chosen." if rows > MAX_POINTS else ""
     best_title = best.fit.title
     return (
         Picture(NAMES[0], "Position errors, axis by axis", array,

@@ -14,7 +14,7 @@ import numpy as np
 
 import workbench.extras.trajectories.report  # noqa: F401 how results are shown
 from workbench.arm.inverse.branch import margins
-from workbench.arm.inverse.damped_newton import WEIGHT, Refined, refine
+from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Refined, refine
 from workbench.arm.inverse.deflected_arm import refine_deflected, rigid_targets
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
@@ -79,7 +79,7 @@ def correct(
     before = _errors(commanded, state)
     refuse_singular(robot, q, commanded.task, time)
     after = _corrected(commanded, state, method)
-    places, weight = compile_arm(robot).places, WEIGHT * compile_arm(robot).length
+    places, weight = compile_arm(robot).places, ROTATION_WEIGHT * compile_arm(robot).length
     _refuse_stopped(robot, after.x[:, places], after, time)
     if method is CorrectionMethod.ITERATED:
         _refuse_unconverged(commanded, after)

@@ -37,9 +37,9 @@ PLANES = {
     "tilted by 45°": (_X, (_Z - _Y) / np.sqrt(2.0)),
 }
 """Two axes of each plane, base frame: a line runs along the first."""
-ROWS = 240
+TRAJECTORY_ROWS = 240
 """Rows of a trajectory."""
-SHARE = 0.3
+CIRCLE_RADIUS_SHARE = 0.3
 """Radius of the default circle, as a share of the region's smaller horizontal edge."""
 KATANA = 1e-3 * np.array(
     [
@@ -78,9 +78,9 @@ def curves(session: Session) -> Mapping[str, Curve]:
         return {CIRCLE: circle_through(KATANA), LINE: line(KATANA[0], KATANA[2])}
     region = session.plate.region
     middle, size = 0.5 * (region.min + region.max), region.max - region.min
-    radius = SHARE * float(size[:2].min())
+    radius = CIRCLE_RADIUS_SHARE * float(size[:2].min())
     round_ = middle + radius * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-    half = SHARE * size * [1.0, 1.0, 0.0]
+    half = CIRCLE_RADIUS_SHARE * size * [1.0, 1.0, 0.0]
     return {CIRCLE: circle_through(round_), LINE: line(middle - half, middle + half)}
 
 
@@ -113,7 +113,7 @@ def make_track(
         place: Where; as usual for the arm and its region if None.
     """
     curve = curves(session)[kind] if place is None else chosen_curve(kind, place)
-    planned = plan(session.robot, curve, duration=duration, rows=ROWS)
+    planned = plan(session.robot, curve, duration=duration, rows=TRAJECTORY_ROWS)
     erring, nominal = deviating_robot(session), session.robot.with_effects()
     before, actual, own, notes, q = None, None, None, planned.notes, planned.q
     wanted = reached = planned.poses[:, :3, 3]

@@ -29,7 +29,7 @@ from typing import final
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH
+from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome, descend
 from workbench.identification.problem import LinearisedProblem, Problem
@@ -77,7 +77,7 @@ class InfluenceBased(AbstractIdentifier):
     ) -> tuple[Float[np.ndarray, " p"], float]:
         """Mean of the poses' corrections times the best step length, and the predicted decrease of |r|²."""
         jacobian = at.jacobian * units
-        deviations = np.where(units == MILLIMETRE, LENGTH, ANGLE) / units
+        deviations = np.where(units == MILLIMETRE, LENGTH_DEVIATION, ANGLE) / units
         own = [self._poses(jacobian[s], at.residual[s], deviations) for s in stacks]
         step = np.concatenate(own).mean(axis=0)
         moved = jacobian @ step

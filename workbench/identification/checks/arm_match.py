@@ -24,8 +24,8 @@ from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import spread_rows
 from workbench.identification.checks.likely_mistakes import (
-    BETTER,
     FRAME_STEPS,
+    MIN_ERROR_RATIO,
     aligned,
     distances,
     explained,
@@ -35,15 +35,15 @@ from workbench.identification.checks.likely_mistakes import (
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import FrameFreedom, Problem
 
-LOOKED_AT = 60
+MAX_CHECKED_ROWS = 60
 """Maximum number of rows that are checked, and …"""
 MIN_MATCHED_ROWS = 10
 """… minimum number of them with a measured point."""
-SOME, MUCH = 0.045, 0.12
+RIVAL_MISFIT, FOREIGN_MISFIT = 0.045, 0.12
 """Misfit as a share of the reach: above the first other arms are tried, above the second rows are foreign."""
-MISREAD = 0.01
+MISREAD_MISFIT = 0.01
 """Misfit as a share of the reach above which mistakes in the file are looked for."""
-OUTSIDE = 0.2
+MAX_OUTSIDE_SHARE = 0.2
 """Share of rows outside the joint limits above which half that misfit suffices."""
 MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
 """Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
@@ -51,7 +51,7 @@ SLACK = 0.05
 """Tolerance on the joint limits [rad or m]."""
 SAME_GEOMETRY = 1e-3
 """Relative difference in misfit below which two arms have the same geometry."""
-CLOSE = 0.004
+SAME_ARM_MISFIT = 0.004
 """The same for comparing a nominal arm with a calibrated one, where there is no noise."""
 
 
@@ -117,7 +117,7 @@ class ArmMatch:
         return f"choose the robot '{self.rival}'" if self.rival else "choose the robot that was measured"
 
 
-def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
+def arm_match(robot: Robot, data: Dataset, *, some: float = RIVAL_MISFIT) -> ArmMatch:
     """Compare rows with the arm to which they are said to belong; fast unless something is wrong.
 
     Args:
@@ -132,11 +132,11 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
     at, seen = aligned_to
     error = median_error(at, seen)
     found = ArmMatch(robot=robot.name, error=error, outside=outside)
-    if error < min(some, MISREAD) * robot.reach:
+    if error < min(some, MISREAD_MISFIT) * robot.reach:
         return found
     if error > some * robot.reach:
         found = _with_rival(found, data, seen)
-    reading = explained(_bare(robot), seen, error, maximum=SOME * robot.reach)
+    reading = explained(_bare(robot), seen, error, maximum=RIVAL_MISFIT * robot.reach)
     if reading is not None and not reading.error > found.rival_error:
         found = replace(found, rival="", rival_name="", rival_error=np.nan)
         return replace(
@@ -150,7 +150,9 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
         rows = few[0].row.tolist()
         text = f"{plural(len(rows), 'row')} ({ranges(rows)}) don't fit the others"
         return replace(found, mistake=text, mistake_error=few[1], is_foreign=True, rows=tuple(rows))
-    much = error > MUCH * robot.reach or (outside > OUTSIDE and error > 0.5 * MUCH * robot.reach)
+    much = error > FOREIGN_MISFIT * robot.reach or (
+        outside > MAX_OUTSIDE_SHARE and error > 0.5 * FOREIGN_MISFIT * robot.reach
+    )
     return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(at, seen, error)))
 
 
@@ -178,10 +180,10 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
         )
     actual, planned = calibrated.bare, nominal.bare
     low, high = planned.search_limits.T
-    q = np.random.default_rng(0).uniform(low, high, (LOOKED_AT, planned.dof))
+    q = np.random.default_rng(0).uniform(low, high, (MAX_CHECKED_ROWS, planned.dof))
     flange = tool_poses(actual, Motion(q))
     rows = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
-    found = arm_match(planned, rows, some=CLOSE)
+    found = arm_match(planned, rows, some=SAME_ARM_MISFIT)
     if found.is_foreign:
         fits = f" ({found.rival_name}: {in_mm(found.rival_error)})" if found.rival else ""
         raise RobotError(
@@ -196,7 +198,7 @@ def _with_other_joints(robot: Robot, data: Dataset) -> ArmMatch:
     )
     seen = _some(data)
     best = found if seen is None else _with_rival(found, data, seen)
-    return best if best.rival and best.rival_error < SOME * load_robot(best.rival).reach else found
+    return best if best.rival and best.rival_error < RIVAL_MISFIT * load_robot(best.rival).reach else found
 
 
 def _outside(robot: Robot, data: Dataset) -> float:
@@ -208,7 +210,7 @@ def _outside(robot: Robot, data: Dataset) -> float:
 def _some(data: Dataset) -> Dataset | None:
     """Some of the rows with points; None if there are too few."""
     rows = _with_points(data)
-    return None if rows is None else rows.take(spread_rows(rows, LOOKED_AT))
+    return None if rows is None else rows.take(spread_rows(rows, MAX_CHECKED_ROWS))
 
 
 def _with_points(data: Dataset) -> Dataset | None:
@@ -228,10 +230,10 @@ def _without_some(robot: Robot, data: Dataset) -> tuple[Dataset, float] | None:
     off = np.zeros(len(rows))
     for _ in range(TRIM_ROUNDS):
         majority = rows.take(np.flatnonzero(off <= np.quantile(off, MIN_FITTING_SHARE)))
-        off = distances(aligned(robot, majority.take(spread_rows(majority, LOOKED_AT))), rows)
-    fits = off < SOME * robot.reach
+        off = distances(aligned(robot, majority.take(spread_rows(majority, MAX_CHECKED_ROWS))), rows)
+    fits = off < RIVAL_MISFIT * robot.reach
     error = float(np.median(off[fits])) if fits.any() else np.inf
-    is_clear = MIN_FITTING_SHARE <= fits.mean() < 1.0 and error < MISREAD * robot.reach
+    is_clear = MIN_FITTING_SHARE <= fits.mean() < 1.0 and error < MISREAD_MISFIT * robot.reach
     return (rows.take(np.flatnonzero(~fits)), error) if is_clear else None
 
 
@@ -256,7 +258,7 @@ def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
         outside = _outside(rival, data)
         is_alike = np.isclose(error, found.rival_error, rtol=SAME_GEOMETRY)
         is_better = outside < beyond if is_alike else not error >= found.rival_error
-        if error < found.error / BETTER and is_better:
+        if error < found.error / MIN_ERROR_RATIO and is_better:
             beyond = outside
             found = replace(found, rival=name, rival_name=rival.name, rival_error=error)
     return found
@@ -266,4 +268,4 @@ def _other_zeros(at: Robot, seen: Dataset, error: float) -> bool:
     """Whether joint offsets alone explain nearly all of the misfit."""
     frames = FrameFreedom(*visible_parts(seen))
     problem = Problem.build(at, seen, free=at.joint_offsets, frames=frames)
-    return median_error(problem.robot_at(Opt2(limit=100).search(problem).x), seen) < error / BETTER
+    return median_error(problem.robot_at(Opt2(limit=100).search(problem).x), seen) < error / MIN_ERROR_RATIO

@@ -1,10 +1,10 @@
 """Direction of gravity in the arm's base, compared with what its file says.
 
 A direction that differs by more than a few of the file's standard deviations contradicts it, and is then
-estimated with the wide prior `FREE`, since the file's prior would pull it half-way back. The odds that the
-file is wrong follow from the estimated angles x with covariance Σ under either hypothesis,
+estimated with the wide prior `WIDE_SIGMA`, since the file's prior would pull it half-way back. The odds that
+the file is wrong follow from the estimated angles x with covariance Σ under either hypothesis,
 
-    log odds = log N(x; 0, Σ + f² 1) − log N(x; 0, Σ + t² 1),      f = FREE, t the file's tolerance
+    log odds = log N(x; 0, Σ + f² 1) − log N(x; 0, Σ + t² 1),      f = WIDE_SIGMA, t the file's tolerance
 """
 
 from collections.abc import Iterator
@@ -20,11 +20,11 @@ from workbench.identification.fit import Fit
 from workbench.identification.frame_freedom import gravity_names
 from workbench.identification.problem import Problem
 
-CONTRADICTED = 3.0
+CONTRADICTION = 3.0
 """Differences above this many of the file's standard deviations contradict the file."""
-MENTIONED_FROM = 4.0
+MIN_MENTIONED_ERRORS = 4.0
 """Differences above this many standard errors are mentioned."""
-FREE = 0.5
+WIDE_SIGMA = 0.5
 """Standard deviation of gravity's direction if the file is wrong [rad]."""
 MAX_ODDS = 1e12
 
@@ -58,12 +58,12 @@ class GravityTilt:
 
     @property
     def is_contradicted(self) -> bool:
-        return self.size > CONTRADICTED * self.tolerance and self.size > MENTIONED_FROM * self.error
+        return self.size > CONTRADICTION * self.tolerance and self.size > MIN_MENTIONED_ERRORS * self.error
 
     @property
     def odds(self) -> float:
         """Odds that the file is wrong (module docstring)."""
-        wide, narrow = (self._log_density(width) for width in (FREE, self.tolerance))
+        wide, narrow = (self._log_density(width) for width in (WIDE_SIGMA, self.tolerance))
         return float(np.exp(np.clip(wide - narrow, 0.0, np.log(MAX_ODDS))))
 
     def _log_density(self, width: float) -> float:
@@ -81,12 +81,12 @@ class GravityTilt:
 def freed(problem: Problem, fit: Fit) -> Problem:
     """The problem with gravity's direction free, if a fit contradicts the file's."""
     mounting = problem.robot.mounting
-    if problem.frames.levelled or mounting.gravity_tolerance >= FREE:
+    if problem.frames.levelled or mounting.gravity_tolerance >= WIDE_SIGMA:
         return problem
-    far = CONTRADICTED * mounting.gravity_tolerance
+    far = CONTRADICTION * mounting.gravity_tolerance
     if not any(np.linalg.norm(fit.x[mine]) > far for _, mine in _angles(fit)):
         return problem
-    mounting = replace(mounting, gravity_tolerance=FREE)
+    mounting = replace(mounting, gravity_tolerance=WIDE_SIGMA)
     return replace(problem, robot=replace(problem.robot, mounting=mounting))
 
 

@@ -21,13 +21,13 @@ from workbench.identification.problem import FrameFreedom
 
 FRAME_STEPS = 10
 """Refinement steps after the closed forms, which leave small errors if arm and rows belong together."""
-BETTER = 5.0
+MIN_ERROR_RATIO = 5.0
 """A mistake must reduce the error by this factor, …"""
-ALONE = 2.0
+MIN_RIVAL_RATIO = 2.0
 """… and leave this many times less than any other explanation."""
-NO_GAIN = 1.2
+MIN_SIGN_RATIO = 1.2
 """Factor by which inverting a joint must reduce the error; below it, its sign is unobservable."""
-REFINED, MAX_LIKELY = 6, 3
+MAX_REFINED, MAX_LIKELY = 6, 3
 """Number of candidates that are refined, and maximum number reported if they explain the rows equally
 well."""
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
@@ -70,10 +70,12 @@ def explained(robot: Robot, seen: Dataset, error: float, *, maximum: float) -> C
         maximum: Maximum error of rows that belong to the arm [m].
     """
     rough = [replace(r, error=rough_error(robot, r.rows)) for r in _readings(robot, seen)]
-    nearest = sorted(rough, key=lambda r: r.cost)[:REFINED]
+    nearest = sorted(rough, key=lambda r: r.cost)[:MAX_REFINED]
     close = [replace(r, error=median_error(aligned(robot, r.rows, FRAME_STEPS), r.rows)) for r in nearest]
-    found = sorted((r for r in close if r.error < maximum and r.cost < error / BETTER), key=lambda r: r.cost)
-    alike = [r for r in found if r.cost < ALONE * found[0].cost]
+    found = sorted(
+        (r for r in close if r.error < maximum and r.cost < error / MIN_ERROR_RATIO), key=lambda r: r.cost
+    )
+    alike = [r for r in found if r.cost < MIN_RIVAL_RATIO * found[0].cost]
     likely = [r for r in alike if not any(_is_part(other, r) for other in alike)]
     if not 0 < len(likely) <= MAX_LIKELY:
         return None
@@ -83,7 +85,7 @@ def explained(robot: Robot, seen: Dataset, error: float, *, maximum: float) -> C
 
 def _is_part(one: CorrectedRows, other: CorrectedRows) -> bool:
     """Whether a candidate inverts a subset of another's joints and explains as much."""
-    return bool(one.inverted) and one.inverted < other.inverted and one.error < NO_GAIN * other.error
+    return bool(one.inverted) and one.inverted < other.inverted and one.error < MIN_SIGN_RATIO * other.error
 
 
 def aligned(robot: Robot, seen: Dataset, limit: int = 100) -> Robot:

@@ -33,7 +33,7 @@ AUTO: Final = "auto"
 """Option value: estimate the expected deviation from the rows."""
 MIN_DEVIATION, MAX_DEVIATION = 1e-4, 0.1
 """Range of expected deviations [rad, m], from better than any arm is made to hand assembly."""
-TRIED = 60
+TRIED_DEVIATIONS = 60
 """Number of expected deviations compared in this range, evenly spaced in their logarithm."""
 
 
@@ -79,7 +79,7 @@ def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, sp
     own, nominal = (table - frames @ (frames.T @ table) for table in (own, nominal))
     left, singular, _ = np.linalg.svd(own, full_matrices=False)
     along = (left.T @ nominal) ** 2
-    tried = np.geomspace(MIN_DEVIATION, MAX_DEVIATION, TRIED)
+    tried = np.geomspace(MIN_DEVIATION, MAX_DEVIATION, TRIED_DEVIATIONS)
     growth = 1.0 + (tried[:, None] * singular) ** 2
     return float(tried[np.argmin((along / growth + np.log(growth)).sum(1))])
 

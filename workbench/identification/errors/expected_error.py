@@ -16,11 +16,11 @@ from workbench.arm.motion import Motion
 from workbench.identification.fit import Fit
 from workbench.identification.observed import fit_twists
 
-ELSEWHERE = 400
+JOINT_SPACE_POSES = 400
 """Number of random poses that represent the whole joint space."""
 MADE_ANGLE, MADE_LENGTH = np.deg2rad(5.0) / np.sqrt(3.0), 5e-3 / np.sqrt(3.0)
 """Standard deviation of manufacturing errors uniform within ±5° and ±5 mm [rad], [m]."""
-SERIOUS = 2.0
+WARNING_RATIO = 2.0
 """Ratio of the two expected errors above which the user is warned."""
 
 
@@ -70,8 +70,8 @@ def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:
     """
     limits = fit.problem.robot.search_limits
     near = Motion.of(fit.problem.data)
-    anywhere = near.take(rng.integers(0, len(near), ELSEWHERE))
-    anywhere = replace(anywhere, q=rng.uniform(limits[:, 0], limits[:, 1], (ELSEWHERE, len(limits))))
+    anywhere = near.take(rng.integers(0, len(near), JOINT_SPACE_POSES))
+    anywhere = replace(anywhere, q=rng.uniform(limits[:, 0], limits[:, 1], (JOINT_SPACE_POSES, len(limits))))
     return Transfer(expected_error(fit, near), expected_error(fit, anywhere))
 
 

@@ -88,7 +88,7 @@ class RowErrors:
         return Errors.of(self) if len(self.position) else None
 
 
-CLEARLY = 3.0
+WORSE_ERRORS = 3.0
 """Standard errors by which a channel's mean must rise to count as worse."""
 
 
@@ -111,7 +111,7 @@ def degradation_warning(
     )
     for name, before, after, scale, unit in channels:
         rise = (after - before)[np.isfinite(before) & np.isfinite(after)]
-        if len(rise) < 2 or rise.mean() <= CLEARLY * rise.std(ddof=1) / np.sqrt(len(rise)):
+        if len(rise) < 2 or rise.mean() <= WORSE_ERRORS * rise.std(ddof=1) / np.sqrt(len(rise)):
             continue
         was, now = (scale * float(np.nanmean(errors)) for errors in (before, after))
         return (

@@ -13,7 +13,7 @@ from workbench.identification.result import Identification, Run
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 from workbench.report.numbers import signed
 
-CERTAIN = 2.0
+SIGNIFICANT_ERRORS = 2.0
 """Standard errors above which a correction is significant."""
 
 
@@ -34,7 +34,7 @@ def corrections(run: Run) -> Figure | None:
         figure = new_figure(10.0, 0.8 + 0.19 * len(shown))
         axes = figure.subplots()
         axes.set_xscale("symlog", linthresh=10.0, linscale=1.5)
-        axes.axvspan(-CERTAIN, CERTAIN, color=INK, alpha=0.08, lw=0)
+        axes.axvspan(-SIGNIFICANT_ERRORS, SIGNIFICANT_ERRORS, color=INK, alpha=0.08, lw=0)
         axes.axvline(0.0, color=INK, lw=0.6)
         kinds = ((angle, COLOURS[0], "o", "angles"), (~angle, COLOURS[1], "s", "lengths"))
         for mine, colour, marker, text in kinds:

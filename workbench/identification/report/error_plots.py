@@ -20,9 +20,9 @@ KINDS = (
     ("tilt", float(np.rad2deg(1.0)), "°"),
 )
 """Errors of rows, the factor from SI to the unit in which they are drawn, and that unit."""
-POINTS = 400
+MAX_POINTS = 400
 """Maximum number of points in one plot of single rows; more are thinned evenly, which the caption states."""
-GAP = 0.2
+MAX_GAP = 0.2
 """A gap without rows longer than this share of the range breaks the running median."""
 
 
@@ -147,9 +147,9 @@ def measured(rows: RowErrors) -> list[tuple[str, float, str]]:
 
 
 def _thinned(rows: int, *, keep: np.ndarray) -> np.ndarray:
-    """At most `POINTS` rows, evenly spread, and those that must be kept."""
+    """At most `MAX_POINTS` rows, evenly spread, and those that must be kept."""
     chosen = np.zeros(rows, bool)
-    chosen[np.unique(np.linspace(0, rows - 1, min(rows, POINTS)).round().astype(int))] = True
+    chosen[np.unique(np.linspace(0, rows - 1, min(rows, MAX_POINTS)).round().astype(int))] = True
     return np.flatnonzero(chosen | keep)
 
 
@@ -182,7 +182,7 @@ def _running_median(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """Medians of up to 15 parts with equally many rows; gaps without rows break the line."""
     parts = np.array_split(np.argsort(x, kind="stable"), int(np.clip(len(x) // 8, 1, 15)))
     centre, middle = np.array([np.median(x[p]) for p in parts]), np.array([np.median(y[p]) for p in parts])
-    gaps = np.flatnonzero(np.diff(centre) > GAP * max(float(np.ptp(x)), 1e-12)) + 1
+    gaps = np.flatnonzero(np.diff(centre) > MAX_GAP * max(float(np.ptp(x)), 1e-12)) + 1
     return np.insert(centre, gaps, np.nan), np.insert(middle, gaps, np.nan)
 
 

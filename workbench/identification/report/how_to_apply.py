@@ -22,7 +22,7 @@ from workbench.identification.result import Identification
 from workbench.report.numbers import short, signed
 from workbench.report.tables import folded, line, new_table, unbroken
 
-ROWS = 500
+MAX_OPTIMISED_ROWS = 500
 """Maximum number of measured joint positions for which the numbers are optimised."""
 TEXT = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
 VARIANTS = (
@@ -137,7 +137,7 @@ class Use:
 def controller_use(result: Identification) -> Use:
     """Numbers for the controller from the best fit, over the joint positions that were measured."""
     q = np.concatenate([result.data.q[result.train_rows], result.held_out_data.q])
-    chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), ROWS)).round().astype(int))
+    chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), MAX_OPTIMISED_ROWS)).round().astype(int))
     return use_of(result.robot, result.nominal_robot, q=q[chosen], session=result.data.sessions[0])
 
 

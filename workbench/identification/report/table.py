@@ -40,7 +40,7 @@ COLUMNS = {
     "own": ("", ("rms",)),
 }
 """Unit and numbers of each kind of error."""
-LARGE = 100.0
+ONE_DECIMAL_FROM = 100.0
 """Errors above this have one decimal."""
 NARROW_FROM = 6
 """Number of columns above which the padding is reduced to fit 80 characters."""
@@ -161,7 +161,7 @@ def error_cells(errors: Errors, kinds: Sequence[str]) -> list[str]:
     for kind in kinds:
         spread, names = getattr(errors, kind), COLUMNS[kind][1]
         found = [getattr(spread, name.split()[-1]) if _is_measured(spread) else np.nan for name in names]
-        cells += [short(value, 1 if value >= LARGE else 3) for value in found]
+        cells += [short(value, 1 if value >= ONE_DECIMAL_FROM else 3) for value in found]
     return cells
 
 

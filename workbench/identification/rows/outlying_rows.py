@@ -55,9 +55,9 @@ OUTLIER_CHANCE = 0.01
 """Probability of calling any row of clean normal data an outlier."""
 MIN_OUTLIER_RATIO = 4.0
 """… and an outlier must exceed the median by at least this factor,"""
-BEYOND = 3.0
+MIN_TAIL_RATIO = 3.0
 """… and the 90 % quantile by this factor: real errors have longer tails than normal ones."""
-TOLERANCE = 0.05
+WEIGHT_TOLERANCE = 0.05
 """Change of the weights that ends a robust fit."""
 ROBUST_ROUNDS = 8
 """Number of robust rounds with which the search for outliers starts."""
@@ -75,7 +75,7 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
         residual = problem.residual(x)[: problem.size]
         sizes = _sizes(problem, residual, np.ones(problem.size))
         weights = row_weights((sizes / _typical(sizes)).max(1), Loss.TUKEY)
-        if np.abs(weights - old).max() < TOLERANCE:
+        if np.abs(weights - old).max() < WEIGHT_TOLERANCE:
             break
         old = weights
         weighted = problem.with_row_weights(weights)
@@ -144,7 +144,7 @@ def _leverage(jacobian: Float[np.ndarray, "m p"], root: Float[np.ndarray, "p p"]
 
 def limits(sizes: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, " 3"]:
     """Sizes above which a row stands out."""
-    tail = BEYOND * np.quantile(sizes, 0.9, axis=0)
+    tail = MIN_TAIL_RATIO * np.quantile(sizes, 0.9, axis=0)
     chance = np.sqrt(special.chdtri(3, OUTLIER_CHANCE / len(sizes)) / special.chdtri(3, 0.5))
     return np.maximum(tail, max(chance, MIN_OUTLIER_RATIO) * _typical(sizes))
 

@@ -183,7 +183,7 @@ def unused_observations(data: Dataset) -> list[str]:
     return sentences
 
 
-KNOWN_SHARE = 0.2
+MIN_KNOWN_SHARE = 0.2
 """Share of the arm's lengths that must be known to determine its scale."""
 
 
@@ -202,7 +202,7 @@ def scale_fixing_length(
     lengths = [e for e in robot.elements if e.unit == "m" and e.matrix is None]
     unknown = [e for e in lengths if e.name in free]
     total, open_ones = (sum(abs(e.value) for e in part) for part in (lengths, unknown))
-    if not unknown or total - open_ones >= KNOWN_SHARE * total:
+    if not unknown or total - open_ones >= MIN_KNOWN_SHARE * total:
         return None
     return max(unknown, key=lambda e: abs(e.value)).name
 

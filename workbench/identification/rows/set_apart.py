@@ -26,15 +26,15 @@ from workbench.identification.problem import Problem
 from workbench.identification.rows.outlying_rows import find_outliers, limits, robust_fit, row_sizes
 from workbench.identification.rows.undecided_rows import UNDECIDED, undecided_rows
 
-GROSS = 10.0
+GROSS_RATIO = 10.0
 """A row is a gross outlier if its error exceeds the median of the aligned nominal arm by this factor …"""
-GROSS_PART = 0.02
+GROSS_REACH_SHARE = 0.02
 """… and this share of the reach."""
-STANDS_OUT = 5.0
+OUTSTANDING_RATIO = 5.0
 """Held-out rows with errors above this multiple of their median are reported, whichever arm explains them."""
 MAX_ROUNDS = 3
 """Maximum number of rounds of outlier exclusion."""
-NAMED = 15
+MAX_NAMED_ROWS = 15
 """Maximum number of rows that are named."""
 GROSS_REASON, REASON = "gross outlier", "outlier"
 
@@ -55,7 +55,7 @@ def prepare_without_gross_outliers(
     ready = prepare(robot, data, choices, **options)
     for _ in range(MAX_ROUNDS if ready.identifiability is None else 0):
         fitted, held = (rows.position for rows in ready.nominal_rows)
-        limit = max(GROSS * Spread.of(fitted).median, GROSS_PART * robot.reach)
+        limit = max(GROSS_RATIO * Spread.of(fitted).median, GROSS_REACH_SHARE * robot.reach)
         own = held if len(held) == len(ready.held_out_rows) else held[:0]
         found = np.concatenate(
             [ready.train_rows[fitted > limit], ready.held_out_rows[: len(own)][own > limit]]
@@ -142,7 +142,7 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
 def suspect_note(rows: list[int], errors: Errors) -> str:
     """Which held-out rows no arm explains, and what to do, with the median as a robust alternative to the
     mean."""
-    shown = first_of(rows, NAMED)
+    shown = first_of(rows, MAX_NAMED_ROWS)
     subject, it = (f"rows {shown}", "them") if len(rows) > 1 else (f"row {shown}", "it")
     text = f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
     mean, median = errors.text("mean"), errors.text("median")
@@ -159,10 +159,10 @@ def stand_out_note(rows: Int[np.ndarray, " held"], errors: Float[np.ndarray, " h
     if not np.isfinite(errors).any():
         return ""
     median = float(np.nanmedian(errors))
-    far = errors > STANDS_OUT * median
+    far = errors > OUTSTANDING_RATIO * median
     if not far.any():
         return ""
-    shown = first_of(rows[far].tolist(), NAMED)
+    shown = first_of(rows[far].tolist(), MAX_NAMED_ROWS)
     subject, they = (
         (f"rows {shown} stand", "they count") if far.sum() > 1 else (f"row {shown} stands", "it counts")
     )

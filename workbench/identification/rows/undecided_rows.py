@@ -1,6 +1,6 @@
 """Rows near a step that may lie on either side of it.
 
-The step is shifted to each row at most `ROWS_BESIDE_STEP` places away, all else as fitted. Rows between
+The step is shifted to each row at most `MAX_BESIDE_STEP` places away, all else as fitted. Rows between
 places of similar likelihood are undecided: fitted on the wrong side, they would bias the result.
 """
 
@@ -14,10 +14,10 @@ from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
 from workbench.identification.problem import Problem
 
-ROWS_BESIDE_STEP = 2
+MAX_BESIDE_STEP = 2
 """Maximum number of undecided rows on either side of a step."""
 UNDECIDED = "measured at a step: on which side is undecided"
-LIKELY = 3.0
+MAX_LIKELIHOOD_GAP = 3.0
 """Log likelihood within which another place is as good: odds of 20."""
 
 
@@ -37,7 +37,7 @@ def undecided_rows(problem: Problem, x: Float[np.ndarray, " p"], data: Dataset) 
         order, before = np.argsort(clock, kind="stable"), int((clock < event.moment).sum())
         if not 0 < before < len(data):
             continue
-        places = range(max(before - ROWS_BESIDE_STEP, 1), min(before + ROWS_BESIDE_STEP, len(data) - 1) + 1)
+        places = range(max(before - MAX_BESIDE_STEP, 1), min(before + MAX_BESIDE_STEP, len(data) - 1) + 1)
         near, costs = data.take(np.sort(order[places[0] - 1 : places[-1] + 1])), []
         for place in places:
             row, time = int(data.row[order[place]]), float(clock[order[place]])
@@ -50,6 +50,6 @@ def undecided_rows(problem: Problem, x: Float[np.ndarray, " p"], data: Dataset) 
             )
             residual = there.residual(there.at(problem.named(x)))[: there.size]
             costs.append(0.5 * float(residual @ residual))
-        likely = [p for p, c in zip(places, costs, strict=True) if c < min(costs) + LIKELY]
+        likely = [p for p, c in zip(places, costs, strict=True) if c < min(costs) + MAX_LIKELIHOOD_GAP]
         out[order[min([*likely, before]) : max([*likely, before])]] = True
     return out

@@ -42,7 +42,7 @@ from workbench.plate.tolerances import Production
 
 RETREATS = np.array([0.5, 1.0])
 """Positions along the probe's retreat that are checked, as shares of it."""
-HAIR = 1e-4
+MARGIN = 1e-4
 """Distances are measured up to the clearance plus this [m]."""
 
 
@@ -158,7 +158,7 @@ class Setting:
     def _around(self, placements: Placements) -> np.ndarray:
         """Distances from itself, the table and the plate, exact enough to check clearance."""
         clearance = self.constraints.clearance
-        return self.surroundings.distances(placements, far=clearance + HAIR, minimum=clearance)
+        return self.surroundings.distances(placements, far=clearance + MARGIN, minimum=clearance)
 
     def _retreats(self, poses, q, placements) -> tuple[np.ndarray, np.ndarray]:
         """Where the arm is at the target and during its retreat, and whether this is possible and clear."""
@@ -180,7 +180,7 @@ class Setting:
         free = np.ones(len(poses), bool)
         for stop in range(stops.shape[1]):
             gaps = self.arm.hull_distances(
-                stops[:, stop], hulls, checked=~self.arm.probes, far=clearance + HAIR, minimum=clearance
+                stops[:, stop], hulls, checked=~self.arm.probes, far=clearance + MARGIN, minimum=clearance
             )
             free &= gaps >= clearance
         return free
@@ -236,7 +236,7 @@ class Neighbours:
     def _misses(self, visitor: int, block: int) -> bool:
         if (visitor, block) not in self._seen:
             clearance = self.setting.constraints.clearance
-            gap = self.gap(visitor, block, far=clearance + HAIR, minimum=clearance)
+            gap = self.gap(visitor, block, far=clearance + MARGIN, minimum=clearance)
             self._seen[visitor, block] = gap >= clearance
         return self._seen[visitor, block]
 
@@ -250,7 +250,7 @@ class Neighbours:
         return float(arm.hull_distances(placements, [hull], checked=checked, far=far, minimum=minimum).min())
 
 
-BATCH = 50
+BLOCKS_PER_CHECK = 50
 """Number of blocks solved between two checks of `cancelled`."""
 
 
@@ -291,7 +291,7 @@ def draw_pool(
     done = 0
     while done < number:
         check_cancelled()
-        places = blocks.draw(min(BATCH, number - done), half, rng=rng)
+        places = blocks.draw(min(BLOCKS_PER_CHECK, number - done), half, rng=rng)
         solutions = solutions_at(setting, places)
         if setting.is_turned_by_the_arm:
             fits = blocks.fit(solutions.places, half)

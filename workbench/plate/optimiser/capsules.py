@@ -29,15 +29,15 @@ from workbench.plate.optimiser.shapes import (
     turned_to,
 )
 
-THICK = 0.035
+FIRST_LINK_RADIUS = 0.035
 """Radius of the first link, as a share of the arm's reach."""
-THIN = 0.021
+LAST_LINK_RADIUS = 0.021
 """Radius of the last link, as a share of the arm's reach."""
 PROBE_LENGTH = 4.0
 """Length of the probe in radii of the last link; it is at most half that link."""
 PROBE_RADIUS = 0.3
 """Radius of the probe in radii of the last link."""
-FOLD = 1.5
+NEIGHBOUR_DISTANCE = 1.5
 """Neighbouring links are checked beyond this multiple of the sum of their radii."""
 
 
@@ -111,7 +111,7 @@ class CapsuleArm(AbstractArmShape):
                 if self.bodies[i] == self.bodies[j]:
                     continue
                 between = along[j] - along[i + 1]
-                trim = max(0.0, FOLD * (self.radii[i] + self.radii[j]) - 0.5 * between)
+                trim = max(0.0, NEIGHBOUR_DISTANCE * (self.radii[i] + self.radii[j]) - 0.5 * between)
                 if trim < min(lengths[i], lengths[j]):
                     pairs.append((i, j))
                     first.append((0.0, 1.0 - trim / lengths[i]))
@@ -154,7 +154,7 @@ def _part(lines: np.ndarray, shares: np.ndarray) -> np.ndarray:
 
 def capsule_arm(robot: Robot) -> CapsuleArm:
     """Capsules along the links of an arm."""
-    radii = robot.reach * np.linspace(THICK, THIN, max(robot.dof, 2))
+    radii = robot.reach * np.linspace(FIRST_LINK_RADIUS, LAST_LINK_RADIUS, max(robot.dof, 2))
     capsules: list[Capsule] = []
     for body, points in enumerate(link_paths(robot)):
         radius = float(radii[max(body - 1, 0)])

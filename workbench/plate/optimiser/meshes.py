@@ -34,7 +34,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.arm.urdf_source import UrdfSource
 from workbench.base import se3
 from workbench.base.types import frozen
-from workbench.plate.optimiser.capsules import PROBE_RADIUS, THIN
+from workbench.plate.optimiser.capsules import LAST_LINK_RADIUS, PROBE_RADIUS
 from workbench.plate.optimiser.segments import segment_distances
 from workbench.plate.optimiser.shapes import (
     MAX_MEASURED_DISTANCE,
@@ -316,7 +316,7 @@ def _with_probe(robot: Robot, pieces: tuple[Piece, ...]) -> tuple[Piece, ...]:
         return marked
     last = len(robot.joints)
     tip = (se3.inverse(frames[last]) @ frames[-1])[:3, 3]
-    length, radius = float(np.linalg.norm(tip)), PROBE_RADIUS * THIN * robot.reach
+    length, radius = float(np.linalg.norm(tip)), PROBE_RADIUS * LAST_LINK_RADIUS * robot.reach
     inside = max(length - radius, radius)
     along = tip / length if length > 0.0 else np.array([0.0, 0.0, 1.0])  # the tool is at the flange
     pose = se3.pose(turned_to(along), 0.5 * inside * along)

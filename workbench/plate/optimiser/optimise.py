@@ -46,7 +46,7 @@ from workbench.plate.tolerances import Production
 VAGUE = 3.0
 """Standard deviation of a constant before anything is measured, as the tool feels it [m]: next to nothing is
 known, but enough to tell sets apart that leave something open."""
-PLACES = 2500
+POOL_BLOCKS = 2500
 """Random blocks in the pool."""
 STARTS = 3
 """Exchanges from different starts."""
@@ -84,7 +84,7 @@ class DesignRequest:
     constraints: Constraints = field(default_factory=Constraints)
     production: Production | None = None
     shapes: int | None = None
-    places: int = PLACES
+    places: int = POOL_BLOCKS
     starts: int = STARTS
 
     def __post_init__(self):

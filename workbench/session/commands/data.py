@@ -41,15 +41,15 @@ from workbench.session.reach import follow_target
 from workbench.session.state import Field, Focus, Measurements, Results, Session
 from workbench.session.target_steps import begin_step
 
-LARGEST_FILE = 20 * 1024 * 1024
+MAX_FILE_BYTES = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
-CHECKS = 40
+CHECK_POSES = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
 MARGIN, ACROSS = 0.01, 12
 """Of a region about rows: room beyond them [m], cubes along its longest side."""
 EARLIER_ERRORS = 5e-3, float(np.deg2rad(5.0))
 """Those of virtual arms in journals that don't say them: largest errors of lengths [m] and angles [rad]."""
-FEW = 8
+MIN_REGION_ROWS = 8
 """Fewer rows show no region."""
 MAX_SEED = 2**32 - 1
 MAX_MORE = 500
@@ -79,8 +79,8 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
     def check(self, session: Session) -> None:
         if not self.content:
             raise DataError(f"{safe_name(self.name)} is empty; choose a file with measurements")
-        if len(self.content) > LARGEST_FILE:
-            text = too_large(self.name, len(self.content), LARGEST_FILE)
+        if len(self.content) > MAX_FILE_BYTES:
+            text = too_large(self.name, len(self.content), MAX_FILE_BYTES)
             raise DataError(f"{text}; use 'workbench identify' for larger files")
 
     def compute(self, session: Session) -> Loaded | MeasurementFile:
@@ -192,10 +192,10 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         used, near = reached_postures(actual, session)
         rows = simulate(actual, Motion(near), instrument=instrument, rng=rng)
         progress(0.6, "measuring in the region")
-        around = nearby_poses(robot, session.plate.region, CHECKS + self.more, rng=rng, measured=near)
+        around = nearby_poses(robot, session.plate.region, CHECK_POSES + self.more, rng=rng, measured=near)
         seen = simulate(actual, Motion(around), instrument=instrument, rng=rng)
-        checks = seen.take(np.arange(CHECKS))
-        rows = rows.joined(seen.take(np.arange(CHECKS, len(seen))))
+        checks = seen.take(np.arange(CHECK_POSES))
+        rows = rows.joined(seen.take(np.arange(CHECK_POSES, len(seen))))
         name = f"Virtual arm {self.seed}"
         facts = _virtual_facts(len(used), session, self)
         notes = rows.notes if self.instrument else ()
@@ -351,7 +351,7 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
 def _around_rows(session: Session, rows: Comparison) -> Session:
     """The session with the box of the rows for its region, where that was nobody's choice."""
     is_chosen = session.is_plate_given or session.plate.region is not session.history.first_plate.region
-    if is_chosen or len(rows.nominal) < FEW:
+    if is_chosen or len(rows.nominal) < MIN_REGION_ROWS:
         return session
     places = (se3.inverse(session.robot.base.pose) @ rows.nominal)[:, :3, 3]
     low, high = (np.round(end, 3) for end in (places.min(0) - MARGIN, places.max(0) + MARGIN))
@@ -379,7 +379,7 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
     return (
         ("Arm", hidden + (", and an effect beyond geometry" if command.surprise else "")),
         ("Measured at", plural(targets, "target") + more + (f"; {left_out} left out" if left_out else "")),
-        ("Held out for checking", f"{CHECKS} poses in the region near the targets"),
+        ("Held out for checking", f"{CHECK_POSES} poses in the region near the targets"),
         ("Instrument", command.instrument_in(session).note or "the plate's seats"),
         ("Noise", f"{position * 1e3:.3g} mm" + (f", {np.rad2deg(rotation):.3g}°" if rotation else "")),
     )

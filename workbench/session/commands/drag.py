@@ -32,7 +32,7 @@ from workbench.session.target_steps import (
     with_targets,
 )
 
-FARTHEST = 10.0
+MAX_TARGET_DISTANCE = 10.0
 """Targets beyond this distance from the base are refused [m]."""
 NOBODY = 0
 """Client of commands that no browser sent."""
@@ -198,8 +198,8 @@ def check_place(number: int, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> 
     """Refuse a position that is not finite or too far away."""
     if not np.isfinite((*xyz, *rpy)).all():
         raise OptionError(f"the coordinates of target {number + 1} must be finite numbers")
-    if max(abs(v) for v in xyz) > FARTHEST:
+    if max(abs(v) for v in xyz) > MAX_TARGET_DISTANCE:
         raise OptionError(
             f"target {number + 1} would be {max(abs(v) for v in xyz):.3g} m from the base; "
-            f"the limit is {FARTHEST:g} m"
+            f"the limit is {MAX_TARGET_DISTANCE:g} m"
         )

@@ -24,7 +24,7 @@ MIN_REPORTED_MOVE = 5e-4
 """Minimum move of the plate that is reported [m]."""
 MIN_ADDED, MAX_ADVISED = 2, 20
 """Minimum number of targets added, and maximum number that is advised."""
-ROOM = 1.3
+ROOM_FACTOR = 1.3
 """How much more than the minimum distance of targets there is to be where more are advised."""
 
 
@@ -129,7 +129,7 @@ def more_targets(session: Session) -> int | None:
     wanted = max(len(session.plate) + MIN_ADDED, int(np.ceil(len(session.plate) * falls_short**2)))
     for number in range(min(wanted, MAX_ADVISED), len(session.plate), -1):
         with suppress(OptionError):
-            check_room(session.plate, number, half_size(session.plate, NARROW), ROOM * NARROW.spacing)
+            check_room(session.plate, number, half_size(session.plate, NARROW), ROOM_FACTOR * NARROW.spacing)
             return number
     return None
 

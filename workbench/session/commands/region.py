@@ -18,9 +18,9 @@ from workbench.session.target_steps import begin_step, rescore
 
 MAX_CUBES = 12_000
 """More cubes than this are refused: the page would no longer be responsive."""
-FARTHEST = 10.0
+MAX_CORNER_DISTANCE = 10.0
 """Corners beyond this are refused [m]."""
-ORIENTATIONS = 8
+MAX_ORIENTATIONS = 8
 """Orientations of the targets that are tried in every cube, at most."""
 
 Corner = tuple[float, float, float]
@@ -48,8 +48,8 @@ class SetRegion(AbstractChange):
     def check(self, session: Session) -> None:
         if not np.isfinite((*self.low, *self.high, self.cube)).all():
             raise OptionError("the region's corners must be finite numbers")
-        if max(map(abs, (*self.low, *self.high))) > FARTHEST:
-            raise OptionError(f"the region must stay within {FARTHEST:g} m of the base")
+        if max(map(abs, (*self.low, *self.high))) > MAX_CORNER_DISTANCE:
+            raise OptionError(f"the region must stay within {MAX_CORNER_DISTANCE:g} m of the base")
         cubes = self.region().cubes
         if cubes > MAX_CUBES:
             raise OptionError(
@@ -139,7 +139,7 @@ class MapCubes(AbstractChore[CubeMap]):
         found = map_cubes(
             session.robot,
             session.plate.region,
-            session.plate.poses[:ORIENTATIONS, :3, :3],
+            session.plate.poses[:MAX_ORIENTATIONS, :3, :3],
             names=identified_names(session.robot),
         )
         if found is None:

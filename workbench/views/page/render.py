@@ -27,7 +27,7 @@ from workbench.views.page.style import NARROW, PHONE
 from workbench.views.page.tabs import PageSignals, Tabs
 from workbench.views.page.viser_internals import controls, hand_over, icons_at_once
 
-MIN_WIDTH, SHARE = 340, 0.42
+MIN_WIDTH, WINDOW_SHARE = 340, 0.42
 """Where the window is narrow: minimum width of the panel [px], and its share of the window."""
 STRIP: tuple[type[AbstractPanel], ...] = (HeaderVerdict, Header)
 """The panels above the tabs, in a folder that the style sheet keeps in view (`style.py`)."""
@@ -181,7 +181,7 @@ def _placed(tab: Tab | None) -> list[type[AbstractPanel]]:
 def _fit_panel(server: viser.ViserServer, client: viser.ClientHandle, window: int, height: int) -> None:
     """Leave the scene its part of a narrow window [px]."""
     if window <= NARROW:
-        width = max(MIN_WIDTH, SHARE * window)
+        width = max(MIN_WIDTH, WINDOW_SHARE * window)
         client.gui.main_panel.set_width(width)
         if window > PHONE:
             first = server.initial_camera  # a page that has just been opened may not look from there yet

@@ -11,7 +11,7 @@ from typing import Any, final
 
 import numpy as np
 
-from workbench.arm.inverse.damped_newton import WEIGHT
+from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import masses, mounts
@@ -47,7 +47,7 @@ def arm_data(job: Job, form: str) -> dict[str, Any]:
         "name": robot.name,
         "dof": robot.dof,
         "task": int(arms.task),
-        "weight": WEIGHT * arm.length,
+        "weight": ROTATION_WEIGHT * arm.length,
         "limits": robot.limits.tolist(),
         "slides": arm.slides.tolist(),
         "rigid": arm.constants.tolist(),

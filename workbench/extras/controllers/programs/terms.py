@@ -31,7 +31,7 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.thermal_growth import ThermalGrowth
-from workbench.arm.effects.valid_range import DISTANCES, Learned
+from workbench.arm.effects.valid_range import FADING_KNOTS, Learned
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 
@@ -113,7 +113,7 @@ def _loads(effect: AbstractEffect, chain: Chain, components: np.ndarray) -> list
 def _faded(term: CodeTerm, learned: Learned | None) -> CodeTerm:
     if learned is None:
         return term
-    return term._replace(low=learned.low, high=learned.high, span=DISTANCES * learned.spacing)
+    return term._replace(low=learned.low, high=learned.high, span=FADING_KNOTS * learned.spacing)
 
 
 @terms_of.register

@@ -17,7 +17,7 @@ from workbench.extras.pendant.touching.session import (
 from workbench.extras.pendant.touching.tool_tip import ToolTip
 from workbench.extras.pendant.touching.user_frame import UserFrame
 from workbench.session.command import AbstractCommand
-from workbench.session.commands.data import LARGEST_FILE
+from workbench.session.commands.data import MAX_FILE_BYTES
 from workbench.session.commands.messages import Tell
 from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Session
@@ -62,7 +62,7 @@ class TouchesPanel(AbstractPanel):
         )
 
     def _file(self, label: str, do: Callable[[str, bytes], AbstractCommand], hint: str) -> None:
-        self.upload(label, do, hint, endings=".csv,.tsv,.txt,.xlsx", maximum=LARGEST_FILE)
+        self.upload(label, do, hint, endings=".csv,.tsv,.txt,.xlsx", maximum=MAX_FILE_BYTES)
 
     def _frame(self, name: str, content: bytes) -> ReadTouches:
         return ReadTouches(name, content, FRAME, *self._drawing, self._radius.typed)

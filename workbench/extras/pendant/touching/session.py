@@ -9,7 +9,7 @@ from workbench.extras.pendant.touching.tool_tip import ToolTip, tcp
 from workbench.extras.pendant.touching.user_frame import UserFrame, frame
 from workbench.report.json import Json
 from workbench.session.command import AbstractTask, computed
-from workbench.session.commands.data import LARGEST_FILE, as_files, safe_name, too_large
+from workbench.session.commands.data import MAX_FILE_BYTES, as_files, safe_name, too_large
 from workbench.session.export import File, stem_of
 from workbench.session.journal.numbers import Subject
 from workbench.session.page_state import Severity
@@ -58,8 +58,8 @@ class ReadTouches(AbstractTask[ToolTip | UserFrame]):
         if self.what not in (TIP, FRAME):
             raise OptionError(f"touches show a {TIP} or a {FRAME}, got '{self.what}'")
         for name, content in ((self.name, self.content), (self.drawing, self.points)):
-            if len(content) > LARGEST_FILE:
-                raise DataError(too_large(name, len(content), LARGEST_FILE))
+            if len(content) > MAX_FILE_BYTES:
+                raise DataError(too_large(name, len(content), MAX_FILE_BYTES))
 
     def compute(self, session: Session) -> ToolTip | UserFrame:
         contents = {safe_name(self.name): self.content, f"cad-{safe_name(self.drawing)}": self.points}

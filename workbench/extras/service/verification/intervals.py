@@ -18,7 +18,7 @@ from jaxtyping import Float, Int
 from scipy import special
 
 CONFIDENCE = 0.95
-SHARE = 0.95
+BOUNDED_SHARE = 0.95
 """Part of all poses that a bound holds for."""
 DRAWS, PIECE = 2000, 100
 
@@ -83,7 +83,7 @@ def tolerance_bound(errors: Float[np.ndarray, " poses"]) -> float:
     """An error that 95 % of all poses keep, with 95 % confidence; NaN where the poses are too few."""
     n = len(errors)
     place = np.arange(1, n + 1)
-    confident = special.betainc(place, n - place + 1, SHARE) <= 1.0 - CONFIDENCE
+    confident = special.betainc(place, n - place + 1, BOUNDED_SHARE) <= 1.0 - CONFIDENCE
     return float(np.sort(errors)[np.argmax(confident)]) if confident.any() else float("nan")
 
 

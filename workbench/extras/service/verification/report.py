@@ -7,7 +7,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from workbench.extras.service.verification.intervals import CONFIDENCE, SHARE, Bounds
+from workbench.extras.service.verification.intervals import BOUNDED_SHARE, CONFIDENCE, Bounds
 from workbench.extras.service.verification.iso9283 import RepeatedPose
 from workbench.extras.service.verification.result import Verification
 from workbench.identification.errors.row_errors import Spread
@@ -124,7 +124,7 @@ def verification_json(result: Verification) -> Json:
 
 def _bounds(bounds: Bounds, unit: Unit) -> Json:
     mean, rms, maximum = (np.multiply(unit.factor, bound) for bound in bounds)
-    return {"mean": mean, "rms": rms, "share": SHARE, "share_within": maximum}
+    return {"mean": mean, "rms": rms, "share": BOUNDED_SHARE, "share_within": maximum}
 
 
 @figure_of.register(Verification)

@@ -4,7 +4,7 @@ import viser
 
 from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.session.commands.data import (
-    LARGEST_FILE,
+    MAX_FILE_BYTES,
     ForgetData,
     MeasureVirtualArm,
     load_command,
@@ -38,9 +38,9 @@ class DataPanel(AbstractPanel):
                 "Load measurements",
                 load_command,
                 "Joint positions and measured poses: a CSV, Excel or Parquet file, units in "
-                f"brackets as in q1[deg] or x[mm]; up to {LARGEST_FILE // 2**20} MiB.",
+                f"brackets as in q1[deg] or x[mm]; up to {MAX_FILE_BYTES // 2**20} MiB.",
                 endings=",".join(load_endings()),
-                maximum=LARGEST_FILE,
+                maximum=MAX_FILE_BYTES,
                 main=True,
             )
         with gui.add_folder("Virtual arm"):

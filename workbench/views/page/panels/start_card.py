@@ -8,7 +8,7 @@ import viser
 from workbench.base.assets import built_in_robots
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot, LoadModel
-from workbench.session.commands.data import LARGEST_FILE, load_command, load_endings
+from workbench.session.commands.data import MAX_FILE_BYTES, load_command, load_endings
 from workbench.session.commands.messages import OpenTab, SetCaption
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.page_state import Severity, Tab
@@ -93,7 +93,7 @@ class StartCard(AbstractPanel):
         robot = self.dropdown("Built in", (CHOSEN, *built_in_robots()), "The built-in arms.")
         self.form(lambda name: None if name == CHOSEN else ChooseRobot(name), robot)
         self.upload(
-            "… or your robot: URDF or TOML", load, "The nominal arm.", endings=MODELS, maximum=LARGEST_FILE
+            "… or your robot: URDF or TOML", load, "The nominal arm.", endings=MODELS, maximum=MAX_FILE_BYTES
         )
         self._inputs = {build: gui.add_folder(None) for build in builders}
         for build, folder in self._inputs.items():
@@ -173,7 +173,7 @@ def _ask_for_rows(panel: AbstractPanel, gui: viser.GuiApi) -> None:
         load,
         "Joint positions and measured poses, units in brackets as in q1[deg] or x[mm].",
         endings=",".join(load_endings()),
-        maximum=LARGEST_FILE,
+        maximum=MAX_FILE_BYTES,
         main=True,
     )
 
