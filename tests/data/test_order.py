@@ -9,7 +9,7 @@ from refusals import refuses
 
 import workbench as wb
 from workbench.base.errors import DataError
-from workbench.data.order import beside, clock_of, split_sessions
+from workbench.data.measuring_order import beside, clock_of, split_sessions
 from workbench.data.readers import read_measurements
 from workbench.data.writer import write_measurements
 

@@ -18,8 +18,8 @@ from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.diagnosis.cause_search import search_causes
 from workbench.diagnosis.claims import claimed_causes
-from workbench.diagnosis.claims.explained import explained
-from workbench.diagnosis.claims.places import place_of
+from workbench.diagnosis.claims.accepted_terms import place_of
+from workbench.diagnosis.claims.contributions import explained
 from workbench.diagnosis.claims.position_laws import lead_over_map
 from workbench.diagnosis.claims.smooth_part import smooth_part
 from workbench.diagnosis.claims.structure import Structure
@@ -34,7 +34,7 @@ from workbench.diagnosis.search.rounds import Searched, Stage
 from workbench.diagnosis.search.stepwise_search import as_found
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.joint_reading_noise import Readings
-from workbench.identification.rows.set_apart import prepare_without_gross_outliers
+from workbench.identification.rows.excluded_outliers import prepare_without_gross_outliers
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 import incomplete

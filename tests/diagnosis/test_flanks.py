@@ -15,9 +15,9 @@ from scipy import stats
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.types import Outcome
+from workbench.diagnosis.search.backlash_flanks import Propagated, open_flanks
 from workbench.diagnosis.search.candidates import catalogue
 from workbench.diagnosis.search.evidence import Term
-from workbench.diagnosis.search.flanks import Propagated, open_flanks
 from workbench.diagnosis.search.refit import refit
 
 LOOSE = {"aria": (1, 2, 3), "katana": (1, 2, 3), "three-parallel": (1, 2, 3, 4)}

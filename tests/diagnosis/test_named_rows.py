@@ -14,7 +14,7 @@ from workbench.diagnosis.claims.structure import structure_of
 from workbench.diagnosis.diagnose import _residual_map as residual_map
 from workbench.diagnosis.search.evidence import Term
 from workbench.identification.errors.row_errors import Errors, RowErrors
-from workbench.identification.rows.set_apart import stand_out_note
+from workbench.identification.rows.excluded_outliers import stand_out_note
 from workbench.plate.simulated_measurement import measure_poses
 
 DRIFT = 0.4

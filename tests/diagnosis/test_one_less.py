@@ -9,7 +9,7 @@ import pytest
 from tables import BAND, EFFECTS, Table
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.claims.one_less import left_of, left_without, own_offers, validated_without
+from workbench.diagnosis.claims.reduced_models import left_of, left_without, own_offers, validated_without
 from workbench.diagnosis.search.evidence import Term, drop, left_by, offer, validated
 
 FREE = tuple(Candidate(e) for e in EFFECTS)

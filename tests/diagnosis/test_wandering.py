@@ -9,7 +9,7 @@ from arms import make
 from real_arms import load
 from scipy.stats import multivariate_normal
 
-from workbench.diagnosis.claims.wandering import START_VARIANCE, _likelihood
+from workbench.diagnosis.claims.random_walk import START_VARIANCE, _likelihood
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 

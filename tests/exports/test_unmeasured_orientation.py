@@ -21,7 +21,7 @@ from tests.exports import readers
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import robot_text
-from workbench.arm.usable import off_nominal, unobserved_text, usable_arm
+from workbench.arm.usable_arm import off_nominal, unobserved_text, usable_arm
 from workbench.base.errors import OptionError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset

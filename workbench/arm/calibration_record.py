@@ -6,7 +6,7 @@ of a thousand poses collide is about 10⁻⁴.
 
 The observability of the tool is used by everything that applies the calibration. One reflector measures a
 point, not the tool's orientation: constants that only rotate the tool are then arbitrary. Where a direction
-was not measured, or is more uncertain than manufacturing errors, the nominal arm is better (`usable.py`).
+was not measured, or is more uncertain than manufacturing errors, the nominal arm is better (`usable_arm.py`).
 """
 
 import base64

@@ -16,7 +16,7 @@ from workbench.arm import chain as chains
 from workbench.arm.masses import carried, moved
 from workbench.arm.robot import Robot
 from workbench.arm.urdf import BASE_LINK, TOOL_LINK, xml_root
-from workbench.arm.usable import usable_arm
+from workbench.arm.usable_arm import usable_arm
 from workbench.base import se3
 from workbench.base.argument_checks import Like
 from workbench.base.errors import RobotError

@@ -203,7 +203,7 @@ def export(
     json: opt.JsonOption = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or a file for a controller, driver or program."""
-    from workbench.arm.usable import carried_text
+    from workbench.arm.usable_arm import carried_text
     from workbench.exports import FORMS, form_named
 
     if form == "list":

@@ -18,6 +18,7 @@ from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
+from workbench.diagnosis.alternative_models import ModelComparison
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap
 from workbench.diagnosis.claims.claimed_causes import find_causes
@@ -27,9 +28,8 @@ from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Diagnosis, Verdict, harm_done, judged
-from workbench.diagnosis.rivals import ModelComparison
 from workbench.diagnosis.saved_model import SavedModel, saved_model
-from workbench.diagnosis.search.flanks import open_flanks
+from workbench.diagnosis.search.backlash_flanks import open_flanks
 from workbench.diagnosis.undetectable import open_flanks_text
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
@@ -38,7 +38,7 @@ from workbench.identification.fit_choices import ChoiceFields, FitChoices
 from workbench.identification.joint_reading_noise import readings
 from workbench.identification.own_preparation import preparation_of
 from workbench.identification.problem import Noise
-from workbench.identification.rows.set_apart import GROSS_REASON, prepare_without_gross_outliers
+from workbench.identification.rows.excluded_outliers import GROSS_REASON, prepare_without_gross_outliers
 from workbench.plate.argument_types import checked_arguments
 
 

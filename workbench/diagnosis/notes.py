@@ -16,7 +16,7 @@ from workbench.diagnosis.undetectable import describe
 from workbench.identification.fit import Fit
 from workbench.identification.result import judged
 from workbench.identification.rows.exchanged_rows import exchange_note, exchanged_rows
-from workbench.identification.rows.set_apart import stand_out_note, suspect_note
+from workbench.identification.rows.excluded_outliers import stand_out_note, suspect_note
 
 NO_DIRECTION = (
     "backlash that depends on the direction of motion was not tried: rows have neither times nor directions; "

@@ -8,20 +8,20 @@ from jaxtyping import Bool
 
 from workbench.arm.motion import Motion
 from workbench.base.advice import Advice
+from workbench.diagnosis.alternative_models import ModelComparison
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.named_joints import sentence_of
 from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.event_notes import Now, arm_now
 from workbench.diagnosis.final_fit import fitted_on_all
 from workbench.diagnosis.result import Accepted
-from workbench.diagnosis.rivals import ModelComparison
 from workbench.diagnosis.search.evidence import drop
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.undetectable import Undetectable, hidden_variance, undetectable
 from workbench.identification.errors.row_errors import UNKNOWN, Errors
 from workbench.identification.fit import Fit
 from workbench.identification.result import judged
-from workbench.identification.rows.set_apart import suspects
+from workbench.identification.rows.excluded_outliers import suspects
 
 
 @dataclass(frozen=True, eq=False)

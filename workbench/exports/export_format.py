@@ -19,7 +19,7 @@ from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.usable import (
+from workbench.arm.usable_arm import (
     NO_DIFFERENCE,
     PoseErrors,
     away_text,

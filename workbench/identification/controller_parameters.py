@@ -26,7 +26,7 @@ from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import identification_jacobian, joint_elements, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.usable import (
+from workbench.arm.usable_arm import (
     LEVER,
     POSITION_SIGMA,
     PoseErrors,

@@ -19,10 +19,10 @@ from workbench.base.frames import data_frame
 from workbench.base.types import Outcome
 from workbench.base.wording import first_of
 from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome
-from workbench.identification.considered import Considered, covariance
+from workbench.identification.consider_covariance import Considered, covariance
 from workbench.identification.noise import effective_parameters, factor_at
-from workbench.identification.observed import idle_constants, observed_by
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.tool_observability import idle_constants, observed_by
 from workbench.identification.undetermined_combinations import Factor, factorise_pieces
 from workbench.report.result_display import AbstractReported
 

@@ -27,8 +27,8 @@ from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
 from workbench.identification.result import Identification, Outlier, Run, Validation
+from workbench.identification.rows.excluded_outliers import prepare_without_outliers, suspects
 from workbench.identification.rows.outlying_rows import Loss, row_weights
-from workbench.identification.rows.set_apart import prepare_without_outliers, suspects
 from workbench.plate.argument_types import checked_arguments
 
 MAX_REWEIGHTINGS = 10

@@ -13,7 +13,7 @@ from workbench.arm.robot import Robot
 from workbench.base.registry import Registry
 from workbench.data.dataset import Dataset
 from workbench.data.readings import AbstractReadings
-from workbench.identification.considered import Considered
+from workbench.identification.consider_covariance import Considered
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise, Problem
 from workbench.report.json import Json

@@ -14,7 +14,7 @@ from workbench.base.progress import progress
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
-from workbench.data.order import beside
+from workbench.data.measuring_order import beside
 from workbench.data.plausibility import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2

@@ -28,7 +28,7 @@ from workbench.identification.fit import MAX_NAMED_ROWS, Fit
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.own_preparation import AbstractIdentifiability
 from workbench.identification.problem import FrameFreedom, Noise
-from workbench.identification.rows.set_apart import suspect_note
+from workbench.identification.rows.excluded_outliers import suspect_note
 from workbench.report.result_display import AbstractPlotted, AbstractReported, AbstractShown
 from workbench.report.result_page import page_figure
 

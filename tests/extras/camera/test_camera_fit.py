@@ -20,7 +20,7 @@ from workbench.extras.camera.pixel_noise import Likelihood, Pictures
 from workbench.extras.camera.resection import with_boards, with_boards_in_view
 from workbench.extras.camera.rig import PictureReadings, rig_of, with_rig
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.considered import Considered
+from workbench.identification.consider_covariance import Considered
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.noise import factor_at
 from workbench.identification.preparation import prepare

@@ -9,7 +9,7 @@ import workbench as wb
 from tests.exports import readers
 from tests.exports.test_unmeasured_orientation import cell, missed
 from tests.extras.controllers.test_programs import InC, in_python
-from workbench.arm.usable import usable_arm
+from workbench.arm.usable_arm import usable_arm
 from workbench.base.wording import in_mm
 from workbench.exports import FORMS, Job, export_robot
 

@@ -9,7 +9,7 @@ from workbench.plate.collision import hits
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import DeleteTarget
 from workbench.session.commands.messages import SetCaption, Steer, SteerDemo
-from workbench.session.reach import place
+from workbench.session.target_postures import place
 from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page import demo
 from workbench.views.page.demo import END, Demo

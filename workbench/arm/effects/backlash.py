@@ -5,8 +5,8 @@
 
 c is half the play [rad or m]; w is the moment over which the joint moves from one flank to the other; for w =
 0 the step is sign(τ). A diagnosis uses a small share of the moment's spread, and fixes the flanks during a
-fit (`diagnosis/search/flanks.py`), since a step has no derivative. With w = 0 there may be no equilibrium if
-the load changes sign within the play; such a row keeps the flank of the last iteration.
+fit (`diagnosis/search/backlash_flanks.py`), since a step has no derivative. With w = 0 there may be no
+equilibrium if the load changes sign within the play; such a row keeps the flank of the last iteration.
 """
 
 from dataclasses import dataclass, replace

@@ -21,7 +21,7 @@ class Cause:
     Args:
         effects: Its effects in the saved model.
         odds: Against the best other claim.
-        contribution_mm: What it explains at the tool (`explained.py`) [mm]; NaN where no positions were
+        contribution_mm: What it explains at the tool (`contributions.py`) [mm]; NaN where no positions were
             measured.
         text: Description for people.
         look_alikes: Claims that these rows can't distinguish from it, best first.

@@ -46,17 +46,17 @@ from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
+from workbench.diagnosis.claims.accepted_terms import best_of, distinct, includes, place_of
 from workbench.diagnosis.claims.cause import Cause, together
-from workbench.diagnosis.claims.explained import Explained, explained
+from workbench.diagnosis.claims.contributions import Explained, explained
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
-from workbench.diagnosis.claims.one_less import validated_without
-from workbench.diagnosis.claims.places import best_of, distinct, includes, place_of
 from workbench.diagnosis.claims.position_laws import lead_over_map, share_a_law
+from workbench.diagnosis.claims.random_walk import leads
+from workbench.diagnosis.claims.reduced_models import validated_without
 from workbench.diagnosis.claims.smooth_part import smooth_part
 from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.claims.structure import Structure
 from workbench.diagnosis.claims.survival import Survival, survival
-from workbench.diagnosis.claims.wandering import leads
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.search.event_search import MIN_EVENT_SHARE
 from workbench.diagnosis.search.evidence import (

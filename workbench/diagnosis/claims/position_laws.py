@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.encoder_scale import EncoderScale
-from workbench.diagnosis.claims.one_less import left_without
+from workbench.diagnosis.claims.reduced_models import left_without
 from workbench.diagnosis.search.evidence import Model, jackknifed, offers
 from workbench.diagnosis.search.gram_matrices import Grams
 from workbench.diagnosis.search.rounds import Searched

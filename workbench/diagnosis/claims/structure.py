@@ -23,7 +23,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.base.wording import joint_list
-from workbench.data.order import clock_of
+from workbench.data.measuring_order import clock_of
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 

@@ -21,9 +21,9 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import Candidate
-from workbench.data.order import clock_of
+from workbench.data.measuring_order import clock_of
+from workbench.diagnosis.claims.accepted_terms import best_of, place_of
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness
-from workbench.diagnosis.claims.places import best_of, place_of
 from workbench.diagnosis.search.evidence import (
     NONZERO_ERRORS,
     Model,

@@ -13,8 +13,8 @@ from workbench.arm.robot import Robot
 from workbench.base.progress import cancelled
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
+from workbench.diagnosis.search.backlash_flanks import search_flanks
 from workbench.diagnosis.search.evidence import Model, coefficients, curvature, precision_of, solve, solver_of
-from workbench.diagnosis.search.flanks import search_flanks
 from workbench.diagnosis.search.gram_matrices import Grams
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import SearchOutcome, ended

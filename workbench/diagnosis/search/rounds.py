@@ -15,10 +15,10 @@ from workbench.arm.motion import Motion
 from workbench.base.progress import cancelled, progress
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
+from workbench.diagnosis.search.backlash_flanks import holding_likeliest
 from workbench.diagnosis.search.candidates import Catalogue, catalogue
 from workbench.diagnosis.search.event_search import Changeable, changeable, promising
 from workbench.diagnosis.search.evidence import Model, drop, rescaled, solve, validated
-from workbench.diagnosis.search.flanks import holding_likeliest
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, refit, with_own_noise
 from workbench.diagnosis.search.stepwise_search import (

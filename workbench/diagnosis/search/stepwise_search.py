@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.arm.effects import Candidate
 from workbench.base.progress import cancelled
-from workbench.diagnosis.claims.one_less import (
+from workbench.diagnosis.claims.reduced_models import (
     left_of,
     left_without,
     own_offers,

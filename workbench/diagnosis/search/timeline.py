@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from workbench.data.dataset import Dataset
-from workbench.data.order import clock_of
+from workbench.data.measuring_order import clock_of
 
 MAX_PIECES = 160
 """Maximum number of pieces of time for the event search; near events that were found, every row is a

@@ -12,7 +12,7 @@ from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import INTRINSICS, Camera
 from workbench.extras.camera.rig import Rig, rig_of, with_rig
 from workbench.extras.camera.target import PictureTarget
-from workbench.identification.considered import Considered
+from workbench.identification.consider_covariance import Considered
 from workbench.identification.problem import Noise, Problem
 
 OUTSIDE = 3.0

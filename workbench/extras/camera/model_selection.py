@@ -53,7 +53,7 @@ from workbench.extras.camera.selection_steps import (
     judged,
 )
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.considered import Considered
+from workbench.identification.consider_covariance import Considered
 from workbench.identification.noise import factor_at
 from workbench.identification.own_preparation import Seek
 from workbench.identification.problem import Noise, Problem

@@ -6,7 +6,7 @@ from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.robot import Robot
-from workbench.arm.usable import away_text, expected_error, usable_arm
+from workbench.arm.usable_arm import away_text, expected_error, usable_arm
 from workbench.base.errors import OptionError
 from workbench.identification.checks.arm_match import require_same_arm
 

@@ -14,7 +14,7 @@ from jaxtyping import Float
 from workbench.arm.calibration_record import Expected
 from workbench.arm.motion import Motion
 from workbench.identification.fit import Fit
-from workbench.identification.observed import fit_twists
+from workbench.identification.tool_observability import fit_twists
 
 JOINT_SPACE_POSES = 400
 """Number of random poses that represent the whole joint space."""

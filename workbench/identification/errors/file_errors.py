@@ -4,7 +4,7 @@ import numpy as np
 
 from workbench.arm.calibration_record import MAX_POSITION, MAX_ROTATION
 from workbench.arm.robot import Robot
-from workbench.arm.usable import unobserved_text, usable_arm
+from workbench.arm.usable_arm import unobserved_text, usable_arm
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.identification.errors.row_errors import Errors

@@ -37,8 +37,8 @@ from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
 from workbench.session.loaded_measurements import Loaded, MeasurementFile, facts_of
 from workbench.session.page_state import Severity
-from workbench.session.reach import follow_target
 from workbench.session.state import Field, Focus, Measurements, Results, Session
+from workbench.session.target_postures import follow_target
 from workbench.session.target_steps import begin_step
 
 MAX_FILE_BYTES = 20 * 1024 * 1024

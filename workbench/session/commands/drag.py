@@ -17,9 +17,9 @@ from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractCommand, computed
-from workbench.session.reach import follow_target, with_branch_name
 from workbench.session.restored_targets import recall_targets
 from workbench.session.state import Drag, Focus, Session
+from workbench.session.target_postures import follow_target, with_branch_name
 from workbench.session.target_state import TargetState
 from workbench.session.target_steps import (
     begin_step,

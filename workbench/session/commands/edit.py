@@ -9,8 +9,8 @@ from workbench.base.types import Vector3, frozen
 from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import AUTO, Target
 from workbench.session.command import AbstractChange, computed
-from workbench.session.reach import place
 from workbench.session.state import Session
+from workbench.session.target_postures import place
 from workbench.session.target_steps import check_free, check_unlocked, move_targets, with_item
 
 BESIDE = np.array([0.06, 0.0, 0.0])

@@ -14,10 +14,10 @@ from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.commands.target_placement import place_plate
 from workbench.session.judgement import Tone, plate_judgement
 from workbench.session.page_state import Severity
-from workbench.session.reach import from_limit
 from workbench.session.score import PlateTrial
 from workbench.session.start import is_default_plate
 from workbench.session.state import Session
+from workbench.session.target_postures import from_limit
 from workbench.session.target_steps import check_free, is_better, rescore
 
 MIN_REPORTED_MOVE = 5e-4

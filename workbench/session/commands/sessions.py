@@ -8,7 +8,7 @@ from workbench.arm.effects.events import FrameStep, ToolStep
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.types import Freedom
 from workbench.base.wording import ranges
-from workbench.data.order import split_sessions
+from workbench.data.measuring_order import split_sessions
 from workbench.diagnosis.event_notes import UNDECIDED
 from workbench.diagnosis.result import Diagnosis
 from workbench.session.command import AbstractChange, computed

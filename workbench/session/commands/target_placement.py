@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from workbench.plate.plate import Plate, Target
-from workbench.session.reach import solve_all_targets
 from workbench.session.state import Session
+from workbench.session.target_postures import solve_all_targets
 from workbench.session.target_steps import move_targets
 
 

@@ -21,7 +21,7 @@ from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.considered import Considered
+from workbench.identification.consider_covariance import Considered
 from workbench.identification.fit import Fit
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 

@@ -7,7 +7,7 @@ from jaxtyping import Bool
 
 import workbench.extras.service.verification.report  # noqa: F401 how results are shown
 from workbench.arm.robot import Robot
-from workbench.arm.usable import unobserved_text
+from workbench.arm.usable_arm import unobserved_text
 from workbench.base.argument_checks import Angle, Like, Seed
 from workbench.base.errors import DataError, OptionError
 from workbench.base.threads import one_thread

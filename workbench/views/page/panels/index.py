@@ -12,8 +12,8 @@ from workbench.report.chart import UprightBar, columns
 from workbench.session.commands.identify import SetWanted
 from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.page_state import Tab
-from workbench.session.reach import from_limit
 from workbench.session.state import Session
+from workbench.session.target_postures import from_limit
 from workbench.session.target_state import Score
 from workbench.session.target_steps import score_as_drawn
 from workbench.session.worker import Worker

@@ -19,8 +19,8 @@ from workbench.session.commands.edit import (
 )
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 from workbench.session.page_state import Tab
-from workbench.session.reach import from_limit
 from workbench.session.state import Session
+from workbench.session.target_postures import from_limit
 from workbench.session.target_state import TargetState
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.views.page.html import CAREFUL, MUTED, badge, block, text

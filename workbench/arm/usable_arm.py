@@ -1,8 +1,8 @@
 """The usable part of a calibrated arm: what was observed, and what a format can represent.
 
-Unobservable directions of the tool (`observed.py`) stay as near to nominal as the others allow; a format that
-can't represent effects gets the best geometry without them. Both are one fit to the calibrated arm's own
-predictions T(q) over measured joint positions:
+Unobservable directions of the tool (`tool_observability.py`) stay as near to nominal as the others allow; a
+format that can't represent effects gets the best geometry without them. Both are one fit to the calibrated
+arm's own predictions T(q) over measured joint positions:
 
     Σ_q |Δp|²/s_p² + |Δφ|²/s_φ² + Σ_k (x_k − nominal_k)²/s_x²
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.claims.one_less import left_without
+from workbench.diagnosis.claims.reduced_models import left_without
 from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, left_by, offers
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence, kind_of

@@ -3,7 +3,7 @@
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.diagnosis.claims.places import distinct, place_of
+from workbench.diagnosis.claims.accepted_terms import distinct, place_of
 from workbench.diagnosis.result import Ranked
 from workbench.diagnosis.search.evidence import Model, Offer, Term, left_by, offers
 from workbench.diagnosis.search.refit import large, linear_answer, refit, robot_with
