@@ -31,17 +31,13 @@ class BendingPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with self.folder("Deflection under load", visible=lambda s: bending_robot(s) is not None):
-            is_on = self.checkbox(
-                "Deflected arm",
-                "Show the violet arm, deflected by the effects of its model.",
-                lambda s: s.choices.overlay.is_deflected,
-            )
-            times = self.slider(
-                "Deflection ×",
+            hint = "Show the violet arm, deflected by the effects of its model."
+            is_on = self.checkbox("Deflected arm", hint, lambda s: s.choices.overlay.is_deflected)
+            limits, hint = (
                 (int(MIN_EXAGGERATION), MAX_BENDING, 1),
                 "Exaggeration of the violet arm's deflection.",
-                lambda s: s.choices.overlay.deflection,
             )
+            times = self.slider("Deflection ×", limits, hint, lambda s: s.choices.overlay.deflection)
             self.html(_bending)
         self.form(self._set, is_on, times)
 

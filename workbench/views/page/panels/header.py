@@ -82,13 +82,8 @@ class Header(AbstractPanel):
     )
 
     def build(self, gui: viser.GuiApi) -> None:
-        self.button(
-            "Back",
-            lambda: SteerDemo(Steer.BACK),
-            viser.Icon.PLAYER_SKIP_BACK,
-            "Replay the previous scene.",
-            visible=lambda s: s.page.caption,
-        )
+        back, hint = lambda: SteerDemo(Steer.BACK), "Replay the previous scene."
+        self.button("Back", back, viser.Icon.PLAYER_SKIP_BACK, hint, visible=lambda s: s.page.caption)
         self.button(
             Steer.PAUSE,
             lambda: SteerDemo(Steer.ON if self._worker.session.page.is_paused else Steer.PAUSE),
@@ -97,13 +92,8 @@ class Header(AbstractPanel):
             visible=lambda s: s.page.caption,
             label=lambda s: Steer.ON if s.page.is_paused else Steer.PAUSE,
         )
-        self.button(
-            "Stop the demo",
-            lambda: SetCaption(""),
-            viser.Icon.PLAYER_STOP,
-            "End the demo here; any other input ends it too.",
-            visible=lambda s: s.page.caption,
-        )
+        end, hint = lambda: SetCaption(""), "End the demo here; any other input ends it too."
+        self.button("Stop the demo", end, viser.Icon.PLAYER_STOP, hint, visible=lambda s: s.page.caption)
         self.html(lambda s: _message(_newest(s)))
         self.button("Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=_stays)
         chore = {"testid": "chore", "style": f"color:{MUTED}"}
@@ -111,13 +101,8 @@ class Header(AbstractPanel):
         self.html(_job)
         bar = gui.add_progress_bar(0.0, animated=True)
         self.add(Control(bar, visible=lambda s: s.page.job is not None, value=_progress))
-        self.button(
-            "Cancel",
-            self._worker.cancel,
-            viser.Icon.PLAYER_STOP,
-            "Stop the computation; nothing changes.",
-            visible=lambda s: s.page.job is not None,
-        )
+        cancel, hint = self._worker.cancel, "Stop the computation; nothing changes."
+        self.button("Cancel", cancel, viser.Icon.PLAYER_STOP, hint, visible=lambda s: s.page.job is not None)
 
     def show(self, session: Session) -> None:
         self._gui.set_panel_label(f"{session.robot.name} · {session.plate.name}")

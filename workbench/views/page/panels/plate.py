@@ -44,18 +44,8 @@ class NoisePanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Instrument", expand_by_default=False):
-            position = self.number(
-                "Noise [mm]",
-                (0.001, 10.0, 0.001),
-                "Standard deviation of each measured coordinate.",
-                lambda session: session.noise.position,
-                unit=1e-3,
-            )
-            rotation = self.number(
-                "Noise [°]",
-                (0.001, 5.0, 0.001),
-                "Standard deviation about each axis.",
-                lambda session: session.noise.rotation,
-                unit=DEGREE,
-            )
+            limits, hint = (0.001, 10.0, 0.001), "Standard deviation of each measured coordinate."
+            position = self.number("Noise [mm]", limits, hint, lambda s: s.noise.position, unit=1e-3)
+            limits, hint = (0.001, 5.0, 0.001), "Standard deviation about each axis."
+            rotation = self.number("Noise [°]", limits, hint, lambda s: s.noise.rotation, unit=DEGREE)
         self.form(SetNoise, position, rotation)

@@ -47,20 +47,10 @@ class TargetsPanel(AbstractPanel):
             lambda s: s.selected,
         )
         self.form(SelectTarget, chosen)
-        xyz = self.coordinates(
-            "x, y, z",
-            LENGTH,
-            "x, y and z of the tool at the target, in the base frame.",
-            lambda s: s.plate.targets[s.selected].xyz,
-            disabled=_is_fixed,
-        )
-        rpy = self.coordinates(
-            "Angles",
-            ANGLE,
-            "Roll, pitch and yaw of the tool: turned about x, then y, then z of the base.",
-            lambda s: s.plate.targets[s.selected].rpy,
-            disabled=_is_fixed,
-        )
+        hint = "x, y and z of the tool at the target, in the base frame."
+        xyz = self.coordinates("x, y, z", LENGTH, hint, lambda s: _target(s).xyz, disabled=_is_fixed)
+        hint = "Roll, pitch and yaw of the tool: turned about x, then y, then z of the base."
+        rpy = self.coordinates("Angles", ANGLE, hint, lambda s: _target(s).rpy, disabled=_is_fixed)
         self.form(lambda *pose: MoveTarget(chosen.typed, *pose), xyz, rpy)
         self.html(_selected)
         self.button(
@@ -70,12 +60,8 @@ class TargetsPanel(AbstractPanel):
             "Show plate and targets in the scene again, instead of the measured rows.",
             visible=_is_hidden,
         )
-        locked = self.checkbox(
-            "Locked",
-            "Keep this target fixed when others are moved.",
-            lambda s: s.plate.targets[s.selected].locked,
-            disabled=_is_hidden,
-        )
+        hint = "Keep this target fixed when others are moved."
+        locked = self.checkbox("Locked", hint, lambda s: _target(s).locked, disabled=_is_hidden)
         self.sends(locked, lambda: LockTarget(chosen.typed, locked.typed))
         self.buttons(
             "Target",
@@ -99,13 +85,17 @@ def _is_hidden(session: Session) -> bool:
     return not session.shows_plate
 
 
+def _target(session: Session) -> Target:
+    return session.plate.targets[session.selected]
+
+
 def _is_fixed(session: Session) -> bool:
-    return _is_hidden(session) or session.plate.targets[session.selected].locked
+    return _is_hidden(session) or _target(session).locked
 
 
 def _selected(session: Session) -> str:
     """State of the selected target."""
-    target, state = session.plate.targets[session.selected], session.states[session.selected]
+    target, state = _target(session), session.states[session.selected]
     shown = text(HIDDEN) if _is_hidden(session) else _state(target, state) + near_limit(session.robot, state)
     return block(shown, testid="state", style="margin:4px 0 6px")
 
@@ -130,7 +120,7 @@ class BranchesPanel(AbstractPanel):
 
 def _branches(session: Session) -> dict[str, str]:
     """Branches of the selected target, by what they are called on the page."""
-    target = session.plate.targets[session.selected]
+    target = _target(session)
     known = {b.name: b.name for b in session.branches.found} if session.branches.of is target else {}
     if known and session.drag is None:
         known |= {name: name + MARK for name in blocked_branches(session)}
