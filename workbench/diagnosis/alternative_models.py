@@ -43,8 +43,8 @@ class ModelComparison:
         if large(stage.problem):
             return self.errors(model)
         begin = linear_answer(stage.fitted, grams, model)
-        rows = stage.rows.take(stage.keep)
-        fit = refit(stage.geometric, grams, model, data=rows, begin=begin).fit
+        data = stage.data.take(stage.keep)
+        fit = refit(stage.geometric, grams, model, data=data, begin=begin).fit
         return self._errors(fit.arm, fit.problem.instrument(fit.x))
 
     def alternatives(self, term: Term) -> tuple[Ranked, ...]:

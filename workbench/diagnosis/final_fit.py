@@ -50,24 +50,24 @@ def fitted_on_all(
         return before, None
     if left_out.all():
         return held_fit(last), None
-    own = np.concatenate([before.problem.data.row, ready.held_out_data.row[~left_out]])
-    rows, geometric = ready.data.take(np.isin(ready.data.row, own)), last.stage.geometric
+    included = np.concatenate([before.problem.data.row, ready.held_out_data.row[~left_out]])
+    data, geometric = ready.data.take(np.isin(ready.data.row, included)), last.stage.geometric
     robot = ready.with_new_session_bases(geometric.robot, ready.held_out_data)
-    if set(ready.new_sessions) & set(rows.sessions):
-        robot = replace(robot, sessions={n: robot.sessions.get(n, robot.mounting) for n in rows.sessions})
+    if set(ready.new_sessions) & set(data.sessions):
+        robot = replace(robot, sessions={n: robot.sessions.get(n, robot.mounting) for n in data.sessions})
         geometric = replace(geometric, frames=replace(geometric.frames, base_per_session=True))
-    found = _again(last, replace(geometric, robot=robot), rows)
+    found = _again(last, replace(geometric, robot=robot), data)
     if before.outcome.ok and not found.outcome.ok:
         text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is saved"
         return held_fit(last), text
     out = ", except suspects" if left_out.any() else ""
     return found, (
-        f"the saved arm was refitted to all {len(rows)} rows, held-out ones included{out}; held-out errors "
+        f"the saved arm was refitted to all {len(data)} rows, held-out ones included{out}; held-out errors "
         "are those before this refit"
     )
 
 
-def _again(last: Searched, geometric: Problem, rows: Dataset) -> Fit:
+def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
     """The last model fitted to some rows, constants that a rigid arm leaves open held near nominal.
 
     They are let go where holding them leaves more; whether more than the search left is only why that is
@@ -80,7 +80,7 @@ def _again(last: Searched, geometric: Problem, rows: Dataset) -> Fit:
             geometric,
             last.grams,
             last.found.model,
-            data=rows,
+            data=data,
             begin=before.problem.named(before.x),
             steps=MAX_LAST_STEPS,
             holds=holds,

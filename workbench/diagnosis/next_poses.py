@@ -116,8 +116,8 @@ def _some_rows(problem: Problem) -> Problem:
     every = -(-len(problem.data) // MAX_MEASURED_ROWS)
     if every == 1:
         return problem
-    rows = problem.data.take(np.arange(0, len(problem.data), every))
-    return problem.again(data=rows, noise=problem.noise)
+    data = problem.data.take(np.arange(0, len(problem.data), every))
+    return problem.again(data=data, noise=problem.noise)
 
 
 Step = tuple[float, np.ndarray, np.ndarray]

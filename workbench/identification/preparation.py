@@ -90,12 +90,12 @@ class Prepared:
         errors = self.errors_on(replace(both, readings=readings), robot, instrument)
         return errors.take(np.arange(len(fitted))), errors.take(np.arange(len(fitted), len(both)))
 
-    def errors_on(self, rows: Dataset, robot: Robot, instrument: Mapping[str, float]) -> RowErrors:
+    def errors_on(self, data: Dataset, robot: Robot, instrument: Mapping[str, float]) -> RowErrors:
         """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
-        if not len(rows):
+        if not len(data):
             return RowErrors(*np.zeros((3, 0)))
         return row_errors(
-            self.with_new_session_bases(robot, rows), rows, known={**self.problem.known, **instrument}
+            self.with_new_session_bases(robot, data), data, known={**self.problem.known, **instrument}
         )
 
     @cached_property
@@ -115,14 +115,14 @@ class Prepared:
             else typical._replace(position=self.problem.noise.position)
         )
 
-    def with_new_session_bases(self, robot: Robot, rows: Dataset) -> Robot:
+    def with_new_session_bases(self, robot: Robot, data: Dataset) -> Robot:
         """The robot with bases for sessions that are not in the fit, estimated from their own rows."""
-        new = [name for name in rows.sessions if name in self.new_sessions]
+        new = [name for name in data.sessions if name in self.new_sessions]
         if not new:
             return robot
-        rows = rows.take(np.isin(np.asarray(rows.session), new))
-        freedom = FrameFreedom(visible_parts(rows)[0], base_per_session=True)
-        own = align(replace(robot, sessions={}), rows, freedom)
+        data = data.take(np.isin(np.asarray(data.session), new))
+        freedom = FrameFreedom(visible_parts(data)[0], base_per_session=True)
+        own = align(replace(robot, sessions={}), data, freedom)
         return replace(robot, sessions={**robot.sessions, **own.sessions})
 
     def new_mountings(self, robot: Robot) -> dict[str, Mounting]:
@@ -152,22 +152,22 @@ def prepare(
     complete = with_drivers(robot, checked(robot, data))
     _check_known_places(complete, choices)
     rows = _choose_rows(robot, complete, choices, held_rows)
-    free, scale_notes = _free_constants(robot, rows.fitted, choices)
+    free, scale_notes = _free_constants(robot, rows.train_data, choices)
     without_prior = [name for name in (*free, *effects) if prior is None or name not in prior.names]
-    check_enough(robot, rows.fitted, without_prior)
-    instrument_preparation = preparation_of(rows.fitted)
+    check_enough(robot, rows.train_data, without_prior)
+    instrument_preparation = preparation_of(rows.train_data)
     rows = rows if instrument_preparation is None else _exclude_unsuited(robot, rows, instrument_preparation)
     progress(0.25, "deciding whether base and tool are free")
-    frames = _choose_frames(robot, rows.fitted, choices, free=free, effects=tuple(effects), prior=prior)
+    frames = _choose_frames(robot, rows.train_data, choices, free=free, effects=tuple(effects), prior=prior)
     build = partial(
         Problem.build, frames=frames.freedom, bounds=bounds, known=dict(choices.known), effects=effects
     )
     if instrument_preparation is None:
-        built, identifiability = build(frames.robot, rows.fitted, free=free, noise=choices.noise), None
+        built, identifiability = build(frames.robot, rows.train_data, free=free, noise=choices.noise), None
     else:
         progress(0.5, f"deciding what {instrument_preparation.name} can identify")
         built, identifiability = instrument_preparation.decide(
-            frames.robot, rows.fitted, free=free, build=build, seek=seek
+            frames.robot, rows.train_data, free=free, build=build, seek=seek
         )
     problem, decisions = _with_prior_and_noise(built, prior, choices.noise, identifiability)
     judged, new_sessions, judged_notes = _judged_rows(rows, instrument_preparation, problem, frames, choices)
@@ -193,7 +193,7 @@ class _Split(NamedTuple):
         excluded: Excluded rows, with the reason.
     """
 
-    fitted: Dataset
+    train_data: Dataset
     train_rows: np.ndarray
     held_out_data: Dataset
     held_out_rows: np.ndarray
@@ -214,7 +214,7 @@ def _choose_rows(
         used = data.take(rows)
     train, held = divide(used, other, choices.seed) if held_rows is None else _hold_out(used, held_rows)
     return _Split(
-        fitted=used.take(train),
+        train_data=used.take(train),
         train_rows=rows[train],
         held_out_data=beside(_rows_of_other_file(robot, other, choices.region), used)
         if isinstance(other, Dataset)
@@ -225,10 +225,10 @@ def _choose_rows(
     )
 
 
-def _free_constants(robot: Robot, fitted: Dataset, choices: FitChoices) -> tuple[tuple[str, ...], list[str]]:
+def _free_constants(robot: Robot, data: Dataset, choices: FitChoices) -> tuple[tuple[str, ...], list[str]]:
     """Constants of the arm to identify, without a length that the rows can't determine, and a note on it."""
     free = tuple(robot.default_free if choices.free is None else choices.free)
-    length = scale_fixing_length(robot, fitted, free, dict(choices.known))
+    length = scale_fixing_length(robot, data, free, dict(choices.known))
     if length is None:
         return free, []
     note = f"contacts don't determine scale: {length} is held at its nominal value"
@@ -237,10 +237,10 @@ def _free_constants(robot: Robot, fitted: Dataset, choices: FitChoices) -> tuple
 
 def _exclude_unsuited(robot: Robot, rows: _Split, instrument_preparation: AbstractPreparation) -> _Split:
     """The rows that are suitable for their kind of reading; the others are excluded."""
-    suited = instrument_preparation.suited(robot, rows.fitted)
-    fitted, train_rows, lost = _included(suited, rows.train_rows)
+    suited = instrument_preparation.suited(robot, rows.train_data)
+    train_data, train_rows, lost = _included(suited, rows.train_rows)
     return rows._replace(
-        fitted=fitted,
+        train_data=train_data,
         train_rows=train_rows,
         excluded=(*rows.excluded, *lost),
         notes=(*rows.notes, *(note for note in suited.notes if note not in rows.notes)),
@@ -249,7 +249,7 @@ def _exclude_unsuited(robot: Robot, rows: _Split, instrument_preparation: Abstra
 
 def _choose_frames(
     robot: Robot,
-    fitted: Dataset,
+    train_data: Dataset,
     choices: FitChoices,
     *,
     free: tuple[str, ...],
@@ -260,7 +260,7 @@ def _choose_frames(
     frame."""
     found = choose_frames(
         robot,
-        fitted,
+        train_data,
         sessions=Sessions(choices.frames),
         noise=choices.noise,
         free=free,
@@ -271,7 +271,7 @@ def _choose_frames(
     if not choices.levelled:
         return found
     level = replace(found.freedom, levelled=True)
-    return replace(found, robot=on_level(found.robot, fitted.sessions, level), freedom=level)
+    return replace(found, robot=on_level(found.robot, train_data.sessions, level), freedom=level)
 
 
 def _with_prior_and_noise(
@@ -306,29 +306,29 @@ def _judged_rows(
     rows, notes = _exclude_incomparable(
         rows, instrument_preparation, problem.data, is_same_file=not isinstance(choices.held_out, Dataset)
     )
-    held, located = _exclude_unlocated(rows.held_out_data, {*choices.known, *problem.names})
+    held_out_data, located = _exclude_unlocated(rows.held_out_data, {*choices.known, *problem.names})
     notes += located
     new: tuple[str, ...] = ()
-    if len(held) and frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED:
-        new = tuple(name for name in held.sessions if name not in rows.fitted.sessions)
+    if len(held_out_data) and frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED:
+        new = tuple(name for name in held_out_data.sessions if name not in rows.train_data.sessions)
     if new:
         notes.append(
             f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of "
             "the other sessions"
         )
-    return rows._replace(held_out_data=held), new, notes
+    return rows._replace(held_out_data=held_out_data), new, notes
 
 
 def _exclude_incomparable(
-    rows: _Split, instrument_preparation: AbstractPreparation | None, fitted: Dataset, *, is_same_file: bool
+    rows: _Split, own: AbstractPreparation | None, train_data: Dataset, *, is_same_file: bool
 ) -> tuple[_Split, list[str]]:
     """The rows without held-out ones that can't be compared with the fitted rows, and notes on those."""
-    if instrument_preparation is None or preparation_of(rows.held_out_data) is not instrument_preparation:
+    if own is None or preparation_of(rows.held_out_data) is not own:
         return rows, []
-    comparable = instrument_preparation.comparable(rows.held_out_data, fitted)
+    comparable = own.comparable(rows.held_out_data, train_data)
     notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
-    held, held_out_rows, lost = _included(comparable, rows.held_out_rows)
-    judged = rows._replace(held_out_data=held, held_out_rows=held_out_rows)
+    held_out_data, held_out_rows, lost = _included(comparable, rows.held_out_rows)
+    judged = rows._replace(held_out_data=held_out_data, held_out_rows=held_out_rows)
     if is_same_file:
         return judged._replace(excluded=(*rows.excluded, *lost)), notes
     if lost:
@@ -336,8 +336,8 @@ def _exclude_incomparable(
     return judged, notes
 
 
-def _hold_out(used: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
-    held = np.isin(used.row, list(held_rows))
+def _hold_out(data: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
+    held = np.isin(data.row, list(held_rows))
     return np.flatnonzero(~held), np.flatnonzero(held)
 
 
@@ -371,18 +371,18 @@ def _check_known_places(data: Dataset, choices: FitChoices) -> None:
         raise OptionError(f"known: '{stray[0]}' is no place that the rows use; {known}")
 
 
-def _exclude_unlocated(held: Dataset, known: Collection[str]) -> tuple[Dataset, list[str]]:
+def _exclude_unlocated(data: Dataset, known: Collection[str]) -> tuple[Dataset, list[str]]:
     """Held-out rows whose anchors and contacts are known or can be located from these rows, and notes.
 
     Args:
         known: Names of known coordinates, such as "anchor[A].x".
     """
-    keep = placed(held, known)
+    keep = placed(data, known)
     notes: list[str] = []
     if keep.all():
-        return held, notes
+        return data, notes
     other = np.flatnonzero(~keep)
-    columns = [np.asarray(c)[other].astype(str) for c in (held.anchor, held.contact) if c is not None]
+    columns = [np.asarray(c)[other].astype(str) for c in (data.anchor, data.contact) if c is not None]
     _, label, count = np.unique(np.array(columns), axis=1, return_inverse=True, return_counts=True)
     enough = count[label.ravel()] >= MIN_HELD_OUT_PER_PLACE
     keep[other[enough]] = True
@@ -392,7 +392,7 @@ def _exclude_unlocated(held: Dataset, known: Collection[str]) -> tuple[Dataset, 
         notes.append(f"{int(enough.sum())} {strange}: {where}")
     if not enough.all():
         notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; ignored")
-    return held.take(keep), notes
+    return data.take(keep), notes
 
 
 def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:

@@ -58,7 +58,7 @@ class Stage:
     """State after a fit.
 
     Args:
-        rows: All rows to fit, outliers among them.
+        data: All rows to fit, outliers among them.
         keep: Which of them were fitted.
         geometric: The problem of the geometry on the fitted rows, weighed by what the fit leaves.
         fitted: Geometry and accepted effects.
@@ -66,7 +66,7 @@ class Stage:
             before events were searched.
     """
 
-    rows: Dataset
+    data: Dataset
     keep: Bool[np.ndarray, " rows"]
     geometric: Problem
     fitted: FittedModel
@@ -113,12 +113,12 @@ def geometry_first(problem: Problem) -> Stage:
     Args:
         problem: Geometry, on all rows to fit.
     """
-    rows = problem.data
+    data = problem.data
     fitted = refit(problem, None, ())
-    everything = np.ones(len(rows), bool)
+    everything = np.ones(len(data), bool)
     out = find_outliers(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
-    spared = crowded(out, rows, within=EVENT_WINDOW, fewest=MIN_WINDOW_OUTLIERS)
-    stage = Stage(rows, ~out | spared, problem, fitted, spared)
+    spared = crowded(out, data, within=EVENT_WINDOW, fewest=MIN_WINDOW_OUTLIERS)
+    stage = Stage(data, ~out | spared, problem, fitted, spared)
     return _without_outliers(_fit(stage, None, ()), None)
 
 
@@ -135,14 +135,14 @@ def rounds(
     Returns:
         The searches, the last of them at the final fit.
     """
-    fold = folds_of(stage.rows, rng)
+    fold = folds_of(stage.data, rng)
     done: list[Searched] = []
     seen: set[frozenset[str]] = set()
     for number in range(MAX_ROUNDS):
         progress(0.5, f"round {number + 1}: trying every effect on every joint")
         last = _search(stage, fold, events=events) if search else _unsearched(stage, fold)
         if stage.spared.any():
-            stage = replace(stage, spared=np.zeros(len(stage.rows), bool))
+            stage = replace(stage, spared=np.zeros(len(stage.data), bool))
             if not any(t.candidate.effect.is_event for t in last.found.model):
                 stage = _without_outliers(_fit(stage, None, ()), None)
                 last = _search(stage, fold, events=events) if search else _unsearched(stage, fold)
@@ -211,8 +211,8 @@ def _without_superfluous(searched: Searched) -> Stage | None:
         there = grams.basis @ solve(grams, rest, grams.total)[: grams.geometry]
         if np.abs(there - here).max(initial=0.0) < MAX_LINEAR_CHANGE:
             continue
-        rows = stage.rows.take(stage.keep)
-        without = refit(stage.geometric, grams, rest, data=rows, begin=begin)
+        data = stage.data.take(stage.keep)
+        without = refit(stage.geometric, grams, rest, data=data, begin=begin)
         ratio = without.fit.history[-1] / stage.fit.history[-1]
         charge = len(term.candidate.names) * np.log(problem.count)
         if without.fit.outcome.ok and problem.count * np.log(ratio) < charge:
@@ -260,7 +260,7 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
 
 def _search(stage: Stage, fold: np.ndarray, *, events: Sequence[Candidate] | None) -> Searched:
     """Search for effects and for events at their best times, until no time improves."""
-    offered = catalogue(stage.geometric.robot, Motion.of(stage.rows))
+    offered = catalogue(stage.geometric.robot, Motion.of(stage.data))
     kinds = changeable(stage.problem) if events is None else ()
     line = Timeline.of(stage.problem.data, [e.moment for e in stage.fitted.events])
     known = (t.candidate for t in stage.fitted.model if t.candidate.effect.is_event)
@@ -298,12 +298,12 @@ def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
     begin = stage.problem.named(stage.fit.x)
     if grams is not None and not _same(model, stage.fitted.model):
         begin = linear_answer(stage.fitted, grams, model)
-    rows = stage.rows.take(stage.keep)
-    fitted = refit(stage.geometric, grams, model, data=rows, begin=begin)
+    data = stage.data.take(stage.keep)
+    fitted = refit(stage.geometric, grams, model, data=data, begin=begin)
     geometric = freed(stage.geometric, fitted.fit)
     if geometric is not stage.geometric:
         begin = fitted.problem.named(fitted.fit.x)
-        fitted = refit(geometric, grams, model, data=rows, begin=begin)
+        fitted = refit(geometric, grams, model, data=data, begin=begin)
     return replace(stage, geometric=geometric, fitted=fitted)
 
 
@@ -334,7 +334,7 @@ def _on_all_rows(stage: Stage) -> Problem:
     problem = stage.problem
     if stage.keep.all():
         return problem
-    return holding_likeliest(problem.again(data=stage.rows, noise=stage.geometric.noise), stage.fit.x)
+    return holding_likeliest(problem.again(data=stage.data, noise=stage.geometric.noise), stage.fit.x)
 
 
 def _key(candidate: Candidate) -> str:

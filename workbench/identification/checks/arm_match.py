@@ -129,14 +129,14 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = RIVAL_MISFIT) -> Arm
     outside = _outside(robot, data)
     if (aligned_to := _aligned_to_some(robot, data)) is None:
         return ArmMatch(robot=robot.name, error=np.nan, outside=outside)
-    at, seen = aligned_to
-    error = median_error(at, seen)
+    at, checked = aligned_to
+    error = median_error(at, checked)
     found = ArmMatch(robot=robot.name, error=error, outside=outside)
     if error < min(some, MISREAD_MISFIT) * robot.reach:
         return found
     if error > some * robot.reach:
-        found = _with_rival(found, data, seen)
-    reading = explained(_bare(robot), seen, error, maximum=RIVAL_MISFIT * robot.reach)
+        found = _with_rival(found, data, checked)
+    reading = explained(_bare(robot), checked, error, maximum=RIVAL_MISFIT * robot.reach)
     if reading is not None and not reading.error > found.rival_error:
         found = replace(found, rival="", rival_name="", rival_error=np.nan)
         return replace(
@@ -153,7 +153,7 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = RIVAL_MISFIT) -> Arm
     much = error > FOREIGN_MISFIT * robot.reach or (
         outside > MAX_OUTSIDE_SHARE and error > 0.5 * FOREIGN_MISFIT * robot.reach
     )
-    return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(at, seen, error)))
+    return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(at, checked, error)))
 
 
 def placed(robot: Robot, data: Dataset) -> Robot:
@@ -165,8 +165,8 @@ def placed(robot: Robot, data: Dataset) -> Robot:
 @lru_cache(maxsize=4)
 def _aligned_to_some(robot: Robot, data: Dataset) -> tuple[Robot, Dataset] | None:
     """The nominal arm without effects, aligned with some of the rows, and these; None with too few points."""
-    seen = _some(data)
-    return None if seen is None else (aligned(_bare(robot), seen), seen)
+    checked = _some(data)
+    return None if checked is None else (aligned(_bare(robot), checked), checked)
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
@@ -182,8 +182,8 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
     low, high = planned.search_limits.T
     q = np.random.default_rng(0).uniform(low, high, (MAX_CHECKED_ROWS, planned.dof))
     flange = tool_poses(actual, Motion(q))
-    rows = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
-    found = arm_match(planned, rows, some=SAME_ARM_MISFIT)
+    data = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
+    found = arm_match(planned, data, some=SAME_ARM_MISFIT)
     if found.is_foreign:
         fits = f" ({found.rival_name}: {in_mm(found.rival_error)})" if found.rival else ""
         raise RobotError(
@@ -196,8 +196,8 @@ def _with_other_joints(robot: Robot, data: Dataset) -> ArmMatch:
     found = ArmMatch(
         robot=robot.name, error=np.inf, outside=0.0, is_foreign=True, joints=(data.joints, robot.dof)
     )
-    seen = _some(data)
-    best = found if seen is None else _with_rival(found, data, seen)
+    checked = _some(data)
+    best = found if checked is None else _with_rival(found, data, checked)
     return best if best.rival and best.rival_error < RIVAL_MISFIT * load_robot(best.rival).reach else found
 
 
@@ -209,8 +209,8 @@ def _outside(robot: Robot, data: Dataset) -> float:
 
 def _some(data: Dataset) -> Dataset | None:
     """Some of the rows with points; None if there are too few."""
-    rows = _with_points(data)
-    return None if rows is None else rows.take(spread_rows(rows, MAX_CHECKED_ROWS))
+    located = _with_points(data)
+    return None if located is None else located.take(spread_rows(located, MAX_CHECKED_ROWS))
 
 
 def _with_points(data: Dataset) -> Dataset | None:
@@ -225,23 +225,23 @@ def _with_points(data: Dataset) -> Dataset | None:
 
 def _without_some(robot: Robot, data: Dataset) -> tuple[Dataset, float] | None:
     """The rows that stand off from an arm that most others fit, and what it leaves of these [m]."""
-    rows = _with_points(data)
-    assert rows is not None, "the rows were aligned to"
-    off = np.zeros(len(rows))
+    located = _with_points(data)
+    assert located is not None, "the rows were aligned to"
+    off = np.zeros(len(located))
     for _ in range(TRIM_ROUNDS):
-        majority = rows.take(np.flatnonzero(off <= np.quantile(off, MIN_FITTING_SHARE)))
-        off = distances(aligned(robot, majority.take(spread_rows(majority, MAX_CHECKED_ROWS))), rows)
+        majority = located.take(np.flatnonzero(off <= np.quantile(off, MIN_FITTING_SHARE)))
+        off = distances(aligned(robot, majority.take(spread_rows(majority, MAX_CHECKED_ROWS))), located)
     fits = off < RIVAL_MISFIT * robot.reach
     error = float(np.median(off[fits])) if fits.any() else np.inf
     is_clear = MIN_FITTING_SHARE <= fits.mean() < 1.0 and error < MISREAD_MISFIT * robot.reach
-    return (rows.take(np.flatnonzero(~fits)), error) if is_clear else None
+    return (located.take(np.flatnonzero(~fits)), error) if is_clear else None
 
 
 def _bare(robot: Robot) -> Robot:
     return replace(robot, effects=(), sessions={})
 
 
-def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
+def _with_rival(found: ArmMatch, data: Dataset, checked: Dataset) -> ArmMatch:
     """The match, with the built-in arm of as many joints that fits best, if it fits far better.
 
     Of arms that differ only in joint limits, as FR3 and Panda, the one within whose limits more rows lie.
@@ -250,11 +250,11 @@ def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
     for name in built_in_robots():
         rival = load_robot(name)
         is_variant = rival.name.split(",")[0] == found.robot.split(",")[0]  # ARIA and its arm of Table 4
-        if rival.dof != seen.joints or is_variant:
+        if rival.dof != checked.joints or is_variant:
             continue
-        if rough_error(_bare(rival), seen) > found.error:
+        if rough_error(_bare(rival), checked) > found.error:
             continue
-        error = median_error(aligned(_bare(rival), seen, FRAME_STEPS), seen)
+        error = median_error(aligned(_bare(rival), checked, FRAME_STEPS), checked)
         outside = _outside(rival, data)
         is_alike = np.isclose(error, found.rival_error, rtol=SAME_GEOMETRY)
         is_better = outside < beyond if is_alike else not error >= found.rival_error
@@ -264,8 +264,10 @@ def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
     return found
 
 
-def _other_zeros(at: Robot, seen: Dataset, error: float) -> bool:
+def _other_zeros(at: Robot, checked: Dataset, error: float) -> bool:
     """Whether joint offsets alone explain nearly all of the misfit."""
-    frames = FrameFreedom(*visible_parts(seen))
-    problem = Problem.build(at, seen, free=at.joint_offsets, frames=frames)
-    return median_error(problem.robot_at(Opt2(limit=100).search(problem).x), seen) < error / MIN_ERROR_RATIO
+    frames = FrameFreedom(*visible_parts(checked))
+    problem = Problem.build(at, checked, free=at.joint_offsets, frames=frames)
+    return (
+        median_error(problem.robot_at(Opt2(limit=100).search(problem).x), checked) < error / MIN_ERROR_RATIO
+    )

@@ -39,7 +39,7 @@ class CorrectedRows:
 
     Args:
         text: The mistake.
-        rows: The corrected rows.
+        data: The corrected rows.
         inverted: Joints that it inverts.
         headings: Correct heading by given heading; empty where no heading corrects it.
         shrunk: Factor by which the correction shrinks the points or the arm's motion, and with them the
@@ -48,7 +48,7 @@ class CorrectedRows:
     """
 
     text: str
-    rows: Dataset
+    data: Dataset
     inverted: frozenset[int] = frozenset()
     headings: Mapping[str, str] = field(default_factory=dict)
     shrunk: float = 1.0
@@ -60,18 +60,18 @@ class CorrectedRows:
         return self.error * self.shrunk
 
 
-def explained(robot: Robot, seen: Dataset, error: float, *, maximum: float) -> CorrectedRows | None:
+def explained(robot: Robot, data: Dataset, error: float, *, maximum: float) -> CorrectedRows | None:
     """The mistake that explains the misfit, or two or three equally likely ones; None if nothing does.
 
     Args:
         robot: Nominal arm without effects.
-        seen: A few dozen rows with measured points, of one session.
+        data: A few dozen rows with measured points, of one session.
         error: Their error without correction [m].
         maximum: Maximum error of rows that belong to the arm [m].
     """
-    rough = [replace(r, error=rough_error(robot, r.rows)) for r in _readings(robot, seen)]
+    rough = [replace(r, error=rough_error(robot, r.data)) for r in _readings(robot, data)]
     nearest = sorted(rough, key=lambda r: r.cost)[:MAX_REFINED]
-    close = [replace(r, error=median_error(aligned(robot, r.rows, FRAME_STEPS), r.rows)) for r in nearest]
+    close = [replace(r, error=median_error(aligned(robot, r.data, FRAME_STEPS), r.data)) for r in nearest]
     found = sorted(
         (r for r in close if r.error < maximum and r.cost < error / MIN_ERROR_RATIO), key=lambda r: r.cost
     )
@@ -88,49 +88,49 @@ def _is_part(one: CorrectedRows, other: CorrectedRows) -> bool:
     return bool(one.inverted) and one.inverted < other.inverted and one.error < MIN_SIGN_RATIO * other.error
 
 
-def aligned(robot: Robot, seen: Dataset, limit: int = 100) -> Robot:
+def aligned(robot: Robot, data: Dataset, limit: int = 100) -> Robot:
     """The arm with the base and tool that fit rows best."""
-    return align(robot, seen, FrameFreedom(*visible_parts(seen)), limit=limit)
+    return align(robot, data, FrameFreedom(*visible_parts(data)), limit=limit)
 
 
-def rough_error(robot: Robot, seen: Dataset) -> float:
+def rough_error(robot: Robot, data: Dataset) -> float:
     """Error after aligning base and tool in closed form [m]."""
-    return min(median_error(at, seen) for at in starts(robot, seen, FrameFreedom(*visible_parts(seen))))
+    return min(median_error(at, data) for at in starts(robot, data, FrameFreedom(*visible_parts(data))))
 
 
-def median_error(robot: Robot, seen: Dataset) -> float:
+def median_error(robot: Robot, data: Dataset) -> float:
     """Median distance of measured from predicted points [m]."""
-    return float(np.median(distances(robot, seen)))
+    return float(np.median(distances(robot, data)))
 
 
-def distances(robot: Robot, seen: Dataset) -> Float[np.ndarray, " rows"]:
+def distances(robot: Robot, data: Dataset) -> Float[np.ndarray, " rows"]:
     """Of measured from predicted points [m]."""
-    assert seen.position is not None
-    return np.linalg.norm(predict(robot, seen)[:, :3, 3] - seen.position, axis=1)
+    assert data.position is not None
+    return np.linalg.norm(predict(robot, data)[:, :3, 3] - data.position, axis=1)
 
 
-def _readings(robot: Robot, seen: Dataset) -> Iterator[CorrectedRows]:
+def _readings(robot: Robot, data: Dataset) -> Iterator[CorrectedRows]:
     """The rows corrected for each of the usual mistakes."""
-    yield from _joints_read_otherwise(robot, seen)
-    yield from _points_read_otherwise(robot, seen)
+    yield from _joints_read_otherwise(robot, data)
+    yield from _points_read_otherwise(robot, data)
 
 
-def _joints_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRows]:
-    n, slides = seen.joints, sliding(robot)
+def _joints_read_otherwise(robot: Robot, data: Dataset) -> Iterator[CorrectedRows]:
+    n, slides = data.joints, sliding(robot)
     for i, j in combinations(range(n), 2):
         if slides[i] == slides[j]:
             order = np.arange(n)
             order[[i, j]] = j, i
-            yield _in_order(f"q{i + 1} and q{j + 1} look exchanged", seen, order)
+            yield _in_order(f"q{i + 1} and q{j + 1} look exchanged", data, order)
     for order, how in ((np.arange(n)[::-1], "reversed"), (np.roll(np.arange(n), 1), "shifted by one"),
                          (np.roll(np.arange(n), -1), "shifted by one")):  # fmt: skip
         if n > 2 and (slides[order] == slides).all():
-            yield _in_order(f"the order of the joints looks {how}", seen, order)
+            yield _in_order(f"the order of the joints looks {how}", data, order)
     for joints in (*combinations(range(n), 1), *combinations(range(n), 2)):
         signs = np.where(np.isin(np.arange(n), joints), -1.0, 1.0)
         names = " and ".join(f"q{k + 1}" for k in joints)
         how = f"{names} {'seems' if len(joints) == 1 else 'seem'} to have the opposite sign"
-        yield CorrectedRows(how, replace(seen, q=seen.q * signs), frozenset(joints))
+        yield CorrectedRows(how, replace(data, q=data.q * signs), frozenset(joints))
     degree = np.pi / 180.0
     turning = (("deg", "degrees labelled rad", degree), ("rad", "rad labelled degrees", 1.0 / degree))
     for scaled, who, guesses in (
@@ -138,39 +138,39 @@ def _joints_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRow
         (slides, "the prismatic joints", tuple(_units())),
     ):
         for unit, how, factor in guesses if scaled.any() else ():
-            q = seen.q * np.where(scaled, factor, 1.0)
+            q = data.q * np.where(scaled, factor, 1.0)
             headings = {f"q{k + 1}": f"q{k + 1}[{unit}]" for k in np.flatnonzero(scaled)}
             text, shrunk = f"{who} look like {how}", max(1.0, 1.0 / factor)
-            yield CorrectedRows(text, replace(seen, q=q), headings=headings, shrunk=shrunk)
+            yield CorrectedRows(text, replace(data, q=q), headings=headings, shrunk=shrunk)
 
 
-def _in_order(text: str, seen: Dataset, order: np.ndarray) -> CorrectedRows:
+def _in_order(text: str, data: Dataset, order: np.ndarray) -> CorrectedRows:
     headings = {f"q{was + 1}": f"q{k + 1}" for k, was in enumerate(order) if was != k}
-    return CorrectedRows(text, replace(seen, q=seen.q[:, order]), headings=headings)
+    return CorrectedRows(text, replace(data, q=data.q[:, order]), headings=headings)
 
 
-def _points_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRows]:
-    points = np.asarray(seen.position)
+def _points_read_otherwise(robot: Robot, data: Dataset) -> Iterator[CorrectedRows]:
+    points = np.asarray(data.position)
     for unit, text, factor in _units():
         yield CorrectedRows(
             f"the positions look like {text}",
-            replace(seen, position=points * factor),
+            replace(data, position=points * factor),
             headings={axis: f"{axis}[{unit}]" for axis in "xyz"},
             shrunk=max(1.0, 1.0 / factor),
         )
-    if seen.rotation is None:
-        mirrored = replace(seen, position=points * [1.0, 1.0, -1.0])
+    if data.rotation is None:
+        mirrored = replace(data, position=points * [1.0, 1.0, -1.0])
         yield CorrectedRows("two of x, y, z look exchanged, or one has the opposite sign", mirrored)
         return
     for k, name in enumerate("xyz"):
         signs = np.where(np.arange(3) == k, -1.0, 1.0)
-        yield CorrectedRows(f"{name} seems to have the opposite sign", replace(seen, position=points * signs))
+        yield CorrectedRows(f"{name} seems to have the opposite sign", replace(data, position=points * signs))
     for i, j in combinations(range(3), 2):
         order = np.arange(3)
         order[[i, j]] = j, i
         one, other = "xyz"[i], "xyz"[j]
-        rows, headings = replace(seen, position=points[:, order]), {one: other, other: one}
-        yield CorrectedRows(f"{one} and {other} look exchanged", rows, headings=headings)
+        exchanged, headings = replace(data, position=points[:, order]), {one: other, other: one}
+        yield CorrectedRows(f"{one} and {other} look exchanged", exchanged, headings=headings)
 
 
 def _units() -> Iterator[tuple[str, str, float]]:

@@ -27,13 +27,13 @@ def refitted_errors(run: Run) -> dict[str, Errors]:
     return {} if run.judged is None else _errors(run, run.saved, run.fit.problem.data)
 
 
-def _errors(run: Run, saved: SavedArm, rows: Dataset) -> dict[str, Errors]:
+def _errors(run: Run, saved: SavedArm, data: Dataset) -> dict[str, Errors]:
     """Errors of each format's arm on those of some rows for which it is valid."""
-    arm, whole = saved.robot, saved.errors(rows, run.places)
+    arm, whole = saved.robot, saved.errors(data, run.places)
     carried = _files(arm)["URDF"]
     if carried.elements == arm.elements and not arm.effects:
         return {"TOML": whole, "URDF": whole}
-    return {"TOML": whole, "URDF": saved.errors(rows, run.places, carried)}
+    return {"TOML": whole, "URDF": saved.errors(data, run.places, carried)}
 
 
 def _files(arm: Robot) -> dict[str, Robot]:

@@ -59,23 +59,23 @@ class SavedArm:
         error = Expected(1e-3 * errors.position_mm.mean, float(turned))
         return replace(robot, calibration=replace(robot.calibration, error=error))
 
-    def valid_for(self, rows: Dataset) -> Dataset:
+    def valid_for(self, data: Dataset) -> Dataset:
         """Those of some rows for which it is valid; all of them without events."""
-        motion, shown = Motion.of(rows), np.zeros(len(rows), bool)
-        for name in rows.sessions:
-            mine = rows.in_session(name)
+        motion, shown = Motion.of(data), np.zeros(len(data), bool)
+        for name in data.sessions:
+            mine = data.in_session(name)
             shown[mine] = is_valid_after(self.measured, motion.take(mine), self._sessions.get(name))
-        return rows.take(shown)
+        return data.take(shown)
 
-    def errors(self, rows: Dataset, known: Mapping[str, float], arm: Robot | None = None) -> Errors:
+    def errors(self, data: Dataset, known: Mapping[str, float], arm: Robot | None = None) -> Errors:
         """Its errors on those of some rows for which it is valid.
 
         Args:
-            rows: Fitted or held-out ones.
+            data: Fitted or held-out ones.
             known: Places of anchors, contacts or markers [m].
             arm: The arm of a format, instead of the whole model.
         """
-        shown = self.valid_for(rows)
+        shown = self.valid_for(data)
         return Errors.of(row_errors(arm or self.robot, shown, known=known)) if len(shown) else UNKNOWN
 
     def rows_text(self, rows: Dataset, kind: str) -> str:

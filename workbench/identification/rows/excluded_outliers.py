@@ -125,9 +125,9 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
     robot = ready.with_new_session_bases(_weighed(fit), held)
     fixed = {name: value for name, value in places.items() if name not in found}
 
-    def left(rows: Dataset, known: Mapping[str, float]) -> Float[np.ndarray, "rows 3"]:
-        there = fit.problem.again(robot=robot, data=rows, known=fixed, inertia=False)
-        return row_sizes(there, there.at(known), np.zeros(len(rows), bool), root=_root(there, fit))
+    def left(data: Dataset, known: Mapping[str, float]) -> Float[np.ndarray, "rows 3"]:
+        there = fit.problem.again(robot=robot, data=data, known=fixed, inertia=False)
+        return row_sizes(there, there.at(known), np.zeros(len(data), bool), root=_root(there, fit))
 
     after = left(held, found)
     own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), root=fit.factor.root)
