@@ -8,6 +8,7 @@ from jaxtyping import Bool
 
 from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.effects.events import AbstractEvent, FrameStep, ToolStep
+from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.mounting import Mounting
@@ -86,7 +87,7 @@ def _last(robot: Robot, motion: Motion | None) -> Motion:
 
 def _after(robot: Robot, own: Mounting, last: Motion) -> Mounting:
     """The mounting in a row."""
-    acting = [e for e in _steps(robot) if e.law(robot.chain, last, None).any()]
+    acting = [e for e in _steps(robot) if e.law(robot.chain, last, NO_WRENCHES).any()]
     if not acting:
         return own
     plain = replace(robot, mounting=own, sessions={}, effects=())

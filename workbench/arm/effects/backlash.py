@@ -14,9 +14,11 @@ from typing import final
 
 import numpy as np
 
+from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import diagonal, own
-from workbench.arm.effects.effect import AbstractEffect, offered
-from workbench.arm.effects.law import Loads
+from workbench.arm.effects.effect import AbstractEffect, EffectArm, offered
+from workbench.arm.effects.law import Loads, Wrenches
+from workbench.arm.motion import Motion
 
 CAUSES = ("moment", "motion")
 RELATIVE_WIDTH = 0.002
@@ -61,7 +63,7 @@ class Backlash(AbstractEffect):
     def variant(self):
         return "by motion" if self.by == "motion" else ""
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         if self.by == "motion":
             return diagonal(-np.sign(motion.need("direction", self.name)[:, list(self.joints)]))
         load = own(chain, self.joints, wrenches)
@@ -69,7 +71,7 @@ class Backlash(AbstractEffect):
         held = self._held(motion)
         return diagonal(-side if held is None else -np.where(np.isnan(held), side, held))
 
-    def own_slope(self, chain, motion, wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         if not self.width:
             return None
         steep = np.cosh(np.clip(own(chain, self.joints, wrenches) / self.width, -300.0, 300.0)) ** -2.0
@@ -77,7 +79,7 @@ class Backlash(AbstractEffect):
             steep = np.where(np.isnan(held), steep, 0.0)
         return diagonal(-steep * np.array(self.coefficients) / self.width)
 
-    def _held(self, motion):
+    def _held(self, motion: Motion):
         """Flanks of its joints fixed by a fit."""
         return None if motion.flank is None else motion.flank[:, list(self.joints)]
 
@@ -85,27 +87,27 @@ class Backlash(AbstractEffect):
     def flanked(self):
         return self.joints if self.by == "moment" else ()
 
-    def softened(self, chain, wrenches):
+    def softened(self, chain: Chain, wrenches: Wrenches):
         spread = float(np.std(own(chain, self.joints, wrenches))) if self.loads else 0.0
         return replace(self, width=RELATIVE_WIDTH * spread) if np.isfinite(spread) else self
 
-    def mistake(self, chain):
+    def mistake(self, chain: Chain):
         if self.by not in CAUSES:
             return f"has by = '{self.by}'; known: {' and '.join(CAUSES)}"
         if not self.width >= 0.0 or (self.width and self.by == "motion"):
             return f"has width = {self.width:g}; give a moment of at least 0, and 0 with by = 'motion'"
         return None
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         cause = "last motion" if self.by == "motion" else "load"
         return f"{self.where} has backlash of ±{self.size(chain)}; the flank depends on its {cause}"
 
     @classmethod
-    def own_offers(cls, arm, motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion):
         yield from offered([cls((j,)) for j in range(arm.dof)], arm, motion)
         reversing = [j for j in range(arm.dof) if motion.direction is None or np.ptp(motion.direction[:, j])]
         yield from offered([cls((j,), by="motion") for j in reversing or range(arm.dof)], arm, motion)
 
     @classmethod
-    def own_example(cls, arm, joint, rng):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
         return cls((joint,), (1.0,), by="moment" if arm.has_masses else "motion")

@@ -14,8 +14,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import cKDTree
 
+from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion
-from workbench.arm.effects.effect import AbstractEffect, Candidate, offered
+from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, offered
+from workbench.arm.effects.law import Wrenches
 from workbench.arm.effects.plots import view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.columns import COLUMNS
@@ -73,13 +75,13 @@ class BaseDrift(AbstractEffect):
     def own_names(self):
         return tuple(f"drift.{part}" for part in PARTS)
 
-    def own_units(self, chain):
+    def own_units(self, chain: Chain):
         return ("m",) * 3 + ("rad",) * 3 if self.by_row else ("m/s",) * 3 + ("rad/s",) * 3
 
-    def own_elements(self, chain):
+    def own_elements(self, chain: Chain):
         return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         return (self._clock(motion) - self.reference)[:, None, None] * np.eye(len(PARTS))
 
     def _clock(self, motion: Motion) -> Float[np.ndarray, " rows"]:
@@ -88,7 +90,7 @@ class BaseDrift(AbstractEffect):
             return motion.need("time", self.name)
         return np.full(len(motion), self.reference) if motion.row is None else motion.row.astype(float)
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         if self.by_row:
             rows = float(np.ptp(self._clock(motion)))
             moved, turned = (
@@ -102,7 +104,7 @@ class BaseDrift(AbstractEffect):
         turned = np.rad2deg(HOUR * turning)
         return f"The measuring frame drifts with time: {1e3 * HOUR * speed:.3g} mm/h and {turned:.2g} °/h"
 
-    def doubt(self, motion):
+    def doubt(self, motion: Motion):
         """Only repeated postures separate time from posture."""
         if self.by_row:
             return "the rows have no times, so their order in the file was used"
@@ -111,7 +113,7 @@ class BaseDrift(AbstractEffect):
         return "no pose was repeated later, which would be needed to confirm it"
 
     @classmethod
-    def own_offers(cls, arm, motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion):
         """From the first row on; by row number without times, if postures are in random order."""
         begin = 0.0 if motion.time is None else float(np.min(motion.time))
         found = list(offered([cls(reference=begin)], arm, motion))
@@ -122,7 +124,7 @@ class BaseDrift(AbstractEffect):
             yield Candidate(cls(reference=float(np.min(motion.row)), by_row=True))
 
     @classmethod
-    def own_example(cls, arm, joint, rng):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
         """Along and about random directions."""
         directions = (rng.normal(size=3) for _ in range(2))
         return cls((), tuple(v for d in directions for v in (d / np.linalg.norm(d)).tolist()))

@@ -14,9 +14,11 @@ from typing import final
 
 import numpy as np
 
+from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, across, blocks, paired
 from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Loads
+from workbench.arm.effects.law import Loads, Wrenches
+from workbench.arm.motion import Motion
 
 
 @final
@@ -34,15 +36,15 @@ class ClearanceTilt(AbstractEffect):
     credible = (0.02, 0.0)
     """Half the clearance: 0.1 mm at both ends of a bushing of 10 mm. Ball bearings have 1 mrad."""
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         return paired(-direction_of(across(chain, self.joints, wrenches))[0])
 
-    def own_slope(self, chain, motion, wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         direction, size = direction_of(across(chain, self.joints, wrenches))
         turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
         return blocks(-turning / size[..., None] * np.array(self.coefficients)[:, None, None])
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         if len(self.joints) > 1:
             return f"{self.where} have bearing clearance: they tilt with the load by up to {self.size(chain)}"
         return f"{self.where} has bearing clearance: it tilts with the load by {self.size(chain)}"

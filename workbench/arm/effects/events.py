@@ -18,7 +18,8 @@ from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, driven_names, turns
-from workbench.arm.effects.effect import AbstractEffect
+from workbench.arm.effects.effect import AbstractEffect, EffectArm
+from workbench.arm.effects.law import Wrenches
 from workbench.arm.effects.plots import view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.columns import COLUMNS
@@ -58,12 +59,12 @@ class AbstractEvent(AbstractEffect):
     """A tripod or a tool that moved farther than 50 mm or 50 mrad was set up anew."""
 
     @classmethod
-    def own_offers(cls, arm, motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion):
         """None: a search over the rows finds the times to try."""
         return iter(())
 
     @classmethod
-    def own_example(cls, arm, joint, rng):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
         """After the first `ROWS_BEFORE_EVENT` rows, along and about random directions."""
         one = cls(() if cls.whole_arm else (joint,), row=ROWS_BEFORE_EVENT)
         size = rng.normal(size=len(one.names))
@@ -114,7 +115,7 @@ class AbstractEvent(AbstractEffect):
     def own_plain(self):
         return f"{self.what[:1].lower()}{self.what[1:]} {'at' if self.is_step else 'until'} row {self.row}"
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         weight = self.weight(self._clock_or_later(motion))
         return -weight[:, None, None] * np.eye(len(self.elements(chain)))
 
@@ -123,7 +124,7 @@ class AbstractEvent(AbstractEffect):
         size = " and ".join(self._sizes(chain, np.sqrt(np.diagonal(covariance))))
         return f"{self.what} by {size} {self.when(motion)}; {self.remedy(motion)}"
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         return self.stated(chain, motion, np.full(2 * (len(self.names),), np.nan))
 
     def _sizes(self, chain: Chain, std: np.ndarray) -> list[str]:
@@ -178,7 +179,7 @@ class AbstractStep(AbstractEvent):
     def weight(self, clock):
         return (clock < self.moment) - float(self.known_before)
 
-    def when(self, motion):
+    def when(self, motion: Motion):
         before, after = self._sides(motion)
         if not len(before) or not len(after):
             return f"at row {self.row}"
@@ -194,7 +195,7 @@ class AbstractStep(AbstractEvent):
         is_after = clock[order] >= self.moment
         return motion.row[order][~is_after], motion.row[order][is_after]
 
-    def doubt(self, motion):
+    def doubt(self, motion: Motion):
         """Whether the postures changed for good as well, which may be what differs."""
         after = self.is_over(motion)
         fewer = after if 2 * after.sum() <= len(after) else ~after
@@ -208,7 +209,7 @@ class AbstractStep(AbstractEvent):
             return None
         return "no pose before it resembles one after it, so it may be an effect of posture"
 
-    def remedy(self, motion):
+    def remedy(self, motion: Motion):
         before, after = self._sides(motion)
         if self.joints:  # no session has a joint of its own
             return f"re-measure {_rows(before)}, or exclude them"
@@ -229,10 +230,10 @@ class FrameStep(AbstractStep):
     def own_names(self):
         return tuple(f"frame_step{self.row}.{part}" for part in PARTS)
 
-    def own_units(self, chain):
+    def own_units(self, chain: Chain):
         return ("m",) * 3 + ("rad",) * 3
 
-    def own_elements(self, chain):
+    def own_elements(self, chain: Chain):
         return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
 
 
@@ -255,10 +256,10 @@ class ToolStep(AbstractStep):
     def own_names(self):
         return tuple(f"tool_step{self.row}.{part}" for part in PARTS[: 6 if self.turns else 3])
 
-    def own_units(self, chain):
+    def own_units(self, chain: Chain):
         return (("m",) * 3 + ("rad",) * 3)[: len(self.names)]
 
-    def own_elements(self, chain):
+    def own_elements(self, chain: Chain):
         return tuple(
             f"tool.{part if k < 3 else 'slip_' + part}" for k, part in enumerate(PARTS[: len(self.names)])
         )
@@ -303,12 +304,12 @@ class WarmUp(AbstractEvent):
             return tuple(f"warm_up{tail}.{part}" for part in PARTS)
         return tuple(f"joint{j + 1}.warm_up{tail}" for j in self.joints)
 
-    def own_units(self, chain):
+    def own_units(self, chain: Chain):
         if not self.joints:
             return ("m",) * 3 + ("rad",) * 3
         return tuple("rad" if turns(chain, j) else "m" for j in self.joints)
 
-    def own_elements(self, chain):
+    def own_elements(self, chain: Chain):
         if self.joints:
             return driven_names(chain, self.joints)
         return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
@@ -316,12 +317,12 @@ class WarmUp(AbstractEvent):
     def weight(self, clock):
         return np.exp(-np.maximum(clock - self.begin, 0.0) / self.pace)
 
-    def when(self, motion):
+    def when(self, motion: Motion):
         if self.is_timed:
             return f"with a time constant of {self.pace / 60.0:.2g} min"
         return f"with a time constant of {self.pace:.2g} rows"
 
-    def remedy(self, motion):
+    def remedy(self, motion: Motion):
         return f"measure after warm-up, or exclude the rows before row {self.row}"
 
     @property

@@ -36,6 +36,7 @@ from workbench.arm.effects.effect import (
     has_complete_payload,
     has_complete_torques,
 )
+from workbench.arm.effects.law import Wrenches
 from workbench.arm.effects.plots import error_of, view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
@@ -84,20 +85,20 @@ class GravitySag(AbstractEffect):
     def own_names(self):
         return tuple(f"joint{j + 1}.sag_{term}" for j in self.joints for term in self.terms.split())
 
-    def own_units(self, chain):
+    def own_units(self, chain: Chain):
         units = {"m": "rad/m", "d": "rad/(kg*m)"}
         return tuple(units.get(term[-1], "rad") for term in self.terms.split())
 
-    def doubt(self, motion):
+    def doubt(self, motion: Motion):
         """It is tried if masses are unknown, and then compliance of bearings and links can't be tried
         instead."""
         return "without masses, compliance of bearings and links can't be tried as an alternative"
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         rigid = _rigid(self, chain, motion)
         return np.einsum("ri,rti->rt", rigid.pull, rigid.levers)[:, None]
 
-    def growth(self, chain, motion, wrenches, constants):
+    def growth(self, chain: Chain, motion: Motion, wrenches: Wrenches, constants):
         """Elements after the joint move lever arms; those before it rotate all of them, and the axis.
 
         The latter is a rotation of gravity by the opposite angle (known masses:
@@ -116,7 +117,7 @@ class GravitySag(AbstractEffect):
         grown = np.where(constants >= chain.driven[self.joints[0]], behind, turned.sum(2))
         return np.where(constants >= _base_size(chain), grown, 0.0)[:, None]
 
-    def mistake(self, chain):
+    def mistake(self, chain: Chain):
         if len(self.joints) != 1 or not turns(chain, self.joints[0]):
             return f"takes one revolute joint, not {[j + 1 for j in self.joints]}"
         if len(self.gravity) != 3 or not np.any(self.gravity) or not np.isfinite(self.gravity).all():
@@ -129,13 +130,13 @@ class GravitySag(AbstractEffect):
             return f"of joint {self.joints[0] + 1} has no term '{wrong[0]}'; use '{known}', or some of these"
         return None
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         pairs = zip(self._terms, np.abs(self.coefficients).tolist(), strict=True)
         largest = readable(max((v for term, v in pairs if term[-1] in "xyz"), default=0.0), "rad")
         return f"{self.where} deflects under the weight it carries, by up to {largest} per term"
 
     @classmethod
-    def own_offers(cls, arm, motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion):
         """At every revolute joint, if neither masses nor torques are known."""
         is_known = arm.has_masses or has_complete_torques(motion)
         if is_known or not has_complete_payload(motion) or not np.any(arm.gravity):
@@ -150,7 +151,7 @@ class GravitySag(AbstractEffect):
                 )
 
     @classmethod
-    def own_example(cls, arm, joint, rng):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
         terms = terms_of(arm.chain, joint)
         return cls((joint,), tuple(rng.uniform(-1.0, 1.0, len(terms.split()))), terms=terms)
 

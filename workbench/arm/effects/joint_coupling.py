@@ -6,9 +6,12 @@
 from dataclasses import dataclass
 from typing import final
 
+from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import driven_names, turns
-from workbench.arm.effects.effect import AbstractEffect, moved_joints, offered
+from workbench.arm.effects.effect import AbstractEffect, EffectArm, moved_joints, offered
+from workbench.arm.effects.law import Wrenches
 from workbench.arm.effects.plots import over_position
+from workbench.arm.motion import Motion
 
 WRIST_JOINTS = 3
 """Number of last joints whose motors may be coupled with each other, neighbours or not."""
@@ -29,17 +32,17 @@ class JointCoupling(AbstractEffect):
     def own_names(self):
         return tuple(f"joint{self.joints[0] + 1}.by_joint{j + 1}" for j in self.joints[1:2])
 
-    def own_units(self, chain):
+    def own_units(self, chain: Chain):
         pair = ["rad" if turns(chain, j) else "m" for j in self.joints]
         return ("1" if pair[0] == pair[1] else "/".join(pair),)
 
-    def own_elements(self, chain):
+    def own_elements(self, chain: Chain):
         return driven_names(chain, self.joints[:1])
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         return motion.q[:, self.joints[1], None, None].copy()
 
-    def mistake(self, chain):
+    def mistake(self, chain: Chain):
         if len(self.joints) != 2:
             return f"has {len(self.joints)} joints but needs two: which one moves, and by which one"
         return None
@@ -49,13 +52,13 @@ class JointCoupling(AbstractEffect):
         moved, by = (j + 1 for j in self.joints)
         return f"joint {moved} moves along with joint {by}"
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         moved, by = (j + 1 for j in self.joints)
         kind = "angle" if turns(chain, self.joints[1]) else "travel"
         return f"Joint {moved} moves along with joint {by}: {self.size(chain)} of its {kind}"
 
     @classmethod
-    def own_offers(cls, arm, motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion):
         last = arm.dof - WRIST_JOINTS
         pairs = (
             cls((joint, other))
@@ -66,7 +69,7 @@ class JointCoupling(AbstractEffect):
         return offered(pairs, arm, motion)
 
     @classmethod
-    def own_example(cls, arm, joint, rng):
+    def own_example(cls, arm: EffectArm, joint: int, rng):
         return cls((joint, joint - 1 if joint else 1), (1.0,))
 
     def own_views(self, state):

@@ -13,8 +13,10 @@ from typing import ClassVar, final
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
-from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
+from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints
+from workbench.arm.effects.law import Wrenches
 from workbench.arm.effects.valid_range import Learned, range_problem
 from workbench.arm.motion import Motion
 
@@ -85,7 +87,7 @@ class JointHarmonic(AbstractEffect):
         low, high = self.range
         return Learned(low, high, HALF_TURN / self.orders[-1])
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         rows, joints, each = len(motion), len(self.joints), 2 * len(self.orders)
         out = np.zeros((rows, joints, joints, each))
         for j, joint in enumerate(self.joints):
@@ -96,7 +98,7 @@ class JointHarmonic(AbstractEffect):
             out[beyond] *= weight[beyond, None, None, None]
         return out.reshape(rows, joints, joints * each)
 
-    def mistake(self, chain):
+    def mistake(self, chain: Chain):
         whole = all(type(k) is int and k >= 1 for k in self.orders)
         if not (whole and self.orders and list(self.orders) == sorted(set(self.orders))):
             return f"has order = {self.order!r}; give a whole number from 1, or a list of increasing ones"
@@ -107,10 +109,10 @@ class JointHarmonic(AbstractEffect):
         slides = [j + 1 for j in self.joints if not turns(chain, j)]
         return f"needs revolute joints, but joint {slides[0]} is prismatic" if slides else None
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         return self._of(self.error_phrase(chain, motion), motion, np.zeros(2 * (len(self.names),)))
 
-    def own_stated(self, chain, motion, covariance):
+    def own_stated(self, chain: Chain, motion: Motion, covariance):
         return self._of(self.error_phrase(chain, motion, covariance), motion, covariance)
 
     def _of(self, error: str, motion: Motion, covariance: np.ndarray) -> str:
@@ -143,11 +145,11 @@ class JointHarmonic(AbstractEffect):
         peaks = f", most at {', '.join(map(str, largest))}" if largest else ""
         return f"many times per turn{peaks}"
 
-    def own_bounds(self, chain):
+    def own_bounds(self, chain: Chain):
         sizes = (max(self.credible[0] / k, self.tooth) for k in self.orders)
         return tuple(size for size in sizes for _ in "cs") * len(self.joints)
 
-    def caveat(self, motion):
+    def caveat(self, motion: Motion):
         """A band that was learned on a part of a turn fades out beyond."""
         if not self.range:
             return None
@@ -158,7 +160,7 @@ class JointHarmonic(AbstractEffect):
         )
 
     @classmethod
-    def own_offers(cls, arm, motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion):
         """Each order, and a band of all orders that the rows can support."""
         for joint in moved_joints(motion):
             if not turns(arm.chain, joint):
@@ -176,11 +178,11 @@ class JointHarmonic(AbstractEffect):
                     yield Candidate(effect, np.diag(1.0 / (1.0 + (orders / MAX_LOW_ORDER) ** decay)))
 
     @classmethod
-    def own_example(cls, arm, joint, rng):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
         phase = rng.uniform(0.0, 2.0 * np.pi)
         return cls((joint,), (np.cos(phase), np.sin(phase)), order=2)
 
-    def as_surprise(self, rng):
+    def as_surprise(self, rng: np.random.Generator):
         return replace(self, order=int(rng.integers(1, 4)))
 
 

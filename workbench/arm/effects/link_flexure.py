@@ -12,10 +12,12 @@ from typing import final
 
 import numpy as np
 
+from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, across, blocks, diagonal, turns
-from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Loads
+from workbench.arm.effects.effect import AbstractEffect, EffectArm
+from workbench.arm.effects.law import Loads, Wrenches
 from workbench.arm.effects.plots import view_of_element
+from workbench.arm.motion import Motion
 
 
 @final
@@ -35,26 +37,26 @@ class LinkFlexure(AbstractEffect):
     def own_names(self):
         return tuple(f"joint{j + 1}.flexure{k}" for j in self.joints for k in (1, 2))
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         turned = self._turn(chain, motion) @ across(chain, self.joints, wrenches)[..., None]
         return diagonal(-turned.reshape(len(motion), -1))
 
-    def own_slope(self, chain, motion, wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         return blocks(-self._sizes() * self._turn(chain, motion))
 
-    def growth(self, chain, motion, wrenches, constants):
+    def growth(self, chain: Chain, motion: Motion, wrenches: Wrenches, constants):
         quarter = np.array([[0.0, 1.0], [-1.0, 0.0]])
         moments = across(chain, self.joints, wrenches)[..., None]
         change = -self._sizes() * (quarter @ self._turn(chain, motion) @ moments)
         mine = np.array([turns(chain, j) * (constants == chain.driven[j]) for j in self.joints])
         return (change * mine[:, None]).reshape(len(motion), len(self.names), -1)
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         link = f"link after {self.where.lower()}"
         return f"The {link} bends by {self.size(chain)} under the moment that it carries"
 
     @classmethod
-    def own_example(cls, arm, joint, rng):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
         return cls((joint,), (0.5, 1.0))
 
     def own_views(self, state):
@@ -77,7 +79,7 @@ class LinkFlexure(AbstractEffect):
         """Coefficients (joints, 2, 1)."""
         return np.reshape(self.coefficients, (-1, 2, 1))
 
-    def _turn(self, chain, motion) -> np.ndarray:
+    def _turn(self, chain: Chain, motion: Motion) -> np.ndarray:
         """R(v)ᵀ (rows, joints, 2, 2), from the axes before the joints to those after them."""
         joints = list(self.joints)
         turning = [turns(chain, j) for j in joints]

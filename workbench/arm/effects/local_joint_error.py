@@ -12,10 +12,13 @@ from typing import Any, final
 
 import numpy as np
 
+from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
-from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
+from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints
 from workbench.arm.effects.joint_harmonic import places
+from workbench.arm.effects.law import Wrenches
 from workbench.arm.effects.valid_range import Learned, range_problem
+from workbench.arm.motion import Motion
 
 TURN = 2.0 * np.pi
 MAX_KNOTS = 40
@@ -63,16 +66,16 @@ class LocalJointError(AbstractEffect):
         low, high = self.range or (self.knots[0], self.knots[-1])
         return Learned(low, high, float(np.diff(self.knots).mean()))
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         q = motion.q[:, self.joints[0]]
         at = q if self.periodic else np.clip(q, self.knots[0], self.knots[-1])
         spline = _basis(self.knots, self.periodic)(at)
         return (spline if self.learned is None else spline * self.learned.weight(q)[:, None])[:, None, :]
 
-    def own_bounds(self, chain):
+    def own_bounds(self, chain: Chain):
         return (self.credible[0 if turns(chain, self.joints[0]) else 1],) * len(self.names)
 
-    def mistake(self, chain):
+    def mistake(self, chain: Chain):
         if len(self.joints) != 1:
             return f"has {len(self.joints)} joints but needs one"
         if len(self.knots) < 3 or not (np.diff(self.knots) > 0).all():
@@ -86,10 +89,10 @@ class LocalJointError(AbstractEffect):
             return f"has the range {low:g} … {high:g} beyond its knots {self.knots[0]:g} … {self.knots[-1]:g}"
         return None
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         return self._of(self.error_phrase(chain, motion))
 
-    def own_stated(self, chain, motion, covariance):
+    def own_stated(self, chain: Chain, motion: Motion, covariance):
         return self._of(self.error_phrase(chain, motion, covariance))
 
     def _of(self, error: str) -> str:
@@ -98,7 +101,7 @@ class LocalJointError(AbstractEffect):
         )
 
     @classmethod
-    def own_offers(cls, arm, motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion):
         """Splines of several widths over the positions that occur."""
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
@@ -113,7 +116,7 @@ class LocalJointError(AbstractEffect):
                 yield Candidate(effect, covariance)
 
     @classmethod
-    def own_example(cls, arm, joint, rng):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
         bumps = rng.uniform(-1.0, 1.0, EXAMPLE_KNOTS)
         low, high = arm.search_limits[joint]
         knots = np.linspace(low, high, EXAMPLE_KNOTS)

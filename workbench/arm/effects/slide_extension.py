@@ -15,10 +15,11 @@ from typing import final
 
 import numpy as np
 
+from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, across, blocks, paired, turns
 from workbench.arm.effects.clearance_tilt import direction_of
-from workbench.arm.effects.effect import AbstractEffect, moved_joints, offered
-from workbench.arm.effects.law import Loads
+from workbench.arm.effects.effect import AbstractEffect, EffectArm, moved_joints, offered
+from workbench.arm.effects.law import Loads, Wrenches
 from workbench.arm.motion import Motion
 
 
@@ -27,7 +28,7 @@ def extension(joints: tuple[int, ...], retracted: float, motion: Motion) -> np.n
     return motion.q[:, list(joints)] - retracted
 
 
-def sliding_joints(arm, motion: Motion) -> list[tuple[int, float]]:
+def sliding_joints(arm: EffectArm, motion: Motion) -> list[tuple[int, float]]:
     """Prismatic joints that moved, with their retracted positions [m]."""
     low = arm.search_limits[:, 0]
     return [(j, float(low[j])) for j in moved_joints(motion) if not turns(arm.chain, j)]
@@ -51,20 +52,20 @@ class ExtensionCompliance(AbstractEffect):
     credible = (0.02, 0.0)
     """At the largest moment and extension of the rows, as for a bearing."""
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         reach = extension(self.joints, self.retracted, motion)[..., None]
         return paired(-reach * across(chain, self.joints, wrenches))
 
-    def own_slope(self, chain, motion, wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         soft = np.repeat(extension(self.joints, self.retracted, motion) * self.coefficients, 2, axis=1)
         return -soft[:, :, None] * np.eye(soft.shape[1])
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad/(N·m)"
         return f"{self.where} tilts by {size} per metre of extension under its load"
 
     @classmethod
-    def own_offers(cls, arm, motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion):
         return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)
 
 
@@ -87,20 +88,20 @@ class ExtensionClearance(AbstractEffect):
     credible = (0.02, 0.0)
     """At the largest extension of the rows, as for a bearing."""
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         reach = extension(self.joints, self.retracted, motion)[..., None]
         return paired(-reach * direction_of(across(chain, self.joints, wrenches))[0])
 
-    def own_slope(self, chain, motion, wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         direction, size = direction_of(across(chain, self.joints, wrenches))
         turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
         loose = extension(self.joints, self.retracted, motion) * self.coefficients
         return blocks(-turning * (loose[..., None] / size)[..., None])
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad"
         return f"{self.where} has clearance of ±{size} per metre of extension"
 
     @classmethod
-    def own_offers(cls, arm, motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion):
         return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)

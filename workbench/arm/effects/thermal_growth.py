@@ -14,7 +14,9 @@ import numpy as np
 from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects.axes import BASE
 from workbench.arm.effects.effect import AbstractEffect
+from workbench.arm.effects.law import Wrenches
 from workbench.arm.effects.plots import IncrementCurve, line_through
+from workbench.arm.motion import Motion
 from workbench.base.columns import COLUMNS
 from workbench.report.numbers import readable
 
@@ -38,10 +40,10 @@ class ThermalGrowth(AbstractEffect):
     largest = 1.5e-4
     """[1/K] Steel grows by 1.2e-5, aluminium by 2.3e-5, printed plastics by up to 1e-4."""
 
-    def own_elements(self, chain):
+    def own_elements(self, chain: Chain):
         return tuple(chain.elements[k].name for k in _lengths(chain))
 
-    def law(self, chain, motion, wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
         places = _lengths(chain)
         lengths = np.tile(chain.values[places] + _of_constants(chain)[places], (len(motion), 1))
         positions = chain.positions(motion.q)
@@ -50,11 +52,11 @@ class ThermalGrowth(AbstractEffect):
                 lengths[:, column] += positions[:, chain.drivers[k]]
         return (lengths * self._warmer(motion)[:, None])[..., None]
 
-    def growth(self, chain, motion, wrenches, constants):
+    def growth(self, chain: Chain, motion: Motion, wrenches: Wrenches, constants):
         same = np.array(_lengths(chain))[:, None] == constants
         return self.coefficients[0] * self._warmer(motion)[:, None, None] * same
 
-    def sentence(self, chain, motion):
+    def sentence(self, chain: Chain, motion: Motion):
         return f"The lengths grow with the temperature: {readable(self.coefficients[0], '1/K')}"
 
     def own_views(self, state):
@@ -75,7 +77,7 @@ class ThermalGrowth(AbstractEffect):
             ),
         )
 
-    def _warmer(self, motion):
+    def _warmer(self, motion: Motion):
         return motion.need("temperature", self.name) - self.reference
 
 
