@@ -102,7 +102,12 @@ def failing(*_, **__):
     "adviser",
     [
         f"workbench.diagnosis.{name}"
-        for name in ("diagnose.next_poses", "saved_model.undetectable", "rivals.rivals_of", "rivals.ranked")
+        for name in (
+            "diagnose.next_poses",
+            "saved_model.undetectable",
+            "alternative_models.rivals_of",
+            "alternative_models.ranked",
+        )
     ],
 )
 def test_an_adviser_that_fails_costs_a_warning_and_nothing_else(adviser, case, whole, monkeypatch):
