@@ -9,15 +9,17 @@ fit (`diagnosis/search/backlash_flanks.py`), since a step has no derivative. Wit
 equilibrium if the load changes sign within the play; such a row keeps the flank of the last iteration.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Self, final
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import diagonal, own
-from workbench.arm.effects.effect import AbstractEffect, EffectArm, offered
-from workbench.arm.effects.law import Loads, Wrenches
+from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, offered
+from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
 from workbench.arm.motion import Motion
 
 CAUSES = ("moment", "motion")
@@ -47,23 +49,23 @@ class Backlash(AbstractEffect):
     0.3 mrad."""
 
     @property
-    def loads(self):
+    def loads(self) -> Loads:
         return Loads.NONE if self.by == "motion" else Loads.OWN
 
     @property
-    def needs(self):
+    def needs(self) -> tuple[str, ...]:
         return ("direction",) if self.by == "motion" else ()
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         word = "backlash_by_motion" if self.by == "motion" else "backlash"
         return tuple(f"joint{j + 1}.{word}" for j in self.joints)
 
     @property
-    def variant(self):
+    def variant(self) -> str:
         return "by motion" if self.by == "motion" else ""
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         if self.by == "motion":
             return diagonal(-np.sign(motion.need("direction", self.name)[:, list(self.joints)]))
         load = own(chain, self.joints, wrenches)
@@ -71,7 +73,7 @@ class Backlash(AbstractEffect):
         held = self._held(motion)
         return diagonal(-side if held is None else -np.where(np.isnan(held), side, held))
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope | None:
         if not self.width:
             return None
         steep = np.cosh(np.clip(own(chain, self.joints, wrenches) / self.width, -300.0, 300.0)) ** -2.0
@@ -79,35 +81,35 @@ class Backlash(AbstractEffect):
             steep = np.where(np.isnan(held), steep, 0.0)
         return diagonal(-steep * np.array(self.coefficients) / self.width)
 
-    def _held(self, motion: Motion):
+    def _held(self, motion: Motion) -> Float[np.ndarray, "rows j"] | None:
         """Flanks of its joints fixed by a fit."""
         return None if motion.flank is None else motion.flank[:, list(self.joints)]
 
     @property
-    def flanked(self):
+    def flanked(self) -> tuple[int, ...]:
         return self.joints if self.by == "moment" else ()
 
-    def softened(self, chain: Chain, wrenches: Wrenches):
+    def softened(self, chain: Chain, wrenches: Wrenches) -> Self:
         spread = float(np.std(own(chain, self.joints, wrenches))) if self.loads else 0.0
         return replace(self, width=RELATIVE_WIDTH * spread) if np.isfinite(spread) else self
 
-    def mistake(self, chain: Chain):
+    def mistake(self, chain: Chain) -> str | None:
         if self.by not in CAUSES:
             return f"has by = '{self.by}'; known: {' and '.join(CAUSES)}"
         if not self.width >= 0.0 or (self.width and self.by == "motion"):
             return f"has width = {self.width:g}; give a moment of at least 0, and 0 with by = 'motion'"
         return None
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         cause = "last motion" if self.by == "motion" else "load"
         return f"{self.where} has backlash of ±{self.size(chain)}; the flank depends on its {cause}"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         yield from offered([cls((j,)) for j in range(arm.dof)], arm, motion)
         reversing = [j for j in range(arm.dof) if motion.direction is None or np.ptp(motion.direction[:, j])]
         yield from offered([cls((j,), by="motion") for j in reversing or range(arm.dof)], arm, motion)
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
         return cls((joint,), (1.0,), by="moment" if arm.has_masses else "motion")

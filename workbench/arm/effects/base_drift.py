@@ -7,8 +7,9 @@ the axes of the base; c [m/s] and [rad/s]. Gravity stays fixed to the arm: the i
 times, t is the row in the file, c is in [m] and [rad] per row, and poses outside any file don't drift.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import final
+from typing import Self, final
 
 import numpy as np
 from jaxtyping import Float
@@ -17,8 +18,8 @@ from scipy.spatial import cKDTree
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, offered
-from workbench.arm.effects.law import Wrenches
-from workbench.arm.effects.plots import view_of_element
+from workbench.arm.effects.law import Law, Wrenches
+from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.columns import COLUMNS
 
@@ -72,16 +73,16 @@ class BaseDrift(AbstractEffect):
     farther than 10 mm or 10 mrad was knocked."""
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         return tuple(f"drift.{part}" for part in PARTS)
 
-    def own_units(self, chain: Chain):
+    def own_units(self, chain: Chain) -> tuple[str, ...]:
         return ("m",) * 3 + ("rad",) * 3 if self.by_row else ("m/s",) * 3 + ("rad/s",) * 3
 
-    def own_elements(self, chain: Chain):
+    def own_elements(self, chain: Chain) -> tuple[str, ...]:
         return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return (self._clock(motion) - self.reference)[:, None, None] * np.eye(len(PARTS))
 
     def _clock(self, motion: Motion) -> Float[np.ndarray, " rows"]:
@@ -90,7 +91,7 @@ class BaseDrift(AbstractEffect):
             return motion.need("time", self.name)
         return np.full(len(motion), self.reference) if motion.row is None else motion.row.astype(float)
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         if self.by_row:
             rows = float(np.ptp(self._clock(motion)))
             moved, turned = (
@@ -104,7 +105,7 @@ class BaseDrift(AbstractEffect):
         turned = np.rad2deg(HOUR * turning)
         return f"The measuring frame drifts with time: {1e3 * HOUR * speed:.3g} mm/h and {turned:.2g} °/h"
 
-    def doubt(self, motion: Motion):
+    def doubt(self, motion: Motion) -> str | None:
         """Only repeated postures separate time from posture."""
         if self.by_row:
             return "the rows have no times, so their order in the file was used"
@@ -113,7 +114,7 @@ class BaseDrift(AbstractEffect):
         return "no pose was repeated later, which would be needed to confirm it"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         """From the first row on; by row number without times, if postures are in random order."""
         begin = 0.0 if motion.time is None else float(np.min(motion.time))
         found = list(offered([cls(reference=begin)], arm, motion))
@@ -124,12 +125,12 @@ class BaseDrift(AbstractEffect):
             yield Candidate(cls(reference=float(np.min(motion.row)), by_row=True))
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
         """Along and about random directions."""
         directions = (rng.normal(size=3) for _ in range(2))
         return cls((), tuple(v for d in directions for v in (d / np.linalg.norm(d)).tolist()))
 
-    def own_views(self, state):
+    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
         time = COLUMNS["time"]
         driver, shown = ("row of the file", 1.0) if self.by_row else (time.label, time.shown[1])
         x = shown * (self._clock(state.motion) - self.reference)

@@ -13,7 +13,7 @@ import numpy as np
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, across, paired
 from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Loads, Wrenches
+from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
 from workbench.arm.motion import Motion
 
 
@@ -31,13 +31,13 @@ class BearingCompliance(AbstractEffect):
     credible = (0.02, 0.0)
     """At the largest moment of the rows: 1°, where ball bearings would be overloaded."""
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return paired(-across(chain, self.joints, wrenches))
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         return np.tile(-np.diag(np.repeat(self.coefficients, 2)), (len(motion), 1, 1))
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         if len(self.joints) > 1:
             return f"{self.where} tilt by up to {self.size(chain)} under the moments across their axes"
         return f"{self.where} tilts by {self.size(chain)} under the moment across its axis"

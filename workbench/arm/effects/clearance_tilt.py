@@ -17,7 +17,7 @@ import numpy as np
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, across, blocks, paired
 from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Loads, Wrenches
+from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
 from workbench.arm.motion import Motion
 
 
@@ -36,15 +36,15 @@ class ClearanceTilt(AbstractEffect):
     credible = (0.02, 0.0)
     """Half the clearance: 0.1 mm at both ends of a bushing of 10 mm. Ball bearings have 1 mrad."""
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return paired(-direction_of(across(chain, self.joints, wrenches))[0])
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         direction, size = direction_of(across(chain, self.joints, wrenches))
         turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
         return blocks(-turning / size[..., None] * np.array(self.coefficients)[:, None, None])
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         if len(self.joints) > 1:
             return f"{self.where} have bearing clearance: they tilt with the load by up to {self.size(chain)}"
         return f"{self.where} has bearing clearance: it tilts with the load by {self.size(chain)}"

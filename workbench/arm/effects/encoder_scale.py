@@ -9,7 +9,7 @@ from typing import final
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import diagonal, turns
 from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Wrenches
+from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.motion import Motion
 
 
@@ -26,10 +26,10 @@ class EncoderScale(AbstractEffect):
     """Teeth and counts are whole numbers, so gears are exact. The pulleys of a cable drive are made to 1 %,
     and a controller may be set to a sister model's ratio (WAM wrists: 9.7 for 9.48)."""
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return diagonal(motion.q[:, list(self.joints)])
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         moves = "turns" if turns(chain, self.joints[0]) else "slides"
         return (
             f"{self.where} {moves} {self.size(chain)} too {'far' if self.coefficients[0] > 0 else 'little'}"

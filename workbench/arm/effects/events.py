@@ -9,8 +9,9 @@ only before the event: w = 0 before its step, and −1 from it on.
 """
 
 from abc import abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import ClassVar, final
+from typing import ClassVar, Self, final
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -18,9 +19,9 @@ from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, driven_names, turns
-from workbench.arm.effects.effect import AbstractEffect, EffectArm
-from workbench.arm.effects.law import Wrenches
-from workbench.arm.effects.plots import view_of_element
+from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm
+from workbench.arm.effects.law import Law, Wrenches
+from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.columns import COLUMNS
 from workbench.base.wording import plural
@@ -59,12 +60,12 @@ class AbstractEvent(AbstractEffect):
     """A tripod or a tool that moved farther than 50 mm or 50 mrad was set up anew."""
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         """None: a search over the rows finds the times to try."""
         return iter(())
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
         """After the first `ROWS_BEFORE_EVENT` rows, along and about random directions."""
         one = cls(() if cls.whole_arm else (joint,), row=ROWS_BEFORE_EVENT)
         size = rng.normal(size=len(one.names))
@@ -112,10 +113,10 @@ class AbstractEvent(AbstractEffect):
         """Subject and verb of its sentence."""
 
     @property
-    def own_plain(self):
+    def own_plain(self) -> str:
         return f"{self.what[:1].lower()}{self.what[1:]} {'at' if self.is_step else 'until'} row {self.row}"
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         weight = self.weight(self._clock_or_later(motion))
         return -weight[:, None, None] * np.eye(len(self.elements(chain)))
 
@@ -124,7 +125,7 @@ class AbstractEvent(AbstractEffect):
         size = " and ".join(self._sizes(chain, np.sqrt(np.diagonal(covariance))))
         return f"{self.what} by {size} {self.when(motion)}; {self.remedy(motion)}"
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         return self.stated(chain, motion, np.full(2 * (len(self.names),), np.nan))
 
     def _sizes(self, chain: Chain, std: np.ndarray) -> list[str]:
@@ -140,7 +141,7 @@ class AbstractEvent(AbstractEffect):
                     out.append(f"{with_error(1e3 * size, 1e3 * error)} {'mm' if unit == 'm' else 'mrad'}")
         return out or [readable(float(np.abs(values).max()), str(units[0]))]
 
-    def own_views(self, state):
+    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
         clock = self.clock(state.motion)
         time = COLUMNS["time"]
         text, size = (time.label, time.shown[1]) if self.is_timed else ("row of the file", 1.0)
@@ -176,10 +177,10 @@ class AbstractStep(AbstractEvent):
     known_before: bool = False
     is_step = True
 
-    def weight(self, clock):
+    def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         return (clock < self.moment) - float(self.known_before)
 
-    def when(self, motion: Motion):
+    def when(self, motion: Motion) -> str:
         before, after = self._sides(motion)
         if not len(before) or not len(after):
             return f"at row {self.row}"
@@ -195,7 +196,7 @@ class AbstractStep(AbstractEvent):
         is_after = clock[order] >= self.moment
         return motion.row[order][~is_after], motion.row[order][is_after]
 
-    def doubt(self, motion: Motion):
+    def doubt(self, motion: Motion) -> str | None:
         """Whether the postures changed for good as well, which may be what differs."""
         after = self.is_over(motion)
         fewer = after if 2 * after.sum() <= len(after) else ~after
@@ -209,7 +210,7 @@ class AbstractStep(AbstractEvent):
             return None
         return "no pose before it resembles one after it, so it may be an effect of posture"
 
-    def remedy(self, motion: Motion):
+    def remedy(self, motion: Motion) -> str:
         before, after = self._sides(motion)
         if self.joints:  # no session has a joint of its own
             return f"re-measure {_rows(before)}, or exclude them"
@@ -227,13 +228,13 @@ class FrameStep(AbstractStep):
     what = "The instrument or the base was knocked, the measuring frame stepped"
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         return tuple(f"frame_step{self.row}.{part}" for part in PARTS)
 
-    def own_units(self, chain: Chain):
+    def own_units(self, chain: Chain) -> tuple[str, ...]:
         return ("m",) * 3 + ("rad",) * 3
 
-    def own_elements(self, chain: Chain):
+    def own_elements(self, chain: Chain) -> tuple[str, ...]:
         return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
 
 
@@ -253,13 +254,13 @@ class ToolStep(AbstractStep):
     what = "The tool or the reflector slipped"
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         return tuple(f"tool_step{self.row}.{part}" for part in PARTS[: 6 if self.turns else 3])
 
-    def own_units(self, chain: Chain):
+    def own_units(self, chain: Chain) -> tuple[str, ...]:
         return (("m",) * 3 + ("rad",) * 3)[: len(self.names)]
 
-    def own_elements(self, chain: Chain):
+    def own_elements(self, chain: Chain) -> tuple[str, ...]:
         return tuple(
             f"tool.{part if k < 3 else 'slip_' + part}" for k, part in enumerate(PARTS[: len(self.names)])
         )
@@ -273,11 +274,11 @@ class ZeroStep(AbstractStep):
     name = "zero-step"
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         return tuple(f"joint{j + 1}.zero_step{self.row}" for j in self.joints)
 
     @property
-    def what(self):
+    def what(self) -> str:
         return f"The zero of {self.where.lower()} stepped"
 
 
@@ -298,35 +299,35 @@ class WarmUp(AbstractEvent):
     insertion = Insertion.DRIFT
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         tail = f"{self.pace:.4g}".replace(".", "_").replace("+", "")
         if not self.joints:
             return tuple(f"warm_up{tail}.{part}" for part in PARTS)
         return tuple(f"joint{j + 1}.warm_up{tail}" for j in self.joints)
 
-    def own_units(self, chain: Chain):
+    def own_units(self, chain: Chain) -> tuple[str, ...]:
         if not self.joints:
             return ("m",) * 3 + ("rad",) * 3
         return tuple("rad" if turns(chain, j) else "m" for j in self.joints)
 
-    def own_elements(self, chain: Chain):
+    def own_elements(self, chain: Chain) -> tuple[str, ...]:
         if self.joints:
             return driven_names(chain, self.joints)
         return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
 
-    def weight(self, clock):
+    def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         return np.exp(-np.maximum(clock - self.begin, 0.0) / self.pace)
 
-    def when(self, motion: Motion):
+    def when(self, motion: Motion) -> str:
         if self.is_timed:
             return f"with a time constant of {self.pace / 60.0:.2g} min"
         return f"with a time constant of {self.pace:.2g} rows"
 
-    def remedy(self, motion: Motion):
+    def remedy(self, motion: Motion) -> str:
         return f"measure after warm-up, or exclude the rows before row {self.row}"
 
     @property
-    def what(self):
+    def what(self) -> str:
         return (
             f"{self.where} warmed up, its zero moved"
             if self.joints

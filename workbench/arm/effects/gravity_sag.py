@@ -20,8 +20,9 @@ Trans. Robot. Autom. 6(3), 1990; here gravity alone.
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Self, final
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -36,8 +37,8 @@ from workbench.arm.effects.effect import (
     has_complete_payload,
     has_complete_torques,
 )
-from workbench.arm.effects.law import Wrenches
-from workbench.arm.effects.plots import error_of, view_of_element
+from workbench.arm.effects.law import Growth, Law, Wrenches
+from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, error_of, view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
 from workbench.report.numbers import readable
@@ -82,23 +83,25 @@ class GravitySag(AbstractEffect):
     """For each weight after the joint, as for `joint-compliance`."""
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         return tuple(f"joint{j + 1}.sag_{term}" for j in self.joints for term in self.terms.split())
 
-    def own_units(self, chain: Chain):
+    def own_units(self, chain: Chain) -> tuple[str, ...]:
         units = {"m": "rad/m", "d": "rad/(kg*m)"}
         return tuple(units.get(term[-1], "rad") for term in self.terms.split())
 
-    def doubt(self, motion: Motion):
+    def doubt(self, motion: Motion) -> str | None:
         """It is tried if masses are unknown, and then compliance of bearings and links can't be tried
         instead."""
         return "without masses, compliance of bearings and links can't be tried as an alternative"
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         rigid = _rigid(self, chain, motion)
         return np.einsum("ri,rti->rt", rigid.pull, rigid.levers)[:, None]
 
-    def growth(self, chain: Chain, motion: Motion, wrenches: Wrenches, constants):
+    def growth(
+        self, chain: Chain, motion: Motion, wrenches: Wrenches, constants: Int[np.ndarray, " p"]
+    ) -> Growth:
         """Elements after the joint move lever arms; those before it rotate all of them, and the axis.
 
         The latter is a rotation of gravity by the opposite angle (known masses:
@@ -117,7 +120,7 @@ class GravitySag(AbstractEffect):
         grown = np.where(constants >= chain.driven[self.joints[0]], behind, turned.sum(2))
         return np.where(constants >= _base_size(chain), grown, 0.0)[:, None]
 
-    def mistake(self, chain: Chain):
+    def mistake(self, chain: Chain) -> str | None:
         if len(self.joints) != 1 or not turns(chain, self.joints[0]):
             return f"takes one revolute joint, not {[j + 1 for j in self.joints]}"
         if len(self.gravity) != 3 or not np.any(self.gravity) or not np.isfinite(self.gravity).all():
@@ -130,13 +133,13 @@ class GravitySag(AbstractEffect):
             return f"of joint {self.joints[0] + 1} has no term '{wrong[0]}'; use '{known}', or some of these"
         return None
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         pairs = zip(self._terms, np.abs(self.coefficients).tolist(), strict=True)
         largest = readable(max((v for term, v in pairs if term[-1] in "xyz"), default=0.0), "rad")
         return f"{self.where} deflects under the weight it carries, by up to {largest} per term"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         """At every revolute joint, if neither masses nor torques are known."""
         is_known = arm.has_masses or has_complete_torques(motion)
         if is_known or not has_complete_payload(motion) or not np.any(arm.gravity):
@@ -151,11 +154,11 @@ class GravitySag(AbstractEffect):
                 )
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
         terms = terms_of(arm.chain, joint)
         return cls((joint,), tuple(rng.uniform(-1.0, 1.0, len(terms.split()))), terms=terms)
 
-    def own_views(self, state):
+    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
         """The joint's error over its own prediction, as the driver is several angles."""
         joint = self.joints[0]
         made = 1e3 * self.increments(state.chain, state.motion)[:, 0]

@@ -11,7 +11,7 @@ import numpy as np
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import diagonal, own, turns
 from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Loads, Wrenches
+from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
 from workbench.arm.motion import Motion
 
 
@@ -31,13 +31,13 @@ class JointCompliance(AbstractEffect):
     """At the largest moment of the rows, taken as the rated one. Catalogues of strain wave gears give a wind-
     up of about 1 mrad at the rated torque, whatever their size; hobby servos deflect by 3°."""
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return diagonal(-own(chain, self.joints, wrenches))
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         return np.tile(-np.diag(self.coefficients), (len(motion), 1, 1))
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         load = "moment about" if turns(chain, self.joints[0]) else "force along"
         if len(self.joints) > 1:
             return f"{self.where} deflect by up to {self.size(chain)} under the {load} their axes"

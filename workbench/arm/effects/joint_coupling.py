@@ -3,14 +3,15 @@
 Δv_i = c q_j,      joints = (i, j), c [unit of joint i per unit of joint j]
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import final
+from typing import Self, final
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import driven_names, turns
-from workbench.arm.effects.effect import AbstractEffect, EffectArm, moved_joints, offered
-from workbench.arm.effects.law import Wrenches
-from workbench.arm.effects.plots import over_position
+from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints, offered
+from workbench.arm.effects.law import Law, Wrenches
+from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, over_position
 from workbench.arm.motion import Motion
 
 WRIST_JOINTS = 3
@@ -29,36 +30,36 @@ class JointCoupling(AbstractEffect):
     the ratio, or the pull of a cable. Between a revolute and a prismatic joint, in rad/m or m/rad."""
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         return tuple(f"joint{self.joints[0] + 1}.by_joint{j + 1}" for j in self.joints[1:2])
 
-    def own_units(self, chain: Chain):
+    def own_units(self, chain: Chain) -> tuple[str, ...]:
         pair = ["rad" if turns(chain, j) else "m" for j in self.joints]
         return ("1" if pair[0] == pair[1] else "/".join(pair),)
 
-    def own_elements(self, chain: Chain):
+    def own_elements(self, chain: Chain) -> tuple[str, ...]:
         return driven_names(chain, self.joints[:1])
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return motion.q[:, self.joints[1], None, None].copy()
 
-    def mistake(self, chain: Chain):
+    def mistake(self, chain: Chain) -> str | None:
         if len(self.joints) != 2:
             return f"has {len(self.joints)} joints but needs two: which one moves, and by which one"
         return None
 
     @property
-    def own_plain(self):
+    def own_plain(self) -> str:
         moved, by = (j + 1 for j in self.joints)
         return f"joint {moved} moves along with joint {by}"
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         moved, by = (j + 1 for j in self.joints)
         kind = "angle" if turns(chain, self.joints[1]) else "travel"
         return f"Joint {moved} moves along with joint {by}: {self.size(chain)} of its {kind}"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         last = arm.dof - WRIST_JOINTS
         pairs = (
             cls((joint, other))
@@ -69,8 +70,8 @@ class JointCoupling(AbstractEffect):
         return offered(pairs, arm, motion)
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng):
+    def own_example(cls, arm: EffectArm, joint: int, rng) -> Self:
         return cls((joint, joint - 1 if joint else 1), (1.0,))
 
-    def own_views(self, state):
+    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
         return (over_position(self, state, 0, self.joints[1]),)

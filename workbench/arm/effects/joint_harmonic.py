@@ -6,9 +6,9 @@ for one order k, or for a band of orders: gear teeth appear with neighbouring or
 part of a turn fades out beyond its `range`: many orders can't extrapolate.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, final
+from typing import ClassVar, Self, final
 
 import numpy as np
 from jaxtyping import Float
@@ -16,7 +16,7 @@ from jaxtyping import Float
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints
-from workbench.arm.effects.law import Wrenches
+from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.effects.valid_range import Learned, range_problem
 from workbench.arm.motion import Motion
 
@@ -70,24 +70,24 @@ class JointHarmonic(AbstractEffect):
         return self.order if isinstance(self.order, tuple) else (self.order,)
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         return tuple(
             f"joint{j + 1}.{word}{k}" for j in self.joints for k in self.orders for word in ("cos", "sin")
         )
 
     @property
-    def variant(self):
+    def variant(self) -> str:
         first, last = self.orders[0], self.orders[-1]
         return f"order {first}" if len(self.orders) == 1 else f"orders {first}–{last}"
 
     @property
-    def learned(self):
+    def learned(self) -> Learned | None:
         if not self.range:
             return None
         low, high = self.range
         return Learned(low, high, HALF_TURN / self.orders[-1])
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         rows, joints, each = len(motion), len(self.joints), 2 * len(self.orders)
         out = np.zeros((rows, joints, joints, each))
         for j, joint in enumerate(self.joints):
@@ -98,7 +98,7 @@ class JointHarmonic(AbstractEffect):
             out[beyond] *= weight[beyond, None, None, None]
         return out.reshape(rows, joints, joints * each)
 
-    def mistake(self, chain: Chain):
+    def mistake(self, chain: Chain) -> str | None:
         whole = all(type(k) is int and k >= 1 for k in self.orders)
         if not (whole and self.orders and list(self.orders) == sorted(set(self.orders))):
             return f"has order = {self.order!r}; give a whole number from 1, or a list of increasing ones"
@@ -109,10 +109,10 @@ class JointHarmonic(AbstractEffect):
         slides = [j + 1 for j in self.joints if not turns(chain, j)]
         return f"needs revolute joints, but joint {slides[0]} is prismatic" if slides else None
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         return self._of(self.error_phrase(chain, motion), motion, np.zeros(2 * (len(self.names),)))
 
-    def own_stated(self, chain: Chain, motion: Motion, covariance):
+    def own_stated(self, chain: Chain, motion: Motion, covariance) -> str:
         return self._of(self.error_phrase(chain, motion, covariance), motion, covariance)
 
     def _of(self, error: str, motion: Motion, covariance: np.ndarray) -> str:
@@ -145,11 +145,11 @@ class JointHarmonic(AbstractEffect):
         peaks = f", most at {', '.join(map(str, largest))}" if largest else ""
         return f"many times per turn{peaks}"
 
-    def own_bounds(self, chain: Chain):
+    def own_bounds(self, chain: Chain) -> tuple[float, ...]:
         sizes = (max(self.credible[0] / k, self.tooth) for k in self.orders)
         return tuple(size for size in sizes for _ in "cs") * len(self.joints)
 
-    def caveat(self, motion: Motion):
+    def caveat(self, motion: Motion) -> str | None:
         """A band that was learned on a part of a turn fades out beyond."""
         if not self.range:
             return None
@@ -160,7 +160,7 @@ class JointHarmonic(AbstractEffect):
         )
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         """Each order, and a band of all orders that the rows can support."""
         for joint in moved_joints(motion):
             if not turns(arm.chain, joint):
@@ -178,11 +178,11 @@ class JointHarmonic(AbstractEffect):
                     yield Candidate(effect, np.diag(1.0 / (1.0 + (orders / MAX_LOW_ORDER) ** decay)))
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
         phase = rng.uniform(0.0, 2.0 * np.pi)
         return cls((joint,), (np.cos(phase), np.sin(phase)), order=2)
 
-    def as_surprise(self, rng: np.random.Generator):
+    def as_surprise(self, rng: np.random.Generator) -> AbstractEffect:
         return replace(self, order=int(rng.integers(1, 4)))
 
 

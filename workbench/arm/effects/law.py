@@ -19,7 +19,7 @@ from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 from functools import cached_property
 from math import isfinite
-from typing import ClassVar, TypeVar
+from typing import ClassVar, Self
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -40,7 +40,8 @@ from workbench.arm.motion import Motion
 from workbench.base.errors import RobotError
 
 Law = Float[np.ndarray, "rows e c"]
-Same = TypeVar("Same", bound="AbstractLaw")
+Slope = Float[np.ndarray, "rows e m"]
+Growth = Float[np.ndarray, "rows e p"]
 NO_WRENCHES = np.zeros((0, 0, 6))
 NO_WRENCHES.setflags(write=False)
 NO_COMPONENTS = np.zeros((0, 2), np.int64)
@@ -154,21 +155,19 @@ class AbstractLaw(ABC):
         chosen = own_components if self.loads is Loads.OWN else across_components
         return chosen(chain, self.joints)
 
-    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Float[np.ndarray, "rows e m"]:
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         """Derivative of Σ c φ in its `components`; arguments as in `law`."""
         own = self.own_slope(chain, motion, wrenches)
         none = (len(motion), len(self.elements(chain)), len(self.components(chain)))
         return np.zeros(none) if own is None else own
 
-    def own_slope(
-        self, chain: Chain, motion: Motion, wrenches: Wrenches
-    ) -> Float[np.ndarray, "rows e m"] | None:
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope | None:
         """The same; None if a law isn't smooth in the moments."""
         return None
 
     def growth(
         self, chain: Chain, motion: Motion, wrenches: Wrenches, constants: Int[np.ndarray, " p"]
-    ) -> Float[np.ndarray, "rows e p"] | None:
+    ) -> Growth | None:
         """Derivative of Σ c φ in the constants of P elements at fixed wrenches; None if it is 0."""
         return None
 
@@ -178,7 +177,7 @@ class AbstractLaw(ABC):
         anywhere."""
         return None
 
-    def softened(self: Same, chain: Chain, wrenches: Wrenches) -> Same:
+    def softened(self, chain: Chain, wrenches: Wrenches) -> Self:
         """The same effect for a fit to rows with these wrenches; a step may get a width."""
         return self
 
@@ -197,7 +196,7 @@ class AbstractLaw(ABC):
         """Increment of each of its elements in every row [rad or m]; arguments as in `law`."""
         return self.law(chain, motion, wrenches) @ np.array(self.coefficients)
 
-    def sized(self: Same, values: Mapping[str, float]) -> Same:
+    def sized(self, values: Mapping[str, float]) -> Self:
         """The same effect with the named coefficients replaced."""
         if values.keys().isdisjoint(self.names):
             return self

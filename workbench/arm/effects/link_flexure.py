@@ -8,15 +8,16 @@ x axis runs along the link (Hayati, DH), c_x is torsion and c_y bending [rad/(N 
 """
 
 from dataclasses import dataclass
-from typing import final
+from typing import Self, final
 
 import numpy as np
+from jaxtyping import Int
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, across, blocks, diagonal, turns
 from workbench.arm.effects.effect import AbstractEffect, EffectArm
-from workbench.arm.effects.law import Loads, Wrenches
-from workbench.arm.effects.plots import view_of_element
+from workbench.arm.effects.law import Growth, Law, Loads, Slope, Wrenches
+from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, view_of_element
 from workbench.arm.motion import Motion
 
 
@@ -34,32 +35,34 @@ class LinkFlexure(AbstractEffect):
     """At the largest moment of the rows: a link of plastic. Aluminium yields at a tenth of it."""
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         return tuple(f"joint{j + 1}.flexure{k}" for j in self.joints for k in (1, 2))
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         turned = self._turn(chain, motion) @ across(chain, self.joints, wrenches)[..., None]
         return diagonal(-turned.reshape(len(motion), -1))
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         return blocks(-self._sizes() * self._turn(chain, motion))
 
-    def growth(self, chain: Chain, motion: Motion, wrenches: Wrenches, constants):
+    def growth(
+        self, chain: Chain, motion: Motion, wrenches: Wrenches, constants: Int[np.ndarray, " p"]
+    ) -> Growth:
         quarter = np.array([[0.0, 1.0], [-1.0, 0.0]])
         moments = across(chain, self.joints, wrenches)[..., None]
         change = -self._sizes() * (quarter @ self._turn(chain, motion) @ moments)
         mine = np.array([turns(chain, j) * (constants == chain.driven[j]) for j in self.joints])
         return (change * mine[:, None]).reshape(len(motion), len(self.names), -1)
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         link = f"link after {self.where.lower()}"
         return f"The {link} bends by {self.size(chain)} under the moment that it carries"
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
         return cls((joint,), (0.5, 1.0))
 
-    def own_views(self, state):
+    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
         """Bending of a link about each of its two axes over the moment about them."""
         laws = self.law(state.chain, state.motion, state.wrenches)
         places = [(k, self.joints[k // 2] + 1, k % 2 + 1) for k in range(laws.shape[1])]

@@ -6,9 +6,10 @@ Periodic splines repeat every turn (the first knot is also the last one); clampe
 their ends, and are constant beyond. Outside `range`, where it was identified, the error fades out.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, final
+from typing import Any, Self, final
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints
 from workbench.arm.effects.joint_harmonic import places
-from workbench.arm.effects.law import Wrenches
+from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.effects.valid_range import Learned, range_problem
 from workbench.arm.motion import Motion
 
@@ -56,26 +57,26 @@ class LocalJointError(AbstractEffect):
     """Height of each knot, as of `joint-harmonic` once a turn: it has the same causes."""
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         return tuple(f"joint{j + 1}.knot{k + 1}" for j in self.joints[:1] for k in range(len(self.knots)))
 
     @property
-    def learned(self):
+    def learned(self) -> Learned | None:
         if self.periodic and not self.range:
             return None
         low, high = self.range or (self.knots[0], self.knots[-1])
         return Learned(low, high, float(np.diff(self.knots).mean()))
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         q = motion.q[:, self.joints[0]]
         at = q if self.periodic else np.clip(q, self.knots[0], self.knots[-1])
         spline = _basis(self.knots, self.periodic)(at)
         return (spline if self.learned is None else spline * self.learned.weight(q)[:, None])[:, None, :]
 
-    def own_bounds(self, chain: Chain):
+    def own_bounds(self, chain: Chain) -> tuple[float, ...]:
         return (self.credible[0 if turns(chain, self.joints[0]) else 1],) * len(self.names)
 
-    def mistake(self, chain: Chain):
+    def mistake(self, chain: Chain) -> str | None:
         if len(self.joints) != 1:
             return f"has {len(self.joints)} joints but needs one"
         if len(self.knots) < 3 or not (np.diff(self.knots) > 0).all():
@@ -89,10 +90,10 @@ class LocalJointError(AbstractEffect):
             return f"has the range {low:g} … {high:g} beyond its knots {self.knots[0]:g} … {self.knots[-1]:g}"
         return None
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         return self._of(self.error_phrase(chain, motion))
 
-    def own_stated(self, chain: Chain, motion: Motion, covariance):
+    def own_stated(self, chain: Chain, motion: Motion, covariance) -> str:
         return self._of(self.error_phrase(chain, motion, covariance))
 
     def _of(self, error: str) -> str:
@@ -101,7 +102,7 @@ class LocalJointError(AbstractEffect):
         )
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         """Splines of several widths over the positions that occur."""
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
@@ -116,7 +117,7 @@ class LocalJointError(AbstractEffect):
                 yield Candidate(effect, covariance)
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
         bumps = rng.uniform(-1.0, 1.0, EXAMPLE_KNOTS)
         low, high = arm.search_limits[joint]
         knots = np.linspace(low, high, EXAMPLE_KNOTS)

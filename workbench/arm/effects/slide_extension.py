@@ -10,6 +10,7 @@ guides with less overlap have more clearance. Parts independent of extension are
 `bearing-compliance` and `clearance-tilt`.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
 
@@ -18,8 +19,8 @@ import numpy as np
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, across, blocks, paired, turns
 from workbench.arm.effects.clearance_tilt import direction_of
-from workbench.arm.effects.effect import AbstractEffect, EffectArm, moved_joints, offered
-from workbench.arm.effects.law import Loads, Wrenches
+from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints, offered
+from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
 from workbench.arm.motion import Motion
 
 
@@ -52,20 +53,20 @@ class ExtensionCompliance(AbstractEffect):
     credible = (0.02, 0.0)
     """At the largest moment and extension of the rows, as for a bearing."""
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         reach = extension(self.joints, self.retracted, motion)[..., None]
         return paired(-reach * across(chain, self.joints, wrenches))
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         soft = np.repeat(extension(self.joints, self.retracted, motion) * self.coefficients, 2, axis=1)
         return -soft[:, :, None] * np.eye(soft.shape[1])
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad/(N·m)"
         return f"{self.where} tilts by {size} per metre of extension under its load"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)
 
 
@@ -88,20 +89,20 @@ class ExtensionClearance(AbstractEffect):
     credible = (0.02, 0.0)
     """At the largest extension of the rows, as for a bearing."""
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         reach = extension(self.joints, self.retracted, motion)[..., None]
         return paired(-reach * direction_of(across(chain, self.joints, wrenches))[0])
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         direction, size = direction_of(across(chain, self.joints, wrenches))
         turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
         loose = extension(self.joints, self.retracted, motion) * self.coefficients
         return blocks(-turning * (loose[..., None] / size)[..., None])
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad"
         return f"{self.where} has clearance of ±{size} per metre of extension"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)

@@ -10,12 +10,13 @@ from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects.axes import BASE
 from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Wrenches
-from workbench.arm.effects.plots import IncrementCurve, line_through
+from workbench.arm.effects.law import Growth, Law, Wrenches
+from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, line_through
 from workbench.arm.motion import Motion
 from workbench.base.columns import COLUMNS
 from workbench.report.numbers import readable
@@ -40,10 +41,10 @@ class ThermalGrowth(AbstractEffect):
     largest = 1.5e-4
     """[1/K] Steel grows by 1.2e-5, aluminium by 2.3e-5, printed plastics by up to 1e-4."""
 
-    def own_elements(self, chain: Chain):
+    def own_elements(self, chain: Chain) -> tuple[str, ...]:
         return tuple(chain.elements[k].name for k in _lengths(chain))
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         places = _lengths(chain)
         lengths = np.tile(chain.values[places] + _of_constants(chain)[places], (len(motion), 1))
         positions = chain.positions(motion.q)
@@ -52,14 +53,16 @@ class ThermalGrowth(AbstractEffect):
                 lengths[:, column] += positions[:, chain.drivers[k]]
         return (lengths * self._warmer(motion)[:, None])[..., None]
 
-    def growth(self, chain: Chain, motion: Motion, wrenches: Wrenches, constants):
+    def growth(
+        self, chain: Chain, motion: Motion, wrenches: Wrenches, constants: Int[np.ndarray, " p"]
+    ) -> Growth:
         same = np.array(_lengths(chain))[:, None] == constants
         return self.coefficients[0] * self._warmer(motion)[:, None, None] * same
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         return f"The lengths grow with the temperature: {readable(self.coefficients[0], '1/K')}"
 
-    def own_views(self, state):
+    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
         """Growth of all lengths together over the temperature."""
         warm = state.motion.need("temperature", self.name)
         warmer = replace(state.motion, temperature=np.full(len(warm), self.reference + 1.0))
@@ -77,7 +80,7 @@ class ThermalGrowth(AbstractEffect):
             ),
         )
 
-    def _warmer(self, motion: Motion):
+    def _warmer(self, motion: Motion) -> Float[np.ndarray, " rows"]:
         return motion.need("temperature", self.name) - self.reference
 
 

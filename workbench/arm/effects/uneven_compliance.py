@@ -9,15 +9,16 @@ drive stiffens as it winds up. The part proportional to the load is `joint-compl
 constant.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Self, final
 
 import numpy as np
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import own
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints, offered
-from workbench.arm.effects.law import Loads, Wrenches
+from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
 from workbench.arm.effects.valid_range import range_problem
 from workbench.arm.motion import Motion
 
@@ -44,48 +45,50 @@ class UnevenCompliance(AbstractEffect):
     is_nameless = True
 
     @property
-    def own_names(self):
+    def own_names(self) -> tuple[str, ...]:
         return tuple(f"joint{j + 1}.uneven_{shape}" for j in self.joints for shape in SHAPES)
 
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         u, t, _ = self._driven(chain, motion, wrenches)
         return -np.stack([u * t, u**2 * t, t * np.abs(t)], -1)[:, None]
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         u, t, steep = self._driven(chain, motion, wrenches)
         by_load = np.stack([u, u**2, 2.0 * np.abs(t)], -1) @ np.array(self.coefficients)
         return -(by_load * steep)[:, None, None]
 
-    def _driven(self, chain: Chain, motion: Motion, wrenches: Wrenches):
+    def _driven(
+        self, chain: Chain, motion: Motion, wrenches: Wrenches
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """u, t, and the derivative of t in the load, each (rows,)."""
         low, high = self.range
         u = np.clip((2.0 * motion.q[:, self.joints[0]] - low - high) / (high - low), -1.0, 1.0)
         t = own(chain, self.joints, wrenches)[:, 0] / (self.load or np.inf)
         return u, np.clip(t, -1.0, 1.0), (np.abs(t) < 1.0) / (self.load or np.inf)
 
-    def softened(self, chain: Chain, wrenches: Wrenches):
+    def softened(self, chain: Chain, wrenches: Wrenches) -> Self:
         maximum = float(np.abs(own(chain, self.joints, wrenches)).max(initial=0.0))
         return replace(self, load=maximum) if np.isfinite(maximum) else self
 
-    def mistake(self, chain: Chain):
+    def mistake(self, chain: Chain) -> str | None:
         if len(self.joints) != 1:
             return f"has {len(self.joints)} joints but needs one"
         if not self.load >= 0.0:
             return f"has load = {self.load:g}; give the maximum load of the identification rows"
         return range_problem(self.range) or (None if self.range else "needs the range of its joint")
 
-    def sentence(self, chain: Chain, motion: Motion):
+    def sentence(self, chain: Chain, motion: Motion) -> str:
         return f"{self.where} deflects nonlinearly, by up to {self.size(chain)} beyond other effects"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion):
+    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
             effect = cls((joint,), range=(float(q.min()), float(q.max())))
             yield from offered([Candidate(effect, np.eye(len(SHAPES)))], arm, motion)
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator):
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
         low, high = arm.search_limits[joint]
         sizes = rng.uniform(-1.0, 1.0, len(SHAPES))
         scaled = tuple((sizes / np.abs(sizes).max()).tolist())
