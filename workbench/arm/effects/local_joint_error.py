@@ -6,10 +6,10 @@ Periodic splines repeat every turn (the first knot is also the last one); clampe
 their ends, and are constant beyond. Outside `range`, where it was identified, the error fades out.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Self, final
+from typing import Self, final
 
 import numpy as np
 
@@ -125,7 +125,7 @@ class LocalJointError(AbstractEffect):
 
 
 @lru_cache(maxsize=256)
-def _basis(knots: tuple[float, ...], periodic: bool) -> Any:
+def _basis(knots: tuple[float, ...], periodic: bool) -> Callable[[np.ndarray], np.ndarray]:
     """Splines that are 1 at one knot and 0 at the others."""
     from scipy.interpolate import (
         CubicSpline,

@@ -24,6 +24,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.progress import check_cancelled, progress
+from workbench.base.types import Poses
 from workbench.plate.optimiser.clearance import Surroundings
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.shapes import (
@@ -77,7 +78,7 @@ class Candidates:
             **{name: np.concatenate([value, getattr(other, name)]) for name, value in self._fields()}
         )
 
-    def _fields(self):
+    def _fields(self) -> list[tuple[str, np.ndarray]]:
         return [(name, getattr(self, name)) for name in self.__dataclass_fields__]
 
 
@@ -160,7 +161,9 @@ class Setting:
         clearance = self.constraints.clearance
         return self.surroundings.distances(placements, far=clearance + MARGIN, minimum=clearance)
 
-    def _retreats(self, poses, q, placements) -> tuple[np.ndarray, np.ndarray]:
+    def _retreats(
+        self, poses: Poses, q: Float[np.ndarray, "rows n"], placements: np.ndarray
+    ) -> tuple[np.ndarray, Bool[np.ndarray, " rows"]]:
         """Where the arm is at the target and during its retreat, and whether this is possible and clear."""
         stops, free = [placements], np.ones(len(q), bool)
         clearance = self.constraints.clearance
@@ -173,7 +176,7 @@ class Setting:
             free &= followed.converged & around.all(1)
         return np.stack(stops, axis=1), free
 
-    def _clear_of_own(self, poses, stops) -> np.ndarray:
+    def _clear_of_own(self, poses: Poses, stops: np.ndarray) -> Bool[np.ndarray, " rows"]:
         if not self.reading.blocks:
             return np.ones(len(poses), bool)
         clearance, hulls = self.constraints.clearance, block_hulls(self.plate, poses)
@@ -191,7 +194,14 @@ class Setting:
         jacobian, unknown = self.reading.rows(at, twists * self.scales, self.sigma(places))
         return np.concatenate([jacobian, unknown], axis=2)
 
-    def _candidates(self, places, poses, q, branches, stops) -> Candidates:
+    def _candidates(
+        self,
+        places: Places,
+        poses: Poses,
+        q: Float[np.ndarray, "rows n"],
+        branches: np.ndarray,
+        stops: np.ndarray,
+    ) -> Candidates:
         rows = self.rows(q, places)
         return Candidates(places=places, poses=poses, q=q, branches=branches, placements=stops, rows=rows)
 

@@ -9,6 +9,7 @@ Neighbouring links touch by design. Of two links with a path of length L between
 beyond t = max(0, 3/2 (r₁ + r₂) − L/2) from its end of that path: two neighbours may fold up to about 40°.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -25,6 +26,7 @@ from workbench.plate.optimiser.shapes import (
     MAX_MEASURED_DISTANCE,
     AbstractArmShape,
     Hull,
+    Placements,
     line_distances,
     turned_to,
 )
@@ -127,7 +129,7 @@ class CapsuleArm(AbstractArmShape):
         return placements[..., 2].min(-1) - self.radii
 
     def own_distances(
-        self, placements, *, far=MAX_MEASURED_DISTANCE, minimum=None
+        self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
     ) -> Float[np.ndarray, " rows"]:
         checked = self.checked
         if not len(checked.pairs):
@@ -137,7 +139,13 @@ class CapsuleArm(AbstractArmShape):
         return np.minimum((gaps - self.radii[checked.pairs].sum(1)).min(1), far)
 
     def hull_distances(
-        self, placements, hulls, *, checked, far=MAX_MEASURED_DISTANCE, minimum=None
+        self,
+        placements: Placements,
+        hulls: Sequence[Hull],
+        *,
+        checked: Bool[np.ndarray, " pieces"],
+        far: float = MAX_MEASURED_DISTANCE,
+        minimum: float | None = None,
     ) -> Float[np.ndarray, " rows"]:
         gaps = line_distances(placements, hulls, far + self.radii) - self.radii
         gaps[:, ~checked] = far

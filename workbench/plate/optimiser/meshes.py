@@ -40,6 +40,7 @@ from workbench.plate.optimiser.shapes import (
     MAX_MEASURED_DISTANCE,
     AbstractArmShape,
     Hull,
+    Placements,
     convex,
     line_distances,
     turned_to,
@@ -139,7 +140,7 @@ class MeshArm(AbstractArmShape):
         )
 
     def own_distances(
-        self, placements, *, far=MAX_MEASURED_DISTANCE, minimum=None
+        self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
     ) -> Float[np.ndarray, " rows"]:
         result = np.full(len(placements), far)
         if not len(self.pairs):
@@ -156,7 +157,13 @@ class MeshArm(AbstractArmShape):
         return result
 
     def hull_distances(
-        self, placements, hulls: Sequence[Hull], *, checked, far=MAX_MEASURED_DISTANCE, minimum=None
+        self,
+        placements: Placements,
+        hulls: Sequence[Hull],
+        *,
+        checked: Bool[np.ndarray, " pieces"],
+        far: float = MAX_MEASURED_DISTANCE,
+        minimum: float | None = None,
     ) -> Float[np.ndarray, " rows"]:
         result = np.full(len(placements), far)
         bounds = line_distances(self._lines(placements), hulls, far + self.radii) - self.radii

@@ -25,6 +25,7 @@ from workbench.base.types import Outcome
 from workbench.plate.exchange import exchange
 from workbench.plate.optimality_criterion import RegionCriterion
 from workbench.plate.optimiser.candidates import (
+    BlockSolutions,
     Candidates,
     Neighbours,
     Pool,
@@ -150,7 +151,16 @@ def optimise_plate(
 class _Optimisation:
     """One optimisation; keeps the best targets so far for whoever cancels."""
 
-    def __init__(self, robot, plate, reading, goal, rng, request, names):
+    def __init__(
+        self,
+        robot: Robot,
+        plate: Plate,
+        reading: TargetReading,
+        goal: np.ndarray,
+        rng: np.random.Generator,
+        request: DesignRequest,
+        names: tuple[str, ...] | None,
+    ):
         self.request, self.goal, self.rng, self.given = request, goal, rng, plate
         self.number = len(plate) if request.number is None else request.number
         self.half = half_size(plate, request.constraints)
@@ -257,7 +267,7 @@ class _Optimisation:
     def _with_locked(self, candidates: Candidates) -> Candidates:
         return candidates if self.locked is None else self.locked.join(candidates)
 
-    def _choose(self, solutions) -> np.ndarray:
+    def _choose(self, solutions: BlockSolutions) -> np.ndarray:
         """The best branches for the given plate, collisions or not."""
         blocks = self.setting.rows(solutions.q, solutions.places)
         allowed = solutions.slots[None] == np.arange(len(self.given))[:, None]
@@ -274,7 +284,7 @@ class _Optimisation:
             starts=np.stack([*single, *starts]),
         ).choice
 
-    def _everywhere(self, solutions, name: str) -> np.ndarray | None:
+    def _everywhere(self, solutions: BlockSolutions, name: str) -> np.ndarray | None:
         mine = np.flatnonzero(solutions.branches == name)
         slots, first = np.unique(solutions.slots[mine], return_index=True)
         return mine[first] if len(slots) == len(self.given) else None
@@ -327,7 +337,9 @@ class _Optimisation:
         return set_error(self.setting, q, places, self.goal).position_rms
 
 
-def _setting(robot: Robot, plate: Plate, reading: TargetReading, request: DesignRequest, names) -> Setting:
+def _setting(
+    robot: Robot, plate: Plate, reading: TargetReading, request: DesignRequest, names: tuple[str, ...] | None
+) -> Setting:
     names = robot.default_free if names is None else names
     return Setting(
         robot=robot,
