@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.base.argument_checks import with_fields
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancelled, running
 from workbench.data.simulation.instruments import Observes
@@ -143,3 +144,25 @@ def test_sizes_are_read_with_their_units(aria):
 def test_a_noise_of_no_size_is_refused(noise):
     with pytest.raises(OptionError):
         wb.FitChoices(noise=noise)
+
+
+@pytest.mark.parametrize(
+    ("verb", "record", "option", "set_value", "other"),
+    [
+        ("optimise_plate", {"request": wb.DesignRequest(number=6)}, "number", 6, 8),
+        ("identify", {"choices": wb.FitChoices(noise="0.1mm")}, "noise", "0.1mm", "0.2mm"),
+        ("diagnose", {"choices": wb.FitChoices(seed=1)}, "seed", 1, 2),
+    ],
+)
+def test_a_field_given_twice_must_have_one_value(verb, record, option, set_value, other):
+    call, args = getattr(wb, verb), right()[verb]
+    with pytest.raises(OptionError) as refused:
+        call(*args, **record, **{option: other})
+    assert refused.value.option == option
+    ends(call, *args, **record, **{option: set_value})
+
+
+def test_a_field_beside_a_record_that_leaves_it_open_is_taken():
+    request = with_fields(wb.DesignRequest, wb.DesignRequest(places=40), {"number": 8})
+    assert (request.number, request.places) == (8, 40)
+    assert with_fields(wb.FitChoices, None, {"seed": 3}).seed == 3

@@ -5,7 +5,7 @@ for measurements, "20%" for a number, one name for several), and refused in one 
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sized
-from dataclasses import fields
+from dataclasses import fields, replace
 from enum import Enum
 from functools import cache, reduce, wraps
 from inspect import Parameter, Signature, cleandoc, signature
@@ -162,6 +162,26 @@ def admit(record: Any) -> None:
     kind: Callable[..., Any] = type(record)
     for name, value in admitted(_hints(kind), values).items():
         object.__setattr__(record, name, value)
+
+
+def with_fields(kind: type[Kind], record: Kind | None, given: Mapping[str, Any]) -> Kind:
+    """A record with fields that are given beside it; the usual record if None.
+
+    Raises:
+        OptionError: a field that the record sets as well, to another value.
+    """
+    if record is None:
+        return kind(**given)
+    usual, both = kind(), replace(record, **given)  # type: ignore[type-var]
+    for name in given:
+        own, new = getattr(record, name), getattr(both, name)
+        if own not in (getattr(usual, name), new):
+            raise OptionError(
+                f"{name} is {_shown(new)} in the call and {_shown(own)} in its {kind.__name__}: give it once",
+                option=name,
+                found=new,
+            )
+    return both
 
 
 def admitted(hints: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import workbench.diagnosis.report.table  # noqa: F401 how results are shown
 from workbench.arm.masses import with_assumed_masses
 from workbench.arm.robot import Robot
 from workbench.base.advice import Advice
-from workbench.base.argument_checks import Like
+from workbench.base.argument_checks import Like, with_fields
 from workbench.base.errors import OptionError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
@@ -59,7 +59,7 @@ def diagnose(
         robot: Nominal arm; effects that it already has keep their values.
         data: Measurements, with any drivers of effects.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`,
-            which replace those of `choices`.
+            where `choices` does not set them.
         measurable: Whether a posture can be measured next; all reachable ones if None.
 
     Raises:
@@ -69,7 +69,7 @@ def diagnose(
     """
     if (own := preparation_of(data)) is not None:
         raise OptionError(f"{data.source}: {own.undiagnosed}")
-    began, choices = perf_counter(), FitChoices.of(choices, **fields)
+    began, choices = perf_counter(), with_fields(FitChoices, choices, fields)
     massed, rng, advice = with_assumed_masses(robot), np.random.default_rng(choices.seed), Advice()
     with part_of(0.0, 0.3):
         ready, gross = prepare_without_gross_outliers(

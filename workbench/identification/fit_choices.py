@@ -1,7 +1,7 @@
 """Choices for a fit, for identification and diagnosis: rows, frames, free constants, noise."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Annotated, Any, TypedDict
@@ -88,11 +88,6 @@ class FitChoices:
 
     def __post_init__(self):
         admit(self)
-
-    @classmethod
-    def of(cls, choices: "FitChoices | None", **fields: Any) -> "FitChoices":
-        """Choices with some fields replaced; the default ones if None."""
-        return cls(**fields) if choices is None else replace(choices, **fields)
 
 
 class ChoiceFields(TypedDict, total=False):

@@ -10,7 +10,7 @@ import numpy as np
 import workbench.identification.report.table  # noqa: F401 how results are shown
 from workbench.arm.built_in_arms import posed_arm
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
+from workbench.base.argument_checks import Like, with_fields
 from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, part_of, progress
 from workbench.base.threads import one_thread
@@ -59,7 +59,7 @@ def identify(
             ignored.
         data: Measurements.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`,
-            which replace those of `choices`.
+            where `choices` does not set them.
         algorithms: Names from `ALGORITHMS`.
         bounds: Minimum and maximum value by name, for OPT1.
         loss: Whether outliers are excluded, or how residuals are weighted.
@@ -81,7 +81,7 @@ def identify(
     if not chosen:
         raise OptionError(f"choose at least one algorithm from {', '.join(ALGORITHMS)}")
     weighting = option(Loss, loss, "loss")
-    choices = FitChoices.of(choices, **fields)
+    choices = with_fields(FitChoices, choices, fields)
     sound = prepare_without_outliers if weighting is Loss.SET_APART else _all_rows
     with part_of(0.0, 0.4):
         ready, outlying = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects, seek=seek)

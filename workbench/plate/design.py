@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like, Seed
+from workbench.base.argument_checks import Like, Seed, with_fields
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
@@ -64,8 +64,8 @@ def optimise_plate(
     Args:
         robot: Nominal arm with limits.
         plate: Where the plate lies, how large it is, its region; its targets are one of the starts.
-        request: What is asked of the plate; its fields may be given as keywords, such as `number=8`, which
-            replace those of `request`. Where neither it nor `constraints` is given, narrower margins are
+        request: What is asked of the plate; its fields may be given as keywords, such as `number=8`, where
+            `request` does not set them. Where neither it nor `constraints` is given, narrower margins are
             tried (with a note) if the usual ones leave no plate.
         reading: What is read at a target: seat, socket, point, contacts or ball-bar; as the given plate's
             targets are if None.
@@ -84,7 +84,7 @@ def optimise_plate(
     if not isinstance(reading, TargetReading):
         reading = reading_named(reading or usual_reading(plate), robot, plate, sigma=sigma, visits=visits)
     is_usual = request is None and "constraints" not in fields
-    request = DesignRequest.of(request, **fields)
+    request = with_fields(DesignRequest, request, fields)
     request = replace(request, production=request.production or plate_production(plate, reading.name))
 
     def search(request: DesignRequest, plate: Plate = plate) -> PlateDesign:

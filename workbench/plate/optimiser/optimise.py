@@ -8,9 +8,9 @@ and the plate's size. First a pool of candidates is drawn, then targets are exch
 then polished (`search`). The given plate is one of the starts.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, TypedDict
+from typing import TypedDict
 
 import numpy as np
 from jaxtyping import Float
@@ -98,11 +98,6 @@ class DesignRequest:
                 option="shapes",
                 found=self.shapes,
             )
-
-    @classmethod
-    def of(cls, request: "DesignRequest | None", **fields: Any) -> "DesignRequest":
-        """A request with some fields replaced; the usual one if None."""
-        return cls(**fields) if request is None else replace(request, **fields)
 
 
 class RequestFields(TypedDict, total=False):
