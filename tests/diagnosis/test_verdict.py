@@ -13,11 +13,14 @@ from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
-from workbench.diagnosis.claims.structure import neighbours
+from workbench.diagnosis.claims.cause import Cause, ResidualMap
+from workbench.diagnosis.claims.structure import Structure, neighbours
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict
-from workbench.diagnosis.verdict import doubts
+from workbench.diagnosis.verdict import conclude, doubts
+from workbench.identification.errors.row_errors import Errors, Spread, explains_little
 from workbench.identification.problem import Noise
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -143,3 +146,22 @@ def test_sliding_joints_slide(tmp_path, effect, text):
     path.write_text(SLIDING)
     rows = Motion(np.column_stack([np.linspace(0.0, 0.2, 9), np.linspace(-1.0, 1.0, 9)]))
     assert text in effect.sentence(read_toml(path).chain, rows)
+
+
+@pytest.mark.parametrize(("angle", "reduces"), [(0.05, True), (0.5, False)])
+def test_without_positions_orientations_say_whether_an_effect_helps(soft, angle, reduces):
+    """Errors [deg]: 2 nominal, 0.1 with the geometry alone, then with an effect; nothing of positions."""
+    robot, _ = soft
+    unmeasured = Spread.of(np.zeros(0))
+    nominal, before, after = (Errors(unmeasured, Spread.of(np.full(5, size))) for size in (2.0, 0.1, angle))
+    effect = JointCompliance((1,), (5e-5,))
+    cause = Cause(effects=(effect,), odds=100.0, contribution_mm=np.nan, text="it gives way", look_alikes=())
+    rest = RemainingError(
+        noise=Noise(1e-4, 1e-3), known_noise=None, joint_noise=None, structure=Structure(), distrusted=()
+    )
+    _, message = conclude([cause], None, rest, robot=robot, nominal=nominal, before=before, after=after)
+    assert ("not reduce" not in message) is reduces
+    residual_map = ResidualMap(effects=(effect,), before=before, after=after, beside_causes=False)
+    assert residual_map.is_better is reduces
+    assert explains_little(nominal, nominal, robot.reach)
+    assert not explains_little(nominal, Errors(unmeasured, Spread.of(np.full(5, 0.05))), robot.reach)

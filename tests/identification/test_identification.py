@@ -134,6 +134,18 @@ def test_held_out_anchors_that_nobody_fitted_are_left_out_and_said(arm):
     assert any("6 held-out rows" in note for note in run.notes)
 
 
+def test_held_out_anchors_of_few_rows_leave_rows_and_data_alike(arm):
+    """In the same file; a gross error in a held-out row was kept, as the rows seemed another file's."""
+    rows = distances(arm, np.random.default_rng(6), 120, 1e-4)
+    anchor, distance = rows.anchor.astype("U2"), rows.distance.copy()
+    anchor[-3:], distance[90] = "D", distance[90] + 1.0
+    session = np.array(["s1"] * 80 + ["s2"] * 40)
+    data = replace(rows, anchor=anchor, distance=distance, session=session)
+    run = identify(load_robot("aria"), data, held_out="session:s2", frames="shared")
+    assert len(run.held_out_rows) == len(run.held_out_data) == 36
+    assert {row for row, _ in run.excluded} | {o.row for o in run.outliers} == {90, 117, 118, 119}
+
+
 def test_points_with_a_known_tool_agree_over_all_algorithms(arm):
     data = replace(poses(arm, np.random.default_rng(7), 80), rotation=None)
     run = identify(load_robot("aria"), data)

@@ -17,10 +17,9 @@ from workbench.diagnosis.claims.structure import structure_of
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.coverage import too_few_rows
 from workbench.diagnosis.event_notes import without_undecided
-from workbench.diagnosis.final_fit import held_fit
+from workbench.diagnosis.final_fit import fit_with_constants_held
 from workbench.diagnosis.search.rounds import Searched, Stage, geometry_first, rounds
-from workbench.diagnosis.verdict import explains_little
-from workbench.identification.errors.row_errors import Errors, RowErrors
+from workbench.identification.errors.row_errors import Errors, RowErrors, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.result import Validation
@@ -68,7 +67,7 @@ class CauseSearch:
         return self.rounds[-1]
 
     @property
-    def is_lost(self) -> bool:
+    def has_diverged(self) -> bool:
         """Whether the fit with effects ended far above the geometry alone, which it contains."""
         before, after = (v.errors.train.position_mm.rms for v in (self.before, self.after))
         return bool(after > DIVERGED_RATIO * before)
@@ -82,9 +81,9 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     found = _rounds_with_sure_events(first, rng) if too_few is None else rounds(first, rng, search=False)
     progress(0.8, "judging the result")
     search = _validated_search(robot, ready, first, found, too_few)
-    if search.is_lost:
+    if search.has_diverged:
         search = _validated_search(robot, ready, first, rounds(first, rng, events=()), too_few)
-    if search.is_lost or explains_little(search.nominal.train, search.after.errors.train, robot.reach):
+    if search.has_diverged or explains_little(search.nominal.train, search.after.errors.train, robot.reach):
         search = _validated_search(robot, ready, first, rounds(first, rng, search=False), too_few)
     return search
 
@@ -112,7 +111,7 @@ def _validated_search(
 ) -> CauseSearch:
     """A search with its errors on rows that lie on a known side of its events."""
     ready = without_undecided(ready, found[-1])
-    fit = found[-1].stage.fit if len(ready.held_out_rows) else held_fit(found[-1])
+    fit = found[-1].stage.fit if len(ready.held_out_rows) else fit_with_constants_held(found[-1])
     before, after = _validated(ready, first.fit), _validated(ready, fit)
     return CauseSearch(robot, ready, first, found, fit, too_few, before, after, _nominal(ready))
 

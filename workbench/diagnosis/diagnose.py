@@ -23,7 +23,7 @@ from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap
 from workbench.diagnosis.claims.claimed_causes import find_causes
 from workbench.diagnosis.claims.structure import Structure, structure_of
-from workbench.diagnosis.gravity_direction import standing_causes
+from workbench.diagnosis.gravity_direction import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.remaining_error import RemainingError
@@ -118,19 +118,19 @@ def _claims(
         )
     remaining = _remaining_error(search, known, structure or Structure())
     found = _found_causes(search, saved, remaining.known_noise, structure)
-    causes = (*found, *standing_causes(saved.fit, given, remaining.noise))
+    causes = (*found, *gravity_direction_causes(saved.fit, given, remaining.noise))
     residual_map = _residual_map(search, saved, causes)
-    verdict, message = conclude(
-        causes,
-        residual_map,
-        remaining,
-        robot=search.robot,
-        nominal=judged(search.nominal),
-        before=judged(search.before.errors),
-        after=judged(search.after.errors),
-    )
-    if search.too_few is not None:
-        verdict, message = Verdict.NONE, search.too_few
+    verdict, message = Verdict.NONE, search.too_few or ""
+    if search.too_few is None:
+        verdict, message = conclude(
+            causes,
+            residual_map,
+            remaining,
+            robot=search.robot,
+            nominal=judged(search.nominal),
+            before=judged(search.before.errors),
+            after=judged(search.after.errors),
+        )
     message = " ".join([message, *_additions(search, saved, advice)])
     return _Claims(causes, residual_map, remaining, verdict, message)
 
@@ -170,7 +170,7 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
     named = tuple(t for t in search.last.found.model if t.candidate.names in claimed)
     alone, after = (judged(v.errors) for v in (search.before, search.after))
     with_causes = saved.trial.refitted(named) if named else alone
-    is_better = with_causes.position_mm.mean < alone.position_mm.mean
+    is_better = with_causes.main.mean < alone.main.mean
     return ResidualMap(
         effects=others,
         before=with_causes if is_better else alone,

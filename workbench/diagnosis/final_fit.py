@@ -17,11 +17,11 @@ from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Problem
 
 MAX_SQUARE_RATIO = 1.1
-"""Times the mean square without that the last fit may leave with constants held, or they are let go: what
-they move is seen after all, as where a carriage tips about another place than the frame of its slide."""
+"""If holding constants makes the mean square this many times larger, they are freed: the rows see what they
+move after all, as where a carriage tips about another place than the frame of its slide."""
 
 
-def held_fit(last: Searched) -> Fit:
+def fit_with_constants_held(last: Searched) -> Fit:
     """The last search's arm on the same rows, with constants that a rigid arm leaves open held near nominal.
 
     It is the search's own where masses are no unknowns, or where this does not converge.
@@ -41,7 +41,7 @@ def fitted_on_all(
     Held-out rows of another file are not used.
 
     Args:
-        ready: The rows.
+        ready: The prepared problem and its rows.
         last: The last search, at the fit to be repeated.
         before: The arm that was judged.
         left_out: Held-out rows that are not fitted.
@@ -49,7 +49,7 @@ def fitted_on_all(
     if not len(ready.held_out_rows):
         return before, None
     if left_out.all():
-        return held_fit(last), None
+        return fit_with_constants_held(last), None
     included = np.concatenate([before.problem.data.row, ready.held_out_data.row[~left_out]])
     data, geometric = ready.data.take(np.isin(ready.data.row, included)), last.stage.geometric
     robot = ready.with_new_session_bases(geometric.robot, ready.held_out_data)
@@ -59,7 +59,7 @@ def fitted_on_all(
     found = _again(last, replace(geometric, robot=robot), data)
     if before.outcome.ok and not found.outcome.ok:
         text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is saved"
-        return held_fit(last), text
+        return fit_with_constants_held(last), text
     out = ", except suspects" if left_out.any() else ""
     return found, (
         f"the saved arm was refitted to all {len(data)} rows, held-out ones included{out}; held-out errors "

@@ -49,7 +49,7 @@ def standing_notes(fit: Fit, given: Robot) -> list[str]:
     return [s.text for s in found if s.size > MIN_MENTIONED_ERRORS * s.error and not s.is_contradicted]
 
 
-def standing_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[Cause]:
+def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[Cause]:
     """Placements in which the file's gravity is significantly wrong.
 
     Args:

@@ -60,7 +60,7 @@ class RemainingError:
             return bool(self.is_structured or self.distrusted)
         return self.noise_ratio > MAX_NOISE_RATIO
 
-    def opening(self, chain: Chain) -> str:
+    def joint_noise_warning(self, chain: Chain) -> str:
         """A sentence if noise of the joint readings dominates; empty otherwise."""
         noise = self.joint_noise
         if noise is None or self.is_structured or noise.share <= MIN_MAJOR_SHARE:

@@ -127,7 +127,7 @@ class Diagnosis(AbstractReported):
     """A whole diagnosis.
 
     Args:
-        nominal_robot: The arm as given.
+        nominal_robot: The arm as given, with assumed masses where its file has none.
         train_rows: Rows that were fitted, indices into data, outliers among them.
         held_out_rows: Rows that were held out, indices into data.
         held_out_data: The held-out rows on which errors are reported.
@@ -146,7 +146,7 @@ class Diagnosis(AbstractReported):
         after: Errors of `after_fit`.
         before_rows: Row by row: fitted rows (without outliers), held-out rows.
         after_rows: Likewise.
-        effects: Accepted effects, in the order in which they were found.
+        effects: Accepted effects, the largest contribution first.
         causes: Physical causes of significant size among them, largest first.
         residual_map: The other effects, which only predict; None if there are none.
         ranking: Contribution of each candidate to the geometry alone, best first.

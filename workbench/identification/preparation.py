@@ -44,6 +44,8 @@ from workbench.plate.region import Region
 
 MIN_HELD_OUT_PER_PLACE = 6
 """Minimum number of held-out rows to locate an anchor and judge the arm: twice its three unknowns."""
+UNLOCATED = "held out, with an anchor or contact that too few rows use"
+"""Reason of held-out rows whose place can't be located."""
 MAX_NOISE_FITS, MAX_NOISE_FITS_BEYOND_STATED = 2, 5
 """Maximum number of fits to estimate the noise: alone, and beyond what the rows state."""
 
@@ -306,9 +308,9 @@ def _judged_rows(
     rows, notes = _exclude_incomparable(
         rows, instrument_preparation, problem.data, is_same_file=not isinstance(choices.held_out, Dataset)
     )
-    held_out_data, located = _exclude_unlocated(rows.held_out_data, {*choices.known, *problem.names})
+    rows, located = _exclude_unlocated(rows, {*choices.known, *problem.names})
     notes += located
-    new: tuple[str, ...] = ()
+    held_out_data, new = rows.held_out_data, tuple[str, ...]()
     if len(held_out_data) and frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED:
         new = tuple(name for name in held_out_data.sessions if name not in rows.train_data.sessions)
     if new:
@@ -316,7 +318,7 @@ def _judged_rows(
             f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of "
             "the other sessions"
         )
-    return rows._replace(held_out_data=held_out_data), new, notes
+    return rows, new, notes
 
 
 def _exclude_incomparable(
@@ -371,16 +373,17 @@ def _check_known_places(data: Dataset, choices: FitChoices) -> None:
         raise OptionError(f"known: '{stray[0]}' is no place that the rows use; {known}")
 
 
-def _exclude_unlocated(data: Dataset, known: Collection[str]) -> tuple[Dataset, list[str]]:
-    """Held-out rows whose anchors and contacts are known or can be located from these rows, and notes.
+def _exclude_unlocated(rows: _Split, known: Collection[str]) -> tuple[_Split, list[str]]:
+    """The rows without held-out ones whose anchors and contacts are neither known nor can be located from
+    these rows, and notes.
 
     Args:
         known: Names of known coordinates, such as "anchor[A].x".
     """
+    data, notes = rows.held_out_data, list[str]()
     keep = placed(data, known)
-    notes: list[str] = []
     if keep.all():
-        return data, notes
+        return rows, notes
     other = np.flatnonzero(~keep)
     columns = [np.asarray(c)[other].astype(str) for c in (data.anchor, data.contact) if c is not None]
     _, label, count = np.unique(np.array(columns), axis=1, return_inverse=True, return_counts=True)
@@ -392,7 +395,11 @@ def _exclude_unlocated(data: Dataset, known: Collection[str]) -> tuple[Dataset, 
         notes.append(f"{int(enough.sum())} {strange}: {where}")
     if not enough.all():
         notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; ignored")
-    return data.take(keep), notes
+    judged = rows._replace(held_out_data=data.take(keep))
+    if len(rows.held_out_rows):  # rows of another file have no index in the data
+        lost = ((int(row), UNLOCATED) for row in data.row[~keep])
+        judged = judged._replace(held_out_rows=rows.held_out_rows[keep], excluded=(*rows.excluded, *lost))
+    return judged, notes
 
 
 def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:

@@ -21,6 +21,7 @@ from workbench.identification.errors.row_errors import (
     RowErrors,
     degradation_warning,
     errors_frame,
+    explains_little,
     residuals_frame,
 )
 from workbench.identification.errors.saved_arm import SavedArm
@@ -37,9 +38,6 @@ if TYPE_CHECKING:
 
 IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
 """Corrections of an arm's constants beyond these [m], [rad] are implausible as manufacturing errors."""
-HARDLY_BETTER, FAR_FROM_GOOD, COARSE = 0.7, 0.01, 1.0
-"""A fit is suspicious if its error exceeds these shares of the nominal error and of the reach, and this in
-mm."""
 LOOK_AGAIN = "too large for manufacturing errors: check robot, units and joint order"
 SAME_COST = 1e-6
 """Relative difference below which two costs count as equal."""
@@ -332,15 +330,14 @@ class Identification(AbstractReported):
             found.insert(0, suspect_note(list(self.suspects), judged(self.best)))
         if self.outliers:
             found.insert(0, _set_apart(self.outliers, self.best.train))
-        before, after = self.nominal.train.position_mm.rms, self.best.train.position_mm.rms
-        too_much = FAR_FROM_GOOD * 1e3 * self.nominal_robot.reach
+        before, after = self.nominal.train, self.best.train
         found += self.identifiability.doubts if self.identifiability is not None else ()
         if self.identifiability is not None and self.identifiability.refused:
             found.append(f"nothing of the arm was identified: {self.identifiability.refused}")
-        if self.identifiability is None and after > max(min(HARDLY_BETTER * before, too_much), COARSE):
+        if self.identifiability is None and explains_little(before, after, self.nominal_robot.reach):
             found.append(
-                f"the geometry explains little: {after:.1f} of {before:.1f} mm remain; check robot, frames "
-                "and sessions"
+                f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; check "
+                "robot, frames and sessions"
             )
         unchanged = self.identifiability is not None and bool(self.identifiability.refused)
         if not unchanged and (

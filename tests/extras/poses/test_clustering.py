@@ -13,7 +13,7 @@ from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.extras.poses.clustering.design import cluster_region as cluster
 from workbench.extras.poses.clustering.report import cluster_tables
-from workbench.extras.poses.clustering.search import cluster_region
+from workbench.extras.poses.clustering.search import search_clusters
 from workbench.extras.poses.pose_limits import PoseLimits, folded, sample_poses
 from workbench.plate.observability import INDICES
 from workbench.plate.plate_toml import read_plate, write_plate
@@ -87,7 +87,7 @@ def test_orientations_stay_in_the_cone_and_the_plate_round_trips(aria, plate, tm
     towards, cone = plate.poses[:, :3, :3], np.deg2rad(50)
     index = INDICES["O2"]
     limits = PoseLimits(towards=towards, cone=cone)
-    found = cluster_region(
+    found = search_clusters(
         aria, plate.region, index=index, rng=rng(), number=6, limits=limits, candidates=800
     )
     poses = tool_poses(aria, Motion(found.best.q))
@@ -102,7 +102,7 @@ def test_the_base_and_the_seed(aria, plate):
     region = replace(plate.region, cube=0.1)
     moved = aria.with_frames(base=Frame(np.array([1.0, 2.0, 0.0]), np.diag([-1.0, -1.0, 1.0])))
     one, two = (
-        cluster_region(r, region, index=O1, rng=rng(3), number=5, candidates=700) for r in (aria, moved)
+        search_clusters(r, region, index=O1, rng=rng(3), number=5, candidates=700) for r in (aria, moved)
     )
     assert np.allclose(one.best.q, two.best.q)
 
@@ -110,13 +110,13 @@ def test_the_base_and_the_seed(aria, plate):
 def test_what_does_not_fit_is_said(aria, plate):
     region = replace(plate.region, cube=0.25)
     with refuses(DataError, 13, found=12):
-        cluster_region(aria, region, index=O1, rng=rng(), number=13)
+        search_clusters(aria, region, index=O1, rng=rng(), number=13)
     with refuses(DataError, 60, found=24):
-        cluster_region(aria, plate.region, index=O1, rng=rng(), number=60, candidates=300)
+        search_clusters(aria, plate.region, index=O1, rng=rng(), number=60, candidates=300)
     with refuses(OptionError, option="number", found=1):
-        cluster_region(aria, region, index=O1, rng=rng(), number=1)
+        search_clusters(aria, region, index=O1, rng=rng(), number=1)
     with refuses(OptionError, option="index", found="O"):
-        cluster_region(aria, region, index=INDICES["O"], rng=rng(), candidates=300, number=5)
+        search_clusters(aria, region, index=INDICES["O"], rng=rng(), candidates=300, number=5)
 
 
 def test_region_and_cone_that_conflict_are_named(aria):

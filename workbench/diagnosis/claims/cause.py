@@ -120,7 +120,7 @@ class ResidualMap:
     @property
     def is_better(self) -> bool:
         """Whether the rows that judge it agree that it predicts."""
-        return not self.after.position_mm.mean >= self.before.position_mm.mean
+        return self.after.main.mean < self.before.main.mean
 
     @property
     def claim(self) -> str:

@@ -129,7 +129,7 @@ def rounds(
 
     Args:
         stage: The geometry alone.
-        search: Whether effects are observable in the rows; if not, nothing is tried.
+        search: Whether to try effects and events.
         events: Possible events; searched if None.
 
     Returns:

@@ -150,11 +150,42 @@ class Errors:
         own = None if rows.own is None else _own_spread(rows.own)
         return cls(Spread.of(1e3 * rows.position), turned, tilted, own, rows.own.name if rows.own else "")
 
+    @property
+    def main(self) -> Spread:
+        """Of positions [mm]; where none were measured of orientations or tilts [deg], or of readings."""
+        measured = (self.position_mm, self.orientation_deg, self.tilt_deg, self.own)
+        found = (spread for spread in measured if spread is not None and np.isfinite(spread.mean))
+        return next(found, self.position_mm)
+
     def text(self, which: str) -> str:
         """Mean, median … of positions and orientations, for display; empty if neither was measured."""
         found = [(self.position_mm, " mm"), (self.orientation_deg, "°")]
         values = [(getattr(spread, which), unit) for spread, unit in found if spread is not None]
         return ", ".join(f"{value:.3g}{unit}" for value, unit in values if np.isfinite(value))
+
+
+SUSPICIOUS_SHARE_OF_NOMINAL = 0.7
+SUSPICIOUS_SHARE_OF_REACH, SUSPICIOUS_FLOOR = 0.01, 1e-3
+"""A fit explains little if its error exceeds the first share of the nominal arm's, or the second one of the
+reach, and is not below a floor [m] that any arm of this kind may leave."""
+
+
+def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
+    """Whether a model leaves so much of the nominal arm's errors that robot, units or frames may be wrong.
+
+        r > max(min(0.7 r_nominal, 0.01 L), 1 mm),      r root mean squares, L the reach
+
+    Where no positions were measured, lengths are angles at the reach.
+
+    Args:
+        nominal: Errors of the nominal arm.
+        found: Errors of the model on the same rows.
+        reach: L [m].
+    """
+    has_positions = np.isfinite(nominal.position_mm.mean)
+    unit = 1e3 if has_positions else float(np.rad2deg(1.0)) / reach
+    limit = min(SUSPICIOUS_SHARE_OF_NOMINAL * nominal.main.rms, unit * SUSPICIOUS_SHARE_OF_REACH * reach)
+    return found.main.rms > max(limit, unit * SUSPICIOUS_FLOOR)
 
 
 UNKNOWN = Errors(Spread.of(np.zeros(0)), None)

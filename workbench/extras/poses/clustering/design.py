@@ -55,7 +55,7 @@ def cluster_region(
     middle = robot.search_limits.mean(axis=1)[None]
 
     def found(solid: Plate | None) -> Clustering:
-        return search.cluster_region(
+        return search.search_clusters(
             robot,
             region if side is None else replace(region, cube=side),
             index=goal_index(goal, robot, linearise(robot, middle)),

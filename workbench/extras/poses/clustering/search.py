@@ -141,7 +141,7 @@ class _PoseCandidates:
         )
 
 
-def cluster_region(
+def search_clusters(
     robot: Robot,
     region: Region,
     *,
