@@ -109,7 +109,7 @@ PARTS = {
             is_mode = True
             number: int
 
-            def step(self):
+            def step(self, session):
                 return NextStep(f"{self.number} counted by them")
 
         class Count(AbstractChange):

@@ -1,7 +1,7 @@
 """The next step, over all states of a session: its sentence, its tone, and where its buttons lead."""
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -30,14 +30,16 @@ from workbench.session.next_step import (
     POSES,
     TAKE,
     Action,
+    NextStep,
     Tone,
     next_step,
     share_of_noise,
     stages,
 )
 from workbench.session.page_state import RunningJob, Tab
+from workbench.session.part import AbstractPart
 from workbench.session.score import PlateTrial
-from workbench.session.state import Drag, Focus, Session, Source
+from workbench.session.state import Drag, Focus, Session
 from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page.panels.result_card import numbers, result_card
 
@@ -135,9 +137,12 @@ def on_the_page(session: Session, **change) -> Session:
     return replace(session, page=replace(session.page, **change))
 
 
-def followed(session: Session) -> Session:
-    choices = replace(session.choices, source=Source("arm"))
-    return replace(session, choices=choices).with_playback(focus=Focus.JOG)
+@dataclass(frozen=True)
+class Following(AbstractPart):
+    """A part that names the next step."""
+
+    def step(self, session: Session) -> NextStep | None:
+        return NextStep("The real arm moves.", next=LOAD) if session.playback.focus is Focus.JOG else None
 
 
 def without_request(session: Session) -> Session:
@@ -181,7 +186,7 @@ STATES = [
     ("first", lambda s: fallen_short(crowded(s)), "the seat position", CAREFUL, MAKE, LOAD),
     ("first", lambda s: on_the_page(s, caption="A story."), "A story.", PLAIN, None, None),
     ("first", lambda s: on_the_page(s, job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
-    ("first", followed, "the real one", PLAIN, LOAD, None),
+    ("first", lambda s: s.with_part(Following()).with_playback(focus=Focus.JOG), "real", PLAIN, LOAD, None),
     ("first", lambda s: s.with_playback(focus=Focus.TRACK), "as commanded", PLAIN, COMPARE, None),
     ("loaded", unchanged, "rows", PLAIN, FIT, LOAD),
     ("identified", lambda s: with_noise(s, 7.0), "7 × the instrument", CAREFUL, CAUSE, TAKE),

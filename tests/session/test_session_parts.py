@@ -6,13 +6,13 @@ from workbench.plate.plate_toml import plate_text
 from workbench.session.commands.arm import LoadModel
 from workbench.session.commands.data import MeasureVirtualArm, with_data
 from workbench.session.commands.identify import HoldParameter, Identify
-from workbench.session.part import AbstractPart
+from workbench.session.part import AbstractPart, GoesWith
 from workbench.session.state import Measurements, Results
 
 
 @dataclass(frozen=True)
 class OfRows(AbstractPart):
-    is_of_measurements = True
+    goes_with = GoesWith.MEASUREMENTS
     value: int = 0
 
 

@@ -127,11 +127,10 @@ def _next_step(session: Session) -> NextStep:
         return NextStep(f"{session.page.job.title} … You can keep working.")
     if session.drag is not None:
         return NextStep(f"Release to keep this position; {_predicted(session)}.")
-    if session.mode is not None and (step := session.mode.step()) is not None:
-        return step
-    source, file, loaded = session.choices.source, session.measurements.unread, session.measurements.loaded
-    if source is not None and source.is_followed and session.playback.focus is Focus.JOG:
-        return NextStep("The displayed arm follows the real one. Store a row at each target.", next=LOAD)
+    for part in sorted(session.parts.values(), key=lambda part: not part.is_mode):
+        if (step := part.step(session)) is not None:
+            return step
+    file, loaded = session.measurements.unread, session.measurements.loaded
     if session.playback.focus is Focus.TRACK:
         return NextStep(
             "The solid arm moves as commanded, the orange one as the calibrated model predicts.", next=COMPARE

@@ -1,23 +1,38 @@
 """What an extra adds to the session."""
 
+from enum import Enum, auto
 from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 if TYPE_CHECKING:
     from workbench.session.next_step import NextStep
+    from workbench.session.state import Session
+
+
+class GoesWith(Enum):
+    """What a part is of, and is dropped with."""
+
+    PLATE = auto()
+    MEASUREMENTS = auto()
+    PAGE = auto()
 
 
 class AbstractPart:
     """What an extra keeps in the session: a frozen record, one of its type."""
 
-    is_of_measurements: ClassVar[bool] = False
-    """Whether it goes with the measurements, and stays on another plate; else it goes with the plate."""
+    goes_with: ClassVar[GoesWith] = GoesWith.PLATE
+    """That of the measurements stays on another plate, that of the page with another arm, too."""
     conclusion: ClassVar[str] = ""
     """What the session has come to by it, though nothing of the arm is identified; empty for nothing."""
     is_mode: ClassVar[bool] = False
     """Whether the page is its own until it ends: panels without a tab stand in place of the tabs."""
 
-    def step(self) -> "NextStep | None":
-        """The next step while it stands; None: as without it."""
+    @property
+    def real_arm(self) -> str:
+        """Address of a connected arm where the jogged one in the scene stands; empty if there is none."""
+        return ""
+
+    def step(self, session: "Session") -> "NextStep | None":
+        """The next step while it stands; None: as without it. That of a mode goes first."""
         return None
 
 

@@ -25,7 +25,7 @@ from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import MESSAGES, PASSING, Message, PageState, Severity
-from workbench.session.part import AbstractPart, Part
+from workbench.session.part import AbstractPart, GoesWith, Part
 from workbench.session.planned_trajectory import Play, Track
 from workbench.session.score import PlateTrial
 from workbench.session.target_state import Score, TargetState
@@ -105,23 +105,6 @@ class CubeView:
 
 FIRST_VIEW = CubeView(field=Field.PREDICTED, cut=2, is_chosen=False)
 """The layer of the plate's surface: a map on which targets stand."""
-
-
-@dataclass(frozen=True)
-class Source:
-    """A live source that tells where a real arm stands.
-
-    Args:
-        name: Where it is, such as `localhost:5000`.
-        is_open: Whether it is still connected.
-        silence: For how long it has said nothing [s]; 0 where that is no matter.
-        is_followed: Whether the arm in the scene stands where the real one does.
-    """
-
-    name: str
-    is_open: bool = True
-    silence: float = 0.0
-    is_followed: bool = True
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -256,14 +239,12 @@ class Choices:
         wanted: Errors that the calibrated arm has to keep; None: nothing is judged.
         fixed: Free parameters of the robot that are not identified.
         captured: Joint positions that were kept [rad or m].
-        source: The live source, if there is one.
         overlay: What is laid over the scene.
     """
 
     wanted: Wanted | None = None
     fixed: frozenset[str] = frozenset()
     captured: tuple[tuple[float, ...], ...] = ()
-    source: Source | None = None
     overlay: Overlay = field(default_factory=Overlay)
 
 
@@ -314,9 +295,9 @@ class Session:
     def with_part(self, part: AbstractPart) -> "Session":
         return replace(self, parts={**self.parts, type(part): part})
 
-    def with_parts(self, *, of_measurements: bool) -> "Session":
-        """The session with those parts alone that go with the measurements, or with the plate."""
-        kept = {k: p for k, p in self.parts.items() if k.is_of_measurements is of_measurements}
+    def with_parts(self, *of: GoesWith) -> "Session":
+        """The session with those parts alone that go with one of these."""
+        kept = {k: p for k, p in self.parts.items() if k.goes_with in of}
         return self if len(kept) == len(self.parts) else replace(self, parts=kept)
 
     def without_part(self, kind: type[AbstractPart]) -> "Session":

@@ -2,7 +2,7 @@
 
 import shutil
 import time
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -27,9 +27,16 @@ from workbench.session.journal.codec import decode, encode
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
-from workbench.session.state import Source
+from workbench.session.part import AbstractPart
 
 cv2 = pytest.importorskip("cv2")
+
+
+@dataclass(frozen=True)
+class RealArm(AbstractPart):
+    """An arm that reports its joints."""
+
+    real_arm = "arm"
 
 
 @pytest.fixture(scope="module")
@@ -111,8 +118,7 @@ def test_a_device(first, shots, tmp_path):
     """A sequence of pictures that OpenCV opens like a camera: each pose is kept once, when it is still."""
     for frame, k in enumerate((0, 0, 0, 1, 1, 2, 2, 3, 3)):
         shutil.copy(shots / f"{k}.png", tmp_path / f"{frame}.png")
-    live = replace(first, choices=replace(first.choices, source=Source("arm")))
-    live = live.with_playback(jogged=np.full(6, 0.1))
+    live = first.with_part(RealArm()).with_playback(jogged=np.full(6, 0.1))
     worker = Worker(live)
     worker.add_view(PictureWatcher(worker, pause=0.005))
     try:

@@ -21,6 +21,7 @@ from workbench.extras.live.session import (
     FollowSource,
     MeasureLive,
     Measuring,
+    Source,
     StoreRow,
     TakeSample,
     TellSource,
@@ -28,8 +29,10 @@ from workbench.extras.live.session import (
 )
 from workbench.extras.live.sources import LiveSource
 from workbench.session import Worker, replay, start
-from workbench.session.commands.arm import drawn_joints
+from workbench.session.commands.arm import ChooseRobot, drawn_joints
+from workbench.session.commands.undo import Undo
 from workbench.session.journal.codec import decode, encode
+from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 
@@ -93,12 +96,12 @@ def test_an_arm_on_a_socket_is_followed_and_measured(first):
     try:
         with connect(address) as source:
             worker.add_view(LiveSource(worker, source, name=address))
-            until(worker, lambda s: s.choices.source is not None)
+            until(worker, lambda s: s.part(Source) is not None)
             worker.submit(MeasureLive())
             until(worker, lambda s: s.part(Measuring) is not None)
             begun.set()
             until(worker, lambda s: s.playback.focus is Focus.JOG and s.playback.jogged is not None)
-            session = until(worker, lambda s: not s.choices.source.is_open)
+            session = until(worker, lambda s: not s.part(Source).is_open)
             assert worker.wait()
         rows = session.part(Measuring).acquisition.rows
         assert rows == 3
@@ -157,7 +160,7 @@ def harmful(worker):
     ours, theirs = socket.socketpair()
     with theirs, theirs.makefile("wb") as sent, lines_from(ours) as lines:
         worker.add_view(LiveSource(worker, lines, name="arm"))
-        until(worker, lambda s: s.choices.source is not None and s.choices.source.is_open)
+        until(worker, lambda s: s.part(Source) is not None and s.part(Source).is_open)
 
         def send(*parts):
             for part in parts:
@@ -189,7 +192,7 @@ def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
         taken = [e for e in worker.journal if isinstance(e.command, TakeSample)]
         assert len(taken) < 100 + 100 * (monotonic() - begin)
         assert worker.wait(60.0)
-    until(worker, lambda s: not s.choices.source.is_open)
+    until(worker, lambda s: not s.part(Source).is_open)
     with harmful(worker) as send:
         send(line(Q, 60.0))
         until(worker, lambda s: np.allclose(s.playback.jogged, Q))
@@ -198,7 +201,7 @@ def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
 def test_the_end_of_a_source_is_said(worker, lines):
     worker.add_view(LiveSource(worker, lines, name="arm"))
     lines.put(None)
-    session = until(worker, lambda s: s.choices.source is not None and not s.choices.source.is_open)
+    session = until(worker, lambda s: s.part(Source) is not None and not s.part(Source).is_open)
     assert session.page.messages[-1].severity is Severity.WARNING
 
 
@@ -220,6 +223,14 @@ def test_without_a_source_nothing_is_followed(do):
     assert do(TakeSample(0.0, Q)).playback.focus is Focus.TARGET
     session = do(TellSource("arm", is_open=False), MeasureLive())
     assert session.part(Measuring) is None
+
+
+def test_a_source_stays_connected_with_another_robot_and_after_undo(do):
+    do(TellSource("arm"), TakeSample(0.0, Q))
+    assert "follows the real one" in next_step(do(TellSource("arm"))).sentence
+    assert do(ChooseRobot("ur10")).part(Source) == Source("arm")
+    do(TellSource("arm", silence=3.0))
+    assert do(Undo()).part(Source) == Source("arm", silence=3.0)
 
 
 def test_an_arm_that_is_only_followed_is_one_step_of_the_journal(worker, do, first):

@@ -107,9 +107,9 @@ class PictureWatcher(AbstractView):
 
     def _joints(self, capture: Capture, name: str) -> tuple[float, ...] | None:
         session = self._worker.session
-        source = session.choices.source
-        if source is not None and source.is_open and session.playback.jogged is not None:
-            return tuple(session.playback.jogged.tolist())
+        jogged = session.playback.jogged
+        if jogged is not None and any(part.real_arm for part in session.parts.values()):
+            return tuple(jogged.tolist())
         return None if capture.source.startswith(DEVICE) else table_joints(Path(capture.source), name)
 
     def _folder(self, capture: Capture, stop: threading.Event) -> Iterator[tuple[str, Picture | None]]:

@@ -27,7 +27,7 @@ from workbench.session.command import AbstractChange, AbstractLoad, AbstractTask
 from workbench.session.commands.data import as_files, matched_to_arm, safe_name, too_large, with_other_data
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
-from workbench.session.part import AbstractPart
+from workbench.session.part import AbstractPart, GoesWith
 from workbench.session.state import Session
 
 LARGEST_FOLDER = 256 * 1024 * 1024
@@ -43,7 +43,7 @@ class Previews(AbstractPart):
     """Small JPEG of every measured picture, by camera and image."""
 
     by_image: Mapping[tuple[str, str], bytes]
-    is_of_measurements = True
+    goes_with = GoesWith.MEASUREMENTS
 
 
 @final
@@ -57,7 +57,7 @@ class CameraAlone(AbstractPart):
         previews: The pictures to be looked at.
     """
 
-    is_of_measurements = True
+    goes_with = GoesWith.MEASUREMENTS
     conclusion = "Camera and target are found. To calibrate the arm too, give the joints of each picture."
 
     data: Dataset

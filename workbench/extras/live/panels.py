@@ -15,13 +15,14 @@ from workbench.extras.live.session import (
     MeasureLive,
     Measuring,
     NextWanted,
+    Source,
     StoreRow,
     TakeAgain,
     UseRows,
 )
 from workbench.extras.live.standstill import ArmState
 from workbench.session.page_state import Tab
-from workbench.session.state import Session, Source
+from workbench.session.state import Session
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, text
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -35,16 +36,16 @@ class GuidedPanel(AbstractPanel):
     """A connected real arm or a virtual one moves from target to target; rows are stored by hand."""
 
     tab, order = Tab.MEASURE, 50
-    depends = (lambda session: session.part(Measuring), "choices.source")
+    depends = (lambda session: session.part(Measuring), lambda session: session.part(Source))
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Guided, target by target"):
-            self.html(lambda s: _source(s.choices.source))
+            self.html(lambda s: _source(s.part(Source)))
             follow = self.checkbox(
                 "Follow the arm",
                 "Move the arm in the scene with the real one.",
-                lambda s: s.choices.source is not None and s.choices.source.is_followed,
-                visible=lambda s: s.choices.source,
+                _is_followed,
+                visible=lambda s: s.part(Source),
                 value=True,
             )
             self.form(FollowSource, follow)
@@ -54,8 +55,8 @@ class GuidedPanel(AbstractPanel):
                 viser.Icon.PLUG_CONNECTED,
                 "Move the connected arm to each target, wait until it is still, store the row.",
                 main=True,
-                visible=lambda s: s.choices.source,
-                disabled=lambda s: not s.choices.source.is_open,
+                visible=lambda s: s.part(Source),
+                disabled=lambda s: not s.part(Source).is_open,
             )
             self.button(
                 "Begin measuring",
@@ -69,7 +70,7 @@ class MeasuringPanel(AbstractPanel):
     """A mode of its own in place of the tabs: the target, how far the arm is from it, and Store."""
 
     tab = None
-    depends = (lambda session: session.part(Measuring), "choices.source")
+    depends = (lambda session: session.part(Measuring), lambda session: session.part(Source))
     _seen: int | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -160,8 +161,13 @@ class MeasuringPanel(AbstractPanel):
             self._store_as.disabled = not acquisition.copy().store_as(index).changed
 
 
+def _is_followed(session: Session) -> bool:
+    source = session.part(Source)
+    return source is not None and source.is_followed
+
+
 def _measuring(session: Session) -> str:
-    measuring, source = session.part(Measuring), session.choices.source
+    measuring, source = session.part(Measuring), session.part(Source)
     if measuring is None:
         return ""
     where = "" if measuring.virtual is not None or source is None else _source(source)

@@ -29,10 +29,10 @@ from workbench.session.commands.data import (
 from workbench.session.journal.numbers import Subject
 from workbench.session.judgement import Tone
 from workbench.session.loaded_measurements import Loaded, observation_text
-from workbench.session.next_step import Action, NextStep
+from workbench.session.next_step import LOAD, Action, NextStep
 from workbench.session.page_state import Severity, Tab
-from workbench.session.part import AbstractPart
-from workbench.session.state import Focus, Session, Source
+from workbench.session.part import AbstractPart, GoesWith
+from workbench.session.state import Focus, Session
 from workbench.session.target_steps import with_branches
 
 USE = "Use the rows"
@@ -63,7 +63,7 @@ class Measuring(AbstractPart):
         """The target of the plate that is wanted, counted from 0."""
         return self.numbers[self.acquisition.current]
 
-    def step(self) -> NextStep:
+    def step(self, session: Session) -> NextStep:
         """Where the arm stands, and the rows stored so far."""
         acquisition, stored = self.acquisition, self.acquisition.rows
         is_complete = stored == len(self.numbers)
@@ -80,6 +80,34 @@ class Measuring(AbstractPart):
             return NextStep(text, Tone.CAREFUL, here, done)
         text = "Drive the arm to the current target, wait until it is still, store the row"
         return NextStep(f"{text}; {stored} of {len(self.numbers)} stored.", next=done)
+
+
+@dataclass(frozen=True)
+class Source(AbstractPart):
+    """A live source that tells where a real arm stands.
+
+    Args:
+        name: Where it is, such as `localhost:5000`.
+        is_open: Whether it is still connected.
+        silence: For how long it has said nothing [s]; 0 where that is no matter.
+        is_followed: Whether the arm in the scene stands where the real one does.
+    """
+
+    goes_with = GoesWith.PAGE
+
+    name: str
+    is_open: bool = True
+    silence: float = 0.0
+    is_followed: bool = True
+
+    @property
+    def real_arm(self) -> str:
+        return self.name if self.is_open else ""
+
+    def step(self, session: Session) -> NextStep | None:
+        if not self.is_followed or session.playback.focus is not Focus.JOG:
+            return None
+        return NextStep("The displayed arm follows the real one. Store a row at each target.", next=LOAD)
 
 
 class BeginMeasuring(AbstractTask[Measuring]):
@@ -184,7 +212,7 @@ class TakeSample(AbstractChange):
             for taken in (*self.before, self):
                 acquisition.update(taken._sample())
             session = session.with_part(replace(measuring, acquisition=acquisition))
-        elif session.choices.source is None or not session.choices.source.is_followed:
+        elif (source := session.part(Source)) is None or not source.is_followed:
             return session
         if session.drag is not None:
             return session
@@ -354,9 +382,9 @@ class TellSource(AbstractChange):
     title = computed(lambda self: f"Live source {self.name}: {'connected' if self.is_open else 'ended'}")
 
     def apply(self, session: Session) -> Session:
-        is_followed = session.choices.source is None or session.choices.source.is_followed
-        source = Source(self.name, self.is_open, self.silence, is_followed)
-        session = replace(session, choices=replace(session.choices, source=source))
+        former = session.part(Source)
+        is_followed = former is None or former.is_followed
+        session = session.with_part(Source(self.name, self.is_open, self.silence, is_followed))
         measuring = session.part(Measuring)
         if measuring is not None and measuring.virtual is None and self.silence:
             acquisition = measuring.acquisition.copy()
@@ -384,8 +412,7 @@ class FollowSource(AbstractChange):
     def apply(self, session: Session) -> Session:
         source = replace(_source(session), is_followed=self.is_followed)
         focus = session.playback.focus if self.is_followed else Focus.TARGET
-        session = replace(session, choices=replace(session.choices, source=source))
-        return session.with_playback(focus=focus)
+        return session.with_part(source).with_playback(focus=focus)
 
 
 class MeasureLive(AbstractChange):
@@ -405,9 +432,9 @@ class MeasureLive(AbstractChange):
 
 
 def _source(session: Session) -> Source:
-    if session.choices.source is None:
+    if (source := session.part(Source)) is None:
         raise OptionError("no arm is connected; start the page with workbench serve --source HOST:PORT")
-    return session.choices.source
+    return source
 
 
 def _parts(session: Session) -> tuple[tuple[Sample | None, ...] | None, CaptureTarget | None]:

@@ -11,7 +11,7 @@ import numpy as np
 from workbench.base import se3
 from workbench.extras.live.driver import DrivePace, VirtualArm, VirtualMotion, drive
 from workbench.extras.live.sample import Sample, samples
-from workbench.extras.live.session import Measuring, TakeSample, TellSource
+from workbench.extras.live.session import Measuring, Source, TakeSample, TellSource
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
@@ -171,6 +171,6 @@ class LiveSource(AbstractView):
 
 def end_former(worker: Worker) -> None:
     """Say that the source of a session that goes on is connected no more."""
-    former = worker.session.choices.source
+    former = worker.session.part(Source)
     if former is not None and former.is_open:
         worker.submit(TellSource(former.name, is_open=False))

@@ -22,6 +22,7 @@ from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Severity
+from workbench.session.part import GoesWith
 from workbench.session.start import default_plate, is_default_plate, start
 from workbench.session.state import Focus, Session, UndoStep
 from workbench.session.target_steps import instrument_for
@@ -117,7 +118,7 @@ class LoadModel(AbstractTask[Session]):
                     choices=session.choices,
                     measurements=session.measurements,
                     results=session.results,
-                    parts=session.with_parts(of_measurements=True).parts,
+                    parts=session.with_parts(GoesWith.MEASUREMENTS).parts,
                 )
             robot = _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
             source = robot.urdf
@@ -241,6 +242,7 @@ def _in_the_page(session: Session, begun: Session) -> Session:
         begun,
         page=replace(session.page, messages=begun.page.messages),
         history=replace(begun.history, done=(UndoStep(session.plate, session.states, session),)),
+        parts={**begun.parts, **session.with_parts(GoesWith.PAGE).parts},
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     text = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"

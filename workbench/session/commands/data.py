@@ -37,6 +37,7 @@ from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
 from workbench.session.loaded_measurements import Loaded, MeasurementFile, facts_of
 from workbench.session.page_state import Severity
+from workbench.session.part import GoesWith
 from workbench.session.state import Field, Focus, Measurements, Results, Session
 from workbench.session.target_postures import follow_target
 from workbench.session.target_steps import begin_step
@@ -336,9 +337,8 @@ def with_other_data(session: Session, loaded: Loaded | None) -> Session:
 def with_data(session: Session, loaded: Loaded | None) -> Session:
     """The session with other measurements, or none; results from the old ones are dropped."""
     view = session.region.view
-    session = replace(
-        session.with_parts(of_measurements=False), measurements=Measurements(loaded=loaded), results=Results()
-    )
+    kept = session.with_parts(GoesWith.PLATE, GoesWith.PAGE)
+    session = replace(kept, measurements=Measurements(loaded=loaded), results=Results())
     session = session.with_playback(focus=Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW)
     if view.field is Field.MEASURED:
         session = session.with_region(view=replace(view, field=Field.NONE))

@@ -5,6 +5,7 @@ from dataclasses import replace
 from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, computed
 from workbench.session.page_state import Severity
+from workbench.session.part import GoesWith
 from workbench.session.state import Session, UndoStep
 from workbench.session.target_steps import (
     AbstractTargetStep,
@@ -101,11 +102,9 @@ class GoBackTo(AbstractChange):
 
 def _restored(now: Session, whole: Session, undone: tuple[UndoStep, ...]) -> Session:
     """Another robot with all that was measured and found, in the present page."""
-    history, choices = (
-        replace(whole.history, undone=undone),
-        replace(whole.choices, source=now.choices.source),
-    )
-    session = replace(whole, page=now.page, choices=choices, history=history)
+    of_whole = whole.with_parts(GoesWith.PLATE, GoesWith.MEASUREMENTS).parts
+    parts = {**of_whole, **now.with_parts(GoesWith.PAGE).parts}
+    session = replace(whole, page=now.page, parts=parts, history=replace(whole.history, undone=undone))
     loaded = whole.measurements.loaded
     rows = "" if loaded is None else f", {loaded.name} with its results"
     text = f"back to {whole.robot.name}, plate '{whole.plate.name}'{rows}"

@@ -12,7 +12,7 @@ from workbench.session.export import File, stem_of
 from workbench.session.journal.numbers import Subject
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
-from workbench.session.part import AbstractPart
+from workbench.session.part import AbstractPart, GoesWith
 from workbench.session.state import Session
 
 
@@ -21,7 +21,7 @@ from workbench.session.state import Session
 class FoundZeros(AbstractPart):
     """The last search of these measurements for joints that moved."""
 
-    is_of_measurements = True
+    goes_with = GoesWith.MEASUREMENTS
 
     found: Rezero
 
