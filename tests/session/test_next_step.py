@@ -117,8 +117,8 @@ def fallen_short(session: Session, **change) -> Session:
     errors = np.full(session.plate.region.cubes, np.nan)
     at = (session.plate, session.noise, session.choices.wanted)
     trial = PlateTrial(*at, 200, 0.7, 0, 1.3, 1e-4, errors, "tried", "seat position")
-    history = replace(session.history, done=(session.history.best,), trial=trial, **change)
-    return replace(session, history=history)
+    history = replace(session.history, done=(session.history.best,), **change)
+    return replace(session, history=history).with_part(trial)
 
 
 def crowded(session: Session) -> Session:

@@ -78,10 +78,8 @@ def test_the_yield_judges_the_plate_once_it_is_known(first, share, tone, positio
     score = replace(first.score, position=1e-3 * position)
     trial = trial_of(first, share)
     session = replace(
-        first,
-        score=score,
-        history=replace(first.history, done=(UndoStep(first.plate, first.states),), trial=trial),
-    )
+        first, score=score, history=replace(first.history, done=(UndoStep(first.plate, first.states),))
+    ).with_part(trial)
     judged, step = plate_judgement(session), next_step(session)
     assert judged.tone is step.tone is tone
     assert judged.text in step.sentence
@@ -160,10 +158,10 @@ def test_the_plate_is_judged_by_what_is_wanted(first):
     assert next_step(strict).next.command.title == "Improve this plate"
     changed = replace(moved, plate=replace(first.plate, name="changed"))
     assert "Good enough?" in next_step(replace(changed, choices=replace(moved.choices, wanted=None))).sentence
-    tried = replace(moved, history=replace(moved.history, trial=trial_of(first, 0.97)))
+    tried = moved.with_part(trial_of(first, 0.97))
     assert next_step(tried).tone is Tone.GOOD
     assert next_step(tried).next.save is fixture_zip  # in view, without scrolling
-    few = next_step(replace(moved, history=replace(moved.history, trial=trial_of(first, 0.5))))
+    few = next_step(moved.with_part(trial_of(first, 0.5)))
     assert few.tone is Tone.CAREFUL
     assert few.other.save is fixture_zip
     assert replace(tried, choices=replace(tried.choices, wanted=None)).tried is None

@@ -161,7 +161,7 @@ def test_cubes_follow_a_new_trial(session):
         errors = np.full(session.plate.region.cubes, np.nan)
         errors[:4] = error * np.arange(1, 5)
         trial = PlateTrial(session.plate, session.noise, None, 20, 1.0, 0, 0.5, error, errors, "tried")
-        return replace(session, history=replace(session.history, trial=trial))
+        return session.with_part(trial)
 
     shown = session.with_region(view=CubeView(field=Field.YIELD))
     sink = Notebook()

@@ -12,7 +12,7 @@ from workbench.identification.problem_blocks import Noise
 from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate
 from workbench.session.comparison import Comparison
-from workbench.session.score import score
+from workbench.session.score import PlateTrial, score
 from workbench.session.state import CubeView, Field, Focus, Session
 from workbench.session.target_state import TargetState
 
@@ -71,7 +71,7 @@ def values(session: Session) -> CubeValues | None:
             return None
         return _scaled(measured_errors(session, session.results.comparison))
     if field is Field.YIELD:
-        trial = session.history.trial
+        trial = session.part(PlateTrial)
         return None if trial is None or trial.plate.region is not region else _scaled(trial.errors)
     if field is Field.NONE or cubes is None or cubes.region is not region:
         return None

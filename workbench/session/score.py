@@ -22,6 +22,7 @@ from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import position_weight, predicted_error, rise_without_each
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_readings import linearise_targets
+from workbench.session.part import AbstractPart
 from workbench.session.target_state import Score, TargetState
 
 WORST = 3
@@ -108,7 +109,7 @@ def draw_region(robot: Robot, plate: Plate) -> Float[np.ndarray, "poses n"]:
 
 
 @dataclass(frozen=True, eq=False)
-class PlateTrial:
+class PlateTrial(AbstractPart):
     """A plate tried on a production of virtual arms.
 
     Args:

@@ -123,7 +123,6 @@ class PlateHistory:
         best_score: Its score.
         searched: The plate that the last search for a better one ended with.
         sought: How many targets that search was for; the most there can be where it found no plate at all.
-        trial: The last trial of a plate on many arms.
     """
 
     first_plate: Plate
@@ -137,7 +136,6 @@ class PlateHistory:
     best_score: Score | None = None
     searched: Plate | None = None
     sought: int = 0
-    trial: PlateTrial | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -312,7 +310,7 @@ class Session:
     @property
     def tried(self) -> PlateTrial | None:
         """The trial of the current plate, if there was one."""
-        trial, now = self.history.trial, (self.plate, self.noise, self.choices.wanted)
+        trial, now = self.part(PlateTrial), (self.plate, self.noise, self.choices.wanted)
         return trial if trial and (trial.plate, trial.noise, trial.wanted) == now else None
 
     @property

@@ -54,6 +54,7 @@ from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_values import values
 from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity, Tab
+from workbench.session.score import PlateTrial
 from workbench.session.start import default_plate, start
 from workbench.session.state import CubeView, Field, UndoStep
 
@@ -394,7 +395,7 @@ def test_virtual_arms_read_what_the_targets_are(monkeypatch, aria, plate, soluti
 
 def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
     refused = do(TryPlate(0))
-    assert refused.history.trial is None
+    assert refused.part(PlateTrial) is None
     assert refused.page.messages[-1].severity is Severity.ERROR
 
     worker.submit(TryPlate(4000))
@@ -402,10 +403,10 @@ def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
         threading.Event().wait(0.01)
     worker.cancel()
     assert worker.wait(120.0)
-    assert worker.session.history.trial is None
+    assert worker.session.part(PlateTrial) is None
 
     session = do(TryPlate(20, seed=3))
-    tried = session.history.trial
+    tried = session.part(PlateTrial)
     assert tried.plate is first.plate
     assert (tried.arms, tried.unreached) == (20, 0)
     assert (20 * tried.share).is_integer()

@@ -6,6 +6,7 @@ import viser
 
 from workbench.extras.production.session import MAX_ARMS, OpenChoice, TryPlate, WeighPlates, choices_of
 from workbench.session.page_state import Tab
+from workbench.session.score import PlateTrial
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, heading, number, text
 from workbench.views.page.panels.index import try_plate
@@ -19,7 +20,7 @@ class YieldPanel(AbstractPanel):
     """A number of arms, a button, and one sentence."""
 
     tab, order = Tab.PLATE, 50
-    depends = ("is_idle", "history.trial", "tried")
+    depends = ("is_idle", lambda session: session.part(PlateTrial), "tried")
 
     def build(self, gui: viser.GuiApi) -> None:
         self.press(
@@ -49,7 +50,7 @@ def _is_busy(session: Session) -> bool:
 
 def result(session: Session) -> str:
     """The last yield as text, if there is one."""
-    trial = session.history.trial
+    trial = session.part(PlateTrial)
     if trial is None:
         return ""
     content = heading("Yield") + f"<div>{text(trial.text)}.</div>"

@@ -138,8 +138,7 @@ class AbstractPlateTrial(AbstractTask[PlateTrial]):
     """Try the plate on virtual arms, as an extra does: the next step is the first such command."""
 
     def finish(self, session: Session, result: PlateTrial) -> Session:
-        session = replace(session, history=replace(session.history, trial=result))
-        return session.with_message(Severity.LOG, result.text)
+        return session.with_part(result).with_message(Severity.LOG, result.text)
 
 
 LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))

@@ -21,6 +21,7 @@ from workbench.plate.plate import Plate
 from workbench.report.json import Json, plain
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.planned_trajectory import Track
+from workbench.session.score import PlateTrial
 from workbench.session.state import Session
 from workbench.session.target_state import Score, TargetState
 
@@ -159,7 +160,7 @@ SUBJECTS: Registry[Subject] = Registry(
     ),
     Subject(
         "yield",
-        lambda s: (s.history.trial,),
+        lambda s: (s.part(PlateTrial),),
         lambda trial: {"arms": trial.arms, "share": trial.share, "position": trial.position},
     ),
     Subject("track", lambda s: (s.playback.track,), _track),

@@ -17,6 +17,7 @@ from workbench.session.cube_values import (
     shown_cubes,
     shown_layer,
 )
+from workbench.session.score import PlateTrial
 from workbench.session.state import Field, Session
 from workbench.views.appearance.colours import NO_VALUE, REGION, UNBOUNDED, scale_colours
 from workbench.views.drawables.drawable import Cubes, Cuboid, Label, Line
@@ -35,7 +36,7 @@ def region(session: Session) -> Iterator[Item]:
     yield Item("region/outline", _outline, (cuboid,), shown=is_seen)
     if view.field is not Field.NONE:
         score = session.score if view.field is Field.PREDICTED else None
-        seen = (session.region.cubes, session.results.comparison, session.history.trial, score)
+        seen = (session.region.cubes, session.results.comparison, session.part(PlateTrial), score)
         inputs = (view, cuboid, *seen, session.history.first_plate, session.drag)
         is_dragged = session.drag is not None
         cubes = partial(_cubes, session)

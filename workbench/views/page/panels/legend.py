@@ -20,6 +20,7 @@ from workbench.session.cube_values import (
     drawn,
 )
 from workbench.session.deflection import bending_robot
+from workbench.session.score import PlateTrial
 from workbench.session.state import Field, Focus, Session
 from workbench.views.appearance.colours import (
     BLOCKED,
@@ -59,7 +60,7 @@ class LegendPanel(AbstractPanel):
     depends = (
         "region.view",
         "region.cubes",
-        "history.trial",
+        lambda session: session.part(PlateTrial),
         "page.chore",
         "plate",
         "drag",

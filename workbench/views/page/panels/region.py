@@ -8,6 +8,7 @@ from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_values import IN_MILLIMETRES, TITLES, shown_layer, values
 from workbench.session.page_state import Tab
+from workbench.session.score import PlateTrial
 from workbench.session.state import Field as CubeField
 from workbench.session.state import Session
 from workbench.views.page.html import block, note, number, pairs
@@ -42,7 +43,7 @@ class RegionPanel(AbstractPanel):
         "page.chore",
         "region.cubes",
         "results.comparison",
-        "history.trial",
+        lambda session: session.part(PlateTrial),
         "score",
     )
 
