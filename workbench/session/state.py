@@ -26,7 +26,7 @@ from workbench.session.comparison import Comparison, Overlay
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import MESSAGES, PASSING, Message, PageState, Severity
 from workbench.session.part import AbstractPart, GoesWith, Part
-from workbench.session.planned_trajectory import Play, Track
+from workbench.session.played_motion import Played
 from workbench.session.score import PlateTrial
 from workbench.session.target_state import Score, TargetState
 
@@ -173,13 +173,10 @@ class Playback:
 
     Args:
         jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
-        play: How far the trajectory is played.
     """
 
     focus: Focus = Focus.TARGET
     jogged: Float[np.ndarray, " n"] | None = None
-    track: Track | None = None
-    play: Play = field(default_factory=Play)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -326,12 +323,14 @@ class Session:
     @property
     def is_playing(self) -> bool:
         """Whether the arm moves along the trajectory now: until anything else takes it or begins."""
-        return self.is_track_active and not self.playback.play.is_pausing and self.is_idle
+        played = self.part(Played)
+        return self.is_track_active and played is not None and not played.is_pausing and self.is_idle
 
     @property
     def is_track_active(self) -> bool:
         """Whether only what moves the arm along the trajectory knows where it stands."""
-        return self.playback.play.is_running and self.playback.focus is Focus.TRACK
+        played = self.part(Played)
+        return played is not None and played.is_running and self.playback.focus is Focus.TRACK
 
     def check_target(self, number: int) -> None:
         if not 0 <= number < len(self.plate):

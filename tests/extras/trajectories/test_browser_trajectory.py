@@ -5,8 +5,10 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.extras.trajectories.session import KATANA
+from workbench.extras.trajectories.track import planned_track
 from workbench.report.chart import LEFT, MARGIN, WIDTH
 from workbench.session.commands.arm import drawn_joints
+from workbench.session.played_motion import Played
 from workbench.session.start import default_circle, start
 from workbench.views.appearance.bodies import body_frames
 
@@ -19,7 +21,7 @@ def test_a_trajectory_is_planned_played_and_put_anywhere_along_it(app, look):
     screen.tab("Compare")
     screen.press("Plan it")
     screen.wait_text("track", "Error, mean")
-    track = app.worker.session.playback.track
+    track = planned_track(app.worker.session)
     assert np.linalg.norm(track.wanted[:, None] - KATANA, axis=2).min(0).max() < 3e-3  # the thesis's points
     assert 0.5e-3 < track.errors.mean() < 3e-3
     screen.press("Play")
@@ -32,7 +34,7 @@ def test_a_trajectory_is_planned_played_and_put_anywhere_along_it(app, look):
     screen.press("Pause")
     screen.until(lambda session: not session.is_track_active)
     paused = app.worker.session
-    assert 0.0 < paused.playback.play.at < 10.0
+    assert 0.0 < paused.part(Played).at < 10.0
     for i, frame in enumerate(body_frames(paused.robot, drawn_joints(paused))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     box = screen.box("curves", "svg")
@@ -40,8 +42,8 @@ def test_a_trajectory_is_planned_played_and_put_anywhere_along_it(app, look):
     screen.page.mouse.click(box["x"] + quarter * box["width"], box["y"] + 0.5 * box["height"])
     shown = screen.until(
         lambda s: (
-            s.playback.play.at != paused.playback.play.at
-            and abs(s.playback.play.at - 2.5) < 0.1
+            s.part(Played).at != paused.part(Played).at
+            and abs(s.part(Played).at - 2.5) < 0.1
             and not s.is_track_active
         )
     )

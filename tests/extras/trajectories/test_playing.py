@@ -10,6 +10,7 @@ from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.extras.trajectories.session import PLANES, PlanTrack, default_trajectory_circle
+from workbench.extras.trajectories.track import planned_track
 from workbench.session import Worker, replay
 from workbench.session.commands.arm import Jog, drawn_joints
 from workbench.session.commands.data import MeasureVirtualArm
@@ -17,6 +18,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.playing import LeaveTrack, PauseTrack, PlaceTrack, PlayTrack, SetPace
 from workbench.session.page_state import Severity
+from workbench.session.played_motion import Played
 from workbench.session.state import Focus
 
 
@@ -41,7 +43,7 @@ def test_the_calibrated_arm_misses_the_path_and_a_correction_meets_it(fitted):
     for is_corrected in (False, True):
         running.submit(PlanTrack("circle", 8.0, is_corrected))
         assert running.wait(120.0)
-        tracks.append(running.session.playback.track)
+        tracks.append(planned_track(running.session))
     running.close()
     plain, corrected = tracks
     calibrated = free(fitted.results.identification.runs["ols"].calibrated)
@@ -59,34 +61,30 @@ def test_the_calibrated_arm_misses_the_path_and_a_correction_meets_it(fitted):
 
 def test_play_is_a_matter_of_focus(do, first):
     session = do(PlanTrack("line", 5.0), SetPace(2.0), PlayTrack())
-    track = session.playback.track
+    track = planned_track(session)
     assert session.is_playing
     assert track.before is None
     assert np.array_equal(drawn_joints(session), track.q[0])
     session = do(PauseTrack())
     assert (session.is_playing, session.is_track_active) == (False, True)
     session = do(PlaceTrack(2.5))
-    assert (session.is_track_active, session.playback.play.at, session.playback.play.pace) == (
-        False,
-        2.5,
-        2.0,
-    )
+    assert (session.is_track_active, session.part(Played).at, session.part(Played).pace) == (False, 2.5, 2.0)
     assert np.allclose(drawn_joints(session), 0.5 * (track.at(2.49) + track.at(2.51)), atol=1e-4)
-    assert do(PlayTrack()).playback.play.at == 2.5
+    assert do(PlayTrack()).part(Played).at == 2.5
     for other in (SelectTarget(2), Jog(tuple(first.states[0].q.tolist()))):
         assert not do(PlayTrack(), other).is_playing
     session = do(PlaceTrack(5.0), PlayTrack())
-    assert session.playback.play.at == 0.0
+    assert session.part(Played).at == 0.0
     session = do(LeaveTrack())
     assert session.playback.focus is Focus.TARGET
-    assert session.playback.track is track
+    assert planned_track(session) is track
 
 
 def test_a_trajectory_is_planned_again_in_a_replay(do, first, worker):
     session = do(PlanTrack("line", 5.0), PlayTrack(), PauseTrack(), PlaceTrack(1.25))
     again = replay(first, worker.journal)
-    assert np.array_equal(again.playback.track.q, session.playback.track.q)
-    assert again.playback.play == session.playback.play
+    assert np.array_equal(planned_track(again).q, planned_track(session).q)
+    assert again.part(Played).at == session.part(Played).at == 1.25
 
 
 def test_what_makes_no_sense_is_said(do):
@@ -102,14 +100,14 @@ def test_what_makes_no_sense_is_said(do):
     ):
         session = do(wrong)
         assert session.page.messages[-1].severity is Severity.ERROR, wrong
-        assert session.playback.track is None
+        assert planned_track(session) is None
     assert do(PlanTrack("line", 5.0), PlaceTrack(7.0)).page.messages[-1].severity is Severity.ERROR
 
 
 @pytest.mark.parametrize(("kind", "plane"), [("circle", "upright along x"), ("line", "tilted by 45°")])
 def test_a_path_runs_where_it_is_wanted(do, kind, plane):
     centre = (0.35, 0.3, 0.3)
-    track = do(PlanTrack(kind, 4.0, False, centre, 0.06, plane)).playback.track
+    track = planned_track(do(PlanTrack(kind, 4.0, False, centre, 0.06, plane)))
     away = track.wanted - centre
     along, across = PLANES[plane]
     assert np.allclose(away @ np.cross(along, across), 0.0, atol=1e-6)
@@ -123,7 +121,7 @@ def test_a_moment_of_the_path_is_shown_wherever_the_arm_stood(do, first):
     assert do(PlaceTrack(2.0)).playback.focus is Focus.TARGET
     shown = do(PlaceTrack(2.5, is_shown=True))
     assert shown.playback.focus is Focus.TRACK
-    assert np.allclose(drawn_joints(shown), shown.playback.track.at(2.5))
+    assert np.allclose(drawn_joints(shown), planned_track(shown).at(2.5))
     for wrong in (PlanTrack("circle", 5.0, False, (0.3, 0.0, np.inf)), PlanTrack(plane="oblique")):
         assert do(wrong).page.messages[-1].severity is Severity.ERROR
 

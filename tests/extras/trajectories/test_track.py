@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.extras.trajectories.session import PlanTrack
+from workbench.extras.trajectories.track import planned_track
 from workbench.session import Worker
 from workbench.session.commands.playing import PlaceTrack
 from workbench.session.journal.compare_numbers import check
@@ -19,7 +20,7 @@ def test_a_trajectory_is_drawn_and_done_again(sample, reader, tmp_path):
     for command in (PlanTrack(), PlaceTrack(2.5)):
         worker.submit(command)
         assert worker.wait(60.0)
-    track = worker.session.playback.track
+    track = planned_track(worker.session)
     worker.close()
     pictures = reader(begun.folder / "session.rrd")
     for name, places in (("wanted", track.wanted), ("reached", track.reached)):
@@ -33,4 +34,4 @@ def test_a_trajectory_is_drawn_and_done_again(sample, reader, tmp_path):
     assert last == (2, [pytest.approx(expected.tolist(), abs=1e-6)])
     replayed = check(read_recording(begun.folder))
     assert replayed.differences == ()
-    assert replayed.session.playback.track.q.tolist() == track.q.tolist()
+    assert planned_track(replayed.session).q.tolist() == track.q.tolist()

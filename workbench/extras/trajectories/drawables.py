@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-from workbench.session.planned_trajectory import Track
+from workbench.extras.trajectories.track import Track, planned_track
+from workbench.session.played_motion import Played
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import CALIBRATED, REGION, scale_colours
 from workbench.views.drawables.arms import deviating_arm
@@ -21,7 +22,7 @@ MIN_DRAWN_ERROR = 1e-6
 
 def track(session: Session) -> Iterator[Item]:
     """The planned path and the deviating arm's tool path, at their true positions."""
-    planned = session.playback.track
+    planned = planned_track(session)
     if planned is not None:
         is_shown = session.playback.focus is Focus.TRACK
         yield Item("track/wanted", _line, (planned.wanted, REGION), shown=is_shown)
@@ -30,9 +31,10 @@ def track(session: Session) -> Iterator[Item]:
 
 def arm_on_trajectory(session: Session) -> Iterator[Item]:
     """The erring arm, the wanted place, and the trail up to it, its errors exaggerated."""
-    planned, at = session.playback.track, session.playback.play.at
-    if planned is None:
+    planned, played = planned_track(session), session.part(Played)
+    if planned is None or played is None:
         return
+    at = played.at
     is_shown = session.playback.focus is Focus.TRACK
     if planned.actual is not None:
         is_seen = is_shown and session.choices.overlay.calibrated

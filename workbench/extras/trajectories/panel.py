@@ -19,12 +19,13 @@ from workbench.extras.trajectories.session import (
     default_trajectory_circle,
     deviating_robot,
 )
+from workbench.extras.trajectories.track import Track, planned_track
 from workbench.plate.region import Region
 from workbench.report.chart import FOOT, Chart, Marks
 from workbench.report.numbers import signed
 from workbench.session.commands.playing import SLOWEST, LeaveTrack, PauseTrack, PlaceTrack, PlayTrack, SetPace
 from workbench.session.page_state import Tab
-from workbench.session.planned_trajectory import Track
+from workbench.session.played_motion import Played
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import gradient
@@ -48,8 +49,7 @@ class TrackPanel(AbstractPanel):
 
     tab, order = Tab.COMPARE, 20
     depends = (
-        "playback.track",
-        "playback.play",
+        lambda session: session.part(Played),
         "playback.focus",
         deviating_robot,
         "is_idle",
@@ -95,10 +95,7 @@ class TrackPanel(AbstractPanel):
                 disabled=lambda s: s.page.job is not None,
             )
             limits, pace = (SLOWEST, QUICKEST, 0.1), "Playback speed."
-            self.form(
-                SetPace,
-                self.slider("Speed ×", limits, pace, lambda s: s.playback.play.pace, visible=_is_there),
-            )
+            self.form(SetPace, self.slider("Speed ×", limits, pace, _pace, visible=_is_there))
             self._build_buttons()
             self._curves = gui.add_html("")
             time = self.slider(
@@ -148,15 +145,15 @@ class TrackPanel(AbstractPanel):
         set_value(self._plane, list(PLANES)[int(np.argmax(flat))])
 
     def show(self, session: Session) -> None:
-        track = session.playback.track
+        track, played = planned_track(session), session.part(Played)
         if (known := (session.robot, session.plate.region)) != self._usual_of:
             self._usual_of = known
             self._show_usual(session)
         if track is not self._drawn_track:
             self._drawn_track = track
             self._curves.content = "" if track is None else curves(track)
-        if track is not None:
-            self.moved(session.playback.play.at / track.duration)
+        if played is not None:
+            self.moved(played.at / played.motion.duration)
         if self._corrected.disabled:
             set_value(self._corrected, False)
 
@@ -166,18 +163,23 @@ class TrackPanel(AbstractPanel):
         return PlanTrack(kind, duration, is_corrected, *place)
 
     def _go(self, share: float) -> PlaceTrack | None:
-        track = self._worker.session.playback.track
+        track = planned_track(self._worker.session)
         return None if track is None else PlaceTrack(share * track.duration, is_shown=True)
 
 
 def _is_there(session: Session) -> bool:
-    return session.playback.track is not None
+    return planned_track(session) is not None
+
+
+def _pace(session: Session) -> float:
+    played = session.part(Played)
+    return 1.0 if played is None else played.pace
 
 
 def _result(session: Session) -> str:
-    if session.playback.track is None:
+    if (track := planned_track(session)) is None:
         return note(EMPTY_NOTE, "track")
-    return result(session.playback.track, session.choices.overlay.exaggeration)
+    return result(track, session.choices.overlay.exaggeration)
 
 
 def result(track: Track, times: float) -> str:

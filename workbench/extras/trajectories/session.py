@@ -5,7 +5,7 @@ thesis (§5.5.1), the line being a diameter of the circle.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,10 +21,11 @@ from workbench.extras.trajectories.correction import ACCEPTED_ERROR, correct
 from workbench.extras.trajectories.curves import Circle, Curve, circle_through, line
 from workbench.extras.trajectories.path import command_joints
 from workbench.extras.trajectories.planning import plan
+from workbench.extras.trajectories.track import Track
 from workbench.session.command import AbstractTask, computed
 from workbench.session.deflection import bending_robot
 from workbench.session.page_state import Severity
-from workbench.session.planned_trajectory import Play, Track
+from workbench.session.played_motion import Played
 from workbench.session.state import Focus, Session
 from workbench.session.target_steps import check_free
 
@@ -196,7 +197,9 @@ class PlanTrack(AbstractTask[tuple[Robot, Track]]):
         if session.robot is not robot:
             raise OptionError("the arm has changed since; plan again")
         focus = Focus.TRACK if session.drag is None else session.playback.focus
-        session = session.with_playback(track=track, focus=focus, play=Play(pace=session.playback.play.pace))
+        former = session.part(Played)
+        played = Played(motion=track) if former is None else replace(former.stopped(0.0), motion=track)
+        session = session.with_part(played).with_playback(focus=focus)
         return session.with_message(Severity.INFO, _summary(track))
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, computed
-from workbench.session.planned_trajectory import Play, Track
+from workbench.session.played_motion import Played
 from workbench.session.state import Focus, Session
 from workbench.session.target_steps import check_free
 
@@ -27,10 +27,10 @@ class PlayTrack(AbstractChange):
             raise OptionError("the arm is being measured; use its rows or stop measuring first")
 
     def apply(self, session: Session) -> Session:
-        track = _planned(session)
-        play = session.playback.play
-        at = 0.0 if play.at >= track.duration else play.at
-        return session.with_playback(focus=Focus.TRACK, play=Play(at=at, pace=play.pace, is_running=True))
+        played = _planned(session)
+        at = 0.0 if played.at >= played.motion.duration else played.at
+        begun = replace(played.stopped(at), is_running=True)
+        return session.with_part(begun).with_playback(focus=Focus.TRACK)
 
 
 class PauseTrack(AbstractChange):
@@ -43,7 +43,7 @@ class PauseTrack(AbstractChange):
         _planned(session)
 
     def apply(self, session: Session) -> Session:
-        return session.with_playback(play=replace(session.playback.play, is_pausing=True))
+        return session.with_part(replace(_planned(session), is_pausing=True))
 
 
 class PlaceTrack(AbstractChange):
@@ -63,13 +63,13 @@ class PlaceTrack(AbstractChange):
     title = computed(lambda self: f"The trajectory at {self.at:.2f} s")
 
     def check(self, session: Session) -> None:
-        duration = _planned(session).duration
+        duration = _planned(session).motion.duration
         if not 0.0 <= self.at <= duration:
             raise OptionError(f"the time must be 0 to {duration:g} s, got {self.at:g}")
 
     def apply(self, session: Session) -> Session:
         focus = Focus.TRACK if self.is_shown else session.playback.focus
-        return session.with_playback(focus=focus, play=Play(at=self.at, pace=session.playback.play.pace))
+        return session.with_part(_planned(session).stopped(self.at)).with_playback(focus=focus)
 
 
 class LeaveTrack(AbstractChange):
@@ -82,8 +82,8 @@ class LeaveTrack(AbstractChange):
         _planned(session)
 
     def apply(self, session: Session) -> Session:
-        play = session.playback.play
-        return session.with_playback(focus=Focus.TARGET, play=Play(at=play.at, pace=play.pace))
+        played = _planned(session)
+        return session.with_part(played.stopped(played.at)).with_playback(focus=Focus.TARGET)
 
 
 class SetPace(AbstractChange):
@@ -102,12 +102,13 @@ class SetPace(AbstractChange):
     def check(self, session: Session) -> None:
         if not SLOWEST <= self.pace <= FASTEST:
             raise OptionError(f"the speed must be {SLOWEST:g} to {FASTEST:g}, got {self.pace:g}")
+        _planned(session)
 
     def apply(self, session: Session) -> Session:
-        return session.with_playback(play=replace(session.playback.play, pace=self.pace))
+        return session.with_part(replace(_planned(session), pace=self.pace))
 
 
-def _planned(session: Session) -> Track:
-    if session.playback.track is None:
+def _planned(session: Session) -> Played:
+    if (played := session.part(Played)) is None:
         raise OptionError("no trajectory has been planned yet; plan one first")
-    return session.playback.track
+    return played

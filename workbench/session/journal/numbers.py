@@ -20,7 +20,7 @@ from workbench.identification.result import Identification
 from workbench.plate.plate import Plate
 from workbench.report.json import Json, plain
 from workbench.session.loaded_measurements import Loaded
-from workbench.session.planned_trajectory import Track
+from workbench.session.played_motion import Played
 from workbench.session.score import PlateTrial
 from workbench.session.state import Session
 from workbench.session.target_state import Score, TargetState
@@ -126,15 +126,6 @@ def _accepted(effects: tuple[AbstractEffect, ...]) -> Json:
     }
 
 
-def _track(track: Track) -> Json:
-    return {
-        "kind": track.kind,
-        "rows": len(track.q),
-        "q_mean": track.q.mean(0),
-        "errors": track.errors.mean(),
-    }
-
-
 SUBJECTS: Registry[Subject] = Registry(
     "journal number",
     Subject,
@@ -163,7 +154,7 @@ SUBJECTS: Registry[Subject] = Registry(
         lambda s: (s.part(PlateTrial),),
         lambda trial: {"arms": trial.arms, "share": trial.share, "position": trial.position},
     ),
-    Subject("track", lambda s: (s.playback.track,), _track),
+    Subject("track", lambda s: ((p := s.part(Played)) and p.motion,), lambda motion: motion.numbers()),
     Subject(
         "shown",
         lambda s: (s.selected, s.playback.focus, s.results.row),

@@ -10,6 +10,7 @@ from workbench.session.commands.compare import MAX_EXAGGERATION, MIN_EXAGGERATIO
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
 from workbench.session.page_state import Tab
+from workbench.session.played_motion import Played
 from workbench.session.state import Session
 from workbench.views.appearance.colours import CALIBRATED, NOMINAL, css
 from workbench.views.page.camera import aim
@@ -44,7 +45,7 @@ class ComparePanel(AbstractPanel):
     """Scrubber, switches, errors at the pose."""
 
     tab, order = Tab.COMPARE, 10
-    depends = ("results", "choices.overlay", "measurements", "playback.track")
+    depends = ("results", "choices.overlay", "measurements", lambda session: session.part(Played))
 
     def build(self, gui: viser.GuiApi) -> None:
         row = self.slider(
@@ -81,7 +82,7 @@ class ComparePanel(AbstractPanel):
 
     def _factor(self, name: str, label: str, hint: str) -> Control:
         def visible(session: Session) -> bool:
-            of_track = name == "exaggeration" and session.playback.track is not None
+            of_track = name == "exaggeration" and session.part(Played) is not None
             return of_track or session.results.identification is not None
 
         limits = (MIN_EXAGGERATION, MAX_EXAGGERATION, 1.0)

@@ -17,7 +17,7 @@ from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.playing import PlaceTrack
 from workbench.session.commands.region import ShowCubes
-from workbench.session.planned_trajectory import Play, Track
+from workbench.session.played_motion import AbstractMotion, Played
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.scene_contents import in_motion, on_page
@@ -125,8 +125,8 @@ def _has_other_rows(before: Session, now: Session) -> bool:
 
 def _at(session: Session, time: float) -> Session:
     """The session with the arm at this time along its trajectory [s]."""
-    play = session.playback.play
-    return session if play.at == time else session.with_playback(play=replace(play, at=time))
+    played = session.part(Played)
+    return session if played is None or played.at == time else session.with_part(replace(played, at=time))
 
 
 RATE = 25.0
@@ -143,19 +143,20 @@ class Player:
 
     def __init__(self, server: viser.ViserServer, worker: Worker, frame: Callable[["TrackRun"], None]):
         self._server, self._worker, self._frame = server, worker, frame
-        self._track: Track | None = None
-        self._play: Play | None = None
+        self._motion: AbstractMotion | None = None
+        self._played: Played | None = None
         self._run: TrackRun | None = None
         self._at = 0.0
 
     def follow(self, session: Session) -> float:
         """Begin, go on, or stop as the session says; returns the time along the trajectory now [s]."""
-        if session.playback.track is not self._track:
+        played = session.part(Played)
+        if (motion := played and played.motion) is not self._motion:
             self._stop()
-            self._look(session.playback.track)
-            self._track = session.playback.track
-        if session.is_playing:
-            self._go_on(session)
+            self._look(motion, session.robot.reach)
+            self._motion = motion
+        if played is not None and session.is_playing:
+            self._go_on(played)
         elif self._run is not None:
             self._at = self._run.at
             self._stop()
@@ -163,20 +164,19 @@ class Player:
         if self._run is not None:
             self._at = self._run.at
         elif not session.is_track_active:
-            self._at = session.playback.play.at
+            self._at = 0.0 if played is None else played.at
         return self._at
 
-    def _go_on(self, session: Session) -> None:
+    def _go_on(self, played: Played) -> None:
         """Begin a thread for what was asked for last."""
-        if self._play == session.playback.play and self._run is not None:
+        if self._played == played and self._run is not None:
             return
-        assert session.playback.track is not None
-        at = session.playback.play.at
-        if self._run is not None and self._play is not None and self._play.at == session.playback.play.at:
+        at = played.at
+        if self._run is not None and self._played is not None and self._played.at == at:
             at = self._run.at  # another pace: go on from here
         self._stop()
-        self._play = session.playback.play
-        self._run = TrackRun(at, session.playback.track.duration, session.playback.play.pace, self._step)
+        self._played = played
+        self._run = TrackRun(at, played.motion.duration, played.pace, self._step)
 
     def _step(self, run: "TrackRun") -> None:
         self._frame(run)
@@ -186,16 +186,15 @@ class Player:
     def _stop(self) -> None:
         if self._run is not None:
             self._run.stop.set()
-        self._run = self._play = None
+        self._run = self._played = None
 
-    def _look(self, track: Track | None) -> None:
+    def _look(self, motion: AbstractMotion | None, reach: float) -> None:
         """Every page looks at a new trajectory once."""
-        old = self._track
-        if track is None or (old is not None and (old.kind, old.robot) == (track.kind, track.robot)):
+        if motion is None or (self._motion is not None and motion.looks_like(self._motion)):
             return
-        arm = np.outer([0.0, HIGH * track.robot.reach], [0.0, 0.0, 1.0])
+        path, arm = motion.view(), np.outer([0.0, HIGH * reach], [0.0, 0.0, 1.0])
         for client in self._server.get_clients().values():
-            look_at(client, np.vstack([track.wanted, arm]), along=from_outside(track.wanted))
+            look_at(client, np.vstack([path, arm]), along=from_outside(path))
 
 
 @final

@@ -1,15 +1,19 @@
 """A planned trajectory: the commanded joints, and the resulting nominal and calibrated tool poses."""
 
 from dataclasses import dataclass, field
+from typing import Any, final
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.robot import Robot
+from workbench.session.played_motion import AbstractMotion, Played
+from workbench.session.state import Session
 
 
+@final
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Track:
+class Track(AbstractMotion):
     """A trajectory with its tools, a row each moment; positions in the robot's base frame [m].
 
     Args:
@@ -49,19 +53,18 @@ class Track:
     def at(self, time: float) -> Float[np.ndarray, " n"]:
         return np.array([np.interp(time, self.time, column) for column in self.q.T])
 
+    def view(self) -> Float[np.ndarray, "rows 3"]:
+        return self.wanted
 
-@dataclass(frozen=True, kw_only=True)
-class Play:
-    """How far a trajectory is played.
+    def looks_like(self, other: AbstractMotion) -> bool:
+        return isinstance(other, Track) and (other.kind, other.robot) == (self.kind, self.robot)
 
-    Args:
-        at: Time along it [s]; while it runs, where it began to.
-        pace: How many times faster than its own time.
-        is_running: Whether it was begun, and nothing has said yet where it stopped.
-        is_pausing: Whether it is to stop.
-    """
+    def numbers(self) -> dict[str, Any]:
+        errors = self.errors.mean()
+        return {"kind": self.kind, "rows": len(self.q), "q_mean": self.q.mean(0), "errors": errors}
 
-    at: float = 0.0
-    pace: float = 1.0
-    is_running: bool = False
-    is_pausing: bool = False
+
+def planned_track(session: Session) -> Track | None:
+    """The trajectory that was planned last, if there is one."""
+    played = session.part(Played)
+    return played.motion if played is not None and isinstance(played.motion, Track) else None
