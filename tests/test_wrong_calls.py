@@ -132,15 +132,75 @@ def test_sizes_are_read_with_their_units(aria):
     plate = wb.load_plate("table2")
     found = wb.score(aria, plate, sigma="0.2mm,0.02deg")
     assert found.sigma == pytest.approx((2e-4, np.deg2rad(0.02)))
-    for sigma in ("0.2", "0.2mm", "0.02deg,0.2mm", (1e-4,), 1e-4):
-        with pytest.raises(OptionError):
+    for sigma in ("0.2", "0.2mm", "0.02deg,0.2mm", (1e-4,), 1e-4, (np.inf, 1.0), (1e-4, np.nan)):
+        with pytest.raises(OptionError) as refused:
             wb.score(aria, plate, sigma=sigma)
+        assert refused.value.option == "sigma"
     for errors in ((np.nan, 1e-3), (1e-3, np.inf), (-1e-3, 0.0)):
         with pytest.raises(OptionError):
             wb.measure_poses(aria, 5, errors=errors)
+    for sigma in ("0.2", "0.02deg", "0.2mm,0.02deg,1", (1e-4, np.inf)):
+        with pytest.raises(OptionError) as refused:
+            wb.optimise_plate(aria, plate, sigma=sigma)
+        assert refused.value.option == "sigma"
 
 
-@pytest.mark.parametrize("noise", [wb.Noise("a"), wb.Noise(-1e-4), wb.Noise(1e-4, rotation=0.0)])
+def test_fields_of_records_are_read_with_their_units():
+    kept = wb.Constraints(clearance="5mm", errors="1mm,0.1deg", floor="-2cm")
+    assert (kept.clearance, kept.floor) == (0.005, -0.02)
+    assert kept.errors == pytest.approx((1e-3, np.deg2rad(0.1)))
+    blocks = wb.Blocks(heights="40mm,0.1m", tilts=("30deg", 0.0), shapes=(("50mm", "0deg", 0.0),))
+    assert blocks.heights == (0.04, 0.1)
+    assert blocks.tilts == pytest.approx((np.pi / 6, 0.0))
+    assert blocks.shapes == ((0.05, 0.0, 0.0),)
+    assert wb.Wanted(position="0.3mm") == wb.Wanted(position=3e-4)
+
+
+@pytest.mark.parametrize("size", ["0.5", "0.5 deg", -1e-3, np.nan, np.inf])
+@pytest.mark.parametrize(
+    "verb", [pytest.param(v, marks=pytest.mark.extra("pendant")) for v in ("tcp", "frame", "check")]
+)
+def test_an_accuracy_without_its_unit_is_refused(verb, size):
+    arm, rows = right()["identify"]
+    with pytest.raises(OptionError) as refused:
+        getattr(wb, verb)(arm, rows, wanted=size)
+    assert refused.value.option == "wanted"
+
+
+ONE_TARGET = {"xyz": np.zeros(3)}
+ONE_PLATE = {
+    "name": "mine",
+    "targets": (wb.Target(np.zeros(3)),),
+    "region": wb.Region(min=[0, 0, 0], max=[1, 1, 1]),
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields", "option", "value"),
+    [
+        (wb.Plate, ONE_PLATE, "xyz", np.array([0.0, np.nan, 0.0])),
+        (wb.Plate, ONE_PLATE, "rpy", np.array([0.0, np.inf, 0.0])),
+        (wb.Plate, ONE_PLATE, "xyz", np.zeros(2)),
+        (wb.Plate, ONE_PLATE, "size", np.array([0.5, 0.0, 0.01])),
+        (wb.Plate, ONE_PLATE, "anchors", np.full((3, 3), np.nan)),
+        (wb.Target, ONE_TARGET, "xyz", np.array([0.0, np.nan, 0.0])),
+        (wb.Target, ONE_TARGET, "sigma", (-1e-4, 0.0)),
+        (wb.Blocks, {}, "grid", np.nan),
+        (wb.Blocks, {}, "heights", (0.1, np.inf)),
+        (wb.Constraints, {}, "clearance", np.inf),
+        (wb.Region, {"min": np.zeros(3)}, "max", np.full(3, np.inf)),
+        (wb.Prior, {"names": ("joint1.theta",), "information": np.eye(1)}, "values", np.array([np.nan])),
+    ],
+)
+def test_numbers_of_records_are_finite_and_in_range(kind, fields, option, value):
+    with pytest.raises(OptionError) as refused:
+        kind(**{**fields, option: value})
+    assert refused.value.option == option
+
+
+@pytest.mark.parametrize(
+    "noise", [wb.Noise("a"), wb.Noise(-1e-4), wb.Noise(1e-4, rotation=0.0), wb.Noise(joints=3)]
+)
 def test_a_noise_of_no_size_is_refused(noise):
     with pytest.raises(OptionError):
         wb.FitChoices(noise=noise)

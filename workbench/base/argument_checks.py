@@ -9,6 +9,7 @@ from dataclasses import fields, replace
 from enum import Enum
 from functools import cache, reduce, wraps
 from inspect import Parameter, Signature, cleandoc, signature
+from math import isfinite, isnan
 from numbers import Integral, Real
 from operator import or_
 from pathlib import Path
@@ -53,6 +54,8 @@ else:
 
 
 _REFUSED = object()
+MAX_SHOWN = 12
+"""Numbers of an array that a message quotes."""
 
 
 class Reading(NamedTuple):
@@ -79,12 +82,17 @@ Seed = Annotated[int, Reading("a whole number", _seed)]
 """Where random numbers begin."""
 
 
+def _finite(value: Any) -> Any:
+    return value if _is_finite(value) else _REFUSED
+
+
 def _size_of(quantity: Quantity) -> Read:
     def read(value: Any, given: Given) -> Any:
         try:
-            return parse_quantity(value, quantity) if isinstance(value, str) else value
+            size = parse_quantity(value, quantity) if isinstance(value, str) else value
         except UnitError:
-            return value
+            return _REFUSED
+        return _finite(size)
 
     return read
 
@@ -113,7 +121,22 @@ LengthAndAngle = Annotated[
     tuple[float, float],
     Reading(
         'a length in m and an angle in rad, such as (1e-4, 3e-4), or text such as "0.1mm,0.02deg"',
-        lambda value, given: pair_of(value) or value,
+        lambda value, given: _finite(pair_of(value) or value),
+    ),
+]
+
+
+def _padded(value: Any, given: Given) -> Any:
+    pair = pair_of(value)
+    return _finite(value if pair is None else (*pair, None)[:2])
+
+
+LengthAndOptionalAngle = Annotated[
+    tuple[float, float | None],
+    Reading(
+        "a length in m and an angle in rad, or the length alone where no rotation is read, such as "
+        '(1e-4, 3e-4), or text such as "0.1mm,0.02deg"',
+        _padded,
     ),
 ]
 
@@ -157,10 +180,12 @@ def checked_arguments(record: type | None = None) -> Callable[[Callable[P, Resul
 
 
 def admit(record: Any) -> None:
-    """The fields of a frozen dataclass by their annotations; for its `__post_init__`."""
+    """The fields of a frozen dataclass by their annotations, numbers finite; for its `__post_init__`."""
     values = {f.name: getattr(record, f.name) for f in fields(record)}
     kind: Callable[..., Any] = type(record)
     for name, value in admitted(_hints(kind), values).items():
+        if not _is_finite(value):
+            raise OptionError(f"{name} must be finite, got {_shown(value)}", option=name, found=value)
         object.__setattr__(record, name, value)
 
 
@@ -280,6 +305,15 @@ def _array(value: Any, kind: Any) -> Any:
     return array if isinstance(array, kind) else _REFUSED
 
 
+def _is_finite(value: Any) -> bool:
+    """Whether all numbers of a field are; a record in it has checked its own."""
+    if type(value) is tuple:
+        return all(map(_is_finite, value))
+    if isinstance(value, np.ndarray):
+        return value.dtype.kind != "f" or bool(np.isfinite(value).all())
+    return not isinstance(value, float) or isfinite(value)
+
+
 def numbers(value: Any, what: str) -> np.ndarray:
     """What numpy makes numbers of.
 
@@ -305,7 +339,7 @@ def _ordered(parts: tuple[Any, ...]) -> list[Any]:
 
 
 def _single(value: Any, kind: type, given: Given) -> Any:
-    if kind in (int, float) and isinstance(value, bool | np.bool_):
+    if kind in (int, float) and (isinstance(value, bool | np.bool_) or _is_nan(value)):
         return _REFUSED
     if kind in _READINGS:
         value = _READINGS[kind].read(value, given)
@@ -316,6 +350,10 @@ def _single(value: Any, kind: type, given: Given) -> Any:
     elif issubclass(kind, Enum) and value in list(kind):
         return kind(value)
     return value if isinstance(value, kind) else _REFUSED
+
+
+def _is_nan(value: Any) -> bool:
+    return isinstance(value, float | np.floating) and isnan(value)
 
 
 def _plain(value: Any, kind: type) -> Any:
@@ -381,8 +419,10 @@ def _text(hint: Any) -> str:
     if issubclass(kind, AbstractArray):
         return f"an array of shape ({hint.dim_str})" if hint.dim_str else "a number"
     if parts and issubclass(kind, Iterable):
-        pair = kind is tuple and parts[-1] is not Ellipsis
-        return f"{len(parts)} values" if pair else f"a list (each {_text(parts[0])})"
+        if kind is tuple and parts[-1] is not Ellipsis:
+            texts = list(dict.fromkeys(map(_text, parts)))
+            return f"{len(parts)} values ({'each ' if len(texts) == 1 else ''}{'; '.join(texts)})"
+        return f"a list (each {_text(parts[0])})"
     return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
 
 
@@ -392,4 +432,6 @@ def _shown(value: Any) -> str:
         return f"'{value}'"
     if value is None or isinstance(value, bool | int | float | tuple | list | set | dict):
         return repr(value)
+    if isinstance(value, np.ndarray) and value.size <= MAX_SHOWN:
+        return str(value.tolist())
     return f"{'an' if type(value).__name__[0] in 'AEIOU' else 'a'} {type(value).__name__}"

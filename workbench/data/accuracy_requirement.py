@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.base.argument_checks import admit
+from workbench.base.argument_checks import Angle, Length, admit
 from workbench.base.errors import OptionError
 from workbench.data.prediction import RowComponents
 from workbench.report.result_fields import POSE
@@ -40,8 +40,8 @@ class Wanted:
         OptionError: a limit that is not positive.
     """
 
-    position: float
-    rotation: float | None = None
+    position: Length
+    rotation: Angle | None = None
     per_axis: bool = False
     why: str = ""
 
@@ -186,9 +186,9 @@ class Requirement:
         OptionError: a length that is not positive, or a position error that alone misses the target.
     """
 
-    radius: float = 5e-3
-    insertion: float = 0.2
-    per_axis: float = 1e-3
+    radius: Length = 5e-3
+    insertion: Length = 0.2
+    per_axis: Length = 1e-3
 
     def __post_init__(self):
         admit(self)

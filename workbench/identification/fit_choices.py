@@ -37,7 +37,8 @@ def _by_hand(value: Any, given: Given) -> Any:
 
 def _noise(value: Any, given: Given) -> Any:
     if isinstance(value, Noise):
-        sizes = (value.position, value.rotation, value.own, value.tilt, *value.joints)
+        joints = value.joints if isinstance(value.joints, tuple | list) else (None,)
+        sizes = (value.position, value.rotation, value.own, value.tilt, *joints)
         if not all(isinstance(size, Real) and not size <= 0.0 for size in sizes):  # NaN: not measured
             raise OptionError(f"noise must be positive standard deviations, got {value}")
         return value

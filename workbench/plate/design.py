@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like, Seed, with_fields
+from workbench.base.argument_checks import LengthAndOptionalAngle, Like, Seed, with_fields
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
@@ -51,7 +51,7 @@ def optimise_plate(
     *,
     request: DesignRequest | None = None,
     reading: str | TargetReading | None = None,
-    sigma: tuple[float, float | None] | None = None,
+    sigma: Like[LengthAndOptionalAngle] | None = None,
     visits: int = 1,
     base: bool | None = None,
     tool: bool | None = None,

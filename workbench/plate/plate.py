@@ -7,6 +7,7 @@ there, so the same plate serves any arm that stands in the same place.
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
+from math import isfinite
 from types import NoneType
 from typing import Any
 
@@ -14,7 +15,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.argument_checks import admit
+from workbench.base.argument_checks import LengthAndAngle, admit
+from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3, frozen
 from workbench.plate.region import Region
 from workbench.plate.tolerances import EXACT, Production
@@ -55,11 +57,17 @@ class Target:
     branch: str = AUTO
     q: Float[np.ndarray, " n"] | None = None
     kind: Kind = Kind.SEAT
-    sigma: tuple[float, float] | None = None
+    sigma: LengthAndAngle | None = None
     locked: bool = False
 
     def __post_init__(self):
         admit(self)
+        if self.sigma is not None and min(self.sigma) < 0.0:
+            raise OptionError(
+                f"standard deviations of a target must be at least 0, got {self.sigma}",
+                option="sigma",
+                found=self.sigma,
+            )
 
     @classmethod
     def at(cls, pose: Matrix4, **fields: Any) -> "Target":
@@ -99,8 +107,20 @@ class Plate:
 
     def __post_init__(self):
         plain = all(isinstance(getattr(self, name), kind) for name, kind in _KINDS.items())
-        if not (plain and all(type(target) is Target for target in self.targets)):
+        plain = plain and all(type(target) is Target for target in self.targets)
+        if not (plain and all(map(_is_place, self._triples()))):
             admit(self)  # which takes longer than a drag, that makes many, should
+        if self.size is not None and not min(self.size.tolist()) > 0.0:
+            raise OptionError(
+                f"length, width and thickness of a plate must be positive, got {self.size.tolist()} m",
+                option="size",
+                found=self.size,
+            )
+
+    def _triples(self) -> list[Vector3]:
+        """Its places and its size."""
+        size = () if self.size is None else (self.size,)
+        return [self.xyz, self.rpy, *size, *(() if self.anchors is None else self.anchors)]
 
     def __repr__(self) -> str:
         return f"<Plate {self.name}: {len(self)} targets; {self.assumptions}>"
@@ -203,6 +223,11 @@ class Plate:
             for t, row, branch in zip(self.targets, q, branches, strict=True)
         )
         return replace(self, targets=targets)
+
+
+def _is_place(array: np.ndarray) -> bool:
+    """Whether it is three finite numbers."""
+    return array.shape == (3,) and array.dtype.char == "d" and isfinite(sum(array.tolist()))
 
 
 _KINDS: dict[str, type | tuple[type, ...]] = {

@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import LengthAndAngle, Like, Seed
+from workbench.base.argument_checks import Angle, Length, LengthAndAngle, Like, Seed
 from workbench.base.errors import DataError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
@@ -37,8 +37,8 @@ def try_plate(
     joint_sigma: float = 0.0,
     production: Production | None = None,
     undeclared: tuple[AbstractEffect, ...] = (),
-    length: float = MAX_LENGTH_ERROR,
-    angle: float = ANGLE_ERROR,
+    length: Like[Length] = MAX_LENGTH_ERROR,
+    angle: Like[Angle] = ANGLE_ERROR,
     wanted: Like[Wanted] | None = None,
     towards: Like[Plate] | None = None,
     poses: int = JUDGED_POSES,

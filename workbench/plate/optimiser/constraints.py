@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from workbench.arm.inverse.branch import LIMIT_MARGIN
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import admit
+from workbench.base.argument_checks import Length, LengthAndAngle, admit
 from workbench.base.errors import DataError, OptionError
 from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.plate.optimiser.clearance import arm_shape
@@ -38,13 +38,13 @@ class Constraints:
         floor: Height of the table in the robot's base [m]; None if there is none.
     """
 
-    clearance: float = 0.010
+    clearance: Length = 0.010
     limit_margin: float = LIMIT_MARGIN
-    errors: tuple[float, float] = LIKELY_ERRORS
-    spacing: float = 0.08
-    edge: float = float(0.5 * np.sqrt(2.0) * SIDE)
-    retreat: float = 0.05
-    floor: float | None = 0.0
+    errors: LengthAndAngle = LIKELY_ERRORS
+    spacing: Length = 0.08
+    edge: Length = float(0.5 * np.sqrt(2.0) * SIDE)
+    retreat: Length = 0.05
+    floor: Length | None = 0.0
 
     def __post_init__(self):
         admit(self)

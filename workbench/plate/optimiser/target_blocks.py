@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base import se3
-from workbench.base.argument_checks import admit
+from workbench.base.argument_checks import Angle, Length, admit
 from workbench.base.errors import OptionError
 from workbench.plate.plate import SQUARE, Plate
 
@@ -66,13 +66,13 @@ class Blocks:
     """
 
     style: BlockStyle = BlockStyle.TILTED
-    heights: tuple[float, float] = (0.04, 0.12)
-    max_tilt: float = float(np.deg2rad(45.0))
-    tilts: tuple[float, ...] = ()
-    turn: float = 0.0
-    grid: float = 0.0
-    levels: tuple[float, ...] = ()
-    shapes: tuple[tuple[float, float, float], ...] = ()
+    heights: tuple[Length, Length] = (0.04, 0.12)
+    max_tilt: Angle = float(np.deg2rad(45.0))
+    tilts: tuple[Angle, ...] = ()
+    turn: Angle = 0.0
+    grid: Length = 0.0
+    levels: tuple[Length, ...] = ()
+    shapes: tuple[tuple[Length, Angle, Angle], ...] = ()
 
     def __post_init__(self):
         admit(self)

@@ -38,13 +38,7 @@ from workbench.extras.pendant.touching.causes import (
     groups_of,
     tested,
 )
-from workbench.extras.pendant.touching.touches import (
-    EXACT_SCATTER,
-    Touches,
-    checked_length,
-    read_touches,
-    tips,
-)
+from workbench.extras.pendant.touching.touches import EXACT_SCATTER, Touches, check_wanted, read_touches, tips
 from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, document
 from workbench.report.numbers import signed
@@ -239,7 +233,7 @@ def check(
         DataError: fewer than six touches, or seats that the reference lacks.
         OptionError: a displacement that is not positive.
     """
-    checked_length(wanted, "the displacement to find")
+    check_wanted(wanted, "the displacement to find")
     today = read_touches(touches, robot)
     before = None if reference is None else read_touches(reference, robot)
     if len(today) < MIN_TOUCHES:

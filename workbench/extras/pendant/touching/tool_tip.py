@@ -30,7 +30,7 @@ from workbench.extras.pendant.touching.touches import (
     TouchErrors,
     Touches,
     TouchSolution,
-    checked_length,
+    check_wanted,
     flanges,
     orientation_line,
     read_touches,
@@ -153,7 +153,7 @@ def tcp(robot: Like[Robot], touches: Path | Like[Dataset], *, wanted: Like[Lengt
         DataError: fewer than four touches, or orientations that are too much alike.
         OptionError: a width that is not positive.
     """
-    checked_length(wanted, "the wanted accuracy")
+    check_wanted(wanted, "the wanted accuracy")
     given = read_touches(touches, robot)
     of_points = given.take([k for k, name in enumerate(given.names) if not AXIS.fullmatch(name)])
     at, names = flanges(robot, of_points.q), of_points.names

@@ -106,10 +106,10 @@ def read_touches(source: Path | Dataset, robot: Robot) -> Touches:
     )
 
 
-def checked_length(value: float | None, what: str) -> None:
+def check_wanted(value: float | None, what: str) -> None:
     """Refuse a length that is not positive."""
     if value is not None and not value > 0.0:
-        raise OptionError(f"{what} must be positive, got {value:g} m")
+        raise OptionError(f"{what} must be positive, got {value:g} m", option="wanted", found=value)
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,7 @@ from workbench.extras.pendant.touching.touches import (
     TouchErrors,
     Touches,
     TouchSolution,
-    checked_length,
+    check_wanted,
     flanges,
     orientation_line,
     read_touches,
@@ -164,7 +164,7 @@ def frame(
         DataError: no tool, too few touches, unknown names, or points on one line.
         OptionError: an accuracy or radius out of range.
     """
-    checked_length(wanted, "the wanted accuracy")
+    check_wanted(wanted, "the wanted accuracy")
     if not 0.0 <= radius < 0.1:
         raise OptionError(f"the radius must be 0–100 mm, got {radius:g} m")
     given = read_touches(touches, robot)
