@@ -335,14 +335,10 @@ def _design(session: Session) -> NextStep:
             improve = Action(f"Search {number} targets", Tab.PLATE, ImprovePlate(seed, number))
         else:
             blame = "" if session.tried is None else f": the {session.tried.blame} dominates"
-            is_known = np.isfinite(session.score.position)
-            way = (
-                "Require less, or measure more exactly"
-                if is_known
-                else "Add targets at other places and heights"
-            )
-            text = f"{text}. No better plate was found{blame}. {way}."
-            return NextStep(text, judged.tone, *((MAKE, LOAD) if is_known else (LOAD,)))
+            text = f"{text}. No better plate was found{blame}"
+            if not np.isfinite(session.score.position):
+                return NextStep(f"{text}. Add targets at other places and heights.", judged.tone, LOAD)
+            return NextStep(f"{text}. Require less, or measure more exactly.", judged.tone, MAKE, LOAD)
         return NextStep(f"{text}.", judged.tone, improve, MAKE if session.tried is not None else LOAD)
     text = f"{text}: {judged.text}. Good enough?"
     return NextStep(text, judged.tone, trial or LOAD, LOAD if trial else improve)
@@ -377,30 +373,22 @@ def _takes_next_poses(session: Session) -> bool:
 
 
 def _identified(session: Session, found: Identification) -> NextStep:
-    run = found.runs[session.results.fit]
-    if doubts := found.doubts(run):
-        text = f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}"
-        return NextStep(text, Tone.CAREFUL, COMPARE, LOAD)
-    if (identifiability := found.identifiability) is not None and identifiability.refused:
-        text = f"No parameter of the arm was identified: {identifiability.advice or identifiability.refused}."
+    errors, times, known = before_and_after(session), share_of_noise(session, found), found.identifiability
+    if doubts := found.doubts(found.runs[session.results.fit]):
+        return NextStep(f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}", Tone.CAREFUL, COMPARE, LOAD)
+    if known is not None and known.refused:
+        text = f"No parameter of the arm was identified: {known.advice or known.refused}."
         return NextStep(text, Tone.CAREFUL, MORE, COMPARE)
-    if identifiability is not None:
-        text = f"{before_and_after(session)}; {identifiability.title} identified."
-        return NextStep(text, Tone.GOOD, TAKE, COMPARE)
-    rows, times = len(found.train_rows), share_of_noise(session, found)
+    if known is not None:
+        return NextStep(f"{errors}; {known.title} identified.", Tone.GOOD, TAKE, COMPARE)
     if times <= BEYOND_NOISE:
-        text = f"{before_and_after(session)}: the remaining error is instrument noise."
-        return NextStep(text, Tone.GOOD, TAKE, COMPARE)
-    if rows < MIN_ROWS:
-        text = f"{before_and_after(session)}. {rows} rows are too few to look for a cause of the rest; "
-        text += f"{MIN_ROWS} are needed."
-        return NextStep(text, Tone.CAREFUL, MORE, COMPARE)
+        return NextStep(f"{errors}: the remaining error is instrument noise.", Tone.GOOD, TAKE, COMPARE)
+    if (rows := len(found.train_rows)) < MIN_ROWS:
+        text = f"{rows} rows are too few to look for a cause of the rest; {MIN_ROWS} are needed"
+        return NextStep(f"{errors}. {text}.", Tone.CAREFUL, MORE, COMPARE)
     if np.isnan(times):
-        text = f"{before_and_after(session)}. Is the rest noise, or an error beyond geometry?"
-        return NextStep(text, Tone.PLAIN, CAUSE, TAKE)
-    text = (
-        f"{before_and_after(session)}. Geometry can't explain the rest, {times:.2g} × the instrument noise."
-    )
+        return NextStep(f"{errors}. Is the rest noise, or an error beyond geometry?", next=CAUSE, other=TAKE)
+    text = f"{errors}. Geometry can't explain the rest, {times:.2g} × the instrument noise."
     return NextStep(text, Tone.CAREFUL, CAUSE, TAKE)
 
 

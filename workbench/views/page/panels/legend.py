@@ -133,25 +133,22 @@ def scale_bar(field: Field, numbers: CubeValues) -> str:
 def things(session: Session, *, is_alone: bool = False) -> str:
     """Colours of what stands and moves in the scene; in a narrow window only where there is nothing else."""
     overlay, focus, rows = session.choices.overlay, session.playback.focus, session.results.comparison
-    marks: list[tuple[str, tuple[int, int, int]]] = []
-    if rows is not None and not rows.stages and overlay.points and focus is not Focus.TRACK:
-        marks.append(("measured", FITTED))
-    if rows is not None and overlay.points and focus is Focus.ROW:
-        marks.append(("selected row", MARK))
-    if session.shows_plate:
-        marks += [("target", REACHED), ("selected", SELECTED)]
-        marks += [("out of reach", OUT_OF_REACH)] if any(not s.reached for s in session.states) else []
-        marks += [("blocked", BLOCKED)] if any(s.reached and s.hit for s in session.states) else []
-    if session.results.calibrated is not None and overlay.calibrated and focus is not Focus.TARGET:
-        marks += [("nominal arm", JOINT), ("calibrated arm", CALIBRATED)]
-    if bending_robot(session) is not None and overlay.is_deflected:
-        marks.append(("deflected arm", DEFLECTED))
-    if overlay.ghosts and focus is Focus.TARGET:
-        marks.append(("other branches", BRANCH))
-    if not marks:
-        return ""
-    hidden = "" if is_alone else MORE
-    return f'<div data-testid="things" {hidden}>{"".join(_mark(*mark) for mark in marks)}</div>'
+    has_plate, rows = session.shows_plate, rows if overlay.points else None
+    is_fitted = session.results.calibrated is not None and overlay.calibrated and focus is not Focus.TARGET
+    marks = (
+        ("measured", FITTED, rows is not None and not rows.stages and focus is not Focus.TRACK),
+        ("selected row", MARK, rows is not None and focus is Focus.ROW),
+        ("target", REACHED, has_plate),
+        ("selected", SELECTED, has_plate),
+        ("out of reach", OUT_OF_REACH, has_plate and any(not s.reached for s in session.states)),
+        ("blocked", BLOCKED, has_plate and any(s.reached and s.hit for s in session.states)),
+        ("nominal arm", JOINT, is_fitted),
+        ("calibrated arm", CALIBRATED, is_fitted),
+        ("deflected arm", DEFLECTED, overlay.is_deflected and bending_robot(session) is not None),
+        ("other branches", BRANCH, overlay.ghosts and focus is Focus.TARGET),
+    )
+    content = "".join(_mark(label, colour) for label, colour, is_seen in marks if is_seen)
+    return content and f'<div data-testid="things" {"" if is_alone else MORE}>{content}</div>'
 
 
 def _mark(label: str, colour: tuple[int, int, int]) -> str:
