@@ -2,6 +2,7 @@
 
 import warnings
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from inspect import Parameter, signature
 from pathlib import Path
@@ -12,7 +13,7 @@ import pytest
 
 import workbench as wb
 from workbench.base.argument_checks import with_fields
-from workbench.base.errors import OptionError
+from workbench.base.errors import OptionError, ShapeError
 from workbench.base.progress import Cancelled, running
 from workbench.data.simulation.instruments import Observes
 
@@ -226,3 +227,12 @@ def test_a_field_beside_a_record_that_leaves_it_open_is_taken():
     request = with_fields(wb.DesignRequest, wb.DesignRequest(places=40), {"number": 8})
     assert (request.number, request.places) == (8, 40)
     assert with_fields(wb.FitChoices, None, {"seed": 3}).seed == 3
+
+
+@pytest.mark.parametrize("verb", ["score", "measure_plate", "optimise_plate"])
+def test_a_plate_with_joint_positions_of_another_arm_is_refused(aria, verb):
+    plate = wb.load_plate("table2")
+    plate = replace(plate, targets=(replace(plate.targets[0], q=np.zeros(7)),))
+    with pytest.raises(ShapeError) as refused:
+        getattr(wb, verb)(aria, plate)
+    assert (refused.value.expected, refused.value.found) == (6, 7)

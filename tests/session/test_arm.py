@@ -1,5 +1,7 @@
 """Another robot, another plate, jogging; rows left out and parameters held; the hidden effect."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from refusals import mentions
@@ -37,6 +39,15 @@ def test_an_edited_plate_goes_with_a_robot_in_whose_base_it_does_not_stand(do, f
     session = do(ChooseRobot(name))
     assert session.plate.name == plate
     assert is_clear_of(session.robot, session.plate)
+
+
+def test_a_plate_goes_with_a_robot_of_other_joints_without_its_joint_positions(do, first, tmp_path):
+    targets = tuple(replace(t, q=s.q) for t, s in zip(first.plate.targets, first.states, strict=True))
+    path = write_plate(replace(first.plate, targets=targets), tmp_path / "p.toml")
+    assert do(LoadModel("p.toml", path.read_bytes())).plate.targets[0].q is not None
+    session = do(ChooseRobot("iiwa7"))
+    assert (session.plate.name, session.robot.dof) == (first.plate.name, 7)
+    assert all(target.q is None for target in session.plate.targets)
 
 
 def test_files_of_robots_and_plates_are_opened(do, first, tmp_path):

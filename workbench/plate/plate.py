@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.argument_checks import LengthAndAngle, admit
-from workbench.base.errors import OptionError
+from workbench.base.errors import OptionError, ShapeError
 from workbench.base.types import Matrix4, Vector3, frozen
 from workbench.plate.region import Region
 from workbench.plate.tolerances import EXACT, Production
@@ -121,6 +122,17 @@ class Plate:
         """Its places and its size."""
         size = () if self.size is None else (self.size,)
         return [self.xyz, self.rpy, *size, *(() if self.anchors is None else self.anchors)]
+
+    def check_joints(self, robot: Robot) -> None:
+        """Refuse joint positions of targets that are of an arm with another number of joints."""
+        for number, target in enumerate(self.targets, start=1):
+            if target.q is not None and len(target.q) != robot.dof:
+                raise ShapeError(
+                    f"target {number} of plate '{self.name}' has {len(target.q)} joint positions, robot "
+                    f"'{robot.name}' {robot.dof} joints; remove its q, or choose the robot that it is for",
+                    expected=robot.dof,
+                    found=len(target.q),
+                )
 
     def __repr__(self) -> str:
         return f"<Plate {self.name}: {len(self)} targets; {self.assumptions}>"

@@ -74,6 +74,7 @@ def plate_solutions(robot: Robot, plate: Plate) -> tuple[tuple[Branch, ...], ...
 
 def _solutions(robot: Robot, plate: Plate) -> tuple[tuple[tuple[Branch, ...], ...], tuple[str, ...]]:
     """The solutions of every target, and why it is out of reach; empty where it is not."""
+    plate.check_joints(robot)
     poses = robot.base.pose @ plate.poses
     solutions: list[tuple[Branch, ...]] = [()] * len(plate)
     away = [""] * len(plate)
@@ -153,7 +154,7 @@ def _by_task(robot: Robot, plate: Plate) -> dict[Task | None, list[int]]:
 
 def _is_there(robot: Robot, target: Target) -> bool:
     """Whether a target's joint angles put the tool into its whole pose."""
-    if target.q is None or len(target.q) != robot.dof:
+    if target.q is None:
         return False
     at = in_base(robot, target.q[None])
     return bool(np.abs(at[0] - target.pose).max() < THERE)

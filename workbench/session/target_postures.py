@@ -42,6 +42,7 @@ def solve_all_targets(
         region_q: Poses that matter [rad or m]; without any, each target takes its best branch.
         seed: Of the mixes that are tried.
     """
+    plate.check_joints(robot)
     results = []
     for target in plate.targets:
         results.append(_solve(robot, target))

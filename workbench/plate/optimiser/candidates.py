@@ -333,6 +333,7 @@ def solutions_at(setting: Setting, places: Places) -> BlockSolutions:
 
 def given_solutions(setting: Setting, plate: Plate) -> BlockSolutions:
     """Solutions of the given plate's targets; for a target with joint positions only the nearest ones."""
+    plate.check_joints(setting.robot)
     solutions = solutions_at(setting, places_of(plate, plate.poses))
     keep = np.ones(len(solutions.q), bool)
     for slot, target in enumerate(plate.targets):

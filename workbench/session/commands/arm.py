@@ -225,14 +225,18 @@ def _robot_that_gives(source: Path | str, poses: tuple[str, ...]) -> Robot:
 def start_with(robot: Robot, session: Session) -> Session:
     """A session with another robot: on its own plate, or on the user's.
 
-    That one has to stand clear of the robot's base, which must reach half of its targets.
+    That one has to stand clear of the robot's base, which must reach half of its targets. Joint positions
+    of an arm with another number of joints don't go with it.
     """
     from workbench.plate.optimiser.constraints import is_clear_of
 
     if not is_default_plate(session) and is_clear_of(robot, session.plate):
-        given = session.is_plate_given
-        begun = start(robot, session.plate, is_given=given, noise=session.noise)
-        if 2 * begun.score.measurable >= len(session.plate):
+        kept = [
+            t if t.q is None or len(t.q) == robot.dof else replace(t, q=None) for t in session.plate.targets
+        ]
+        plate = replace(session.plate, targets=tuple(kept))
+        begun = start(robot, plate, is_given=session.is_plate_given, noise=session.noise)
+        if 2 * begun.score.measurable >= len(plate):
             return begun
     plate = default_plate(robot)
     return start(robot, plate, noise=instrument_for(session, plate))
