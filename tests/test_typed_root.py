@@ -5,8 +5,10 @@ import re
 import subprocess
 import sys
 from dataclasses import is_dataclass
-from inspect import isfunction, signature
+from importlib import import_module
+from inspect import isfunction, signature, unwrap
 from pathlib import Path
+from types import FunctionType
 from typing import get_args
 
 import pytest
@@ -66,24 +68,43 @@ def test_calls_of_the_documentation_are_typed(tmp_path):
     assert done.returncode == 0, done.stdout
 
 
-def test_the_stub_names_what_there_is():
-    """Every name, by the name that it has where it is defined; those of extras where they are installed."""
-    stub = ast.parse((ROOT / "workbench" / "__init__.pyi").read_text(encoding="utf-8")).body
-    imports = [node for node in stub if isinstance(node, ast.ImportFrom)]
+def stub():
+    """Modules and names that the stub imports; of extras those that are installed."""
+    body = ast.parse((ROOT / "workbench" / "__init__.pyi").read_text(encoding="utf-8")).body
+    imports = [node for node in body if isinstance(node, ast.ImportFrom)]
     homes = {node: ROOT / str(node.module).replace(".", "/") for node in imports}
     here = [node for node, home in homes.items() if home.is_dir() or home.with_suffix(".py").is_file()]
-    typed = {alias.asname for node in here for alias in node.names if alias.asname}
-    assert typed == set(dir(wb))
-    parts = {name: getattr(wb, name) for name in typed}
-    assert not {name for name, part in parts.items() if getattr(part, "__qualname__", name) != name}
+    return [(str(node.module), alias.name) for node in here for alias in node.names if alias.asname]
+
+
+def test_the_stub_names_what_there_is():
+    """Every name, by the name that it has where it is defined, with its parameters there."""
+    assert sorted(name for _, name in stub()) == dir(wb) == wb.__all__
+    for home, name in stub():
+        here, there = getattr(wb, name), getattr(import_module(home), name)
+        assert getattr(here, "__qualname__", name) == name
+        assert unwrap(here) is unwrap(there)
+        assert parameters(here) == parameters(there)
+
+
+def parameters(part):
+    """Names and defaults; the fields of a record in place of `**fields`."""
+    return {p.name: p.default for p in signature(part).parameters.values()}
 
 
 def test_signatures_are_in_public_words():
-    shown = {name: str(signature(part)) for name in dir(wb) if callable(part := getattr(wb, name))}
-    assert len(shown) > 40
+    parts = {name: getattr(wb, name) for name in dir(wb)}
+    methods = {
+        f"{name}.{own}": getattr(part, own)
+        for name, part in parts.items()
+        if isinstance(part, type)
+        for own, made in vars(part).items()
+        if not own.startswith("_") and isinstance(made, FunctionType | classmethod | staticmethod)
+    }
+    shown = {name: str(signature(part)) for name, part in (parts | methods).items()}
+    assert len(shown) > 100
     assert not {name for name, text in shown.items() if re.search(r"<function|0x[0-9a-f]|\b_[A-Z]", text)}
-    verbs = [text for name, text in shown.items() if isfunction(getattr(wb, name))]
-    assert not [text for text in verbs if "Annotated" in text]
+    assert not [text for text in shown.values() if "Annotated" in text]
     assert "at: ArrayLike | Motion" in shown["tool_poses"]
 
 

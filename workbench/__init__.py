@@ -59,6 +59,14 @@ def _checked(verb: Callable) -> Callable:
     return checked_arguments()(verb)
 
 
+@cache
+def _shown(record: type) -> type:
+    """A class as help should show it."""
+    from workbench.base.argument_checks import shown_plainly
+
+    return shown_plainly(record)
+
+
 def __getattr__(name: str):
     if name == "__all__":
         return __dir__()
@@ -68,7 +76,9 @@ def __getattr__(name: str):
         raise AttributeError(f"module 'workbench' has no attribute '{name}'")
     else:
         part = _loaded(_plugged_in()[name])
-    return part if isinstance(part, type) or hasattr(part, "__signature__") else _checked(part)
+    if isinstance(part, type):
+        return _shown(part)
+    return part if hasattr(part, "__signature__") else _checked(part)
 
 
 def __dir__() -> list[str]:

@@ -13,6 +13,7 @@ from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.base.errors import OptionError
 from workbench.identification.fit_choices import ChoiceFields, FitChoices
 from workbench.identification.problem import Noise
+from workbench.plate.optimiser.optimise import DesignRequest, RequestFields
 
 ARM = wb.load_robot("aria")
 ROWS = wb.measure_poses(ARM, 30, seed=3)[1]
@@ -126,7 +127,8 @@ def test_effects_come_one_by_one_or_in_a_list():
 
 
 def test_type_checkers_know_the_fields_that_there_are():
-    assert set(typing.get_type_hints(ChoiceFields)) == {f.name for f in fields(FitChoices)}
+    for typed, record in ((ChoiceFields, FitChoices), (RequestFields, DesignRequest)):
+        assert set(typing.get_type_hints(typed)) == {f.name for f in fields(record)}
     for verb in (wb.identify, wb.diagnose):
         shown = signature(verb).parameters
         assert {f.name for f in fields(FitChoices)} < set(shown)

@@ -5,7 +5,7 @@ for measurements, "20%" for a number, one name for several), and refused in one 
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sized
-from dataclasses import fields, replace
+from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from functools import cache, reduce, wraps
 from inspect import Parameter, Signature, cleandoc, signature
@@ -13,7 +13,7 @@ from math import isfinite, isnan
 from numbers import Integral, Real
 from operator import or_
 from pathlib import Path
-from types import NoneType, UnionType
+from types import GenericAlias, NoneType, UnionType
 from typing import (
     TYPE_CHECKING,
     Annotated,
@@ -179,6 +179,14 @@ def checked_arguments(record: type | None = None) -> Callable[[Callable[P, Resul
     return decorate
 
 
+def shown_plainly(record: type) -> type:
+    """A record whose help shows the types of its fields alone."""
+    init: Any = vars(record).get("__init__")
+    if is_dataclass(record) and init is not None:
+        init.__signature__ = _expanded(signature(init), None)
+    return record
+
+
 def admit(record: Any) -> None:
     """The fields of a frozen dataclass by their annotations, numbers finite; for its `__post_init__`."""
     values = {f.name: getattr(record, f.name) for f in fields(record)}
@@ -262,6 +270,8 @@ def _bare(hint: Any) -> Any:
         return _Named(" | ".join(["ArrayLike", *others]))
     if kind in (Union, UnionType):
         return reduce(or_, map(_bare, parts))
+    if type(hint) is GenericAlias:
+        return GenericAlias(kind, tuple(map(_bare, parts)))
     return parts[0] if kind is Annotated else hint
 
 
