@@ -2,6 +2,8 @@
 
 import io
 import json
+import pickle
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +16,7 @@ from workbench.arm.effects import EFFECTS
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.base.progress import Cancelled, running
+from workbench.base.progress import Cancelled, cancelled, running
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.notes import NO_DIRECTION
 from workbench.diagnosis.report.results_json import diagnosis_json
@@ -255,13 +257,38 @@ def test_play_by_motion_that_could_not_be_tried_is_said_to(diagnosed):
 # -- cancelled ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("after", [0.0, 0.1, 0.3, 0.6, 0.9])
-def test_a_diagnosis_that_is_cancelled_gives_no_conclusion(after):
-    """At its beginning, in the fits, in the search, while the arm is chosen, and before its end."""
-    robot = load_robot("aria")
-    _, rows = measure_poses(robot, 40, effects=("joint-compliance:2:5e-5",), seed=1)
+def cancelled_at(after, robot, rows):
+    """Reported shares of a diagnosis that is cancelled once this share is done."""
     done = [0.0]
     with running(lambda share, text: done.append(share), lambda: done[-1] >= after), pytest.raises(Cancelled):
         diagnose(robot, rows)
+    return done
+
+
+@pytest.fixture(scope="module")
+def compliant():
+    robot = load_robot("aria")
+    return robot, measure_poses(robot, 40, effects=("joint-compliance:2:5e-5",), seed=1)[1]
+
+
+@pytest.mark.parametrize("after", [0.0, 0.1, 0.3, 0.6, 0.9])
+def test_a_diagnosis_that_is_cancelled_gives_no_conclusion(compliant, after):
+    """At its beginning, in the fits, in the search, while the arm is chosen, and before its end."""
+    done = cancelled_at(after, *compliant)
     assert done[-1] >= after
     assert max(done) < 1.0
+
+
+def test_a_cancelled_diagnosis_leaves_nothing_behind(compliant):
+    """Neither in the arm and the rows nor in this thread: the next one gives the same, to the last digit."""
+
+    def answer():
+        return {key: value for key, value in diagnosis_json(diagnose(*compliant)).items() if key != "seconds"}
+
+    before, given, threads = answer(), pickle.dumps(compliant), threading.active_count()
+    for after in (0.1, 0.6):
+        cancelled_at(after, *compliant)
+        assert not cancelled()
+        assert threading.active_count() == threads
+        assert pickle.dumps(compliant) == given
+    assert answer() == before
