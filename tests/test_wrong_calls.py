@@ -1,6 +1,7 @@
 """Verbs and records of the root with each argument replaced by a wrong value: never an error from inside."""
 
 import warnings
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -13,7 +14,7 @@ import pytest
 
 import workbench as wb
 from workbench.base.argument_checks import with_fields
-from workbench.base.errors import OptionError, ShapeError
+from workbench.base.errors import OptionError, RobotError, ShapeError
 from workbench.base.progress import Cancelled, running
 from workbench.data.simulation.instruments import Observes
 
@@ -77,6 +78,16 @@ def right():
         "map_motors": (aria, rows),
         "rezero": (aria, rows),
         "tcp": (aria, rows),
+        "frame": (aria, rows),
+        "check": (aria, rows),
+        "try_plate": (aria, plate),
+        "identification_jacobian_blocks": (aria, q, ("joint1.theta",)),
+        "compare_leader": (folder,),
+        "table_readings": ([{"a": 0.1, "alpha": 0.0, "d": 0.0, "theta": 0.0}],),
+        "typed_readings": (np.zeros((3, 12)), (False,) * 6),
+        "find_convention": ((), ()),
+        "read_rig": (None, folder / "target.toml"),
+        "read_pixels": (folder / "pixels.csv", None),
         "verify": (aria, rows),
     }
 
@@ -96,7 +107,9 @@ def ends(call, *args, **options):
     """Runs to its end, or is refused; what takes long is cancelled at once."""
     with warnings.catch_warnings(), running(cancel=lambda: True), suppress(wb.WorkbenchError, Cancelled):
         warnings.simplefilter("ignore")
-        call(*args, **options)
+        found = call(*args, **options)
+        if isinstance(found, Iterator):
+            list(found)
 
 
 @pytest.mark.parametrize("name", right())
@@ -236,3 +249,16 @@ def test_a_plate_with_joint_positions_of_another_arm_is_refused(aria, verb):
     with pytest.raises(ShapeError) as refused:
         getattr(wb, verb)(aria, plate)
     assert (refused.value.expected, refused.value.found) == (6, 7)
+
+
+@pytest.mark.extra("pendant")
+def test_cells_of_a_joint_table_are_numbers():
+    for rows in ([{"a": "x"}], [{"a": None}]):
+        with pytest.raises(OptionError):
+            wb.table_readings(rows)
+    for call in (lambda: wb.Robot.from_dh(3), lambda: wb.Robot.from_dh([{"a": 0.1}], limits=3)):
+        with pytest.raises(RobotError):
+            call()
+    with pytest.raises(ShapeError) as refused:
+        wb.typed_readings(np.zeros((3, 4)), [False] * 6)
+    assert (refused.value.expected, refused.value.found) == (12, 4)

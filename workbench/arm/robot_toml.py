@@ -1,6 +1,6 @@
 """Robots as TOML files: the tables of `formats.md`, with one clear sentence for each error."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, final
@@ -27,7 +27,7 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import Like
+from workbench.base.argument_checks import Like, numbers
 from workbench.base.errors import RobotError
 from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
@@ -142,16 +142,18 @@ def read_toml(path: Path | str) -> Robot:
 def robot_from_rows(table: Any, convention: str, *, name: str = "robot", limits: Any | None = None) -> Robot:
     """A robot from a joint table as in a data sheet; see `Robot.from_dh`."""
     reader = _RobotReader(f"the table of robot '{name}'")
-    rows = table.to_dict("records") if hasattr(table, "to_dict") else list(table)
+    if hasattr(table, "to_dict"):
+        table = table.to_dict("records")
+    rows = list(table) if isinstance(table, Iterable) else []
     if not rows:
         raise RobotError(f"{reader.path} has no rows; give one for each joint")
     joints = [_joint_table(row, i, reader) for i, row in enumerate(rows)]
     if limits is not None:
-        pairs = np.asarray(limits, float)
+        pairs = numbers(limits, "limits")
         moving = [joint for joint in joints if joint.get("type") != JointKind.FIXED]
         if pairs.shape != (len(moving), 2):
             wanted = f"{len(moving)} x 2"
-            raise RobotError(f"limits must be {wanted}, got {' x '.join(map(str, pairs.shape))}")
+            raise RobotError(f"limits must be {wanted}, got {' x '.join(map(str, pairs.shape)) or pairs}")
         for joint, pair in zip(moving, pairs.tolist(), strict=True):
             if np.isfinite(pair).all():
                 joint["limits"] = pair

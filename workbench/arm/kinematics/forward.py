@@ -24,7 +24,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import effect_columns, shift_of
 from workbench.base import se3
 from workbench.base.argument_checks import Like, numbers
-from workbench.base.errors import DataError, ShapeError
+from workbench.base.errors import DataError, OptionError, ShapeError
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +115,8 @@ def identification_jacobian_blocks(
         The rows, their poses (b, 4, 4) and their twists [v; w] per constant (b, 6, P). The arrays are
         overwritten by the next block: copy what you keep.
     """
+    if block < 1:
+        raise OptionError(f"block must be at least 1, got {block}", option="block", found=block)
     motion, _ = _rows(robot, at)
     size = len(motion)
     if robot.effects:

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_from_rows
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import FileError, OptionError, ShapeError
 from workbench.base.types import frozen
 from workbench.extras.pendant.own_robot.displayed_poses import SIZES, USUAL_ORIENTATIONS, meanings, possible
 from workbench.plate.argument_types import checked_arguments
@@ -44,6 +44,14 @@ class TableReading:
     assumptions: tuple[str, ...] = ()
 
 
+def _numbers(row: dict, number: int) -> dict:
+    """A row of a joint table, all but the joint's type as numbers."""
+    try:
+        return {key: value if key == "type" else float(value) for key, value in row.items()}
+    except (TypeError, ValueError):
+        raise OptionError(f"row {number} must hold numbers, got {row}", option="rows", found=row) from None
+
+
 @checked_arguments()
 def table_readings(
     rows: Sequence[dict],
@@ -67,14 +75,15 @@ def table_readings(
     if unknown := [unit for unit in (*lengths, *angles) if unit not in SIZES]:
         raise OptionError(f"unknown unit '{unknown[0]}'; choose from {', '.join(SIZES)}")
     titles = {"dh": "standard DH", "craig": "modified DH (Craig)"}
-    lengths = possible(lengths, [float(r.get(c, 0.0)) for r in rows for c in ("d", "a")])
-    angles = possible(angles, [float(r.get(c, 0.0)) for r in rows for c in ("theta", "alpha", "beta")])
+    rows = [_numbers(row, number) for number, row in enumerate(rows, start=1)]
+    lengths = possible(lengths, [row.get(key, 0.0) for row in rows for key in ("d", "a")])
+    angles = possible(angles, [row.get(key, 0.0) for row in rows for key in ("theta", "alpha", "beta")])
     out: list[TableReading] = []
     refused: FileError | None = None
     for convention, length, angle in product(conventions, lengths, angles):
         scaled = [
             {
-                key: value if key == "type" else float(value) * SIZES[length if key in ("d", "a") else angle]
+                key: value if key == "type" else value * SIZES[length if key in ("d", "a") else angle]
                 for key, value in row.items()
             }
             for row in rows
@@ -99,6 +108,12 @@ def typed_readings(numbers: Float[np.ndarray, "m k"], slides: Sequence[bool]) ->
         numbers: A row for each pose.
         slides: Which joints slide.
     """
+    if numbers.shape[1] < (needed := len(slides) + 6):
+        raise ShapeError(
+            f"each pose needs {needed} numbers (joints, x, y, z and three angles), got {numbers.shape[1]}",
+            expected=needed,
+            found=numbers.shape[1],
+        )
     joints, xyz, turn = np.split(numbers, [len(slides), len(slides) + 3], axis=1)
     found = meanings(joints, xyz, turn, slides, kinds=USUAL_ORIENTATIONS)
     return [Typed(frozen(m.q), frozen(m.poses), m.assumptions) for m in found]
