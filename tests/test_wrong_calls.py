@@ -262,3 +262,18 @@ def test_cells_of_a_joint_table_are_numbers():
     with pytest.raises(ShapeError) as refused:
         wb.typed_readings(np.zeros((3, 4)), [False] * 6)
     assert (refused.value.expected, refused.value.found) == (12, 4)
+
+
+@pytest.mark.parametrize(
+    ("driver", "found", "expected"),
+    [("direction", 2, 6), ("torque", 1, 6), ("wrench", 3, 6), ("payload", 2, 1)],
+)
+def test_drivers_of_a_motion_have_as_many_columns_as_they_need(driver, found, expected):
+    with pytest.raises(ShapeError) as refused:
+        wb.Motion(np.zeros((3, 6)), **{driver: np.zeros((3, found))})
+    assert (refused.value.expected, refused.value.found) == (expected, found)
+
+
+def test_joint_positions_are_rows(aria):
+    with pytest.raises(ShapeError):
+        wb.tool_poses(aria, wb.Motion(np.zeros(6)))

@@ -12,6 +12,9 @@ from workbench.base.columns import COLUMNS
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
 
+PER_JOINT = frozenset({"direction", "torque", "velocity", "acceleration", "flank"})
+"""Drivers with a number for each joint in a row."""
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -66,6 +69,14 @@ class Motion:
                 f"'{name}' has {len(value)} rows, the joint positions {len(self.q)}; give one for each",
                 expected=len(self.q),
                 found=len(value),
+            )
+        of_rows = {"wrench": (6,)}.get(name, self.q.shape[1:] if name in PER_JOINT else ())
+        if name in _OWN and value.shape[1:] != of_rows:
+            expected, found = int(np.prod(of_rows)), int(np.prod(value.shape[1:]))
+            raise ShapeError(
+                f"'{name}' has {found} numbers in each row, it must have {expected}",
+                expected=expected,
+                found=found,
             )
         return frozen(value)
 

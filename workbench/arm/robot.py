@@ -326,8 +326,13 @@ class Robot:
 
     def check_joints(self, q: np.ndarray, source: str = "joint positions") -> None:
         """Refuse rows with another number of joints than the robot has."""
-        if q.ndim != 2 or q.shape[1] != self.dof:
-            found = q.shape[-1] if q.ndim else 0
+        if q.ndim != 2:
+            raise ShapeError(
+                f"{source} must be a row for each pose, got an array of shape {q.shape}",
+                expected=2,
+                found=q.ndim,
+            )
+        if (found := q.shape[1]) != self.dof:
             raise ShapeError(
                 f"{source}: rows of {found} numbers, but robot '{self.name}' has {self.dof} joints; give one "
                 "for each joint, or choose the robot that was measured",
