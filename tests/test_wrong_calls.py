@@ -213,11 +213,23 @@ def test_numbers_of_records_are_finite_and_in_range(kind, fields, option, value)
 
 
 @pytest.mark.parametrize(
-    "noise", [wb.Noise("a"), wb.Noise(-1e-4), wb.Noise(1e-4, rotation=0.0), wb.Noise(joints=3)]
+    "noise",
+    [
+        wb.Noise("a"),
+        wb.Noise(-1e-4),
+        wb.Noise(1e-4, rotation=0.0),
+        wb.Noise(joints=3),
+        wb.Noise(joints=(-1e-4,)),
+    ],
 )
 def test_a_noise_of_no_size_is_refused(noise):
-    with pytest.raises(OptionError):
+    with pytest.raises(OptionError) as refused:
         wb.FitChoices(noise=noise)
+    assert refused.value.option == "noise"
+
+
+def test_joint_readings_may_be_exact_and_orientations_unmeasured():
+    assert wb.FitChoices(noise=wb.Noise(1e-4, np.nan, joints=(0.0,) * 6)).noise.joints == (0.0,) * 6
 
 
 @pytest.mark.parametrize(

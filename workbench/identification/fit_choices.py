@@ -38,9 +38,12 @@ def _by_hand(value: Any, given: Given) -> Any:
 def _noise(value: Any, given: Given) -> Any:
     if isinstance(value, Noise):
         joints = value.joints if isinstance(value.joints, tuple | list) else (None,)
-        sizes = (value.position, value.rotation, value.own, value.tilt, *joints)
-        if not all(isinstance(size, Real) and not size <= 0.0 for size in sizes):  # NaN: not measured
-            raise OptionError(f"noise must be positive standard deviations, got {value}")
+        sizes = (value.position, value.rotation, value.own, value.tilt)
+        numbers = all(isinstance(size, Real) for size in (*sizes, *joints))
+        if not numbers or min(joints, default=0.0) < 0.0 or any(size <= 0.0 for size in sizes):  # NaN: open
+            raise OptionError(
+                f"noise must be positive standard deviations, got {value}", option="noise", found=value
+            )
         return value
     if (pair := pair_of(value)) is None:
         return value
