@@ -289,3 +289,10 @@ def test_drivers_of_a_motion_have_as_many_columns_as_they_need(driver, found, ex
 def test_joint_positions_are_rows(aria):
     with pytest.raises(ShapeError):
         wb.tool_poses(aria, wb.Motion(np.zeros(6)))
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.0, np.nan, "120%", "nan"])
+def test_a_share_that_is_none_is_refused(share):
+    with pytest.raises(OptionError) as refused:
+        wb.FitChoices(held_out=share)
+    assert refused.value.option == "held_out"

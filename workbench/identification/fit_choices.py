@@ -17,10 +17,17 @@ from workbench.plate.region import Region
 
 def _held_out(value: Any, given: Given) -> Any:
     """A share, a file or sessions from text, as in `--held-out`."""
-    if isinstance(value, Path) or not isinstance(value, str):
-        return value
-    if isinstance(share := share_of(value), float):
+    share = share_of(value) if isinstance(value, str) else value
+    if isinstance(share, int | float) and not isinstance(share, bool):
+        if not 0.0 <= share < 1.0:
+            raise OptionError(
+                f"the held-out fraction must be at least 0 and less than 1, got {share:g}",
+                option="held_out",
+                found=share,
+            )
         return share
+    if not isinstance(value, str):
+        return value
     if value.startswith("session:"):
         return value.removeprefix("session:").split(",")
     return value if Path(value).suffix else (value,)

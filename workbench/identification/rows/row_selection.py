@@ -80,8 +80,6 @@ def split(
     Returns:
         Training rows and held-out rows, both in increasing order.
     """
-    if not 0.0 <= fraction < 1.0:
-        raise OptionError(f"the held-out fraction must be at least 0 and less than 1, got {fraction:g}")
     everything = np.arange(len(data))
     if fraction == 0.0:
         return everything, everything[:0]
