@@ -1,6 +1,6 @@
 """Consequences of events for the judging rows and for the saved arm."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,18 +24,7 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
         here, there = event.clock(held), event.clock(fitted)
         if event.is_step and here is not None and there is not None and (there < event.moment).any():
             between |= (here > there[there < event.moment].max()) & (here < event.moment)
-    if not between.any():
-        return ready
-    own = len(ready.held_out_rows) == len(between)
-    return replace(
-        ready,
-        held_out_data=ready.held_out_data.take(~between),
-        held_out_rows=ready.held_out_rows[~between] if own else ready.held_out_rows,
-        excluded=(
-            *ready.excluded,
-            *((int(row), UNDECIDED) for row in ready.held_out_data.row[between] if own),
-        ),
-    )
+    return ready.without_held_out(dict.fromkeys(np.flatnonzero(between).tolist(), UNDECIDED))
 
 
 @dataclass(frozen=True)

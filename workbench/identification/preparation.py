@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import final
 
 import numpy as np
 
@@ -40,6 +40,7 @@ from workbench.identification.rows.row_selection import (
     scale_fixing_length,
     unused_observations,
 )
+from workbench.identification.rows.split import AbstractSplit
 from workbench.plate.region import Region
 
 MIN_HELD_OUT_PER_PLACE = 6
@@ -50,15 +51,12 @@ MAX_NOISE_FITS, MAX_NOISE_FITS_BEYOND_STATED = 2, 5
 """Maximum number of fits to estimate the noise: alone, and beyond what the rows state."""
 
 
+@final
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Prepared:
+class Prepared(AbstractSplit):
     """A problem ready to be solved, and the rows on which its solution is judged.
 
     Args:
-        train_rows: Rows to fit, indices into data.
-        held_out_rows: Rows that were held out, indices into data.
-        held_out_data: The held-out rows, which may come from another file.
-        excluded: Excluded rows, with the reason.
         aligned: The nominal arm with the best base and tool wherever those are free.
         problem: The whitened fitting problem on the rows to fit.
         new_sessions: Held-out sessions that no fitted row has; their base is found from their own rows.
@@ -66,14 +64,9 @@ class Prepared:
     """
 
     data: Dataset
-    train_rows: np.ndarray
-    held_out_rows: np.ndarray
-    held_out_data: Dataset
-    excluded: tuple[tuple[int, str], ...]
     aligned: Robot
     problem: Problem
     new_sessions: tuple[str, ...]
-    notes: tuple[str, ...]
     identifiability: AbstractIdentifiability | None = None
 
     def errors(self, robot: Robot, instrument: Mapping[str, float]) -> tuple[RowErrors, RowErrors]:
@@ -187,20 +180,12 @@ def prepare(
     )
 
 
-class _Split(NamedTuple):
-    """Chosen rows and their indices in the data.
-
-    Args:
-        held_out_data: Held-out rows; those from another file have no index in the data.
-        excluded: Excluded rows, with the reason.
-    """
+@final
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Split(AbstractSplit):
+    """The chosen rows."""
 
     train_data: Dataset
-    train_rows: np.ndarray
-    held_out_data: Dataset
-    held_out_rows: np.ndarray
-    excluded: tuple[tuple[int, str], ...]
-    notes: tuple[str, ...]
 
 
 def _choose_rows(
@@ -240,11 +225,12 @@ def _free_constants(robot: Robot, data: Dataset, choices: FitChoices) -> tuple[t
 def _exclude_unsuited(robot: Robot, rows: _Split, instrument_preparation: AbstractPreparation) -> _Split:
     """The rows that are suitable for their kind of reading; the others are excluded."""
     suited = instrument_preparation.suited(robot, rows.train_data)
-    train_data, train_rows, lost = _included(suited, rows.train_rows)
-    return rows._replace(
-        train_data=train_data,
-        train_rows=train_rows,
-        excluded=(*rows.excluded, *lost),
+    lost = _excluded(suited)
+    return replace(
+        rows,
+        train_data=suited.take(np.delete(np.arange(len(suited)), [*lost])),
+        train_rows=np.delete(rows.train_rows, [*lost]),
+        excluded=(*rows.excluded, *((int(suited.row[i]), why) for i, why in lost.items())),
         notes=(*rows.notes, *(note for note in suited.notes if note not in rows.notes)),
     )
 
@@ -305,9 +291,7 @@ def _judged_rows(
 ) -> tuple[_Split, tuple[str, ...], list[str]]:
     """The rows without held-out ones that can't be judged, sessions of held-out rows that need a base of
     their own, and notes."""
-    rows, notes = _exclude_incomparable(
-        rows, instrument_preparation, problem.data, is_same_file=not isinstance(choices.held_out, Dataset)
-    )
+    rows, notes = _exclude_incomparable(rows, instrument_preparation, problem.data)
     rows, located = _exclude_unlocated(rows, {*choices.known, *problem.names})
     notes += located
     held_out_data, new = rows.held_out_data, tuple[str, ...]()
@@ -322,20 +306,17 @@ def _judged_rows(
 
 
 def _exclude_incomparable(
-    rows: _Split, own: AbstractPreparation | None, train_data: Dataset, *, is_same_file: bool
+    rows: _Split, own: AbstractPreparation | None, train_data: Dataset
 ) -> tuple[_Split, list[str]]:
     """The rows without held-out ones that can't be compared with the fitted rows, and notes on those."""
     if own is None or preparation_of(rows.held_out_data) is not own:
         return rows, []
     comparable = own.comparable(rows.held_out_data, train_data)
     notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
-    held_out_data, held_out_rows, lost = _included(comparable, rows.held_out_rows)
-    judged = rows._replace(held_out_data=held_out_data, held_out_rows=held_out_rows)
-    if is_same_file:
-        return judged._replace(excluded=(*rows.excluded, *lost)), notes
-    if lost:
-        notes.append(f"{plural(len(lost), 'held-out row')} ignored: {lost[0][1]}")
-    return judged, notes
+    lost = _excluded(comparable)
+    if lost and not rows.is_one_file:
+        notes.append(f"{plural(len(lost), 'held-out row')} ignored: {next(iter(lost.values()))}")
+    return replace(rows, held_out_data=comparable).without_held_out(lost), notes
 
 
 def _hold_out(data: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -343,13 +324,11 @@ def _hold_out(data: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np
     return np.flatnonzero(~held), np.flatnonzero(held)
 
 
-def _included(data: Dataset, places: np.ndarray) -> tuple[Dataset, np.ndarray, list[tuple[int, str]]]:
-    """Rows still included, their indices (none for another file's), and excluded rows with the reason."""
-    keep = data.included
-    if data.reason is None or keep.all():
-        return data, places, []
-    excluded = [(int(data.row[i]), str(data.reason[i])) for i in np.flatnonzero(~keep)]
-    return data.take(keep), places[keep] if len(places) else places, excluded
+def _excluded(data: Dataset) -> dict[int, str]:
+    """Indices of rows that are marked as excluded, with the reason."""
+    if data.reason is None:
+        return {}
+    return {i: str(data.reason[i]) for i in np.flatnonzero(~data.included).tolist()}
 
 
 def _rows_of_other_file(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
@@ -395,11 +374,7 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> tuple[_Split, li
         notes.append(f"{int(enough.sum())} {strange}: {where}")
     if not enough.all():
         notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; ignored")
-    judged = rows._replace(held_out_data=data.take(keep))
-    if len(rows.held_out_rows):  # rows of another file have no index in the data
-        lost = ((int(row), UNLOCATED) for row in data.row[~keep])
-        judged = judged._replace(held_out_rows=rows.held_out_rows[keep], excluded=(*rows.excluded, *lost))
-    return judged, notes
+    return rows.without_held_out(dict.fromkeys(np.flatnonzero(~keep).tolist(), UNLOCATED)), notes
 
 
 def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:

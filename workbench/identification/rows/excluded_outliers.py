@@ -56,7 +56,7 @@ def prepare_without_gross_outliers(
     for _ in range(MAX_ROUNDS if ready.identifiability is None else 0):
         fitted, held = (rows.position for rows in ready.nominal_rows)
         limit = max(GROSS_RATIO * Spread.of(fitted).median, GROSS_REACH_SHARE * robot.reach)
-        own = held if len(held) == len(ready.held_out_rows) else held[:0]
+        own = held if ready.is_one_file else held[:0]
         found = np.concatenate(
             [ready.train_rows[fitted > limit], ready.held_out_rows[: len(own)][own > limit]]
         )
