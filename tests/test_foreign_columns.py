@@ -51,6 +51,32 @@ WEATHER = """
             up = np.tile([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (len(poses), 1, 1))
             return Linearised((self.height - poses[:, 2, 3])[:, None], up, np.zeros((len(poses), 1, 0)))
 """
+ON_PAGE = dedent(
+    """
+    from dataclasses import replace
+    from pathlib import Path
+
+    def on_page(folder, file, commands):
+        "The session after a file and commands were given to the page, recorded; and panels that failed."
+        from workbench.arm.built_in_arms import load_robot
+        from workbench.plate.plate_toml import load_plate
+        from workbench.session.commands.data import LoadData
+        from workbench.session.journal.folder import begin
+        from workbench.views.page.app import App
+        from workbench.views.recording.recorder import recorder
+
+        robot, plate = load_robot("aria"), load_plate("table2")
+        begun = begin(robot, plate, folder=Path(folder))
+        begun = replace(begun, keepers=(*begun.keepers, recorder(Path(folder))))
+        app = App(robot, plate, begun=begun)
+        for command in (LoadData(file, Path(file).read_bytes()), *commands(robot)):
+            app.worker.submit(command)
+            assert app.worker.wait(120.0)
+        session, failed = app.worker.session, app.view._failed
+        app.close()
+        return session, failed
+    """
+)
 POINTS = {
     "columns": "weather.parts:HUMIDITY",
     "effects": "weather.parts:HumiditySwell",
@@ -143,30 +169,13 @@ def test_a_row_without_it_and_a_file_without_it_are_told(here, diagnosed):
 @pytest.mark.extra("review")
 def test_it_drives_the_page_its_journal_and_the_recording(here, table):
     code = """
-        from dataclasses import replace
-        from pathlib import Path
-        from workbench.arm.built_in_arms import load_robot
-        from workbench.plate.plate_toml import load_plate
         from workbench.session.commands.diagnose import AddEffects, Diagnose
-        from workbench.session.commands.data import LoadData
-        from workbench.session.journal.folder import begin
-        from workbench.views.page.app import App
-        from workbench.views.recording.recorder import recorder
 
-        robot, plate = load_robot("aria"), load_plate("table2")
-        begun = begin(robot, plate, folder=Path("rec"))
-        begun = replace(begun, keepers=(*begun.keepers, recorder(Path("rec"))))
-        app = App(robot, plate, begun=begun)
-        for command in (LoadData("rows.csv", Path("rows.csv").read_bytes()), Diagnose(), AddEffects()):
-            app.worker.submit(command)
-            assert app.worker.wait(120.0)
-        s = app.worker.session
-        failed = app.view._failed
-        app.close()
+        s, failed = on_page("rec", "rows.csv", lambda robot: (Diagnose(), AddEffects()))
         rows = s.measurements.loaded.dataset.more["humidity"]
         print([e.name for e in s.results.accepted], len(rows), failed)
         """
-    assert python(code, **here) == "['humidity-swell'] 80 set()\n"
+    assert python(ON_PAGE + dedent(code), **here) == "['humidity-swell'] 80 set()\n"
     assert [path for path in (here["folder"] / "rec").rglob("*.rrd") if path.stat().st_size > 10_000]
     (replayed,) = commands("replay rec --report page.html", **here)
     assert (replayed.status, replayed.err) == (0, "")
@@ -212,35 +221,25 @@ def test_an_observation_brings_its_column_into_the_command_line(here, heights):
 
 def test_it_is_identified_from_on_the_page_and_in_the_reopened_session(here, heights):
     code = """
-        from dataclasses import replace
-        from pathlib import Path
         from workbench.arm.built_in_arms import load_robot
-        from workbench.plate.plate_toml import load_plate
-        from workbench.session.commands.data import LoadData
         from workbench.session.commands.identify import HoldParameter, Identify
-        from workbench.session.journal.folder import begin
         from workbench.session.journal.reader import read_recording
         from workbench.session.journal.restore import restore
-        from workbench.views.page.app import App
-        from workbench.views.recording.recorder import recorder
 
-        robot, plate = load_robot("aria"), load_plate("table2")
-        begun = begin(robot, plate, folder=Path("high"))
-        begun = replace(begun, keepers=(*begun.keepers, recorder(Path("high"))))
-        app = App(robot, plate, begun=begun)
-        held = (HoldParameter(name, True) for name in robot.default_free if name != "joint3.theta")
-        loaded = LoadData("heights.csv", Path("heights.csv").read_bytes())
-        for command in (loaded, *held, Identify(("ols",), frames="shared")):
-            app.worker.submit(command)
-            assert app.worker.wait(120.0)
-        messages, failed = app.worker.session.page.messages, app.view._failed
-        app.close()
-        assert not failed, messages
+        def chosen(robot):
+            for name in robot.default_free:
+                if name != "joint3.theta":
+                    yield HoldParameter(name, True)
+            yield Identify(("ols",), frames="shared")
+
+        s, failed = on_page("high", "heights.csv", chosen)
+        assert not failed, s.page.messages
+        robot = load_robot("aria")
         opened = restore(read_recording(Path("high")))
         assert not opened.differences
         found = opened.session.results.identification
         off = found.robot.values(("joint3.theta",))[0] - robot.values(("joint3.theta",))[0]
         print(round(1e3 * off, 3), len(opened.session.measurements.loaded.dataset.column("height")))
         """
-    assert python(code, **here) == "5.0 60\n"
+    assert python(ON_PAGE + dedent(code), **here) == "5.0 60\n"
     assert [path for path in (here["folder"] / "high").rglob("*.rrd") if path.stat().st_size > 10_000]

@@ -16,7 +16,7 @@ def below(kind):
     return {kind}.union(*map(below, kind.__subclasses__()))
 
 verb = getattr(wb, "VERB")
-pairs = ((display.AbstractReported, display.summary_of), (display.AbstractPlotted, display.figure_of))
+pairs = ((display.AbstractReported, display.summary_of), (display.AbstractPlotted, display.plot_of))
 for base, shown in pairs:
     kinds = [k for k in below(base) if not k.__name__.startswith("Abstract")]
     assert kinds

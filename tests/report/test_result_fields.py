@@ -67,12 +67,6 @@ def test_a_unit_applies_to_every_number_of_a_record_within():
     assert found["twice"] == pytest.approx([2.0, 2.0])
 
 
-def test_an_optional_field_is_left_out_where_it_is_unknown():
-    fields = ResultFields(ResultField("rotation", is_optional=True))
-    assert fields.json(Reading(0, 0.0, None)) == {}
-    assert fields.json(Reading(0, 0.0, 0.0)) == {"rotation": 0.0}
-
-
 def test_a_document_is_plain_data():
     found = document(
         "workbench.test/1",

@@ -31,7 +31,7 @@ def summary_of(result: Any) -> RenderableType:
 
 
 @singledispatch
-def figure_of(result: Any, name: str = "") -> "Figure":
+def plot_of(result: Any, name: str = "") -> "Figure":
     """A figure of a result, likewise; where there are several, one by its name."""
     raise OptionError(f"there is no figure of a {type(result).__name__}")
 
@@ -58,10 +58,10 @@ class AbstractReported(AbstractShown):
 
 
 class AbstractPlotted(AbstractReported):
-    """One of which there is a figure, too: see `figure_of`."""
+    """One of which there is a figure, too: see `plot_of`."""
 
     def plot(self, name: str = "") -> "Figure":
-        return figure_of(self, *filter(None, [name]))
+        return plot_of(self, *filter(None, [name]))
 
 
 def as_text(renderable: RenderableType) -> str:

@@ -67,7 +67,6 @@ class ResultField:
         title: Column heading without its unit; fields without one stand in no table.
         text: How tables have the value.
         each: Fields of the value, or of each of its entries, if it is a record or a sequence of records.
-        is_optional: Whether the key is left out where the value is None.
     """
 
     name: str
@@ -76,7 +75,6 @@ class ResultField:
     title: str = ""
     text: Callable[[Any], str] = as_cell
     each: "ResultFields | None" = None
-    is_optional: bool = False
 
     @property
     def key(self) -> str:
@@ -111,8 +109,7 @@ class ResultFields:
 
     def json(self, record: Any) -> Json:
         """The record as JSON has it."""
-        values = ((field, field.value(record)) for field in self.fields if field.name)
-        return {field.key: value for field, value in values if not (field.is_optional and value is None)}
+        return {field.key: field.value(record) for field in self.fields if field.name}
 
     def each(self, records: Iterable[Any]) -> list[Json]:
         return [self.json(record) for record in records]

@@ -20,7 +20,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import LEGEND, Cell, ConstantStatus, parameter_table
 from workbench.identification.result import Evaluation, Identification, Run, Validation, error_rows
 from workbench.report.numbers import factor, short
-from workbench.report.result_display import figure_of, summary_of
+from workbench.report.result_display import plot_of, summary_of
 from workbench.report.tables import folded, line, new_table, unbroken
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ def error_cards(before: Errors, after: Errors) -> list[dict[str, str]]:
     return cards
 
 
-@figure_of.register(Evaluation)
+@plot_of.register(Evaluation)
 def _figure(result: Evaluation) -> "Figure":
     from workbench.identification.report.error_plots import evaluation_figure
 

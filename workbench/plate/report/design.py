@@ -12,7 +12,7 @@ from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import places_of
 from workbench.plate.plate import Kind
 from workbench.report.json import Json, document
-from workbench.report.result_display import figure_of, summary_of
+from workbench.report.result_display import plot_of, summary_of
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 from workbench.report.tables import new_table
 
@@ -98,7 +98,7 @@ def design_json(design: PlateDesign) -> Json:
     )
 
 
-@figure_of.register(PlateDesign)
+@plot_of.register(PlateDesign)
 def _figure(design: PlateDesign) -> "Figure":
     from workbench.plate.report.figures import design_figure
 

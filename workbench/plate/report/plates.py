@@ -15,7 +15,7 @@ from workbench.plate.plate_score import PlateScore, SetScore
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.target_readings import assumptions
 from workbench.report.json import Json, document
-from workbench.report.result_display import figure_of, summary_of
+from workbench.report.result_display import plot_of, summary_of
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 from workbench.report.tables import new_table
 
@@ -202,7 +202,7 @@ SET = ResultFields(
 """Of the `SetScore` of one set of measurements."""
 
 
-@figure_of.register(PlateScore)
+@plot_of.register(PlateScore)
 def _figure(score: PlateScore) -> "Figure":
     from workbench.plate.report.figures import score_figure
 

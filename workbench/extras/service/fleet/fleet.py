@@ -19,7 +19,7 @@ from workbench.extras.service.fleet.history import History, Unread, arms_of, rea
 from workbench.extras.service.fleet.movement import Movement, movements, scatter_factor, threshold
 from workbench.extras.service.fleet.result import ArmReport, Fleet
 from workbench.plate.poses.sampling import random_poses
-from workbench.report.result_display import figure_of
+from workbench.report.result_display import plot_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -108,7 +108,7 @@ def _displacement(robot: Robot, at: Motion, shifts: dict[str, float]) -> float:
     return float(np.sqrt((moved**2).sum(1).mean()))
 
 
-@figure_of.register(Fleet)
+@plot_of.register(Fleet)
 def _figure(fleet: Fleet, arm: str | None = None) -> "Figure":
     from workbench.extras.service.fleet.page import fleet_figure
 

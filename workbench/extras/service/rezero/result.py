@@ -1,9 +1,9 @@
 """The result of a search for moved joints."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -185,16 +185,12 @@ class Rezero(AbstractShown):
         )
 
 
-def _determined(value: Callable[[JointShift], Any]) -> Callable[[JointShift], Any]:
-    return lambda shift: value(shift) if shift.determined else None
-
-
 SHIFT = ResultFields(
     JOINT,
     *("name", "unit"),
-    ResultField("shift", of=_determined(lambda s: s.shift)),
-    ResultField("std", of=_determined(lambda s: s.std)),
-    ResultField("interval", of=_determined(lambda s: (s.shift - s.half, s.shift + s.half))),
+    ResultField("shift", of=lambda s: s.shift if s.determined else None),
+    ResultField("std", of=lambda s: s.std if s.determined else None),
+    ResultField("interval", of=lambda s: (s.shift - s.half, s.shift + s.half) if s.determined else None),
     "moved",
 )
 """Of a `JointShift`."""

@@ -14,7 +14,7 @@ from workbench.identification.errors.row_errors import Spread
 from workbench.identification.report.results_json import errors_json
 from workbench.report.json import Json, document
 from workbench.report.numbers import short, signed
-from workbench.report.result_display import figure_of, summary_of
+from workbench.report.result_display import plot_of, summary_of
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields, Unit
 from workbench.report.tables import line, new_table
 
@@ -123,11 +123,11 @@ def verification_json(result: Verification) -> Json:
 
 
 def _bounds(bounds: Bounds, unit: Unit) -> Json:
-    mean, rms, maximum = (np.multiply(unit.factor, bound) for bound in bounds)
+    mean, rms, maximum = map(unit.of, bounds)
     return {"mean": mean, "rms": rms, "share": BOUNDED_SHARE, "share_within": maximum}
 
 
-@figure_of.register(Verification)
+@plot_of.register(Verification)
 def _figure(result: Verification) -> "Figure":
     from workbench.extras.service.verification.plots import error_figure
 
