@@ -56,7 +56,7 @@ from workbench.cli.joined_options import OPTIONS
 from workbench.data.observations import OBSERVATIONS
 from workbench.data.readers.joint_tables import JOINS
 from workbench.data.readers.layouts import LAYOUTS
-from workbench.identification.own_preparation import PREPARATIONS
+from workbench.identification.instrument_preparation import PREPARATIONS
 from workbench.plate.export import PLATE_FILES, export_plate
 from workbench.plate.plate_toml import load_plate
 from workbench.session.command import kinds

@@ -18,7 +18,7 @@ from workbench.diagnosis.search import refit as refits
 from workbench.diagnosis.search.evidence import Term, left_by, offer
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import linear_answer, refit, robot_with, with_own_noise
-from workbench.identification.jacobian_columns import Columns, inner_products
+from workbench.identification.column_products import Columns, inner_products
 from workbench.identification.undetermined_combinations import factorise, factorise_pieces, factorise_products
 
 BAND = JointHarmonic((1,), order=tuple(range(1, 9)))

@@ -11,7 +11,7 @@ from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
 from workbench.data.readings import AbstractReadings
 from workbench.identification.fit_choices import FitChoices
-from workbench.identification.own_preparation import (
+from workbench.identification.instrument_preparation import (
     PREPARATIONS,
     AbstractIdentifiability,
     AbstractPreparation,

@@ -19,6 +19,7 @@ from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.commands.plate import ImprovePlate
+from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import (
     ADD,
     CAUSE,
@@ -38,7 +39,6 @@ from workbench.session.next_step import (
 )
 from workbench.session.page_state import RunningJob, Tab
 from workbench.session.part import AbstractPart
-from workbench.session.score import PlateTrial
 from workbench.session.state import Drag, Focus, Session
 from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page.panels.result_card import numbers, result_card

@@ -24,9 +24,9 @@ from workbench.session.export import fixture_zip
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.judgement import PASSING_SHARE, arm_judgement, plate_judgement
+from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import Tone, next_step
 from workbench.session.page_state import Severity
-from workbench.session.score import PlateTrial
 from workbench.session.start import default_circle
 from workbench.session.state import UndoStep
 from workbench.views.page.first_view import first_view

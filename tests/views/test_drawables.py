@@ -9,7 +9,7 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
-from workbench.session.score import PlateTrial
+from workbench.session.live_score import PlateTrial
 from workbench.session.state import CubeView, Drag, Field, Focus, Measurements, UndoStep
 from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.scene_contents import in_motion, on_page

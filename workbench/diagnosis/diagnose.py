@@ -35,8 +35,8 @@ from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
 from workbench.identification.errors.row_errors import RowErrors, degradation_warning
 from workbench.identification.fit_choices import ChoiceFields, FitChoices
+from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.joint_reading_noise import readings
-from workbench.identification.own_preparation import preparation_of
 from workbench.identification.problem import Noise
 from workbench.identification.rows.excluded_outliers import GROSS_REASON, prepare_without_gross_outliers
 from workbench.plate.argument_types import checked_arguments

@@ -22,7 +22,7 @@ from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATI
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, option
-from workbench.identification.own_preparation import Seek
+from workbench.identification.instrument_preparation import Seek
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem

@@ -22,7 +22,7 @@ from scipy import optimize
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
-from workbench.identification.jacobian_columns import inner_products
+from workbench.identification.column_products import inner_products
 from workbench.identification.joint_reading_noise import (
     STUDENT_FREEDOM,
     alike_readings,

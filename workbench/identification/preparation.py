@@ -23,7 +23,7 @@ from workbench.identification.errors.row_errors import RowErrors, instrument_pla
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frame_freedom import on_level
 from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
-from workbench.identification.own_preparation import (
+from workbench.identification.instrument_preparation import (
     AbstractIdentifiability,
     AbstractPreparation,
     Seek,

@@ -26,8 +26,8 @@ from workbench.identification.errors.row_errors import (
 )
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import MAX_NAMED_ROWS, Fit
+from workbench.identification.instrument_preparation import AbstractIdentifiability
 from workbench.identification.noise import from_repeats, stated
-from workbench.identification.own_preparation import AbstractIdentifiability
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.excluded_outliers import suspect_note
 from workbench.report.result_display import AbstractPlotted, AbstractReported, AbstractShown

@@ -12,7 +12,7 @@ from workbench.identification.problem_blocks import Noise
 from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate
 from workbench.session.comparison import Comparison
-from workbench.session.score import PlateTrial, score
+from workbench.session.live_score import PlateTrial, score
 from workbench.session.state import CubeView, Field, Focus, Session
 from workbench.session.target_state import TargetState
 

@@ -30,7 +30,7 @@ from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.stock import made_as_drawn
 from workbench.plate.target_readings import usual_sigma
-from workbench.session.score import draw_region, score
+from workbench.session.live_score import draw_region, score
 from workbench.session.state import Choices, EvaluationRegion, PlateHistory, Session
 from workbench.session.target_postures import branches_to, solve_all_targets
 from workbench.session.target_state import TargetState

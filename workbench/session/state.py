@@ -23,11 +23,11 @@ from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay
+from workbench.session.live_score import PlateTrial
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import MESSAGES, PASSING, Message, PageState, Severity
 from workbench.session.part import AbstractPart, GoesWith, Part
 from workbench.session.played_motion import Played
-from workbench.session.score import PlateTrial
 from workbench.session.target_state import Score, TargetState
 
 UNDO_STEPS = 200

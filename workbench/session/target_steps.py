@@ -11,7 +11,7 @@ from workbench.plate.stock import made_as_drawn
 from workbench.plate.target_readings import usual_sigma
 from workbench.plate.tolerances import EXACT
 from workbench.session.command import AbstractChange
-from workbench.session.score import score
+from workbench.session.live_score import score
 from workbench.session.state import UNDO_STEPS, Focus, Session, TargetBranches, UndoStep
 from workbench.session.target_postures import branches_to, with_clear_branches, with_obstacles
 from workbench.session.target_state import Score, TargetState

@@ -16,8 +16,8 @@ from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Kind
 from workbench.plate.tolerances import Production
 from workbench.session.commands.undo import Redo, Undo
+from workbench.session.live_score import score
 from workbench.session.next_step import _trial
-from workbench.session.score import score
 from workbench.session.start import start
 
 

@@ -52,9 +52,9 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_values import values
+from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity, Tab
-from workbench.session.score import PlateTrial
 from workbench.session.start import default_plate, start
 from workbench.session.state import CubeView, Field, UndoStep
 

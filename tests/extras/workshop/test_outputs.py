@@ -21,7 +21,7 @@ from workbench.plate.plate_toml import load_plate
 from workbench.plate.stock import made_as_drawn
 from workbench.report.numbers import short
 from workbench.session.export import fixture_zip
-from workbench.session.score import score
+from workbench.session.live_score import score
 from workbench.session.start import start
 
 PARTS = ("plate", "block-A", "block-B", "probe", "bottom", "stand-off")

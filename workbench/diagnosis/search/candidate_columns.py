@@ -19,7 +19,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.wrenches import load_regressor, masses, motion_wrenches, own_axis
 from workbench.base.threads import in_order
-from workbench.identification.jacobian_columns import Columns
+from workbench.identification.column_products import Columns
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import RowBlock
 

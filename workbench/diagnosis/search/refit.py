@@ -19,8 +19,8 @@ from workbench.diagnosis.search.gram_matrices import Grams
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import SearchOutcome, ended
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.column_products import inner_products
 from workbench.identification.fit import Fit
-from workbench.identification.jacobian_columns import inner_products
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
 

@@ -54,8 +54,8 @@ from workbench.extras.camera.selection_steps import (
 )
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.consider_covariance import Considered
+from workbench.identification.instrument_preparation import Seek
 from workbench.identification.noise import factor_at
-from workbench.identification.own_preparation import Seek
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.rows.row_selection import cells
 

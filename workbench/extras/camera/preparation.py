@@ -22,7 +22,7 @@ from workbench.extras.camera.resection import with_boards, with_boards_in_view, 
 from workbench.extras.camera.rig import PictureReadings, owner_in, rig_of, with_rig
 from workbench.extras.camera.selection_steps import Identifiability
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.own_preparation import AbstractPreparation, Seek
+from workbench.identification.instrument_preparation import AbstractPreparation, Seek
 from workbench.identification.problem import Noise, Problem
 
 MIN_TURN, ENOUGH_TURN = np.deg2rad((3.0, 30.0))

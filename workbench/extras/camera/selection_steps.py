@@ -14,7 +14,7 @@ from workbench.extras.camera.camera import INTRINSICS
 from workbench.extras.camera.observation import POSE, Placed
 from workbench.extras.camera.rig import owner_in, rig_of
 from workbench.identification.fit import Fit
-from workbench.identification.own_preparation import AbstractIdentifiability
+from workbench.identification.instrument_preparation import AbstractIdentifiability
 from workbench.identification.problem import Noise
 from workbench.report.json import Json
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields

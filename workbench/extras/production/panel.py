@@ -5,8 +5,8 @@ from functools import partial
 import viser
 
 from workbench.extras.production.session import MAX_ARMS, OpenChoice, TryPlate, WeighPlates, choices_of
+from workbench.session.live_score import PlateTrial
 from workbench.session.page_state import Tab
-from workbench.session.score import PlateTrial
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, heading, number, text
 from workbench.views.page.panels.index import try_plate

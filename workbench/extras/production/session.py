@@ -17,9 +17,9 @@ from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.commands.target_placement import place_plate
 from workbench.session.judgement import PASSING_SHARE
+from workbench.session.live_score import PlateTrial
 from workbench.session.page_state import Severity
 from workbench.session.part import AbstractPart
-from workbench.session.score import PlateTrial
 from workbench.session.state import Session
 from workbench.session.target_steps import check_free
 

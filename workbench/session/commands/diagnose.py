@@ -11,7 +11,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.diagnosis.result import Diagnosis
-from workbench.identification.own_preparation import preparation_of
+from workbench.identification.instrument_preparation import preparation_of
 from workbench.plate.collision import allows_target
 from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import Target

@@ -13,8 +13,8 @@ from workbench.plate.plate import Plate
 from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.commands.target_placement import place_plate
 from workbench.session.judgement import Tone, plate_judgement
+from workbench.session.live_score import PlateTrial
 from workbench.session.page_state import Severity
-from workbench.session.score import PlateTrial
 from workbench.session.start import is_default_plate
 from workbench.session.state import Session
 from workbench.session.target_postures import from_limit

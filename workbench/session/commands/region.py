@@ -12,7 +12,7 @@ from workbench.plate.region import Region
 from workbench.session.command import AbstractChange, AbstractChore, computed
 from workbench.session.commands.data import measurements
 from workbench.session.cube_values import are_shown, values
-from workbench.session.score import draw_region
+from workbench.session.live_score import draw_region
 from workbench.session.state import CubeView, Field, Session
 from workbench.session.target_steps import begin_step, rescore
 

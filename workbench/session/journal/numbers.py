@@ -19,9 +19,9 @@ from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
 from workbench.plate.plate import Plate
 from workbench.report.json import Json, plain
+from workbench.session.live_score import PlateTrial
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.played_motion import Played
-from workbench.session.score import PlateTrial
 from workbench.session.state import Session
 from workbench.session.target_state import Score, TargetState
 

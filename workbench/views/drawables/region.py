@@ -17,7 +17,7 @@ from workbench.session.cube_values import (
     shown_cubes,
     shown_layer,
 )
-from workbench.session.score import PlateTrial
+from workbench.session.live_score import PlateTrial
 from workbench.session.state import Field, Session
 from workbench.views.appearance.colours import NO_VALUE, REGION, UNBOUNDED, scale_colours
 from workbench.views.drawables.drawable import Cubes, Cuboid, Label, Line

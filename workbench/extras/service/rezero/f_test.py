@@ -16,7 +16,7 @@ from scipy import special
 
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.own_preparation import preparation_of
+from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor
 

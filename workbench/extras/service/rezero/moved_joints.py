@@ -30,7 +30,7 @@ from workbench.identification.alignment import align
 from workbench.identification.errors.row_errors import Errors, instrument_places
 from workbench.identification.fit_choices import Excluded, FitChoices
 from workbench.identification.frames import Sessions, visible_parts
-from workbench.identification.own_preparation import preparation_of
+from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem

@@ -20,7 +20,7 @@ from workbench.session.cube_values import (
     drawn,
 )
 from workbench.session.deflection import bending_robot
-from workbench.session.score import PlateTrial
+from workbench.session.live_score import PlateTrial
 from workbench.session.state import Field, Focus, Session
 from workbench.views.appearance.colours import (
     BLOCKED,

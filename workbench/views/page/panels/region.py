@@ -7,8 +7,8 @@ import viser
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_values import IN_MILLIMETRES, TITLES, shown_layer, values
+from workbench.session.live_score import PlateTrial
 from workbench.session.page_state import Tab
-from workbench.session.score import PlateTrial
 from workbench.session.state import Field as CubeField
 from workbench.session.state import Session
 from workbench.views.page.html import block, note, number, pairs
