@@ -1,7 +1,7 @@
 """One problem for all identifications: whitened residuals and their derivative in the unknowns.
 
 Rows are split into blocks of one session and one observation, whose chain is evaluated at once. Its twists
-(`Chain.twists`, `effect_columns`) times the observation's derivative are the block's part of the Jacobian.
+(`chain.twists`, `effect_columns`) times the observation's derivative are the block's part of the Jacobian.
 Unknowns x are absolute values [rad or m]: constants of the arm, coefficients of its effects [SI], constants
 of the frames (per session where they differ), and of the instrument (anchors, contacts, markers).
 """
