@@ -11,7 +11,7 @@ equilibrium if the load changes sign within the play; such a row keeps the flank
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Self, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
@@ -89,7 +89,7 @@ class Backlash(AbstractEffect):
     def flanked(self) -> tuple[int, ...]:
         return self.joints if self.by == "moment" else ()
 
-    def softened(self, chain: Chain, wrenches: Wrenches) -> Self:
+    def softened(self, chain: Chain, wrenches: Wrenches) -> "Backlash":
         spread = float(np.std(own(chain, self.joints, wrenches))) if self.loads else 0.0
         return replace(self, width=RELATIVE_WIDTH * spread) if np.isfinite(spread) else self
 
@@ -111,5 +111,5 @@ class Backlash(AbstractEffect):
         yield from offered([cls((j,), by="motion") for j in reversing or range(arm.dof)], arm, motion)
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "Backlash":
         return cls((joint,), (1.0,), by="moment" if arm.has_masses else "motion")

@@ -9,7 +9,7 @@ times, t is the row in the file, c is in [m] and [rad] per row, and poses outsid
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Self, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
@@ -125,7 +125,7 @@ class BaseDrift(AbstractEffect):
             yield Candidate(cls(reference=float(np.min(motion.row)), by_row=True))
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "BaseDrift":
         """Along and about random directions."""
         directions = (rng.normal(size=3) for _ in range(2))
         return cls((), tuple(v for d in directions for v in (d / np.linalg.norm(d)).tolist()))

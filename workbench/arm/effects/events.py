@@ -11,7 +11,7 @@ only before the event: w = 0 before its step, and −1 from it on.
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self, final
+from typing import ClassVar, final
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -65,7 +65,7 @@ class AbstractEvent(AbstractEffect):
         return iter(())
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEvent":
         """After the first `ROWS_BEFORE_EVENT` rows, along and about random directions."""
         one = cls(() if cls.whole_arm else (joint,), row=ROWS_BEFORE_EVENT)
         size = rng.normal(size=len(one.names))

@@ -22,7 +22,7 @@ Trans. Robot. Autom. 6(3), 1990; here gravity alone.
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Self, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -154,7 +154,7 @@ class GravitySag(AbstractEffect):
                 )
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "GravitySag":
         terms = terms_of(arm.chain, joint)
         return cls((joint,), tuple(rng.uniform(-1.0, 1.0, len(terms.split()))), terms=terms)
 

@@ -5,7 +5,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Self, final
+from typing import final
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import driven_names, turns
@@ -70,7 +70,7 @@ class JointCoupling(AbstractEffect):
         return offered(pairs, arm, motion)
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng) -> Self:
+    def own_example(cls, arm: EffectArm, joint: int, rng) -> "JointCoupling":
         return cls((joint, joint - 1 if joint else 1), (1.0,))
 
     def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:

@@ -19,7 +19,7 @@ from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 from functools import cached_property
 from math import isfinite
-from typing import ClassVar, Self
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -44,6 +44,7 @@ Slope = Float[np.ndarray, "rows e m"]
 Growth = Float[np.ndarray, "rows e p"]
 NO_WRENCHES = np.zeros((0, 0, 6))
 NO_WRENCHES.setflags(write=False)
+Same = TypeVar("Same", bound="AbstractLaw")
 NO_COMPONENTS = np.zeros((0, 2), np.int64)
 NO_COMPONENTS.setflags(write=False)
 
@@ -177,7 +178,7 @@ class AbstractLaw(ABC):
         anywhere."""
         return None
 
-    def softened(self, chain: Chain, wrenches: Wrenches) -> Self:
+    def softened(self: Same, chain: Chain, wrenches: Wrenches) -> Same:
         """The same effect for a fit to rows with these wrenches; a step may get a width."""
         return self
 
@@ -196,7 +197,7 @@ class AbstractLaw(ABC):
         """Increment of each of its elements in every row [rad or m]; arguments as in `law`."""
         return self.law(chain, motion, wrenches) @ np.array(self.coefficients)
 
-    def sized(self, values: Mapping[str, float]) -> Self:
+    def sized(self: Same, values: Mapping[str, float]) -> Same:
         """The same effect with the named coefficients replaced."""
         if values.keys().isdisjoint(self.names):
             return self

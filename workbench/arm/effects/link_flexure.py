@@ -8,7 +8,7 @@ x axis runs along the link (Hayati, DH), c_x is torsion and c_y bending [rad/(N 
 """
 
 from dataclasses import dataclass
-from typing import Self, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Int
@@ -59,7 +59,7 @@ class LinkFlexure(AbstractEffect):
         return f"The {link} bends by {self.size(chain)} under the moment that it carries"
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "LinkFlexure":
         return cls((joint,), (0.5, 1.0))
 
     def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:

@@ -11,7 +11,7 @@ constant.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Self, final
+from typing import final
 
 import numpy as np
 
@@ -66,7 +66,7 @@ class UnevenCompliance(AbstractEffect):
         t = own(chain, self.joints, wrenches)[:, 0] / (self.load or np.inf)
         return u, np.clip(t, -1.0, 1.0), (np.abs(t) < 1.0) / (self.load or np.inf)
 
-    def softened(self, chain: Chain, wrenches: Wrenches) -> Self:
+    def softened(self, chain: Chain, wrenches: Wrenches) -> "UnevenCompliance":
         maximum = float(np.abs(own(chain, self.joints, wrenches)).max(initial=0.0))
         return replace(self, load=maximum) if np.isfinite(maximum) else self
 
@@ -88,7 +88,7 @@ class UnevenCompliance(AbstractEffect):
             yield from offered([Candidate(effect, np.eye(len(SHAPES)))], arm, motion)
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> Self:
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "UnevenCompliance":
         low, high = arm.search_limits[joint]
         sizes = rng.uniform(-1.0, 1.0, len(SHAPES))
         scaled = tuple((sizes / np.abs(sizes).max()).tolist())

@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TypeVar
 
 import numpy as np
 
 from workbench.data.dataset import Dataset
+
+Split = TypeVar("Split", bound="AbstractSplit")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -31,7 +33,7 @@ class AbstractSplit:
         """Whether the held-out rows come from the same file as the others."""
         return len(self.held_out_rows) == len(self.held_out_data)
 
-    def without_held_out(self, lost: Mapping[int, str]) -> Self:
+    def without_held_out(self: Split, lost: Mapping[int, str]) -> Split:
         """The same without some held-out rows; those of the same file are listed as excluded.
 
         Args:
