@@ -13,10 +13,11 @@ from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
-from workbench.diagnosis.claims.cause import Cause, ResidualMap
+from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.structure import Structure, neighbours
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.gravity_direction import GravityDirection
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict
 from workbench.diagnosis.verdict import conclude, doubts
@@ -24,6 +25,9 @@ from workbench.identification.errors.row_errors import Errors, Spread, explains_
 from workbench.identification.problem import Noise
 from workbench.plate.simulated_measurement import measure_poses
 
+NOISE_ONLY = RemainingError(
+    noise=Noise(1e-4, 1e-3), known_noise=None, joint_noise=None, structure=Structure(), distrusted=()
+)
 SLIDING = """
 name = "column"
 convention = "dh"
@@ -100,6 +104,9 @@ def test_nothing_is_certain_where_structure_could_not_be_tested(soft, monkeypatc
     assert found.causes[0].confidence == Confidence.PROBABLE
     assert found.causes[0].doubt
     assert "structure" in found.warnings[0]
+    untested = diagnose(soft[0], replace(soft[1], sigma=None))
+    assert mentions(untested.message, "could not be tested")
+    assert not mentions(untested.message, "too few rows")
 
 
 def test_a_doubt_names_its_cause_where_there_are_others(soft):
@@ -156,12 +163,53 @@ def test_without_positions_orientations_say_whether_an_effect_helps(soft, angle,
     nominal, before, after = (Errors(unmeasured, Spread.of(np.full(5, size))) for size in (2.0, 0.1, angle))
     effect = JointCompliance((1,), (5e-5,))
     cause = Cause(effects=(effect,), odds=100.0, contribution_mm=np.nan, text="it gives way", look_alikes=())
-    rest = RemainingError(
-        noise=Noise(1e-4, 1e-3), known_noise=None, joint_noise=None, structure=Structure(), distrusted=()
-    )
-    _, message = conclude([cause], None, rest, robot=robot, nominal=nominal, before=before, after=after)
+    _, message = conclude([cause], None, NOISE_ONLY, robot=robot, nominal=nominal, before=before, after=after)
     assert ("not reduce" not in message) is reduces
     residual_map = ResidualMap(effects=(effect,), before=before, after=after, beside_causes=False)
     assert residual_map.is_better is reduces
     assert explains_little(nominal, nominal, robot.reach)
     assert not explains_little(nominal, Errors(unmeasured, Spread.of(np.full(5, 0.05))), robot.reach)
+
+
+def test_what_the_geometry_has_already_reduces_nothing(soft):
+    """The direction of gravity is identified with the geometry, so nothing is added for it."""
+    robot, _ = soft
+    nominal, found = (Errors(Spread.of(np.full(5, size)), None) for size in (2.0, 0.1))
+    tilted = Cause(
+        effects=(GravityDirection((), (0.01, 0.0)),),
+        odds=100.0,
+        contribution_mm=1.0,
+        text="The arm is tilted",
+        look_alikes=(),
+        is_added=False,
+    )
+    verdict, message = conclude(
+        [tilted], None, NOISE_ONLY, robot=robot, nominal=nominal, before=found, after=found
+    )
+    assert verdict is Verdict.EXPLAINED
+    assert not mentions(message, "adding")
+    _, message = conclude(
+        [tilted], None, NOISE_ONLY, robot=robot, nominal=nominal, before=nominal, after=nominal
+    )
+    assert mentions(message, "No effects were added")
+
+
+def test_all_arms_are_compared_on_the_same_rows(soft):
+    """Three rows are so little off that they show only beside the effect: then no arm is judged by them."""
+    robot, rows = soft
+    off = rows.position.copy()
+    off[[4, 17, 30]] += [0.0, 0.0, 1e-3]
+    found = diagnose(robot, replace(rows, position=off), held_out=0.0)
+    assert {4, 17, 30} <= set(found.outliers.tolist())
+    assert found.before_fit.problem.data.row.size > found.after_fit.problem.data.row.size
+    compared = found.nominal_rows[0], found.before_rows[0], found.after_rows[0]
+    assert {len(each.position) for each in compared} == {len(rows) - len(found.outliers)}
+    for errors, each in zip((found.nominal, found.before, found.after), compared, strict=True):
+        assert errors.train.position_mm.mean == pytest.approx(1e3 * each.position.mean())
+
+
+def test_causes_stand_largest_first(soft):
+    (cause,) = diagnose(*soft).causes
+    sizes = (0.2, np.nan, 0.5)
+    ordered = largest_first(*(replace(cause, contribution_mm=size) for size in sizes))
+    assert [c.contribution_mm for c in ordered[:2]] == [0.5, 0.2]

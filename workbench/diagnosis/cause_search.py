@@ -5,10 +5,11 @@ any events if a fit with them diverged, and without anything if nothing explains
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Bool
 
 from workbench.arm.robot import Robot
 from workbench.base.progress import progress
@@ -46,9 +47,9 @@ class CauseSearch:
         rounds: The searches, first to last.
         fit: The last round's arm; as it is saved, if there are no held-out rows to be fitted to it.
         too_few: Why no search was made; None if one was.
-        before: Errors of the geometry on the judging rows.
-        after: Errors of that arm on them.
-        nominal: Errors of the nominal arm on them.
+        before: Errors of the geometry on the fitted rows that are no outliers, and on the held-out rows.
+        after: Errors of that arm on the same rows.
+        nominal: Errors of the nominal arm, with the best base and tool, on the same rows.
     """
 
     robot: Robot
@@ -59,7 +60,7 @@ class CauseSearch:
     too_few: str | None
     before: JudgedArm
     after: JudgedArm
-    nominal: Validation
+    nominal: JudgedArm
 
     @property
     def last(self) -> Searched:
@@ -83,7 +84,9 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     search = _validated_search(robot, ready, first, found, too_few)
     if search.has_diverged:
         search = _validated_search(robot, ready, first, rounds(first, rng, events=()), too_few)
-    if search.has_diverged or explains_little(search.nominal.train, search.after.errors.train, robot.reach):
+    if search.has_diverged or explains_little(
+        search.nominal.errors.train, search.after.errors.train, robot.reach
+    ):
         search = _validated_search(robot, ready, first, rounds(first, rng, search=False), too_few)
     return search
 
@@ -112,17 +115,19 @@ def _validated_search(
     """A search with its errors on rows that lie on a known side of its events."""
     ready = without_undecided(ready, found[-1])
     fit = found[-1].stage.fit if len(ready.held_out_rows) else fit_with_constants_held(found[-1])
-    before, after = _validated(ready, first.fit), _validated(ready, fit)
-    return CauseSearch(robot, ready, first, found, fit, too_few, before, after, _nominal(ready))
+    keep = found[-1].stage.keep
+    before, after = (_judged(_row_errors(ready, f), keep) for f in (first.fit, fit))
+    return CauseSearch(
+        robot, ready, first, found, fit, too_few, before, after, _judged(ready.nominal_rows, keep)
+    )
 
 
-def _nominal(ready: Prepared) -> Validation:
-    """Errors of the nominal arm with the best base and tool."""
-    fitted, held = ready.nominal_rows
-    return Validation(Errors.of(fitted), held.summary)
+def _row_errors(ready: Prepared, fit: Fit) -> tuple[RowErrors, RowErrors]:
+    """Errors of a fitted arm on all rows to fit, outliers among them, and on the held-out rows."""
+    return ready.errors(fit.arm, {**fit.problem.known, **fit.problem.instrument(fit.x)})
 
 
-def _validated(ready: Prepared, fit: Fit) -> JudgedArm:
-    """Errors on the fitted rows without outliers, and on the held-out rows."""
-    train, held = replace(ready, problem=fit.problem).errors(fit.arm, fit.problem.instrument(fit.x))
-    return JudgedArm(Validation(Errors.of(train), held.summary), (train, held))
+def _judged(rows: tuple[RowErrors, RowErrors], keep: Bool[np.ndarray, " rows"]) -> JudgedArm:
+    """The same without outliers, so that all arms are compared on the same rows."""
+    fitted, held = rows[0].take(keep), rows[1]
+    return JudgedArm(Validation(Errors.of(fitted), held.summary), (fitted, held))

@@ -13,14 +13,14 @@ from workbench.arm.masses import with_assumed_masses
 from workbench.arm.robot import Robot
 from workbench.base.advice import Advice
 from workbench.base.argument_checks import Like, with_fields
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.diagnosis.alternative_models import ModelComparison
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
-from workbench.diagnosis.claims.cause import Cause, ResidualMap
+from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import find_causes
 from workbench.diagnosis.claims.structure import Structure, structure_of
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
@@ -33,7 +33,7 @@ from workbench.diagnosis.search.backlash_flanks import open_flanks
 from workbench.diagnosis.undetectable import open_flanks_text
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
-from workbench.identification.errors.row_errors import RowErrors, degradation_warning
+from workbench.identification.errors.row_errors import degradation_warning
 from workbench.identification.fit_choices import ChoiceFields, FitChoices
 from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.joint_reading_noise import readings
@@ -63,12 +63,13 @@ def diagnose(
         measurable: Whether a posture can be measured next; all reachable ones if None.
 
     Raises:
-        DataError: too few rows, or data that contradict the robot beyond doubt.
+        DataError: too few rows, data that contradict the robot beyond doubt, or readings that can't be
+            diagnosed, such as pictures.
         OptionError: an unknown constant or option.
         Cancelled: it was cancelled; what was found by then is no conclusion.
     """
     if (own := preparation_of(data)) is not None:
-        raise OptionError(f"{data.source}: {own.undiagnosed}")
+        raise DataError(f"{data.source}: {own.undiagnosed}")
     began, choices = perf_counter(), with_fields(FitChoices, choices, fields)
     massed, rng, advice = with_assumed_masses(robot), np.random.default_rng(choices.seed), Advice()
     with part_of(0.0, 0.3):
@@ -111,14 +112,15 @@ def _claims(
         given: The robot as given.
         known: Noise known beforehand.
     """
-    structure: Structure | None = Structure()  # None: it could not be tested
+    structure: Structure | None = Structure()  # None: the test failed
     if search.too_few is None:
         structure = advice.ask(
             "the structure of the residuals", lambda: structure_of(search.last.stage.fit, rng), None
         )
-    remaining = _remaining_error(search, known, structure or Structure())
-    found = _found_causes(search, saved, remaining.known_noise, structure)
-    causes = (*found, *gravity_direction_causes(saved.fit, given, remaining.noise))
+    remaining = _remaining_error(search, known, structure)
+    causes = largest_first(
+        *_found_causes(search, saved, remaining), *gravity_direction_causes(saved.fit, given, remaining.noise)
+    )
     residual_map = _residual_map(search, saved, causes)
     verdict, message = Verdict.NONE, search.too_few or ""
     if search.too_few is None:
@@ -127,7 +129,7 @@ def _claims(
             residual_map,
             remaining,
             robot=search.robot,
-            nominal=judged(search.nominal),
+            nominal=judged(search.nominal.errors),
             before=judged(search.before.errors),
             after=judged(search.after.errors),
         )
@@ -135,7 +137,7 @@ def _claims(
     return _Claims(causes, residual_map, remaining, verdict, message)
 
 
-def _remaining_error(search: CauseSearch, known: Noise | None, structure: Structure) -> RemainingError:
+def _remaining_error(search: CauseSearch, known: Noise | None, structure: Structure | None) -> RemainingError:
     """Noise and structure of the residuals; noise stated in the rows comes before `known`, then repeats."""
     fit, geometric, problem = search.last.stage.fit, search.last.stage.geometric, search.ready.problem
     return RemainingError(
@@ -147,9 +149,7 @@ def _remaining_error(search: CauseSearch, known: Noise | None, structure: Struct
     )
 
 
-def _found_causes(
-    search: CauseSearch, saved: SavedModel, known_noise: Noise | None, structure: Structure | None
-) -> tuple[Cause, ...]:
+def _found_causes(search: CauseSearch, saved: SavedModel, remaining: RemainingError) -> tuple[Cause, ...]:
     """The causes among the accepted effects."""
     if not saved.effects:
         return ()
@@ -157,7 +157,13 @@ def _found_causes(
     together_mm = float(np.sqrt(max(alone_mm**2 - all_mm**2, 0.0)))
     motion = search.last.stage.motion
     return find_causes(
-        search.last, saved.fit.arm, motion, known_noise, saved.std, structure, together_mm=together_mm
+        search.last,
+        saved.fit.arm,
+        motion,
+        remaining.known_noise,
+        saved.std,
+        remaining.structure,
+        together_mm=together_mm,
     )
 
 
@@ -183,18 +189,12 @@ def _additions(search: CauseSearch, saved: SavedModel, advice: Advice) -> Iterat
     """Sentences that follow the verdict: undecided flanks, degradation, which arm is saved."""
     if missing := advice.ask("undecided flanks", lambda: open_flanks(saved.fit), {}):
         yield open_flanks_text(missing, search.robot.chain)
-    if worse := degradation_warning(_nominal_rows(search), search.after.rows):
+    if worse := degradation_warning(search.nominal.rows, search.after.rows):
         yield f"Warning: {worse}."
     if saved.effects and (worse := harm_done(search.before.rows[1], search.after.rows[1])):
         yield f"Warning: {worse}."
     if saved.now:
         yield saved.now.sentence
-
-
-def _nominal_rows(search: CauseSearch) -> tuple[RowErrors, RowErrors]:
-    """Errors of the nominal arm on the fitted rows without outliers, and on the held-out rows."""
-    fitted, held = search.ready.nominal_rows
-    return fitted.take(search.last.stage.keep), held
 
 
 def _measured_next(
@@ -250,12 +250,12 @@ def _diagnosis(
             None,
         ),
         suspects=np.flatnonzero(saved.suspects),
-        nominal=search.nominal,
+        nominal=search.nominal.errors,
         before_fit=search.first.fit,
         after_fit=fit,
         final_fit=saved.fit,
         aligned=ready.aligned,
-        nominal_rows=_nominal_rows(search),
+        nominal_rows=search.nominal.rows,
         before=search.before.errors,
         after=search.after.errors,
         before_rows=search.before.rows,
@@ -267,7 +267,7 @@ def _diagnosis(
         noise=noise,
         known_noise=rest.known_noise,
         joint_noise=rest.joint_noise,
-        structure=rest.structure,
+        structure=rest.structure or Structure(),
         now=saved.now,
         verdict=claims.verdict,
         message=claims.message,

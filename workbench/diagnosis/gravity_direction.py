@@ -72,4 +72,5 @@ def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[C
                 contribution_mm=explained,
                 text=capital(found.text),
                 look_alikes=(),
+                is_added=False,
             )

@@ -27,23 +27,25 @@ class RemainingError:
 
     Args:
         noise: Their standard deviation per axis [m], [rad].
-        known_noise: Noise known beforehand, from repeats or as given; None if unknown.
+        known_noise: Noise known beforehand: as stated in the rows, else as given, else from repeats; None if
+            unknown.
         joint_noise: Noise of joint readings, as far as they show any; None if the readings seem exact.
-        structure: Axes along which neighbouring rows have similar residuals.
+        structure: Axes along which neighbouring rows have similar residuals; None if the test failed.
         distrusted: Significant candidates that cross-validation did not confirm.
     """
 
     noise: Noise
     known_noise: Noise | None
     joint_noise: Readings | None
-    structure: Structure
+    structure: Structure | None
     distrusted: Sequence[Offer]
 
     @property
     def is_structured(self) -> bool:
         """Whether there is structure apart from joints whose readings scatter."""
         scatter = self.joint_noise is not None and self.joint_noise.joints_that_scatter
-        return any(not (scatter and axis.is_of_joint) for axis in self.structure.found)
+        axes = () if self.structure is None else self.structure.found
+        return any(not (scatter and axis.is_of_joint) for axis in axes)
 
     @property
     def noise_ratio(self) -> float:
@@ -74,7 +76,7 @@ class RemainingError:
     def text(self, chain: Chain) -> str:
         """Description that continues a sentence: `agrees with the known noise (0.05 mm per axis)`."""
         text = self._compared()
-        if self.is_structured:
+        if self.structure is not None and self.is_structured:
             text += f": it {self.structure.sentence}"
         if self.joint_noise is None or (not self.is_structured and self.joint_noise.share > MIN_MAJOR_SHARE):
             return text
@@ -95,6 +97,8 @@ class RemainingError:
             return f"agrees with {known}" if ratio * MAX_NOISE_RATIO > 1.0 else f"is less than {known}"
         if self.is_more_than_noise:
             return "has structure that no known effect explains"
+        if self.structure is None:
+            return "is attributed to noise, as its structure could not be tested"
         if self.structure.found:
             return f"{self.structure.sentence} in the readings of joints that scatter"
         if self.structure.tests:

@@ -1,4 +1,4 @@
-"""The verdict of a diagnosis, in one sentence."""
+"""The verdict of a diagnosis, and its message."""
 
 from collections.abc import Sequence
 
@@ -36,30 +36,35 @@ def conclude(
         before: Errors of the geometry alone on them.
         after: Errors with the effects.
     """
-    is_added = bool(causes or residual_map)
+    is_added = residual_map is not None or any(c.is_added for c in causes)
     if explains_little(nominal, after, robot.reach):
         return Verdict.UNEXPLAINED, _explains_little_text(is_added, nominal, after)
     warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain)
-    if not is_added:
-        verdict, size = (
-            Verdict.UNEXPLAINED if remaining.is_more_than_noise else Verdict.NONE,
-            after.text("mean"),
-        )
-        of = f" of {size}" if size else ""
-        return verdict, f"{warning}No effect was found beside the geometry; the remaining error{of} {rest}."
+    if not causes and residual_map is None:
+        verdict = Verdict.UNEXPLAINED if remaining.is_more_than_noise else Verdict.NONE
+        left = _remaining_text(after, rest)
+        return verdict, f"{warning}No effect was found beside the geometry; {left}."
     verdict = Verdict.PARTLY if remaining.is_more_than_noise else Verdict.EXPLAINED
-    added = _added(causes, residual_map)
+    claims = _claims(causes, residual_map)
     if not causes:
-        return verdict, f"{warning}{added} What remains {rest}."
+        return verdict, f"{warning}{claims} What remains {rest}."
+    if not is_added:
+        return verdict, f"{warning}{claims} {capital(_remaining_text(after, rest))}."
     fall = "reduces the error" if after.main.mean < before.main.mean else "does not reduce the error"
     if np.isfinite(after.main.mean):
         fall += f" from {before.text('mean')} to {after.text('mean')}"
-    subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding these"
-    return verdict, f"{warning}{added} {subject} {fall}; what remains {rest}."
+    subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding the effects"
+    return verdict, f"{warning}{claims} {subject} {fall}; what remains {rest}."
 
 
-def _added(causes: Sequence[Cause], residual_map: ResidualMap | None) -> str:
-    """Sentences on the added effects."""
+def _remaining_text(after: Errors, rest: str) -> str:
+    """The remaining error with its size, where one is known, as a clause."""
+    size = after.text("mean")
+    return f"the remaining error{f' of {size}' if size else ''} {rest}"
+
+
+def _claims(causes: Sequence[Cause], residual_map: ResidualMap | None) -> str:
+    """Sentences on the causes and on the residual map."""
     sentences = [f"{c.stated}." for c in causes[:MAX_STATED_CAUSES]]
     if len(causes) > MAX_STATED_CAUSES:
         sentences.append(f"{len(causes) - MAX_STATED_CAUSES} more causes are in the table.")

@@ -28,6 +28,7 @@ class Cause:
         unsure: Joints of its effects that are not named, counted from 0.
         doubt: Why it can't be certain, as a clause; empty if it can.
         contribution_deg: What it explains of orientations [deg]; NaN where none were measured.
+        is_added: Whether its effects were added to the geometry; the direction of gravity is part of that.
     """
 
     effects: tuple[AbstractEffect, ...]
@@ -38,6 +39,7 @@ class Cause:
     unsure: tuple[int, ...] = ()
     doubt: str = ""
     contribution_deg: float = float("nan")
+    is_added: bool = True
 
     @property
     def claim(self) -> str:
@@ -95,6 +97,11 @@ class Cause:
     def whole(self) -> AbstractEffect:
         """Its effects as one, for the joints that it names."""
         return without_joints(together(self.effects), self.unsure)
+
+
+def largest_first(*causes: Cause) -> tuple[Cause, ...]:
+    """Causes by what they explain of positions, those without any last."""
+    return tuple(sorted(causes, key=lambda cause: -np.nan_to_num(cause.contribution_mm)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -47,7 +47,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.diagnosis.claims.accepted_terms import best_of, distinct, includes, place_of
-from workbench.diagnosis.claims.cause import Cause, together
+from workbench.diagnosis.claims.cause import Cause, largest_first, together
 from workbench.diagnosis.claims.contributions import Explained, explained
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
 from workbench.diagnosis.claims.position_laws import lead_over_map, share_a_law
@@ -126,7 +126,7 @@ def find_causes(
         judge.cause(one, at_tool, others=[o.whole for o in named if o is not one], nameless=nameless)
         for one, at_tool in zip(named, at_the_tool, strict=True)
     )
-    return tuple(sorted(causes, key=lambda c: -np.nan_to_num(c.contribution_mm)))
+    return largest_first(*causes)
 
 
 @dataclass(frozen=True, eq=False)
