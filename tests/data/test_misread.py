@@ -12,7 +12,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import checked
-from workbench.identification.rows.row_selection import check_enough, split
+from workbench.identification.rows.row_selection import check_enough, hold_out_share
 
 NOTE = "orientation from the quaternion qw, qx, qy, qz"
 
@@ -59,7 +59,7 @@ def test_lengths_of_another_unit(aria, rows, factor, text):
 
 def test_copies_of_a_row_are_held_out_together(rows):
     data = replace(rows.take(np.tile(np.arange(15), 3)), row=np.arange(45))
-    train, held = split(data, 0.2, rng=np.random.default_rng(0))
+    train, held = hold_out_share(data, 0.2, rng=np.random.default_rng(0))
     assert len(held) == 9
     assert not {i % 15 for i in train} & {i % 15 for i in held}
 

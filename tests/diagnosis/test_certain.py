@@ -211,7 +211,7 @@ def test_what_a_cause_explains_is_what_left_out_rows_lose(turned):
     grams, model = searched.grams, searched.found.model
     (found,) = explained(searched, [model])
     fall = (validated(grams, ()) - validated(grams, model)).sum()
-    sigma = searched.stage.geometric.typical_noise
+    sigma = searched.stage.geometric_problem.typical_noise
     parts = [found.position_mm / (1e3 * sigma.position)]
     if turned:
         parts.append(np.deg2rad(found.orientation_deg) / sigma.rotation)
@@ -226,7 +226,7 @@ def test_what_a_load_explains_goes_with_its_masses(soft):
     last = search_causes(case.robot, ready, np.random.default_rng(0)).rounds[-1]
     model = last.found.model
     (found,) = explained(last, [model])
-    problem = last.stage.problem.with_noise(last.stage.geometric.noise)
+    problem = last.stage.problem.with_noise(last.stage.geometric_problem.noise)
     fall = (validated(last.grams, ()) - validated(last.grams, model)).sum()
     share = [found.position_mm / 1e3, np.deg2rad(found.orientation_deg)] / np.array(problem.typical_noise[:2])
     assert np.square(share).sum() * len(problem.data) == pytest.approx(fall, rel=0.02)

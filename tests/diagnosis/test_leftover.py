@@ -103,7 +103,7 @@ def test_a_diagnosis_weighs_by_noisy_readings_and_begins_with_them():
     case = under(CONDITIONS["joints"], "none", 3)
     result = diagnose(case.robot, case.data, held_out=0.0)
     assert result.effects == ()
-    assert result.verdict is Verdict.NONE
+    assert result.verdict is Verdict.NO_EFFECT
     assert result.message.startswith("The joint readings scatter by 0.2")
     assert error_of(result.calibrated, case) < 0.5
     stated = diagnosis_json(result)["joint_noise_deg"]

@@ -156,7 +156,7 @@ def with_next_poses(session: Session) -> Session:
 PLAIN, CAREFUL, GOOD, BAD = Tone.PLAIN, Tone.CAREFUL, Tone.GOOD, Tone.BAD
 NOTHING = {"effects": (), "causes": (), "residual_map": None}
 UNEXPLAINED = NOTHING | {"verdict": Verdict.UNEXPLAINED}
-NOISE = NOTHING | {"verdict": Verdict.NONE}
+NOISE = NOTHING | {"verdict": Verdict.NO_EFFECT}
 NO_POSES = np.zeros((0, 6))
 STATES = [
     # before, what is done to it, part of the sentence, tone, next and other action or their commands

@@ -16,8 +16,8 @@ from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
 from workbench.session.joint_errors import along_joints
 from workbench.session.state import Focus
 from workbench.views.appearance.colours import (
+    EXCLUDED,
     FITTED,
-    LEFT_OUT,
     NO_VALUE,
     REACHED,
     SELECTED,
@@ -98,7 +98,7 @@ def test_a_stage_is_chosen_and_rows_left_out_are_grey():
     rows = comparison()
     scene = drawn(rows, overlay=Overlay(stage=ModelStage.NOMINAL), left_out=frozenset({1, 7}))
     expected = error_scale(rows).colours(ERRORS[:, 0])
-    assert tuple(scene["measured"].colours[1]) == LEFT_OUT
+    assert tuple(scene["measured"].colours[1]) == EXCLUDED
     assert np.array_equal(scene["measured"].colours[[0, 2]], expected[[0, 2]])
     assert np.array_equal(scene["measured/held_out"].colours, expected[3:]), "held-out rows are not left out"
 

@@ -44,16 +44,16 @@ def installed(group: str) -> EntryPoints:
     return _entry_points().select(group=group)
 
 
-LEFT_OUT: dict[str, None] = {}
+BROKEN_PARTS: dict[str, None] = {}
 """Sentences on the broken parts that this process goes on without, in order; views show them."""
 
 
-def leave_out(part: str, error: Exception) -> None:
+def warn_of_broken(part: str, error: Exception) -> None:
     """Warn of a part that is broken, by what raised and where; everything else goes on without it."""
     *_, last = extract_tb(error.__traceback__) or [None]
     where = "" if last is None else f" ({Path(last.filename).name}, line {last.lineno})"
     text = f"{part} is left out: {type(error).__name__}: {error}{where}"
-    LEFT_OUT[text] = None
+    BROKEN_PARTS[text] = None
     warnings.warn(text, RuntimeWarning, stacklevel=3)
 
 
@@ -72,7 +72,7 @@ def plugins(
             add(part, entry.value)
         except Exception as error:  # whatever is wrong with somebody else's package
             package = entry.dist.name if entry.dist is not None else entry.value
-            leave_out(f"the {what} '{entry.name}' of {package}", error)
+            warn_of_broken(f"the {what} '{entry.name}' of {package}", error)
         else:
             yield entry.name, part
 

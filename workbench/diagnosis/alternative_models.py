@@ -44,7 +44,7 @@ class ModelComparison:
             return self.errors(model)
         begin = linear_answer(stage.fitted, grams, model)
         data = stage.data.take(stage.keep)
-        fit = refit(stage.geometric, grams, model, data=data, begin=begin).fit
+        fit = refit(stage.geometric_problem, grams, model, data=data, begin=begin).fit
         return self._errors(fit.arm, fit.problem.instrument(fit.x))
 
     def alternatives(self, term: Term) -> tuple[Ranked, ...]:

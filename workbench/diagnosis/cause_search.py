@@ -45,7 +45,7 @@ class CauseSearch:
         ready: The rows, without held-out ones that may lie on either side of an event.
         first: The geometry alone.
         rounds: The searches, first to last.
-        fit: The last round's arm; as it is saved, if there are no held-out rows to be fitted to it.
+        judged_fit: The last round's arm; as it is saved, if there are no held-out rows to be fitted to it.
         too_few: Why no search was made; None if one was.
         before: Errors of the geometry on the fitted rows that are no outliers, and on the held-out rows.
         after: Errors of that arm on the same rows.
@@ -56,7 +56,7 @@ class CauseSearch:
     ready: Prepared
     first: Stage
     rounds: Sequence[Searched]
-    fit: Fit
+    judged_fit: Fit
     too_few: str | None
     before: JudgedArm
     after: JudgedArm

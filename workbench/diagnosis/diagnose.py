@@ -122,7 +122,7 @@ def _claims(
         *_found_causes(search, saved, remaining), *gravity_direction_causes(saved.fit, given, remaining.noise)
     )
     residual_map = _residual_map(search, saved, causes)
-    verdict, message = Verdict.NONE, search.too_few or ""
+    verdict, message = Verdict.NO_EFFECT, search.too_few or ""
     if search.too_few is None:
         verdict, message = conclude(
             causes,
@@ -139,7 +139,7 @@ def _claims(
 
 def _remaining_error(search: CauseSearch, known: Noise | None, structure: Structure | None) -> RemainingError:
     """Noise and structure of the residuals; noise stated in the rows comes before `known`, then repeats."""
-    fit, geometric, problem = search.last.stage.fit, search.last.stage.geometric, search.ready.problem
+    fit, geometric, problem = search.last.stage.fit, search.last.stage.geometric_problem, search.ready.problem
     return RemainingError(
         noise=noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise,
         known_noise=noises.stated(problem) or known or noises.from_repeats(problem.data),
@@ -227,7 +227,7 @@ def _diagnosis(
     advice: Advice,
 ) -> Diagnosis:
     """Compute the remaining fields and collect the result; `gross` are rows excluded before any fit."""
-    ready, stage, fit = search.ready, search.last.stage, search.fit
+    ready, stage, fit = search.ready, search.last.stage, search.judged_fit
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
     rest = claims.remaining
     noise = rest.noise if fit.problem.sees_rotation else rest.noise._replace(rotation=np.nan)

@@ -29,7 +29,7 @@ def fit_with_constants_held(last: Searched) -> Fit:
     before = last.stage.fit
     if not any(p.unit == "kg" for p in before.problem.parameters):
         return before
-    found = _again(last, last.stage.geometric, before.problem.data)
+    found = _again(last, last.stage.geometric_problem, before.problem.data)
     return before if before.outcome.ok and not found.outcome.ok else found
 
 
@@ -51,7 +51,7 @@ def fitted_on_all(
     if left_out.all():
         return fit_with_constants_held(last), None
     included = np.concatenate([before.problem.data.row, ready.held_out_data.row[~left_out]])
-    data, geometric = ready.data.take(np.isin(ready.data.row, included)), last.stage.geometric
+    data, geometric = ready.data.take(np.isin(ready.data.row, included)), last.stage.geometric_problem
     robot = ready.with_new_session_bases(geometric.robot, ready.held_out_data)
     if set(ready.new_sessions) & set(data.sessions):
         robot = replace(robot, sessions={n: robot.sessions.get(n, robot.mounting) for n in data.sessions})

@@ -39,7 +39,7 @@ WORTHWHILE_RATIO = 0.9
 class Verdict(StrEnum):
     """Verdict of a diagnosis."""
 
-    NONE = "no effect found"
+    NO_EFFECT = "no effect found"
     EXPLAINED = "explained"
     PARTLY = "partly explained"
     UNEXPLAINED = "unexplained"
@@ -239,7 +239,7 @@ class Diagnosis(AbstractReported):
         """Whether the verdict is conclusive: noise alone, or named causes."""
         if self.harm is not None or not self.is_tried:
             return False
-        return self.verdict is Verdict.NONE or (self.verdict is Verdict.EXPLAINED and self.is_named)
+        return self.verdict is Verdict.NO_EFFECT or (self.verdict is Verdict.EXPLAINED and self.is_named)
 
     @property
     def verdict_text(self) -> str:

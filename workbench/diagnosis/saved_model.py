@@ -55,7 +55,7 @@ def saved_model(search: CauseSearch, advice: Advice) -> SavedModel:
     last, ready, geometry = search.last, search.ready, search.first.fitted
     fit = last.stage.fit
     suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.fit.x))
-    final, note = fitted_on_all(ready, last, search.fit, suspect_rows)
+    final, note = fitted_on_all(ready, last, search.judged_fit, suspect_rows)
     motion, trial = last.stage.motion, ModelComparison(ready, last)
     missing = advice.ask(
         "unobservable effects", lambda: () if search.too_few else undetectable(last, fit.arm, motion), ()

@@ -41,7 +41,7 @@ def conclude(
         return Verdict.UNEXPLAINED, _explains_little_text(is_added, nominal, after)
     warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain)
     if not causes and residual_map is None:
-        verdict = Verdict.UNEXPLAINED if remaining.is_more_than_noise else Verdict.NONE
+        verdict = Verdict.UNEXPLAINED if remaining.is_more_than_noise else Verdict.NO_EFFECT
         left = _remaining_text(after, rest)
         return verdict, f"{warning}No effect was found beside the geometry; {left}."
     verdict = Verdict.PARTLY if remaining.is_more_than_noise else Verdict.EXPLAINED

@@ -35,7 +35,7 @@ from workbench.identification.problem_blocks import observed_kinds
 from workbench.identification.rows.row_selection import (
     check_enough,
     choose_rows,
-    divide,
+    hold_out,
     placed,
     scale_fixing_length,
     unused_observations,
@@ -165,7 +165,9 @@ def prepare(
             frames.robot, rows.train_data, free=free, build=build, seek=seek
         )
     problem, decisions = _with_prior_and_noise(built, prior, choices.noise, identifiability)
-    judged, new_sessions, judged_notes = _judged_rows(rows, instrument_preparation, problem, frames, choices)
+    judged, new_sessions, judged_notes = _comparable_held_out(
+        rows, instrument_preparation, problem, frames, choices
+    )
     return Prepared(
         data=complete,
         train_rows=rows.train_rows,
@@ -199,7 +201,9 @@ def _choose_rows(
         excluded = [*excluded, *((int(rows[i]), why) for i, why in lost.items())]
         rows = np.delete(rows, [*lost])
         used = data.take(rows)
-    train, held = divide(used, other, choices.seed) if held_rows is None else _hold_out(used, held_rows)
+    train, held = (
+        hold_out(used, other, choices.seed) if held_rows is None else _hold_out_rows(used, held_rows)
+    )
     return _Split(
         train_data=used.take(train),
         train_rows=rows[train],
@@ -282,7 +286,7 @@ def _with_prior_and_noise(
     return problem, [*notes, decision]
 
 
-def _judged_rows(
+def _comparable_held_out(
     rows: _Split,
     instrument_preparation: AbstractPreparation | None,
     problem: Problem,
@@ -319,7 +323,7 @@ def _exclude_incomparable(
     return replace(rows, held_out_data=comparable).without_held_out(lost), notes
 
 
-def _hold_out(data: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
+def _hold_out_rows(data: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
     held = np.isin(data.row, list(held_rows))
     return np.flatnonzero(~held), np.flatnonzero(held)
 

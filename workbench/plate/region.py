@@ -50,10 +50,12 @@ class Region:
 
     @cached_property
     def size(self) -> Vector3:
+        """Edges of the cuboid [m]."""
         return frozen(self.max - self.min)
 
     @cached_property
     def shape(self) -> tuple[int, int, int]:
+        """Number of cubes along each edge."""
         x, y, z = (max(int(np.ceil(edge / self.cube - 1e-9)), 1) for edge in self.size)
         return x, y, z
 
@@ -69,17 +71,21 @@ class Region:
 
     @property
     def cubes(self) -> int:
+        """Number of cubes."""
         return int(np.prod(self.shape))
 
     @cached_property
     def centres(self) -> Float[np.ndarray, "cubes 3"]:
+        """Centres of all cubes [m], in the order in which `cells` counts them: z fastest."""
         grid = np.stack(np.meshgrid(*(np.arange(count) for count in self.shape), indexing="ij"), -1)
         return frozen(self.min + (grid.reshape(-1, 3) + 0.5) * self.size / self.shape)
 
     def contains(self, points: Float[np.ndarray, "rows 3"]) -> Bool[np.ndarray, " rows"]:
+        """Which points [m] lie inside or on the boundary."""
         return np.all((points >= self.min) & (points <= self.max), axis=-1)
 
     def cells(self, points: Float[np.ndarray, "rows 3"]) -> Int[np.ndarray, " rows"]:
+        """Number of the cube that each point [m] lies in, an index into `centres`; −1 outside."""
         index = np.floor((points - self.min) / self.size * self.shape).astype(np.int64)
         index = np.minimum(index, np.array(self.shape) - 1)
         x, y, z = np.maximum(index, 0).T

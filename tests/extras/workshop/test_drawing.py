@@ -16,7 +16,7 @@ from refusals import mentions
 
 from workbench.base.errors import MissingExtraError
 from workbench.extras.workshop.csv_lists import blocks_csv, bores_csv, holes_csv, parts_csv
-from workbench.extras.workshop.drawing import Sheet
+from workbench.extras.workshop.drawing import DrawingSheet
 from workbench.extras.workshop.drawing_set import AXIAL, drawings_of
 from workbench.extras.workshop.fixture import fixture_of
 from workbench.extras.workshop.meshes import mesh_of, stl
@@ -356,5 +356,5 @@ def test_drawings_of_ball_blocks_name_neither_pins_nor_dowels(plate_of):
 def test_without_ezdxf_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "ezdxf", None)
     with pytest.raises(MissingExtraError) as error:
-        Sheet(1.0)
+        DrawingSheet(1.0)
     assert error.value.extra == "cad"

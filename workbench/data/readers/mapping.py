@@ -25,7 +25,7 @@ from workbench.data.readers.columns_option import NamedUnit, Naming, Pair
 from workbench.data.readers.headings import meaning, quantities_of
 from workbench.data.readers.preview import Preview, PreviewColumn
 
-LEFT_OUT = "-"
+IGNORED = "-"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,7 @@ class _MappingReader(AbstractTableReader):
             if not isinstance(ours, str):
                 raise self.fail(f'[{key}] "{heading}" must be a name such as "q1[deg]", not {ours!r}')
             name, unit = parse_heading(ours)
-            special = name == LEFT_OUT or heading in ("pose", "joints")
+            special = name == IGNORED or heading in ("pose", "joints")
             if not special and meaning(name) is None:
                 raise self.fail(
                     f'[{key}] "{heading}" = "{ours}": there is no such column; write for example q1[deg]'
@@ -94,7 +94,7 @@ def mapping_text(preview: Preview) -> str:
 
 def ours(column: PreviewColumn) -> str:
     if column.key is None:
-        return LEFT_OUT
+        return IGNORED
     return column.key + (f"[{column.unit}]" if column.unit is not None else "")
 
 
@@ -117,11 +117,11 @@ def with_column(mapping: str, heading: str, is_now: str) -> str:
     table = tomllib.loads(mapping)
     columns = table.setdefault("columns", {})
     name, unit = parse_heading(is_now)
-    for other, was in columns.items() if name != LEFT_OUT else ():
+    for other, was in columns.items() if name != IGNORED else ():
         key, known = parse_heading(was)
         if key == name:
-            columns[other] = LEFT_OUT
-        elif unit and known is None and key != LEFT_OUT and quantities_of(key) == quantities_of(name):
+            columns[other] = IGNORED
+        elif unit and known is None and key != IGNORED and quantities_of(key) == quantities_of(name):
             columns[other] = f"{key}[{unit}]"
     columns[heading] = is_now
     return tomli_w.dumps(table)
@@ -152,7 +152,7 @@ def meanings(joints: int) -> tuple[str, ...]:
             keys += column.names(joints)
     keys += ["sigma_x", "sigma_y", "sigma_z"]
     usual = {q: text.split(" or ") for q, text in EXAMPLES.items() if text != EXAMPLES[Quantity.NUMBER]}
-    found = [LEFT_OUT]
+    found = [IGNORED]
     for key in keys:
         units = [unit for quantity in quantities_of(key) for unit in usual.get(quantity, ())]
         found += [f"{key}[{unit}]" for unit in units] or [key]

@@ -202,7 +202,7 @@ class _Judge:
         together_mm: float,
     ) -> "_Judge":
         """With what holds for all terms."""
-        geometric, fit = searched.stage.geometric, searched.stage.fit
+        geometric, fit = searched.stage.geometric_problem, searched.stage.fit
         left = float(np.sqrt(validated(searched.grams, searched.found.model).sum() / searched.grams.count))
         noise = _noise(left, geometric.typical_noise, known_noise)
         return cls(
@@ -311,7 +311,7 @@ class _Judge:
 
     def _is_strained(self, terms: _Terms) -> bool:
         """Whether terms alone explain more than all effects together."""
-        sigma = self.searched.stage.geometric.typical_noise.position
+        sigma = self.searched.stage.geometric_problem.typical_noise.position
         return 1e3 * float(np.sqrt(3.0)) * sigma * terms.size > MAX_EXPLAINED_RATIO * self.together_mm
 
     def _masked(self, terms: _Terms) -> list[AbstractEffect]:

@@ -33,7 +33,7 @@ def explained(searched: Searched, groups: Sequence[Model]) -> list[Explained]:
         [without_each_fold(searched.grams, m) for m in (model, *(drop(model, g) for g in groups))], axis=2
     )
     remainders = np.concatenate(list(_remainders(searched, solutions)))
-    problem = searched.stage.problem.with_noise(searched.stage.geometric.noise)
+    problem = searched.stage.problem.with_noise(searched.stage.geometric_problem.noise)
     straight, turned, _ = channels(problem)
     sizes = np.stack([problem.physical(each) for each in remainders.T]) ** 2
     falls = []
@@ -48,7 +48,7 @@ def _remainders(
 ) -> Iterator[Float[np.ndarray, "m k"]]:
     """Whitened residuals of the rows of the fold that each solution left out, block by block."""
     grams, fitted = searched.grams, searched.stage.fitted
-    problem, x = fitted.problem.with_noise(searched.stage.geometric.noise), fitted.fit.x
+    problem, x = fitted.problem.with_noise(searched.stage.geometric_problem.noise), fitted.fit.x
     tried = Coefficients.of(problem, x, [t.candidate.effect for t in searched.found.model])
     steps = solutions[:, grams.columns(tried.names)] / grams.scales(tried.names)[:, None]
     plain = np.array([p.is_plain for p in problem.parameters], bool)

@@ -45,7 +45,7 @@ def _at_any_time(event: AbstractEvent) -> AbstractEvent:
 
 def _lead(searched: Searched, moved: AbstractEvent, events: Sequence[AbstractEvent]) -> float:
     stage = searched.stage
-    problem = stage.problem.with_noise(stage.geometric.noise)
+    problem = stage.problem.with_noise(stage.geometric_problem.noise)
     motion, rows = Motion.of(problem.data), len(problem.data)
     sizes = np.array([e.coefficients for e in events])
     size = sizes[np.argmax((sizes**2).sum(1))]

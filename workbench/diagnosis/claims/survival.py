@@ -98,7 +98,7 @@ def survival(
 
 def _reweighted(searched: Searched, *requested: Sequence[Candidate]) -> Iterator[Searched]:
     """The search's model and some candidates on reweighted rows."""
-    problem = searched.stage.problem.with_noise(searched.stage.geometric.noise)
+    problem = searched.stage.problem.with_noise(searched.stage.geometric_problem.noise)
     x, rows = searched.stage.fit.x, len(problem.data)
     candidates = tuple(
         dict.fromkeys(c for some in ([t.candidate for t in searched.found.model], *requested) for c in some)

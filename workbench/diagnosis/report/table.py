@@ -26,7 +26,7 @@ from workbench.report.numbers import readable_unit, short, with_error
 from workbench.report.result_display import summary_of
 from workbench.report.tables import folded, line, new_table, unbroken
 
-STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NONE: "bold", Verdict.PARTLY: "bold yellow"}
+STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NO_EFFECT: "bold", Verdict.PARTLY: "bold yellow"}
 MAX_NAMED_OUTLIERS = 15
 """Maximum number of outliers named."""
 MAX_LISTED_COEFFICIENTS = 6
@@ -84,7 +84,7 @@ def joint_noise_text(result: Diagnosis) -> str:
 def _beginning(result: Diagnosis) -> list[RenderableType]:
     """Robot and rows, verdict, errors before and after."""
     style = STYLES.get(result.verdict, "bold red")
-    if result.verdict in (Verdict.EXPLAINED, Verdict.NONE) and not result.is_good:
+    if result.verdict in (Verdict.EXPLAINED, Verdict.NO_EFFECT) and not result.is_good:
         style = STYLES[Verdict.PARTLY]
     verdict = Text(f"{result.verdict_text}: {result.message}", style=style)
     return [Text(heading(result), style="bold"), verdict, errors_table(result)]

@@ -60,7 +60,7 @@ class Stage:
     Args:
         data: All rows to fit, outliers among them.
         keep: Which of them were fitted.
-        geometric: The problem of the geometry on the fitted rows, weighed by what the fit leaves.
+        geometric_problem: The problem of the geometry on the fitted rows, weighed by what the fit leaves.
         fitted: Geometry and accepted effects.
         spared: Outliers close to each other in time: an event may explain them, so they are not excluded
             before events were searched.
@@ -68,7 +68,7 @@ class Stage:
 
     data: Dataset
     keep: Bool[np.ndarray, " rows"]
-    geometric: Problem
+    geometric_problem: Problem
     fitted: FittedModel
     spared: Bool[np.ndarray, " rows"]
 
@@ -188,7 +188,7 @@ def _compressed(
     line: Timeline | None = None,
 ) -> Grams:
     """Inner products at a stage's fit, with the history for events if requested."""
-    problem = stage.problem.with_noise(stage.geometric.noise)
+    problem = stage.problem.with_noise(stage.geometric_problem.noise)
     changed, pieces = [k.event for k in kinds], None if line is None else line.piece
     return compress(problem, stage.fit.x, effects, fold[stage.keep], changed=changed, pieces=pieces)
 
@@ -212,7 +212,7 @@ def _without_superfluous(searched: Searched) -> Stage | None:
         if np.abs(there - here).max(initial=0.0) < MAX_LINEAR_CHANGE:
             continue
         data = stage.data.take(stage.keep)
-        without = refit(stage.geometric, grams, rest, data=data, begin=begin)
+        without = refit(stage.geometric_problem, grams, rest, data=data, begin=begin)
         ratio = without.fit.history[-1] / stage.fit.history[-1]
         charge = len(term.candidate.names) * np.log(problem.count)
         if without.fit.outcome.ok and problem.count * np.log(ratio) < charge:
@@ -238,7 +238,7 @@ def _better(searched: Searched) -> bool:
 
 def _description_length(searched: Searched) -> float:
     """Description length of the rows by a stage's fit: residual noise, and ½ log N per coefficient."""
-    problem = searched.stage.geometric
+    problem = searched.stage.geometric_problem
     noise = problem.sigma[problem.inverse_sigma > 0.0]
     charge = 0.5 * _coefficients(searched.stage.fitted.model) * np.log(problem.count)
     return problem.count * float(np.log(noise).mean()) + charge
@@ -260,7 +260,7 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
 
 def _search(stage: Stage, fold: np.ndarray, *, events: Sequence[Candidate] | None) -> Searched:
     """Search for effects and for events at their best times, until no time improves."""
-    offered = catalogue(stage.geometric.robot, Motion.of(stage.data))
+    offered = catalogue(stage.geometric_problem.robot, Motion.of(stage.data))
     kinds = changeable(stage.problem) if events is None else ()
     line = Timeline.of(stage.problem.data, [e.moment for e in stage.fitted.events])
     known = (t.candidate for t in stage.fitted.model if t.candidate.effect.is_event)
@@ -299,12 +299,12 @@ def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
     if grams is not None and not _same(model, stage.fitted.model):
         begin = linear_answer(stage.fitted, grams, model)
     data = stage.data.take(stage.keep)
-    fitted = refit(stage.geometric, grams, model, data=data, begin=begin)
-    geometric = freed(stage.geometric, fitted.fit)
-    if geometric is not stage.geometric:
+    fitted = refit(stage.geometric_problem, grams, model, data=data, begin=begin)
+    geometric = freed(stage.geometric_problem, fitted.fit)
+    if geometric is not stage.geometric_problem:
         begin = fitted.problem.named(fitted.fit.x)
         fitted = refit(geometric, grams, model, data=data, begin=begin)
-    return replace(stage, geometric=geometric, fitted=fitted)
+    return replace(stage, geometric_problem=geometric, fitted=fitted)
 
 
 def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
@@ -315,11 +315,11 @@ def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
         if (keep == stage.keep).all():
             break
         stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model)
-    before = stage.geometric.typical_noise
-    stage = replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric))
+    before = stage.geometric_problem.typical_noise
+    stage = replace(stage, geometric_problem=with_own_noise(stage.fitted, stage.geometric_problem))
     if large(stage.problem):
         return stage
-    model = rescaled(stage.fitted.model, _variance_ratio(before, stage.geometric.typical_noise))
+    model = rescaled(stage.fitted.model, _variance_ratio(before, stage.geometric_problem.typical_noise))
     return _fit(stage, grams, model)
 
 
@@ -334,7 +334,7 @@ def _on_all_rows(stage: Stage) -> Problem:
     problem = stage.problem
     if stage.keep.all():
         return problem
-    return holding_likeliest(problem.again(data=stage.data, noise=stage.geometric.noise), stage.fit.x)
+    return holding_likeliest(problem.again(data=stage.data, noise=stage.geometric_problem.noise), stage.fit.x)
 
 
 def _key(candidate: Candidate) -> str:

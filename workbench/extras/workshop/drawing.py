@@ -42,7 +42,7 @@ A3 = (16.54, 11.69)
 Point = Sequence[float] | Float[np.ndarray, "2"]
 
 
-class Sheet:
+class DrawingSheet:
     """A drawing of one part whose views span so much [mm]."""
 
     def __init__(self, reach: float):
@@ -121,7 +121,7 @@ class Sheet:
 class View:
     """A part's own coordinates [mm] on a sheet; `off` is a distance on paper [mm]."""
 
-    def __init__(self, sheet: Sheet, origin: Float[np.ndarray, "2"]):
+    def __init__(self, sheet: DrawingSheet, origin: Float[np.ndarray, "2"]):
         self.sheet, self.origin = sheet, origin
 
     def at(self, point: Point, off: Point = (0.0, 0.0)) -> Float[np.ndarray, "2"]:
@@ -171,7 +171,7 @@ class View:
         ).render()
 
 
-def pdf_of(sheets: Iterable[Sheet]) -> bytes:
+def pdf_of(sheets: Iterable[DrawingSheet]) -> bytes:
     """A page for each sheet, fitted to A3."""
     buffer = io.BytesIO()
     with PdfPages(buffer, metadata={"CreationDate": None}) as book:
@@ -180,11 +180,11 @@ def pdf_of(sheets: Iterable[Sheet]) -> bytes:
     return buffer.getvalue()
 
 
-def svg_of(sheet: Sheet, name: str) -> str:
+def svg_of(sheet: DrawingSheet, name: str) -> str:
     return svg(figure_of(sheet), name)
 
 
-def figure_of(sheet: Sheet) -> Figure:
+def figure_of(sheet: DrawingSheet) -> Figure:
     """The page as a figure of matplotlib."""
     from ezdxf.addons.drawing import Frontend, RenderContext
     from ezdxf.addons.drawing.config import BackgroundPolicy, Configuration

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.extras.workshop.csv_lists import BOTTOM, MM, SHORT_OF, STEEL, dowel_length, position_text
-from workbench.extras.workshop.drawing import TEXT, Sheet, View
+from workbench.extras.workshop.drawing import TEXT, DrawingSheet, View
 from workbench.extras.workshop.labels import label_blocks
 from workbench.extras.workshop.parts import Block, BlockShape, Bore, Fixture, Purpose, Slab, Turned
 from workbench.plate.plate import Kind
@@ -46,7 +46,7 @@ Rows = list[tuple[str, ...]]
 
 
 @lru_cache(maxsize=1)
-def drawings_of(fixture: Fixture) -> dict[str, Sheet]:
+def drawings_of(fixture: Fixture) -> dict[str, DrawingSheet]:
     """The sheets by the name of their file, the plate first; drawn once for all formats."""
     drawn = {"plate": slab_sheet(fixture, fixture.slab)}
     drawn |= {f"block-{shape.letter}": block_sheet(fixture, shape) for shape in fixture.shapes}
@@ -57,10 +57,10 @@ def drawings_of(fixture: Fixture) -> dict[str, Sheet]:
     return drawn
 
 
-def slab_sheet(fixture: Fixture, slab: Slab) -> Sheet:
+def slab_sheet(fixture: Fixture, slab: Slab) -> DrawingSheet:
     """Seen from above, origin at the lower left corner."""
     length, width, thickness = (MM * slab.size).tolist()
-    own, sheet = slab is fixture.slab, Sheet(max(length, width))
+    own, sheet = slab is fixture.slab, DrawingSheet(max(length, width))
     view = sheet.view(0.0, 0.0)
     view.line([(0, 0), (length, 0), (length, width), (0, width)])
     places = [MM * (bore.mouth[:2] + 0.5 * slab.size[:2]) for bore in slab.bores]
@@ -144,11 +144,11 @@ def _plate_notes(fixture: Fixture) -> list[str]:
     ]
 
 
-def block_sheet(fixture: Fixture, shape: BlockShape) -> Sheet:
+def block_sheet(fixture: Fixture, shape: BlockShape) -> DrawingSheet:
     """One shape of block: front, foot from below, and the face square on."""
     block, tolerances = shape.block, fixture.tolerances
     high, side = MM * block.heights[1], MM * block.side
-    slope, sheet = side / float(np.cos(block.tilt)), Sheet(max(3.2 * side, high + side))
+    slope, sheet = side / float(np.cos(block.tilt)), DrawingSheet(max(3.2 * side, high + side))
     front = sheet.view(0.0, 0.0)
     foot = sheet.view(*front.at((0.0, -0.5 * side), (0.0, -30.0)))
     face = sheet.view(*front.at((0.5 * (side + slope), 0.5 * high), (50.0, 0.0)))
@@ -309,9 +309,9 @@ def _block_notes(fixture: Fixture, shape: BlockShape) -> list[str]:
     ]
 
 
-def turned_sheet(fixture: Fixture, part: Turned) -> Sheet:
+def turned_sheet(fixture: Fixture, part: Turned) -> DrawingSheet:
     """Side view and end view."""
-    widest, sheet = MM * max(diameter for diameter, _ in part.steps), Sheet(MM * part.length)
+    widest, sheet = MM * max(diameter for diameter, _ in part.steps), DrawingSheet(MM * part.length)
     side = sheet.view(0.0, 0.0)
     end = sheet.view(*side.at((widest, 0.5 * MM * part.length), (40.0, 0.0)))
     z = 0.0

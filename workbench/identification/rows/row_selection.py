@@ -55,16 +55,16 @@ def choose_rows(
     return np.flatnonzero(keep), excluded
 
 
-def divide(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int):
+def hold_out(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int):
     """Fitted and held-out rows among the used ones."""
     if isinstance(held_out, Dataset):
         return np.arange(len(used)), np.arange(0)
     if isinstance(held_out, tuple):
-        return split_sessions(used, held_out)
-    return split(used, held_out, rng=np.random.default_rng(seed))
+        return hold_out_sessions(used, held_out)
+    return hold_out_share(used, held_out, rng=np.random.default_rng(seed))
 
 
-def split(
+def hold_out_share(
     data: Dataset, fraction: float, *, rng: np.random.Generator
 ) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
     """Hold out a fraction of the rows, whole groups where the data have them, duplicates together.
@@ -112,7 +112,7 @@ def _units(data: Dataset) -> Int[np.ndarray, " rows"]:
     return np.unique(labels, return_inverse=True)[1] if copies else labels
 
 
-def split_sessions(
+def hold_out_sessions(
     data: Dataset, names: tuple[str, ...]
 ) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
     """Hold out whole sessions by name."""

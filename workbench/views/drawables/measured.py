@@ -10,8 +10,8 @@ from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import (
     CALIBRATED,
+    EXCLUDED,
     FITTED,
-    LEFT_OUT,
     MARK,
     NOMINAL,
     SET_APART,
@@ -97,7 +97,7 @@ def _points(
     if rows.stages:
         colours = error_scale(rows).colours(rows.stage_errors[chosen, STAGES.index(stage)])
     if not held_out:
-        colours[np.isin(rows.number[chosen], list(left_out))] = LEFT_OUT
+        colours[np.isin(rows.number[chosen], list(left_out))] = EXCLUDED
     return Points(
         places=rows.measured[chosen],
         colours=colours,

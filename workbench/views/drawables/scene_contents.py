@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 
-from workbench.base.registry import Registry, leave_out
+from workbench.base.registry import Registry, warn_of_broken
 from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, blame, branches, deflected_arm
 from workbench.views.drawables.events import happened
@@ -51,4 +51,4 @@ def _items(subjects: Iterable[Callable[[Session], Iterator[Item]]], session: Ses
         try:
             yield from subject(session)
         except Exception as error:  # whatever is wrong with somebody else's package
-            leave_out(f"the drawable {subject.__name__}", error)
+            warn_of_broken(f"the drawable {subject.__name__}", error)

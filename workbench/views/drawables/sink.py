@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.registry import leave_out
+from workbench.base.registry import warn_of_broken
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class AbstractSink(ABC):
             if (new := item.make(*item.inputs)) is not None:
                 self.change(item, old, new)
         except Exception as error:  # whatever is wrong with somebody else's package
-            leave_out(f"the drawable {item.path}", error)
+            warn_of_broken(f"the drawable {item.path}", error)
             return None
         return new
 

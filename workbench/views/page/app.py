@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 import viser
 
 from workbench.arm.robot import Robot
-from workbench.base.registry import leave_out
+from workbench.base.registry import warn_of_broken
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import load_command
 from workbench.session.commands.messages import OpenTab
@@ -65,7 +65,7 @@ class App:
             try:
                 self.worker.add_view(watcher(self.worker))
             except Exception as error:  # whatever is wrong with somebody else's package
-                leave_out(f"the watcher {name}", error)
+                warn_of_broken(f"the watcher {name}", error)
         for make in beside:
             if (view := make(self.worker)) is not None:
                 self.worker.add_view(view)

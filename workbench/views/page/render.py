@@ -5,7 +5,7 @@ from functools import partial
 
 import viser
 
-from workbench.base.registry import LEFT_OUT, leave_out
+from workbench.base.registry import BROKEN_PARTS, warn_of_broken
 from workbench.session.commands.compare import FollowSystem
 from workbench.session.commands.messages import NoteTab, Tell
 from workbench.session.page_state import Severity, Tab
@@ -114,12 +114,12 @@ class BrowserView(AbstractView):
         except Exception as error:
             if name not in self._failed:
                 self._failed.add(name)
-                leave_out(name, error)
+                warn_of_broken(name, error)
             return None
 
     def _report_broken_parts(self) -> None:
         """Show each sentence on a part that is left out, once."""
-        for sentence in LEFT_OUT.keys() - self._shown_broken:
+        for sentence in BROKEN_PARTS.keys() - self._shown_broken:
             self._worker.submit(Tell(sentence, Severity.WARNING))
             self._shown_broken.add(sentence)
 
@@ -151,7 +151,7 @@ def _build_panels(
             try:
                 make(kind(worker), tab)
             except Exception as error:  # whatever is wrong with somebody else's package
-                leave_out(f"the panel {kind.__name__}", error)
+                warn_of_broken(f"the panel {kind.__name__}", error)
 
     opened = worker.session.page.opened
     with gui.add_folder("Next"):

@@ -7,7 +7,7 @@ import numpy as np
 import rerun as rr
 
 from workbench.arm.kinematics.skeleton import body_frames
-from workbench.base.registry import leave_out
+from workbench.base.registry import warn_of_broken
 from workbench.diagnosis.report.ranking import ranking
 from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_plots import before_after
@@ -59,7 +59,7 @@ class MomentDrawing:
         try:
             draw(*args)
         except Exception as error:
-            leave_out(name, error)
+            warn_of_broken(name, error)
 
 
 def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:

@@ -28,9 +28,9 @@ from workbench.views.appearance.colours import (
     CALIBRATED,
     DEFLECTED,
     EVENT,
+    EXCLUDED,
     FITTED,
     JOINT,
-    LEFT_OUT,
     MARK,
     NOMINAL,
     OUT_OF_REACH,
@@ -201,7 +201,7 @@ def colour_bar(scale: ErrorScale) -> str:
 def marks(rows: Comparison, *, is_left_out: bool) -> str:
     """What round and square points are, and that they answer to a click."""
     kinds = "● fitted ■ held out" if rows.held_out.any() else "● fitted"
-    grey = f' <span style="color:{css(LEFT_OUT)}">●</span> excluded' if is_left_out else ""
+    grey = f' <span style="color:{css(EXCLUDED)}">●</span> excluded' if is_left_out else ""
     if len(rows.set_apart):
         grey += f' <span style="color:{css(SET_APART)}">●</span> {len(rows.set_apart)} that no arm explains'
     return f'<div {MORE} style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'

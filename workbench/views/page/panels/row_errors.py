@@ -13,7 +13,7 @@ from workbench.session.commands.compare import ShowRow
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.appearance.colours import EVENT, LEFT_OUT, css, stage_colours
+from workbench.views.appearance.colours import EVENT, EXCLUDED, css, stage_colours
 from workbench.views.page.html import badge, block, heading
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -108,7 +108,7 @@ def chart(
         titles = [_title(rows, k, v, stage) for k, v in zip(order, y.tolist(), strict=True)]
         leads = [links[k] for k in order]
         marks.append(Marks(x, np.where(is_out, np.nan, y), css(colours[stage]), titles, leads))
-        marks.append(Marks(x, np.where(is_out, y, np.nan), css(LEFT_OUT), titles, leads))
+        marks.append(Marks(x, np.where(is_out, y, np.nan), css(EXCLUDED), titles, leads))
     ends = (f"row {int(x.min())}", str(int(x.max())))
     now = float(rows.number[row])
     uprights = []
@@ -117,7 +117,7 @@ def chart(
         if len(before) and len(after) and before.max() < after.min():
             uprights.append(Upright(0.5 * float(before.max() + after.min()), event.mark, css(EVENT)))
     legend = " &nbsp; ".join(badge(str(s).capitalize(), css(colours[s])) for s in stages)
-    legend += f" &nbsp; {badge('Excluded', css(LEFT_OUT))}" if is_out.any() else ""
+    legend += f" &nbsp; {badge('Excluded', css(EXCLUDED))}" if is_out.any() else ""
     drawing = Chart(
         marks, 90.0, ends, floor=0.0, now=now if x.min() <= now <= x.max() else None, uprights=uprights
     ).svg()
