@@ -327,7 +327,7 @@ class Problem:
         part = block.observation.linearise(poses, self.unknown(block, x))
         residual[:] = self.whiten(block, part.residual).ravel()
         own, more = columns[block.places], columns[block.coefficients]
-        twists.seen(self.whiten(block, part.by_twist), jacobian, own, more)
+        twists.add_derivatives(self.whiten(block, part.by_twist), jacobian, own, more)
         if len(block.unknowns):
             places = np.where(block.unknowns >= 0, columns[block.unknowns], -1)
             product = self.whiten(block, part.by_unknown).reshape(len(residual), -1)

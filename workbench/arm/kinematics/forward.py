@@ -170,7 +170,7 @@ def _deflected_jacobian(
     place = {n: i for i, n in enumerate(names)}
     out = np.zeros((len(motion), 6, len(names)))
     own, more = (np.array([place[n] for n in group], np.int64) for group in (elements, coefficients))
-    twists.seen(np.tile(np.eye(6), (len(motion), 1, 1)), out.reshape(-1, len(names)), own, more)
+    twists.add_derivatives(np.tile(np.eye(6), (len(motion), 1, 1)), out.reshape(-1, len(names)), own, more)
     return poses, out
 
 

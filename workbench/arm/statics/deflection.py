@@ -69,7 +69,7 @@ class Twists:
     moved: Float[np.ndarray, "rows 6 e"]
     laws: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
 
-    def seen(
+    def add_derivatives(
         self,
         by_twist: Float[np.ndarray, "rows m 6"],
         out: Float[np.ndarray, "rm p"],
