@@ -144,6 +144,15 @@ PARTS = {
                 self._words.content = f"{self.tab} {1e3 * session.noise.position:.3f} mm"
                 SHOWN.append(self._words.content)
         """,
+    "cube_fields": """
+        from workbench.session.cube_fields import AbstractCubeField, CubeValues
+
+        class Part(AbstractCubeField):
+            name, choice, title, meaning = "height", "Height", "Height by them", "of the centre"
+
+            def values(self, session):
+                return CubeValues.scaled(session.plate.region.centres[:, 2])
+        """,
     "journal_numbers": """
         from workbench.session.journal.numbers import Subject
         Part = Subject("reach", lambda s: (s.robot,), lambda robot: robot.reach)
@@ -293,10 +302,13 @@ def test_parts_of_another_package_in_page_journal_recording_and_reopened_session
         from workbench.plate.plate_toml import load_plate
         from workbench.session.commands.data import LoadData
         from workbench.session.commands.identify import Identify
+        from workbench.session.commands.region import ShowCubes
         from workbench.session.export import exported_as
         from workbench.session.journal.folder import begin
         from workbench.session.page_state import Severity
+        from workbench.session.state import CubeView
         from workbench.views.page.app import App
+        from workbench.views.page.panels.legend import cubes_scale
         from workbench.views.recording.recorder import recorder
 
         warnings.simplefilter("ignore")
@@ -304,7 +316,7 @@ def test_parts_of_another_package_in_page_journal_recording_and_reopened_session
         begun = begin(robot, plate, folder=Path("rec"))
         begun = replace(begun, keepers=(*begun.keepers, recorder(Path("rec"))))
         app = App(robot, plate, begun=begun, data=("a.theirs", b"read by them"))
-        for command in (DoubleNoise(3.0), Count(), Count()):
+        for command in (DoubleNoise(3.0), Count(), Count(), ShowCubes(CubeView(field="height"))):
             app.worker.submit(command)
         assert app.worker.wait(60.0)
         messages = app.worker.session.page.messages
@@ -313,6 +325,8 @@ def test_parts_of_another_package_in_page_journal_recording_and_reopened_session
         assert broken.severity is Severity.WARNING
         nodes = app.server.scene._handle_from_node_name
         assert any("theirs/reach" in name for name in nodes)
+        assert "Height by them" in cubes_scale(app.worker.session)
+        assert app.worker.session.region.cubes is None
         app.worker.submit(LoadData("log.csv", Path("log.csv").read_bytes()))
         assert app.worker.wait(60.0)
         app.worker.submit(Identify(algorithms=("theirs",)))
@@ -337,6 +351,7 @@ def test_parts_of_another_package_in_page_journal_recording_and_reopened_session
         assert not opened.differences
         assert len(again.measurements.loaded.dataset) == 40
         assert list(again.results.identification.runs) == ["theirs"]
+        assert again.region.view.field == "height"
         lines = map(json.loads, Path("rec/journal.jsonl").read_text().splitlines())
         reach = [line["numbers"]["reach"] for line in lines if "reach" in line.get("numbers", {})]
         print(f"{1e3 * again.noise.position:.3f}", next_step(again).sentence, [round(r, 2) for r in reach])

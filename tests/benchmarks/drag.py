@@ -39,7 +39,7 @@ from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.region import SetRegion, ShowCubes, corner
 from workbench.session.cube_values import values
 from workbench.session.page_state import Tab
-from workbench.session.state import CubeView, Field
+from workbench.session.state import CubeView
 from workbench.views.page import html
 from workbench.views.page.app import App
 
@@ -89,7 +89,7 @@ def with_cubes(session: Session, number: int) -> Session:
     names = session.score.linearisation.names
     rotations = plate.poses[:8, :3, :3]
     cubes = map_cubes(session.robot, plate.region, rotations, names=names)
-    view = CubeView(field=Field.PREDICTED)
+    view = CubeView(field="predicted")
     return replace(session, plate=plate).with_region(cubes=cubes, sampled=plate.region, view=view)
 
 
@@ -311,7 +311,7 @@ def show_cubes(app: App, number: int) -> None:
     """Cut the region into about so many cubes and show them."""
     region = with_cubes(app.worker.session, number).plate.region
     app.worker.submit(SetRegion(corner(region.min), corner(region.max), region.cube))
-    app.worker.submit(ShowCubes(CubeView(field=Field.PREDICTED)))
+    app.worker.submit(ShowCubes(CubeView(field="predicted")))
     app.worker.wait(60.0)
 
 

@@ -24,10 +24,11 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
 from workbench.session.commands.undo import Undo
-from workbench.session.cube_values import are_shown, drawn, shown_cubes, values
+from workbench.session.cube_fields import CHANGE, PREDICTED
+from workbench.session.cube_values import are_shown, drawn_field, shown_cubes, values
 from workbench.session.journal import Ending
 from workbench.session.page_state import Severity
-from workbench.session.state import CubeView, Field
+from workbench.session.state import CubeView
 from workbench.views.drawables.region import region as region_items
 from workbench.views.page.panels import index
 from workbench.views.page.panels.legend import cubes_scale
@@ -63,13 +64,13 @@ def test_a_new_region_is_judged_anew(run, first):
 
 def test_cubes_are_looked_at_only_when_shown(run):
     assert after(run, ShowCubes(CubeView()), SetRegion(LOW, HIGH, 0.1)).region.cubes is None
-    session = after(run, ShowCubes(CubeView(field=Field.REACH)))
+    session = after(run, ShowCubes(CubeView(field="reach")))
     assert len(session.region.cubes) == 32
     assert session.region.cubes.region is session.plate.region
 
 
 def test_fields_agree_with_computations_of_their_own(run):
-    session = after(run, SetRegion(LOW, HIGH, 0.1), ShowCubes(CubeView(field=Field.PREDICTED)))
+    session = after(run, SetRegion(LOW, HIGH, 0.1), ShowCubes(CubeView(field="predicted")))
     cubes, score = session.region.cubes, session.score
     rotations = session.plate.poses[:8, :3, :3]
     for i in (0, 13, 31):
@@ -92,7 +93,7 @@ def test_out_of_reach_cubes_have_no_error(first):
 
 
 def test_measured_errors_are_means_over_the_rows_in_each_cube(run):
-    session = after(run, MeasureVirtualArm(2, more=30), ShowCubes(CubeView(field=Field.MEASURED)))
+    session = after(run, MeasureVirtualArm(2, more=30), ShowCubes(CubeView(field="measured")))
     rows, region = session.results.comparison, session.plate.region
     errors = np.linalg.norm(rows.measured - rows.nominal[:, :3, 3], axis=1)
     number = int(region.cells(rows.measured[:1])[0])
@@ -108,7 +109,8 @@ def test_measured_errors_are_means_over_the_rows_in_each_cube(run):
         SetRegion(LOW, HIGH, 0.0),
         SetRegion(LOW, (np.inf, 0.5, 0.4), 0.1),
         SetRegion(LOW, (30.0, 0.5, 0.4), 0.1),
-        ShowCubes(CubeView(field=Field.MEASURED)),
+        ShowCubes(CubeView(field="measured")),
+        ShowCubes(CubeView(field="no such field")),
     ],
 )
 def test_nonsense_is_refused(run, first, command):
@@ -204,13 +206,14 @@ def test_a_drag_colours_cubes_by_what_it_changes_on_a_scale_of_that_size(run):
     before = after(run, SelectTarget(0))
     target = before.plate.targets[0]
     x, y, z = target.xyz.tolist()
-    assert drawn(before)[0] is Field.PREDICTED
+    assert drawn_field(before) is PREDICTED
     spans = []
     for off in (0.02, 0.12):
         rpy = tuple(target.rpy.tolist())
         session = after(run, GrabTarget(0, client=1), MoveTarget(0, (x - off, y, z), rpy, client=1))
-        field, change = drawn(session)
-        assert field is Field.CHANGE
+        field = drawn_field(session)
+        assert field is CHANGE
+        change = field.values(session)
         wanted = values(session).numbers / values(before).numbers - 1.0
         seen = np.isfinite(wanted)
         assert np.allclose(change.numbers[seen], wanted[seen], atol=1e-12)
@@ -221,9 +224,9 @@ def test_a_drag_colours_cubes_by_what_it_changes_on_a_scale_of_that_size(run):
         assert session.drag in next(i for i in region_items(session) if i.path == "region/cubes").inputs
         spans.append(change.high)
         released = after(run, DropTarget(client=1), Undo())
-        assert drawn(released)[0] is Field.PREDICTED
+        assert drawn_field(released) is PREDICTED
     assert spans[0] < spans[1]
-    assert after(run, ShowCubes(CubeView(field=Field.CHANGE))).page.messages[-1].severity is Severity.ERROR
+    assert after(run, ShowCubes(CubeView(field="change"))).page.messages[-1].severity is Severity.ERROR
 
 
 def test_the_scale_stays_that_of_the_first_plate(run, first):

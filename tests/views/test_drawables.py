@@ -10,7 +10,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
 from workbench.session.live_score import PlateTrial
-from workbench.session.state import CubeView, Drag, Field, Focus, Measurements, UndoStep
+from workbench.session.state import CubeView, Drag, Focus, Measurements, UndoStep
 from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.scene_contents import in_motion, on_page
 from workbench.views.drawables.sink import AbstractSink, Item, is_same
@@ -163,7 +163,7 @@ def test_cubes_follow_a_new_trial(session):
         trial = PlateTrial(session.plate, session.noise, None, 20, 1.0, 0, 0.5, error, errors, "tried")
         return session.with_part(trial)
 
-    shown = session.with_region(view=CubeView(field=Field.YIELD))
+    shown = session.with_region(view=CubeView(field="yield"))
     sink = Notebook()
     sink.draw(on_page(tried(shown, 1e-4)))
     assert sink.there["region/cubes"].shown.sum() == 4
@@ -173,7 +173,7 @@ def test_cubes_follow_a_new_trial(session):
 
 
 def test_cubes_wait_while_a_target_is_dragged(session):
-    shown = session.with_region(view=CubeView(field=Field.REACH))
+    shown = session.with_region(view=CubeView(field="reach"))
     for drag, waits in ((None, False), (Drag(client=1, target=0), True)):
         items = {item.path: item for item in on_page(replace(shown, drag=drag))}
         assert items["region/cubes"].can_wait is waits

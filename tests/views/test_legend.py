@@ -10,7 +10,7 @@ from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.region import MapCubes
 from workbench.session.cube_values import values
-from workbench.session.state import CubeView, Field, Focus
+from workbench.session.state import CubeView, Focus
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, SCALE, SELECTED, css
 from workbench.views.page.panels.legend import cubes_scale, things
 
@@ -35,7 +35,7 @@ def test_the_scale_of_the_cubes_has_its_colours_ends_and_unit(session):
 
 
 def test_good_is_on_the_left_for_errors_and_on_the_right_for_an_index(session):
-    indices = session.with_region(view=CubeView(field=Field.INDEX))
+    indices = session.with_region(view=CubeView(field="index"))
     good = css(tuple(SCALE[-1].astype(int).tolist()))
     ends = [re.findall("#[0-9a-f]{6}", cubes_scale(shown)) for shown in (session, indices)]
     assert ends[0][0] == ends[1][-1] == good

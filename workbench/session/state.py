@@ -43,16 +43,8 @@ class Focus(StrEnum):
     TRACK = "track"
 
 
-class Field(StrEnum):
-    """What the cubes of the region are coloured by."""
-
-    NONE = "none"
-    REACH = "reach"
-    INDEX = "index"
-    PREDICTED = "predicted"
-    MEASURED = "measured"
-    YIELD = "yield"
-    CHANGE = "change"  # of the predicted error since a drag began: shown during it, and nobody's choice
+NO_FIELD, PREDICTED_ERROR = "none", "predicted"
+"""Names of the fields of cubes that a session begins with; the others are in `cube_fields.py`."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +75,7 @@ class CubeView:
     """How the cubes of the region are shown.
 
     Args:
-        field: What colours them.
+        field: Name of what colours them (`cube_fields.py`).
         cut: Axis that is cut across: 0, 1, 2, or None for all layers.
         layer: Which layer across that axis is kept, counted from 0.
         low: Cubes below this share of the colour scale are hidden.
@@ -93,7 +85,7 @@ class CubeView:
         is_chosen: Whether a user chose this; else it gives way to measured rows and trajectories.
     """
 
-    field: Field = Field.NONE
+    field: str = NO_FIELD
     cut: int | None = None
     layer: int = 0
     low: float = 0.0
@@ -103,7 +95,7 @@ class CubeView:
     is_chosen: bool = True
 
 
-FIRST_VIEW = CubeView(field=Field.PREDICTED, cut=2, is_chosen=False)
+FIRST_VIEW = CubeView(field=PREDICTED_ERROR, cut=2, is_chosen=False)
 """The layer of the plate's surface: a map on which targets stand."""
 
 

@@ -56,7 +56,7 @@ from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity, Tab
 from workbench.session.start import default_plate, start
-from workbench.session.state import CubeView, Field, UndoStep
+from workbench.session.state import CubeView, UndoStep
 
 NONE = np.zeros(10)
 QUIET = ErrorSizes(
@@ -414,13 +414,13 @@ def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
     assert "the seat position" in tried.text
     assert session.page.messages[-1].text == tried.text
 
-    session = do(ShowCubes(CubeView(field=Field.YIELD)))
+    session = do(ShowCubes(CubeView(field="yield")))
     assert np.array_equal(values(session).numbers, tried.errors, equal_nan=True)
     assert 30 < np.isfinite(tried.errors).sum() <= first.plate.region.cubes
     region = session.plate.region
     session = do(SetRegion(tuple((region.min + 0.05).tolist()), tuple(region.max.tolist()), region.cube))
     assert values(session) is None
-    assert do(ShowCubes(CubeView(field=Field.YIELD))).page.messages[-1].severity is Severity.ERROR
+    assert do(ShowCubes(CubeView(field="yield"))).page.messages[-1].severity is Severity.ERROR
 
 
 def test_a_plate_with_a_blocked_target_is_not_tried(do):

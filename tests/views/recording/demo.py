@@ -22,7 +22,7 @@ from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.region import CHORES, ShowCubes
 from workbench.session.commands.undo import Undo
 from workbench.session.journal.folder import begin
-from workbench.session.state import CubeView, Field
+from workbench.session.state import CubeView
 from workbench.views.recording.recorder import recorder
 
 STEPS, PAUSE = 12, 0.04
@@ -42,7 +42,7 @@ def drag(session: Session, target: int, by: tuple[float, float, float], turn: tu
 def commands(session: Session) -> list[AbstractCommand]:
     """What is done, in order."""
     return [
-        ShowCubes(CubeView(field=Field.PREDICTED)),
+        ShowCubes(CubeView(field="predicted")),
         *drag(session, 0, (-0.06, 0.03, 0.05), (0.25, 0.1, 0.0)),
         *drag(session, 4, (0.05, -0.08, 0.04), (-0.2, 0.2, 0.3)),
         *drag(session, 7, (0.30, 0.20, 0.60), (0.0, 0.0, 0.0)),

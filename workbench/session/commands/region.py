@@ -10,10 +10,10 @@ from workbench.plate.cube_map import CubeMap, map_cubes
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
 from workbench.session.command import AbstractChange, AbstractChore, computed
-from workbench.session.commands.data import measurements
-from workbench.session.cube_values import are_shown, values
+from workbench.session.cube_fields import CUBE_FIELDS, cubes_of
+from workbench.session.cube_values import are_shown, field_of
 from workbench.session.live_score import draw_region
-from workbench.session.state import CubeView, Field, Session
+from workbench.session.state import NO_FIELD, CubeView, Session
 from workbench.session.target_steps import begin_step, rescore
 
 MAX_CUBES = 12_000
@@ -77,12 +77,16 @@ class ShowCubes(AbstractChange):
     title = computed(lambda self: f"Colour the cubes by {self.view.field}")
 
     def check(self, session: Session) -> None:
-        if self.view.field is Field.CHANGE:
-            raise OptionError("the change is shown by itself while a target is dragged")
-        if self.view.field is Field.MEASURED:
-            measurements(session)
-        if self.view.field is Field.YIELD and values(session.with_region(view=self.view)) is None:
-            raise DataError("no yield is known for this region; press Try this plate in the Plate tab")
+        if self.view.field == NO_FIELD:
+            return
+        if self.view.field not in CUBE_FIELDS:
+            raise OptionError(
+                f"unknown field of cubes '{self.view.field}'; choose {NO_FIELD}, {', '.join(CUBE_FIELDS)}",
+                option="field",
+                found=self.view.field,
+            )
+        if missing := CUBE_FIELDS[self.view.field].missing(session):
+            raise DataError(missing)
 
     def apply(self, session: Session) -> Session:
         return session.with_region(view=self.view)
@@ -130,8 +134,8 @@ class MapCubes(AbstractChore[CubeMap]):
     @classmethod
     def needed(cls, session: Session) -> "MapCubes | None":
         region = session.plate.region
-        is_known = session.region.cubes is not None and session.region.cubes.region is region
-        if is_known or not are_shown(session) or session.region.view.field in (Field.MEASURED, Field.YIELD):
+        field = field_of(session)
+        if field is None or not field.is_mapped or cubes_of(session) is not None or not are_shown(session):
             return None
         return cls(corner(region.min), corner(region.max), region.cube, session.robot.name)
 

@@ -10,7 +10,7 @@ from workbench.base.types import Matrix4
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.deflection import bend, bending_robot, drawable_bending, driven_by_pose
 from workbench.session.joint_errors import shown_effect
-from workbench.session.state import Field, Focus, Session
+from workbench.session.state import NO_FIELD, Focus, Session
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import BLAMED, BRANCH, CALIBRATED, DEFLECTED
 from workbench.views.appearance.shapes import ball
@@ -66,7 +66,7 @@ def branches(session: Session) -> Iterator[Item]:
         session.playback.focus is Focus.TARGET
         and session.drag is None
         and session.choices.overlay.ghosts
-        and session.region.view.field is Field.NONE
+        and session.region.view.field == NO_FIELD
         and session.branches.of is session.plate.targets[session.selected]
     )
     now = session.states[session.selected].q

@@ -8,17 +8,16 @@ import numpy as np
 from workbench.arm.kinematics.envelope import ring_at
 from workbench.arm.robot import Robot
 from workbench.plate.region import Region
+from workbench.session.cube_fields import AbstractCubeField, CubeValues
 from workbench.session.cube_values import (
-    LARGER_IS_BETTER,
-    CubeValues,
     are_shown,
-    drawn,
+    drawn_field,
+    inputs,
     plate_surface,
     shown_cubes,
     shown_layer,
 )
-from workbench.session.live_score import PlateTrial
-from workbench.session.state import Field, Session
+from workbench.session.state import NO_FIELD, Session
 from workbench.views.appearance.colours import NO_VALUE, REGION, UNBOUNDED, scale_colours
 from workbench.views.drawables.drawable import Cubes, Cuboid, Label, Line
 from workbench.views.drawables.sink import Item
@@ -34,13 +33,11 @@ def region(session: Session) -> Iterator[Item]:
     view, cuboid = session.region.view, session.plate.region
     is_seen = session.shows_plate or are_shown(session)
     yield Item("region/outline", _outline, (cuboid,), shown=is_seen)
-    if view.field is not Field.NONE:
-        score = session.score if view.field is Field.PREDICTED else None
-        seen = (session.region.cubes, session.results.comparison, session.part(PlateTrial), score)
-        inputs = (view, cuboid, *seen, session.history.first_plate, session.drag)
+    if view.field != NO_FIELD:
+        read = (view, cuboid, *inputs(session), session.history.first_plate, session.drag)
         is_dragged = session.drag is not None
         cubes = partial(_cubes, session)
-        yield Item("region/cubes", cubes, inputs, shown=are_shown(session), can_wait=is_dragged)
+        yield Item("region/cubes", cubes, read, shown=are_shown(session), can_wait=is_dragged)
 
 
 def _outline(region: Region) -> Cuboid:
@@ -48,10 +45,11 @@ def _outline(region: Region) -> Cuboid:
 
 
 def _cubes(session: Session, *_: object) -> Cubes | None:
-    """What `drawn` and `shown_cubes` read of the session are the item's inputs."""
-    view, (field, numbers) = session.region.view, drawn(session)
+    """What the field and `shown_cubes` read of the session are the item's inputs."""
+    view, field = session.region.view, drawn_field(session)
+    numbers = None if field is None else field.values(session)
     shown = np.zeros(0) if numbers is None else shown_cubes(session, view, numbers)
-    if numbers is None or not shown.any():
+    if field is None or numbers is None or not shown.any():
         return None
     return Cubes(
         region=session.plate.region,
@@ -76,10 +74,10 @@ def _level(session: Session) -> float:
     return top if is_on_plate else low + 0.5 * room
 
 
-def _colours(field: Field, numbers: CubeValues) -> np.ndarray:
+def _colours(field: AbstractCubeField, numbers: CubeValues) -> np.ndarray:
     """Colour of every cube: from bad to good; grey where there is no number, dark red where unbounded."""
     shares = np.nan_to_num(numbers.shares)
-    colours = scale_colours(shares if field in LARGER_IS_BETTER else 1.0 - shares)
+    colours = scale_colours(shares if field.larger_is_better else 1.0 - shares)
     colours[np.isnan(numbers.numbers)] = NO_VALUE
     colours[np.isinf(numbers.numbers)] = UNBOUNDED
     return colours

@@ -11,8 +11,8 @@ from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import unseen
 from workbench.identification.result import Identification
 from workbench.report.numbers import signed, standard_error
-from workbench.session import cube_values
 from workbench.session.commands.drag import DropTarget, MoveTarget
+from workbench.session.cube_values import field_of
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
 from workbench.views.drawables.measured import error_scale
@@ -83,13 +83,12 @@ def _scale_text(session: Session) -> str:
 
 def cube_text(session: Session) -> Iterator[str]:
     """What the colours of the region's cubes mean, where they are shown."""
-    shown, field = cube_values.values(session), session.region.view.field
-    if shown is None:
+    field = field_of(session)
+    if field is None or (shown := field.values(session)) is None:
         return
-    factor, unit = cube_values.FACTORS[field], cube_values.UNITS[field]
-    low, high = (f"{factor * bound:.3g} {unit}".strip() for bound in (shown.low, shown.high))
-    worst, best = (low, high) if field in cube_values.LARGER_IS_BETTER else (high, low)
-    title = cube_values.TITLES[field].lower()
+    low, high = (f"{field.factor * bound:.3g} {field.unit}".strip() for bound in (shown.low, shown.high))
+    worst, best = (low, high) if field.larger_is_better else (high, low)
+    title = field.title.lower()
     yield f"**Cubes:** {title}, violet {worst} or worse, light green {best} or better; grey: not reached."
     yield ""
 

@@ -10,18 +10,10 @@ import viser
 from workbench.arm.effects.events import AbstractEvent
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
-from workbench.session.cube_values import (
-    FACTORS,
-    LARGER_IS_BETTER,
-    TITLES,
-    UNITS,
-    CubeValues,
-    are_shown,
-    drawn,
-)
+from workbench.session.cube_fields import AbstractCubeField, CubeValues
+from workbench.session.cube_values import are_shown, drawn_field, inputs
 from workbench.session.deflection import bending_robot
-from workbench.session.live_score import PlateTrial
-from workbench.session.state import Field, Focus, Session
+from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import (
     BLOCKED,
     BRANCH,
@@ -59,8 +51,7 @@ class LegendPanel(AbstractPanel):
 
     depends = (
         "region.view",
-        "region.cubes",
-        lambda session: session.part(PlateTrial),
+        inputs,
         "page.chore",
         "plate",
         "drag",
@@ -110,23 +101,25 @@ def cubes_scale(session: Session) -> str:
     """Meaning, colours and unit of the cubes."""
     if not are_shown(session):
         return ""
-    field, numbers = drawn(session)
-    if numbers is None:
-        return f'<div style="color:{MUTED}">{TITLES[field]} …</div>' if session.page.chore else ""
-    return f'<div title="Grey: no value.">{TITLES[field]}</div>{scale_bar(field, numbers)}'
+    field = drawn_field(session)
+    if field is None:
+        return ""
+    if (numbers := field.values(session)) is None:
+        return f'<div style="color:{MUTED}">{text(field.title)} …</div>' if session.page.chore else ""
+    return f'<div title="Grey: no value.">{text(field.title)}</div>{scale_bar(field, numbers)}'
 
 
-def scale_bar(field: Field, numbers: CubeValues) -> str:
+def scale_bar(field: AbstractCubeField, numbers: CubeValues) -> str:
     """The colour scale of the cubes with its ends."""
-    is_better = field in LARGER_IS_BETTER
-    low, high = (number(FACTORS[field] * end, 2) for end in (numbers.low, numbers.high))
-    if field is Field.CHANGE:
+    is_better = field.larger_is_better
+    low, high = (number(field.factor * end, 2) for end in (numbers.low, numbers.high))
+    if field.is_signed:
         low, high = f"−{high}", f"+{high}"
     ends = (low, high) if is_better else (f"≤ {low}", f"≥ {high}")
     return (
         f'<div style="{BAR};background:{gradient(larger_is_better=is_better)}"></div>'
         f'<div style="display:flex;justify-content:space-between"><span>{ends[0]}</span>'
-        f"<span>{ends[1]} {UNITS[field]}</span></div>"
+        f"<span>{ends[1]} {text(field.unit)}</span></div>"
     )
 
 

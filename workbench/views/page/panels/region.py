@@ -6,29 +6,14 @@ import viser
 
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.region import SetRegion, ShowCubes
-from workbench.session.cube_values import IN_MILLIMETRES, TITLES, shown_layer, values
-from workbench.session.live_score import PlateTrial
+from workbench.session.cube_fields import CUBE_FIELDS, BestIndexField, ReachabilityField, cubes_of
+from workbench.session.cube_values import field_of, inputs, shown_layer
 from workbench.session.page_state import Tab
-from workbench.session.state import Field as CubeField
-from workbench.session.state import Session
+from workbench.session.state import NO_FIELD, Session
 from workbench.views.page.html import block, note, number, pairs
 from workbench.views.page.panels.form import LENGTH, Control
 from workbench.views.page.panels.panel import AbstractPanel
 
-FIELDS = {
-    "Nothing": CubeField.NONE,
-    "Reachability": CubeField.REACH,
-    "Best index O": CubeField.INDEX,
-    "Predicted error": CubeField.PREDICTED,
-    "Measured error": CubeField.MEASURED,
-    "Error of virtual arms": CubeField.YIELD,
-}
-MEANINGS = (
-    "What colours the cubes of the region. Reachability: in how many of the targets' orientations the arm "
-    "reaches the centre. Best index O: the highest of them. Predicted error: after a calibration with these "
-    "targets. Measured error: mean of the measured poses, of the calibrated arm if there is one. Error of "
-    "virtual arms: root mean square over those of the yield."
-)
 CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer of z": 2}
 
 
@@ -36,25 +21,20 @@ class RegionPanel(AbstractPanel):
     """Cuboid and cubes."""
 
     tab, order = Tab.PLATE, 70
-    depends = (
-        "region.view",
-        "plate.region",
-        "page.units",
-        "page.chore",
-        "region.cubes",
-        "results.comparison",
-        lambda session: session.part(PlateTrial),
-        "score",
-    )
+    depends = ("region.view", "plate.region", "page.units", "page.chore", inputs)
 
     def build(self, gui: viser.GuiApi) -> None:
-        field = self.dropdown("Cubes show", FIELDS, MEANINGS, lambda s: s.region.view.field)
+        fields = CUBE_FIELDS.values()
+        names = {"Nothing": NO_FIELD} | {field.choice: field.name for field in fields}
+        meanings = [f"{field.choice}: {field.meaning}." for field in fields]
+        hint = " ".join(["What colours the cubes of the region.", *meanings])
+        field = self.dropdown("Cubes show", names, hint, lambda s: s.region.view.field)
         cut = self.dropdown(
             "Slice",
             CUTS,
             "Show all cubes, or one layer across an axis.",
             lambda s: s.region.view.cut,
-            disabled=lambda s: s.region.view.field is CubeField.NONE,
+            disabled=lambda s: s.region.view.field == NO_FIELD,
         )
         layer = self.slider(
             "Layer",
@@ -70,7 +50,7 @@ class RegionPanel(AbstractPanel):
             self._move_there,
             viser.Icon.ARROW_MOVE_RIGHT,
             "Move the selected target to the centre of the clicked cube.",
-            visible=lambda s: s.region.view.picked is not None and s.region.view.field is not CubeField.NONE,
+            visible=lambda s: s.region.view.picked is not None and s.region.view.field != NO_FIELD,
         )
         with gui.add_folder("Cuboid"):
             corners = self._build_cuboid()
@@ -93,7 +73,7 @@ class RegionPanel(AbstractPanel):
         hint = "Drag two corners of the region in the scene."
         return self.checkbox("Corner handles", hint, lambda s: s.region.view.corners)
 
-    def _view(self, field: CubeField, cut: int | None, layer: int, corners: bool) -> ShowCubes:
+    def _view(self, field: str, cut: int | None, layer: int, corners: bool) -> ShowCubes:
         now = self._worker.session.region.view
         return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer - 1, corners=corners))
 
@@ -109,17 +89,20 @@ class RegionPanel(AbstractPanel):
 
 def picked(session: Session) -> str:
     """Numbers of the clicked cube."""
-    numbers = values(session)
-    view, region, cubes = session.region.view, session.plate.region, session.region.cubes
-    if view.field is CubeField.NONE:
+    field, cubes = field_of(session), cubes_of(session)
+    view, region = session.region.view, session.plate.region
+    if field is None:
         return ""
     if view.picked is None or view.picked >= region.cubes:
         return note("Click a cube to see its numbers.", "cube")
     i = view.picked
     items = [("Centre", ", ".join(f"{1e3 * v:.0f}" for v in region.centres[i]) + " mm")]
-    if cubes is not None and cubes.region is region:
+    if cubes is not None:
         items.append(("Reached in", f"{cubes.reached[i]} of {cubes.tried} orientations"))
         items.append(("Best index O", number(cubes.index[i])))
-    if numbers is not None and view.field in IN_MILLIMETRES:
-        items.append((TITLES[view.field], f"{number(1e3 * numbers.numbers[i])} mm"))
+    if (
+        not isinstance(field, ReachabilityField | BestIndexField)
+        and (numbers := field.values(session)) is not None
+    ):
+        items.append((field.title, f"{number(field.factor * numbers.numbers[i])} {field.unit}"))
     return block(pairs(items), testid="cube", style="margin:4px 0")
