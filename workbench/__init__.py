@@ -34,7 +34,8 @@ def _plugged_in() -> dict:
     """Entry points of names that extras and other packages add to the root."""
     from workbench.base.registry import installed
 
-    return {entry.name: entry for entry in installed("workbench.root")}
+    ours_last = sorted(installed("workbench.root"), key=lambda entry: entry.value.startswith("workbench."))
+    return {entry.name: entry for entry in ours_last}
 
 
 def _loaded(entry):

@@ -6,12 +6,19 @@ stands in the `brings` of its observation. Coordinates in groups (x y z, markers
 `data/readers/headings.py`.
 """
 
+import re
 from dataclasses import dataclass
 from enum import Enum
 from typing import final
 
 from workbench.base.registry import Registry
 from workbench.base.units import Quantity
+
+_COORDINATE = re.compile(
+    r"q(\d+|[wxyz])|[xyz]|r[xyz]|r[123]{2}|roll|pitch|yaw|m\d+[xyz]|sigma_r?[xyz]|tilt_[xy]\d+|"
+    r"(force|moment)_[xyz]"
+)
+"""Names of coordinates that stand in groups: readers know them (`data/readers/headings.py`)."""
 
 
 class Per(Enum):
@@ -49,6 +56,13 @@ class Column:
     text: str = ""
     shown: tuple[str, float] = ("", 1.0)
     usual: tuple[float, float] | None = None
+
+    def mistake_of_part(self) -> str:
+        """What is wrong with another package's column, as the end of a sentence; empty for nothing."""
+        if not isinstance(self.also, tuple):
+            return f"has other names that are no tuple: {self.also!r}"
+        taken = next((name for name in (self.name, *self.also) if _COORDINATE.fullmatch(name)), None)
+        return "" if taken is None else f"can't be called '{taken}': so are coordinates of poses and joints"
 
     @property
     def is_label(self) -> bool:

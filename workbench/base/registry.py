@@ -20,14 +20,13 @@ registered again (a notebook cell that runs twice) replaces itself; another one 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from importlib.metadata import EntryPoints, entry_points
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from inspect import isabstract
-from pathlib import Path
 from threading import RLock
-from traceback import extract_tb
 from typing import Any, TypeVar, final
 
 from workbench.base.errors import OptionError
+from workbench.base.part_checks import attribute_mistake, place_of, stops
 
 BUILT_IN, BY_HAND = "built in", "by hand"
 Part = TypeVar("Part")
@@ -48,11 +47,9 @@ BROKEN_PARTS: dict[str, None] = {}
 """Sentences on the broken parts that this process goes on without, in order; views show them."""
 
 
-def warn_of_broken(part: str, error: Exception) -> None:
+def warn_of_broken(part: str, error: BaseException) -> None:
     """Warn of a part that is broken, by what raised and where; everything else goes on without it."""
-    *_, last = extract_tb(error.__traceback__) or [None]
-    where = "" if last is None else f" ({Path(last.filename).name}, line {last.lineno})"
-    text = f"{part} is left out: {type(error).__name__}: {error}{where}"
+    text = f"{part} is left out: {type(error).__name__}: {error}{place_of(error)}"
     BROKEN_PARTS[text] = None
     warnings.warn(text, RuntimeWarning, stacklevel=3)
 
@@ -66,15 +63,22 @@ def plugins(
         what: What a part is called in the warning.
         add: Takes a part and where it comes from, and may refuse it.
     """
-    for entry in installed(group):
+    for entry in sorted(installed(group), key=lambda entry: not _is_own(entry)):  # else others take our names
         try:
             part = entry.load()
             add(part, entry.value)
-        except Exception as error:  # whatever is wrong with somebody else's package
-            package = entry.dist.name if entry.dist is not None else entry.value
-            warn_of_broken(f"the {what} '{entry.name}' of {package}", error)
+        except BaseException as error:  # whatever is wrong with somebody else's package, `sys.exit` too
+            if stops(error):
+                raise
+            package = entry.dist.name if entry.dist is not None else "a package"
+            warn_of_broken(f"the {what} '{entry.name}' of {package} ({entry.value})", error)
         else:
             yield entry.name, part
+
+
+def _is_own(entry: EntryPoint) -> bool:
+    """Whether an entry point is of an extra of ours."""
+    return entry.value.startswith("workbench.")
 
 
 @final
@@ -111,16 +115,28 @@ class Registry(Mapping[str, Part]):
         """Keep a part; of two with one name the later stays if both are the same code, run again."""
         added = self._checked(part)
         name = _name(added)
+        if origin != BUILT_IN and (mistake := self._mistake(added)):
+            raise OptionError(f"the {self._what} '{name}' {mistake}", option=self._what, found=part)
         if name in self._parts and self._parts[name] is not added:
             home, known = _home(added), self._origins[name]
             others = {origin, known} if home[0].startswith("workbench.") else {origin, known} - {BY_HAND}
             if home != _home(self._parts[name]) or known == BUILT_IN or len(others) > 1:
                 raise OptionError(
-                    f"the name '{name}' is taken by another {self._what}; give {home[1]} another name",
+                    f"the name '{name}' is taken by another {self._what} ({self._origins[name]}); give "
+                    f"{home[1]} another name",
                     option=self._what,
                     found=name,
                 )
         self._parts[name], self._origins[name] = added, origin
+
+    def _mistake(self, part: Any) -> str:
+        """What is wrong with somebody else's part, as the end of a sentence; empty if nothing is."""
+        kinds = self._kind if isinstance(self._kind, tuple) else (self._kind,)
+        found = attribute_mistake(part, [k for k in kinds if k is not None and issubclass(_type(part), k)])
+        if not isinstance(getattr(part, "name", ""), str | property):
+            return f"has a name that is no text: {part.name!r}"
+        own = getattr(part, "mistake_of_part", None)
+        return found or (own() if callable(own) else "")
 
     def remove(self, name: str) -> None:
         """Forget a part that was registered."""
@@ -139,7 +155,9 @@ class Registry(Mapping[str, Part]):
         if self._kind is None:
             if not callable(part) or isinstance(part, type):
                 raise OptionError(
-                    f"a {self._what} is a function; got {_type(part).__name__}", option=self._what, found=part
+                    f"{_article(self._what)} is a function; got {_type(part).__name__}",
+                    option=self._what,
+                    found=part,
                 )
             return part
         kind = _type(part)
@@ -154,7 +172,9 @@ class Registry(Mapping[str, Part]):
             )
         if self._classes:
             if not isinstance(part, type):
-                raise OptionError(f"a {self._what} is a class: register {kind.__name__}, no object of it")
+                raise OptionError(
+                    f"{_article(self._what)} is a class: register {kind.__name__}, no object of it"
+                )
         elif isinstance(part, type):
             try:
                 part = part()
@@ -172,8 +192,12 @@ class Registry(Mapping[str, Part]):
             with self._lock:
                 if (group := self._group) is not None:  # else a plug-in reads it while it is loaded
                     self._group = None
-                    for _ in plugins(group, self._what, add=self._add):
-                        pass
+                    try:
+                        for _ in plugins(group, self._what, add=self._add):
+                            pass
+                    except BaseException:  # a warning made an error, or Ctrl-C: the next reading begins again
+                        self._group = group
+                        raise
                     self._is_read = True
         return self._parts
 
@@ -190,3 +214,7 @@ def _home(part: Any) -> tuple[str, str]:
     """Where a part is written: two with the same home are one, registered again."""
     written = part if isinstance(part, type) or hasattr(part, "__qualname__") else type(part)
     return written.__module__, written.__qualname__
+
+
+def _article(what: str) -> str:
+    return f"{'an' if what[0] in 'aeiou' else 'a'} {what}"

@@ -16,9 +16,9 @@ from typing import Annotated, Any
 
 import typer
 
-from workbench.base.errors import FileError
+from workbench.base.errors import FileError, OptionError
 from workbench.base.installed_package import package_version
-from workbench.base.registry import plugins
+from workbench.base.registry import plugins, warn_of_broken
 from workbench.cli import calibration, measurements, plate_design
 from workbench.cli import options as opt
 from workbench.cli.exit_status import Commands, at_once, run
@@ -62,6 +62,10 @@ def _carry_out(arguments: Sequence[str]) -> None:
     app(given)
 
 
+_ADDED: dict[str, Any] = {}
+"""Commands of extras and other packages that were added already, by name."""
+
+
 def add_plugins(arguments: list[str]) -> None:
     """Add the commands of extras and other packages, unless a known one is called: finding them takes 20 ms.
 
@@ -76,8 +80,14 @@ def add_plugins(arguments: list[str]) -> None:
         return
     for name, entry in plugins("workbench.commands", "command", add=_check_command):
         group, _, short = name.rpartition(" ")
-        if group not in own or short in own[group]:
+        if _ADDED.get(name) is entry:
             continue
+        if group not in own or short in own[group]:
+            why = f"there is no group '{group}'" if group not in own else f"'{name}' is known already"
+            warn_of_broken(f"the command '{name}' of another package", OptionError(why))
+            continue
+        own[group].add(short)
+        _ADDED[name] = entry
         into, panel = groups.get(group, app), getattr(entry, "rich_help_panel", None)
         if isinstance(entry, typer.Typer):
             into.add_typer(entry, name=short, rich_help_panel=panel)

@@ -11,7 +11,8 @@ from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.base.registry import Registry
+from workbench.base.errors import OptionError
+from workbench.base.registry import Registry, warn_of_broken
 
 if TYPE_CHECKING:
     from workbench.arm.robot import Robot
@@ -64,9 +65,26 @@ def flattened(command: Callable[..., None]) -> Callable[..., None]:
     extensible = [r for r in _records(command).values() if hasattr(r, "joins")]
     if extensible:
         vars(call)["whole"] = lambda: _expanded(
-            command, {r: [o for o in OPTIONS.values() if issubclass(o, r.joins)] for r in extensible}
+            command,
+            {
+                r: [o for o in OPTIONS.values() if issubclass(o, r.joins) and _fits(o, command)]
+                for r in extensible
+            },
         )
     return call
+
+
+def _fits(added: Any, command: Callable[..., None]) -> bool:
+    """Whether a set of options can be added to a command; a warning says why not."""
+    own = {p.name for record in _records(command).values() for p in _options(record)}
+    own |= signature(command).parameters.keys()
+    required = next((p.name for p in _options(added) if p.default is Parameter.empty), None)
+    taken = next((p.name for p in _options(added) if p.name in own), None)
+    if required is None and taken is None:
+        return True
+    why = f"'{required}' has no default" if required else f"the command has an option '{taken}' already"
+    warn_of_broken(f"the set of options {added.__name__}", OptionError(why, option=required or taken or ""))
+    return False
 
 
 def _records(command: Callable[..., None]) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Sections that other packages add to the pages of results."""
 
+import json
 from abc import ABC, abstractmethod
 from functools import partial
 from typing import Any
@@ -31,13 +32,13 @@ def sections_of(result: Any, advice: Advice) -> tuple[list[tuple[str, str]], Jso
     """Titles with what stands below them, and numbers by name; one that fails is a warning on the page."""
     shown, found = list[tuple[str, str]](), Json()
     for name, section in SECTIONS.items():
-        below, numbers = advice.ask(
-            f"the section “{section.title}”", partial(_both, section, result), ("", {})
-        )
+        below, numbers = advice.ask(f"the section '{name}'", partial(_both, section, result), ("", {}))
         shown += [(section.title, below)] if below else []
         found |= {name: numbers} if numbers else {}
     return shown, found
 
 
 def _both(section: AbstractSection, result: Any) -> tuple[str, Json]:
-    return section.html(result), section.json(result)
+    numbers = section.json(result)
+    json.dumps(numbers)  # else the whole file could not be written
+    return section.html(result), numbers

@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform
 
+from workbench.base.errors import OptionError
 from workbench.base.registry import plugins
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
@@ -158,8 +159,18 @@ def kinds() -> dict[str, type[AbstractCommand]]:
 @cache
 def _load_plugins() -> None:
     """Define the commands of other packages, which a journal may hold."""
-    for _ in plugins("workbench.session_commands", "command"):
+    for _ in plugins("workbench.session_commands", "session command", add=_check_kind):
         pass
+
+
+def _check_kind(part: Any, origin: str) -> None:
+    """Raise unless a part of another package is a command with a name of its own."""
+    if not isinstance(part, type) or not issubclass(part, AbstractCommand):
+        raise OptionError(f"{part!r} must be a class that derives from AbstractCommand")
+    if inspect.isabstract(part):
+        raise OptionError(f"{part.__name__} lacks {', '.join(sorted(part.__abstractmethods__))}")
+    if any(k is not part and k.__name__ == part.__name__ for k in _below(AbstractCommand)):
+        raise OptionError(f"the name {part.__name__} is taken by another command; give it another one")
 
 
 def _below(kind: Any) -> Iterator[type[AbstractCommand]]:

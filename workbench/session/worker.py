@@ -61,6 +61,7 @@ class Worker:
     ):
         self._session = session
         self._views, self._keepers = list(views), list(keepers)
+        self._broken: list[AbstractView] = []
         self._listeners: list[Callable[[AbstractCommand], None]] = []
         self._chores = tuple(chores)
         self._chore: AbstractChore | None = None
@@ -143,10 +144,13 @@ class Worker:
             self._closing = True
             self._changed.notify_all()
         self._thread.join(5.0)
-        for view in self._views:
-            view.close()
-        for keeper in self._keepers:
-            keeper.close()
+        closings: list[Callable[[], None]] = [view.close for view in self._views]
+        closings += [keeper.close for keeper in self._keepers]
+        for close in closings:
+            try:
+                close()
+            except Exception:  # the others are closed all the same
+                log.exception("%s could not be closed", close.__qualname__.partition(".")[0])
 
     def _drop_older(self, command: AbstractCommand) -> None:
         for waiting in reversed(self._queue):
@@ -287,7 +291,7 @@ class Worker:
         try:
             if failure is not None:
                 raise failure
-            self._session = task.finish(self._session, result)
+            self._session = _checked(task.finish(self._session, result), f"{type(task).__name__}.finish")
             self._note(task, Ending.DONE, basis, seconds)
         except Exception as error:
             if is_chore and isinstance(error, Cancelled):
@@ -324,4 +328,13 @@ class Worker:
             try:
                 view.draw(self._session)
             except Exception:
-                log.exception("a view could not draw the session")
+                if view not in self._broken:  # it would fail at every step
+                    self._broken.append(view)
+                    log.exception("%s could not draw the session", type(view).__name__)
+
+
+def _checked(session: Any, what: str) -> Session:
+    """What a command made of a session; one that forgets to return it would end the worker."""
+    if not isinstance(session, Session):
+        raise TypeError(f"{what} must return the session, got {type(session).__name__}")
+    return session

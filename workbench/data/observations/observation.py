@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, dataclass_transform
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from workbench.base.columns import Column
+from workbench.base.columns import COLUMNS, Column
 from workbench.base.types import frozen
 
 if TYPE_CHECKING:
@@ -112,6 +112,14 @@ class AbstractObservation(ABC):
         if len(values) < len(cls.columns):
             return np.zeros(len(data), bool)
         return np.all([np.isfinite(v).all(axis=tuple(range(1, v.ndim))) for v in values], axis=0)
+
+    @classmethod
+    def mistake_of_part(cls) -> str:
+        """What another package's observation lacks, as the end of a sentence; empty for nothing."""
+        if not cls.columns and cls.own_rows.__func__ is AbstractObservation.own_rows.__func__:  # type: ignore[attr-defined]
+            return "has no columns, and no own_rows that says which rows carry it"
+        taken = next((column.name for column in cls.brings if column.name in COLUMNS), None)
+        return "" if taken is None else f"brings the column '{taken}', which is known already"
 
     @classmethod
     def own_rows(cls, data: "Dataset") -> Bool[np.ndarray, " rows"] | None:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import FileError, OptionError, WorkbenchError
+from workbench.base.registry import warn_of_broken
 from workbench.base.types import Matrix4
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
@@ -93,6 +94,9 @@ def read_by_layout(
     A plain table is left as it is: no columns, and no name.
     """
     if not isinstance(source, str | PathLike):
+        for name, value in (("layout", layout), ("sheet", sheet)):
+            if value is not None:
+                raise OptionError(f"{name} is for files; a data frame has none", option=name, found=value)
         table = _named(read_frame(source), naming_of(columns), joints)
     else:
         path = Path(source)
@@ -128,8 +132,19 @@ def _file_layout(path: Path, layout: str | None) -> AbstractFileLayout | None:
     except OSError:
         return None
     offered = (known for known in layouts.file_layouts() if layout is None or known.is_plain)
-    matching = (known for known in offered if known.matches(path, head))
+    matching = (known for known in offered if _matches(known, path, head))
     return next(matching, None) if path.exists() else None
+
+
+def _matches(known: AbstractFileLayout | AbstractTableLayout, *seen: Any) -> bool:
+    """Whether a layout knows what is seen of a file; one that raises does not, and a warning names it."""
+    try:
+        return bool(known.matches(*seen))
+    except WorkbenchError:
+        raise
+    except Exception as error:  # whatever is wrong with somebody else's package
+        warn_of_broken(f"the layout '{known.name}'", error)
+        return False
 
 
 def _table_layout(
@@ -138,7 +153,7 @@ def _table_layout(
     if columns is not None and layout is None:
         return None
     for known in layouts.table_layouts():
-        if layout in (None, known.name) and known.matches(list(table.headings)):
+        if layout in (None, known.name) and _matches(known, list(table.headings)):
             return known
         if layout == known.name:
             raise OptionError(

@@ -9,12 +9,13 @@ from itertools import combinations
 
 import numpy as np
 
-from workbench.arm.effects import EFFECTS, Candidate
+from workbench.arm.effects import EFFECTS, AbstractEffect, Candidate
 from workbench.arm.effects.effect import moved_joints
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.columns import row_drivers
+from workbench.base.registry import warn_of_broken
 from workbench.diagnosis.search.candidate_columns import known_wrenches
 
 MIN_DRIVEN_SHARE = 0.01
@@ -42,7 +43,7 @@ def catalogue(robot: Robot, motion: Motion) -> Catalogue:
     Args:
         robot: The arm; effects that it already has are not offered again.
     """
-    offers = [offer for kind in EFFECTS.values() for offer in kind.offers(robot, motion)]
+    offers = [offer for kind in EFFECTS.values() for offer in _offers(kind, robot, motion)]
     found = (offer for offer in offers if isinstance(offer, Candidate))
     own = set(robot.coefficients)
     sized = (_alike(c, robot, motion) if c.alike else c for c in found if not own & set(c.names))
@@ -52,6 +53,21 @@ def catalogue(robot: Robot, motion: Motion) -> Catalogue:
         kept = [replace(c, effect=c.effect.softened(robot.chain, loads)) for c in kept]
     notes = [*_still(motion), *(offer for offer in offers if isinstance(offer, str)), *_drivers(motion)]
     return Catalogue(tuple(kept), tuple(dict.fromkeys(notes)))
+
+
+def _offers(kind: type[AbstractEffect], robot: Robot, motion: Motion) -> list[Candidate | str]:
+    """What a kind of effect offers; nothing if another package's raises, and a warning names it."""
+    if kind.__module__.startswith("workbench."):
+        return list(kind.offers(robot, motion))
+    try:
+        offers = list(kind.offers(robot, motion))
+        for offer in offers:
+            if isinstance(offer, Candidate):
+                law_sizes(robot.with_effects(offer.effect), motion, offer.effect.names)
+    except Exception as error:  # whatever is wrong with somebody else's package
+        warn_of_broken(f"the effect {kind.__name__}", error)
+        return []
+    return offers
 
 
 def _alike(candidate: Candidate, robot: Robot, motion: Motion) -> Candidate | None:

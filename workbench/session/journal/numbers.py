@@ -4,14 +4,16 @@ Each subject says which parts of the session it depends on. Parts that a command
 objects, so only what changed is written. A new subject is one more entry of `SUBJECTS`, or is registered.
 """
 
-from collections.abc import Callable, Collection
+import json
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect
-from workbench.base.registry import Registry
+from workbench.base.registry import Registry, warn_of_broken
 from workbench.data.readers.layouts import PLAIN
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.result import Diagnosis
@@ -44,22 +46,54 @@ class Subject:
         parts = self.parts(session)
         return None if parts[0] is None else self.numbers(*parts)
 
+    def plain(self, session: Session) -> Any:
+        """The same as a journal holds it; of another package's only what JSON can hold."""
+        found = plain(self.of(session))
+        if not self.numbers.__module__.startswith("workbench."):
+            json.dumps(found)
+        return found
+
+    def differs(self, session: Session, before: Session) -> bool:
+        """Whether anything that it depends on is another than in an earlier session."""
+        return any(a is not b for a, b in zip(self.parts(session), self.parts(before), strict=True))
+
 
 def changed_numbers(session: Session, before: Session | None) -> Json:
     """What is new since an earlier snapshot; everything if there is none."""
     found = {}
     for name, subject in SUBJECTS.items():
-        pairs = () if before is None else zip(subject.parts(session), subject.parts(before), strict=True)
-        if before is None or any(a is not b for a, b in pairs):
-            found[name] = subject.of(session)
+        with _guarded(subject) as is_sound:
+            if is_sound and (before is None or subject.differs(session, before)):
+                found[name] = subject.plain(session)
     if before is not None and "targets" in found:
-        found["targets"] = _moved(session, before)
-    return plain(found)
+        found["targets"] = plain(_moved(session, before))
+    return found
 
 
 def numbers_of(session: Session, names: Collection[str]) -> Json:
     """All numbers about these subjects."""
-    return plain({name: SUBJECTS[name].of(session) for name in names if name in SUBJECTS})
+    found = {}
+    for name in names:
+        if (subject := SUBJECTS.get(name)) is not None:
+            with _guarded(subject) as is_sound:
+                if is_sound:
+                    found[name] = subject.plain(session)
+    return found
+
+
+_BROKEN: set[Subject] = set()
+"""Subjects of other packages that raised: they are no longer asked."""
+
+
+@contextmanager
+def _guarded(subject: Subject) -> Iterator[bool]:
+    """Whether a subject is sound: one that raises, or that says what no journal can hold, is no longer asked,
+    and a warning names it."""
+    try:
+        yield subject not in _BROKEN
+    except Exception as error:  # whatever is wrong with somebody else's package
+        _BROKEN.add(subject)
+        warn_of_broken(f"the journal number {subject.name}", error)
 
 
 def _targets(plate: Plate, states: tuple[TargetState, ...]) -> Json:

@@ -49,6 +49,9 @@ def in_motion(session: Session) -> Iterator[Item]:
 def _items(subjects: Iterable[Callable[[Session], Iterator[Item]]], session: Session) -> Iterator[Item]:
     for subject in subjects:
         try:
-            yield from subject(session)
+            for item in subject(session):
+                if not isinstance(item, Item) or not isinstance(item.inputs, tuple):
+                    raise TypeError(f"it must yield an Item whose inputs are a tuple, got {item!r}")
+                yield item
         except Exception as error:  # whatever is wrong with somebody else's package
             warn_of_broken(f"the drawable {subject.__name__}", error)
