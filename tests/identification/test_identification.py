@@ -129,7 +129,7 @@ def test_held_out_anchors_that_nobody_fitted_are_left_out_and_said(arm):
     anchor = data.anchor.astype("U2")
     anchor[-6:] = [f"h{i}" for i in range(6)]
     data = replace(data, anchor=anchor)
-    run = identify(load_robot("aria"), data.take(np.arange(74)), held_out=data.take(np.arange(70, 80)))
+    run = identify(load_robot("aria"), data.take(np.arange(70)), held_out=data.take(np.arange(70, 80)))
     assert len(run.held_out_data) == 4
     assert any("6 held-out rows" in note for note in run.notes)
 

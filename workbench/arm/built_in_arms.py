@@ -46,6 +46,7 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
     """
     built_in = built_in_robots()
     if str(source).lower() in built_in:
+        _refuse_tip(tip, source)
         return _built_in(built_in[str(source).lower()])
     parts = str(source).split()
     if parts and parts[0].lower().endswith(".xacro"):
@@ -61,7 +62,14 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
             f"is not a .toml, .urdf or .xacro file or a built-in arm; built-in: {', '.join(built_in)}",
             path=str(source),
         )
+    _refuse_tip(tip, source)
     return read_toml(path)
+
+
+def _refuse_tip(tip: str | None, source: Path | str) -> None:
+    """Raise if the last link was named for a robot whose file has no links by name."""
+    if tip is not None:
+        raise OptionError(f"tip names a link of a URDF or xacro; {source} is none", option="tip", found=tip)
 
 
 @cache

@@ -14,6 +14,8 @@ from jaxtyping import Float
 from workbench.arm.chain import Axis, Element
 from workbench.base import se3
 from workbench.base.argument_checks import admit
+from workbench.base.array_checks import as_pose, check_rotations, numbers
+from workbench.base.errors import ShapeError
 from workbench.base.types import Freedom, Matrix3, Matrix4, Vector3, frozen
 
 BASE, TOOL = -1, -2
@@ -38,9 +40,12 @@ class Frame:
 
     def __post_init__(self):
         admit(self)
+        check_rotations(self.rotation[None], "the rotation of a frame")
 
     @classmethod
     def from_pose(cls, pose: Matrix4, free: Freedom = Freedom.FIXED) -> "Frame":
+        """The frame at a pose, a 4×4 matrix."""
+        pose = as_pose(pose)
         return cls(frozen(pose[:3, 3].copy()), frozen(pose[:3, :3].copy()), free)
 
     @cached_property
@@ -66,6 +71,13 @@ class Frame:
 
     def moved(self, parts: Float[np.ndarray, "6"]) -> "Frame":
         """The frame with position parts[:3] and turned by the small rotations parts[3:]."""
+        parts = numbers(parts, "the six parts of a frame")
+        if parts.shape != (6,):
+            raise ShapeError(
+                f"a frame has six parts (x, y, z, roll, pitch, yaw), got {parts.size}",
+                expected=6,
+                found=parts.size,
+            )
         turn = np.eye(3)
         for axis in range(3):
             turn = turn @ se3.rotvec_to_matrix(np.eye(3)[axis] * parts[3 + axis])

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.base.argument_checks import numbers
+from workbench.base.array_checks import numbers
 from workbench.base.columns import COLUMNS
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen

@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import isfinite
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +25,7 @@ from workbench.arm.gravity import GRAVITY
 from workbench.arm.joint import Joint, JointKind
 from workbench.arm.mounting import DOWN, Mounting
 from workbench.arm.urdf_source import UrdfSource
-from workbench.base.errors import RobotError, ShapeError
+from workbench.base.errors import OptionError, RobotError, ShapeError
 from workbench.base.types import Vector3, frozen
 from workbench.base.wording import plural
 
@@ -246,6 +248,7 @@ class Robot:
 
     def values(self, names: tuple[str, ...]) -> Float[np.ndarray, " p"]:
         """Current values of the named constants."""
+        names = (names,) if isinstance(names, str) else tuple(names)
         return self.chain.values[self.chain.indices(names)]
 
     def with_values(self, values: Mapping[str, float]) -> "Robot":
@@ -253,6 +256,7 @@ class Robot:
 
         Those of base, tool and gravity are `base.…`, `tool.…` and `gravity.…` (`Mounting.with_values`).
         """
+        values = _numbers_by_name(values)
         known = self.chain.index.keys() | self.coefficients.keys() | self.inertia.keys() | set(GRAVITY)
         if unknown := values.keys() - known:
             raise RobotError(f"robot '{self.name}' has no constant '{sorted(unknown)[0]}'")
@@ -274,6 +278,14 @@ class Robot:
 
     def with_frames(self, *, base: Frame | None = None, tool: Frame | None = None) -> "Robot":
         """The same arm on another base or with another tool; itself if they are unchanged."""
+        for name, frame in (("base", base), ("tool", tool)):
+            if not isinstance(frame, Frame | None):
+                raise OptionError(
+                    f"{name} must be a Frame, got {type(frame).__name__}; Frame.from_pose makes one of a 4×4 "
+                    "matrix",
+                    option=name,
+                    found=frame,
+                )
         base, tool = base or self.base, tool or self.tool
         if base is self.base and tool is self.tool:
             return self
@@ -326,6 +338,7 @@ class Robot:
 
     def check_joints(self, q: np.ndarray, source: str = "joint positions") -> None:
         """Refuse rows with another number of joints than the robot has."""
+        q = np.asarray(q)
         if q.ndim != 2:
             raise ShapeError(
                 f"{source} must be a row for each pose, got an array of shape {q.shape}",
@@ -339,3 +352,23 @@ class Robot:
                 expected=self.dof,
                 found=found,
             )
+
+
+def _numbers_by_name(values: Mapping[str, float]) -> Mapping[str, float]:
+    """Values of constants, each a number in SI."""
+    if not hasattr(values, "keys"):
+        raise OptionError(
+            f"values must be a mapping from names to numbers, got {type(values).__name__}",
+            option="values",
+            found=values,
+        )
+    for name, value in values.items():
+        if not isinstance(value, Real) or isinstance(value, bool):
+            raise OptionError(
+                f"the value of {name} must be a number in rad, m or its own SI unit, got {value!r}",
+                option=str(name),
+                found=value,
+            )
+        if not isfinite(value):
+            raise OptionError(f"the value of {name} must be finite, got {value}", option=name, found=value)
+    return values

@@ -27,9 +27,10 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import Like, numbers
+from workbench.base.argument_checks import Like
+from workbench.base.array_checks import numbers
 from workbench.base.errors import RobotError
-from workbench.base.files import write_text
+from workbench.base.files import check_ending, write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
 
@@ -383,7 +384,7 @@ def robot_text(robot: Robot) -> str:
 
 def write_toml(robot: Like[Robot], path: Path | str) -> Path:
     """Write a robot's file, whole or not at all."""
-    return write_text(path, robot_text(robot))
+    return write_text(check_ending(path, "a robot's file is", ".toml"), robot_text(robot))
 
 
 def _joint_facts(joint: Joint) -> dict[str, Any]:

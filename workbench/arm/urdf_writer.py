@@ -20,7 +20,7 @@ from workbench.arm.usable_arm import usable_arm
 from workbench.base import se3
 from workbench.base.argument_checks import Like
 from workbench.base.errors import RobotError
-from workbench.base.files import write_bytes
+from workbench.base.files import check_ending, write_bytes
 from workbench.base.types import Matrix4, Vector3
 
 
@@ -35,11 +35,12 @@ def write_urdf(robot: Like[Robot], path: Path | str) -> Path:
         FileError: the file that the robot came from is gone.
         RobotError: the robot has something that a URDF can't represent.
     """
+    path = check_ending(path, "a URDF is", ".urdf", ".xml")
     robot = usable_arm(robot, effects=False).robot.in_first_session
     if robot.urdf is not None:
         root = xml_root(robot.urdf.path, wanted="the URDF that the robot was read from")
         _correct_origins(root, robot, robot.urdf.joints)
-        _keep_references(root, robot.urdf.path, Path(path))
+        _keep_references(root, robot.urdf.path, path)
     else:
         root = _skeleton(robot)
     _add_frames(root, robot)

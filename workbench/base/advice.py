@@ -7,6 +7,7 @@ import traceback
 from collections.abc import Callable
 from typing import TypeVar
 
+from workbench.base.errors import WorkbenchError
 from workbench.base.progress import Cancelled
 
 T = TypeVar("T")
@@ -31,6 +32,9 @@ class Advice:
             return adviser()
         except (Cancelled, Warning):  # a request to stop; and Python's own, where they were made errors
             raise
+        except WorkbenchError as error:  # what the user gave
+            self.warnings.append(f"{what} could not be computed: {error}; the result omits it")
+            return otherwise
         except Exception as error:
             last = traceback.extract_tb(error.__traceback__)[-1]
             why = f"{type(error).__name__} in {last.name}, line {last.lineno}: {error}"

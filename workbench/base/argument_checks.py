@@ -54,6 +54,7 @@ else:
 
 
 _REFUSED = object()
+_SEVERAL = Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD
 MAX_SHOWN = 12
 """Numbers of an array that a message quotes."""
 
@@ -166,11 +167,14 @@ def checked_arguments(record: type | None = None) -> Callable[[Callable[P, Resul
         @wraps(verb)
         def call(*args: P.args, **options: P.kwargs) -> Result:
             try:
-                values = shown.bind(*args, **options).arguments
+                given = shown.bind(*args, **options)
             except TypeError as error:
                 raise TypeError(f"{verb.__name__}() {error}") from None
             hints = {**(_hints(record) if record else {}), **_hints(verb)}
-            return verb(**admitted(hints, values))  # type: ignore[call-arg]
+            several = {p.name for p in shown.parameters.values() if p.kind in _SEVERAL}
+            values = {name: value for name, value in given.arguments.items() if name not in several}
+            given.arguments.update(admitted(hints, values))
+            return verb(*given.args, **given.kwargs)
 
         call.__signature__ = shown  # type: ignore[attr-defined]
         call.__doc__ = _documented(verb.__doc__, record)
@@ -259,7 +263,8 @@ def _hints(of: Callable[..., Any]) -> dict[str, Any]:
         return get_type_hints(of, include_extras=True)
     except NameError:
         own = signature(of).parameters.values()
-        return {p.name: Any if isinstance(p.annotation, str) else p.annotation for p in own}
+        known = {p.name: p.annotation for p in own if not isinstance(p.annotation, str)}
+        return {name: hint for name, hint in known.items() if hint is not Parameter.empty}
 
 
 def _bare(hint: Any) -> Any:
@@ -322,18 +327,6 @@ def _is_finite(value: Any) -> bool:
     if isinstance(value, np.ndarray):
         return value.dtype.kind != "f" or bool(np.isfinite(value).all())
     return not isinstance(value, float) or isfinite(value)
-
-
-def numbers(value: Any, what: str) -> np.ndarray:
-    """What numpy makes numbers of.
-
-    Raises:
-        OptionError: it makes none.
-    """
-    try:
-        return np.asarray(value, float)
-    except (TypeError, ValueError) as error:
-        raise OptionError(f"{what} must be numbers: {error}", option=what, found=value) from error
 
 
 def _is_array_like(parts: tuple[Any, ...]) -> bool:

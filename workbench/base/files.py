@@ -68,6 +68,26 @@ def write_bytes(path: Path | str, content: bytes) -> Path:
     return path
 
 
+def check_ending(path: Path | str, what: str, *endings: str) -> Path:
+    """The path, checked for one of the endings that promise what is written; standard output has none.
+
+    Args:
+        what: What is written, for messages: "a plate is".
+    """
+    path = Path(path)
+    if str(path) not in STANDARD_OUTPUT and path.suffix.lower() not in endings:
+        raise FileError(f"{what} written as {' or '.join(endings)}; choose this ending", path=str(path))
+    return path
+
+
+def exists(path: Path | str) -> bool:
+    """Whether there is such a file or folder; a text that is no name of one is none."""
+    try:
+        return Path(path).exists()
+    except (OSError, ValueError):
+        return False
+
+
 def check_writable(path: Path | str, *, folder: bool = False) -> None:
     """Check before any work begins that a path can be written; leaves nothing behind.
 
@@ -96,6 +116,8 @@ def _file_errors(path: Path) -> Iterator[None]:
         remedy = "make room" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "choose a place"
         remedy += "" if remedy == "make room" else " where you may write"
         raise FileError(f"it can't be written ({error.strerror}); {remedy}", path=str(path)) from None
+    except ValueError as error:  # a name with a zero byte
+        raise FileError(f"it can't be written ({error}); choose another name", path=str(path)) from None
 
 
 @contextlib.contextmanager

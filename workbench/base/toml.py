@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from workbench.base.errors import FileError
-from workbench.base.files import read_bytes
+from workbench.base.files import exists, read_bytes
 from workbench.base.types import frozen
 
 MAX_FILE_BYTES = 16 * 2**20
@@ -36,7 +36,7 @@ class AbstractTableReader(ABC):
 
     def load(self) -> dict[str, Any]:
         """The file's tables."""
-        if not Path(self.path).exists():
+        if not exists(self.path):
             raise self.fail(f"no such file; give {self.otherwise}")
         content = read_bytes(self.path, wanted=self.wanted, maximum=MAX_FILE_BYTES)
         try:

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from workbench.base.columns import COLUMNS
-from workbench.base.errors import DataError, ShapeError
+from workbench.base.argument_checks import checked_arguments
+from workbench.base.columns import Column
+from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
+from workbench.data.column_checks import JOINTS, ROWS, as_numbers, check_shape, checked_column
 from workbench.data.known_columns import known_columns
 from workbench.data.readings import AbstractReadings
 from workbench.data.rotation_form import RotationForm
@@ -100,45 +102,70 @@ class Dataset:
     joint_units: tuple[str, ...] = ()
 
     def __post_init__(self):
+        if self.q is None:
+            raise DataError(f"{self.source}: give the joint positions, a row for each measurement")
+        self._check_others()
+        known = known_columns()
+        q = as_numbers("q", self.q, self.source)
+        check_shape("q", q, [None, None], (ROWS, JOINTS), self.source)
+        object.__setattr__(self, "q", frozen(q))
         for f in fields(self):
             value = getattr(self, f.name)
+            if value is UNNUMBERED:
+                value = np.arange(len(q))
             if value is not None and f.name not in NOT_PER_ROW:
-                object.__setattr__(self, f.name, self._checked(f.name, value))
-        for name in self.more.keys() - known_columns().keys() if self.more else ():
+                object.__setattr__(self, f.name, self._checked(known, f.name, value))
+        for name in self.more.keys() - known.keys():
             raise DataError(f"{self.source}: there is no column '{name}'; register it in COLUMNS")
-        more = {name: self._checked(name, values) for name, values in self.more.items()}
+        more = {name: self._checked(known, name, values) for name, values in self.more.items()}
         object.__setattr__(self, "more", more)
+        if self.tilt is not None:
+            tilt = {link: self._checked(known, "tilt", values) for link, values in self.tilt.items()}
+            object.__setattr__(self, "tilt", tilt)
+        self._check_joints_known()
 
-    def _checked(self, name: str, value: Any) -> np.ndarray:
+    def _check_others(self) -> None:
+        """Fields that are no columns."""
+        notes = (self.notes,) if isinstance(self.notes, str) else self.notes
+        kinds = {"source": str, "more": Mapping, "tilt": Mapping | None, "readings": AbstractReadings | None}
+        wrong = next((n for n, kind in kinds.items() if not isinstance(getattr(self, n), kind)), None)
+        if wrong is None and not isinstance(notes, tuple | list):
+            wrong = "notes"
+        if wrong is not None:
+            wanted = {
+                "source": "text",
+                "notes": "a list of sentences",
+                "readings": "readings of an instrument",
+            }
+            raise OptionError(
+                f"{wrong} of a Dataset must be {wanted.get(wrong, 'a mapping to arrays')}, got "
+                f"{getattr(self, wrong)!r}",
+                option=wrong,
+                found=getattr(self, wrong),
+            )
+        object.__setattr__(self, "notes", tuple(notes))
+
+    def _checked(self, known: Mapping[str, Column], name: str, value: Any) -> np.ndarray:
         """A column with as many rows as there are joint positions."""
-        array = self._array(name, value)
-        if len(array) != len(self.q):
-            raise ShapeError(
-                f"{self.source}: '{name}' has {len(array)} rows, the joint positions {len(self.q)}",
-                expected=len(self.q),
-                found=len(array),
+        rows, joints = self.q.shape
+        return frozen(
+            checked_column(
+                Dataset, known.get(name), name, value, rows=rows, joints=joints, source=self.source
             )
-        return frozen(array)
+        )
 
-    def _array(self, name: str, value: Any) -> np.ndarray:
-        """A column as the array that it is meant to be."""
-        if name == "row" and value is UNNUMBERED:
-            return np.arange(len(self.q))
-        if name == "row" or (name in COLUMNS and COLUMNS[name].is_label):
-            return np.asarray(value)
-        try:
-            array = np.asarray(value, float)
-        except (TypeError, ValueError):
-            raise DataError(f"{self.source}: '{name}' must be numbers, one row per measurement") from None
-        shape = {"q": (0,), "position": (3,), "rotation": (3, 3)}.get(name)
-        if shape and (array.ndim != len(shape) + 1 or (shape[0] and array.shape[1:] != shape)):
-            wanted = " x ".join(["rows", *(str(n or "joints") for n in shape)])
-            raise ShapeError(
-                f"{self.source}: '{name}' must be {wanted}, got {' x '.join(map(str, array.shape))}",
-                expected=len(shape) + 1,
-                found=array.ndim,
+    def _check_joints_known(self) -> None:
+        """Raise where a row that is not kept out lacks a joint position."""
+        unknown = ~np.isfinite(self.q).all(1) & self.included
+        if unknown.any():
+            row = int(self.row[np.argmax(unknown)])
+            joint = int(np.argmax(~np.isfinite(self.q[np.argmax(unknown)])))
+            raise DataError(
+                f"{self.source}: joint {joint + 1} has no finite position in row {row}; correct the row, or "
+                "set its 'exclude' to True",
+                row=row,
+                joint=joint,
             )
-        return array
 
     def __repr__(self) -> str:
         named = (f.name for f in fields(self) if f.name not in UNSHOWN)
@@ -172,6 +199,7 @@ class Dataset:
         """Rows of a session; all of them where the file has none."""
         return np.ones(len(self), bool) if self.session is None else self.session == name
 
+    @checked_arguments()
     def to_frame(self, *, prismatic: Collection[int] = ()) -> "DataFrame":
         """A data frame with headings as in a file (`q1[rad]`, `x[m]` …), which reads back as the same rows.
 
@@ -180,6 +208,7 @@ class Dataset:
         """
         return data_frame(self.columns(prismatic=prismatic))
 
+    @checked_arguments()
     def columns(
         self, form: RotationForm = RotationForm.QUATERNION, prismatic: Collection[int] = ()
     ) -> dict[str, np.ndarray]:
@@ -206,17 +235,42 @@ class Dataset:
 
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Dataset":
         """The chosen rows, by index or mask, in the order given."""
-        changes = {}
-        for f in fields(self):
-            value = getattr(self, f.name)
+        rows = self._chosen(rows)
+        taken = object.__new__(Dataset)  # rows of a checked table are checked
+        for name, value in vars(self).items():
+            if name not in self.__dataclass_fields__:
+                continue  # what was computed of all rows
             if isinstance(value, np.ndarray):
-                changes[f.name] = value[rows]
-        if self.tilt is not None:
-            changes["tilt"] = {link: values[rows] for link, values in self.tilt.items()}
-        changes["more"] = {name: values[rows] for name, values in self.more.items()}
-        if self.readings is not None:
-            changes["readings"] = self.readings.take(rows)
-        return replace(self, **changes)
+                value = frozen(value[rows])
+            elif name in ("tilt", "more") and value:
+                value = {key: frozen(values[rows]) for key, values in value.items()}
+            elif name == "readings" and value is not None:
+                value = value.take(rows)
+            object.__setattr__(taken, name, value)
+        return taken
+
+    def _chosen(self, rows: Any) -> np.ndarray:
+        """Rows by index or mask, checked."""
+        if isinstance(rows, slice):
+            return np.arange(len(self))[rows]
+        chosen = np.asarray(rows)
+        if not chosen.size and chosen.dtype.kind != "b":
+            chosen = chosen.astype(np.int64)
+        is_mask = chosen.dtype.kind == "b"
+        is_right = len(self) == len(chosen) if is_mask and chosen.ndim else chosen.dtype.kind in "iu"
+        if chosen.ndim != 1 or not is_right:
+            raise OptionError(
+                f"rows must be a list of indices, or one truth value for each of the {len(self)} rows",
+                option="rows",
+                found=rows,
+            )
+        if not is_mask and (wrong := (chosen < -len(self)) | (chosen >= len(self))).any():
+            raise OptionError(
+                f"there is no row {chosen[wrong][0]}: the table has {len(self)} rows, counted from 0",
+                option="rows",
+                found=int(chosen[wrong][0]),
+            )
+        return chosen
 
     def joined(self, other: "Dataset") -> "Dataset":
         """These rows and then the other's; where one of them lacks a column its values are missing.
@@ -224,6 +278,19 @@ class Dataset:
         Missing are numbers as NaN, labels as "", marks as False. Source and notes are these rows' own; the
         other's row numbers go on after them.
         """
+        if not isinstance(other, Dataset):
+            raise OptionError(
+                f"only a Dataset can be joined, got {type(other).__name__}; wb.read_measurements makes one "
+                "of a file or a data frame",
+                option="other",
+                found=other,
+            )
+        if other.joints != self.joints:
+            raise ShapeError(
+                f"{other.source}: rows of {other.joints} joints can't be joined to rows of {self.joints}",
+                expected=self.joints,
+                found=other.joints,
+            )
         columns: dict[str, Any] = {}
         for f in fields(self):
             pair = getattr(self, f.name), getattr(other, f.name)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from workbench.base.argument_checks import Like
-from workbench.base.errors import FileError
-from workbench.base.files import write_text
+from workbench.base.errors import OptionError
+from workbench.base.files import check_ending, write_text
 from workbench.base.wording import as_cell
 from workbench.data.dataset import Dataset
 from workbench.data.rotation_form import RotationForm
@@ -38,10 +38,7 @@ def write_measurements(
     Raises:
         FileError: The file can't be written, or its ending promises another form.
     """
-    if Path(path).suffix.lower() not in ENDINGS:
-        raise FileError(
-            f"measurements are written as {' or '.join(ENDINGS)}; choose this ending", path=str(path)
-        )
+    path = check_ending(path, "measurements are", *ENDINGS)
     return write_text(path, measurements_csv(dataset, rotation=rotation, prismatic=prismatic, frame=frame))
 
 
@@ -55,6 +52,8 @@ def measurements_csv(
     """The same text without a file; arguments as in `write_measurements`."""
     columns = dataset.columns(rotation, prismatic)
     if frame is not None:
+        if not frame.isprintable():
+            raise OptionError(f"frame must be a name without line breaks, got {frame!r}", option="frame")
         columns["pose_frame"] = np.full(len(dataset), frame)
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")

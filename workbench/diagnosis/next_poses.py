@@ -20,6 +20,7 @@ from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
 from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.candidate_columns import candidate_columns, carriers
@@ -237,8 +238,21 @@ def _pool(
     arm = problem.frames.placed(arm, data.sessions).in_session(session)
     q = rng.uniform(low, high, (8 * size, data.joints))
     q = q[_about(arm, data.q, q)]
-    q = q[: 2 * size] if measurable is None else q[measurable(q)]
+    q = q[: 2 * size] if measurable is None else q[_measurable(measurable, q)]
     return _unmeasured(data, q[_clear(arm, data.q, q)][:size], arm, session)
+
+
+def _measurable(measurable: Measurable, q: np.ndarray) -> np.ndarray:
+    """Which postures can be measured, as the user's function says."""
+    found = np.asarray(measurable(q))
+    if found.dtype.kind != "b" or found.shape != (len(q),):
+        raise OptionError(
+            f"measurable must return True or False for each of the {len(q)} postures that it is given, got "
+            f"{found.dtype} of shape {found.shape}",
+            option="measurable",
+            found=found,
+        )
+    return found
 
 
 def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:

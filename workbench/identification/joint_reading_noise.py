@@ -28,6 +28,7 @@ from scipy import optimize, special
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
+from workbench.base.errors import ShapeError
 from workbench.base.wording import joint_list
 from workbench.data.observations import Channel
 from workbench.identification.problem import Noise, Problem
@@ -342,3 +343,13 @@ def consistent(components: int) -> float:
         return float((weight * square).mean() - components)
 
     return float(optimize.brentq(off, 0.05, 2.0))
+
+
+def check_joint_noise(noise: Noise | None, joints: int) -> None:
+    """Raise unless noise of joint readings is that of as many joints, or of none."""
+    if noise is not None and len(noise.joints) not in (0, joints):
+        raise ShapeError(
+            f"noise of joint readings must be given for each of the {joints} joints, got {len(noise.joints)}",
+            expected=joints,
+            found=len(noise.joints),
+        )

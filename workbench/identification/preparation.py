@@ -29,6 +29,7 @@ from workbench.identification.instrument_preparation import (
     Seek,
     preparation_of,
 )
+from workbench.identification.joint_reading_noise import check_joint_noise
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.problem_blocks import observed_kinds
@@ -39,6 +40,7 @@ from workbench.identification.rows.row_selection import (
     placed,
     scale_fixing_length,
     unused_observations,
+    without_fitted_rows,
 )
 from workbench.identification.rows.split import AbstractSplit
 from workbench.plate.region import Region
@@ -143,6 +145,7 @@ def prepare(
         held_rows: Numbers of the rows to hold out, in place of drawing them by `choices`.
     """
     robot.check_joints(data.q, data.source)
+    check_joint_noise(choices.noise, robot.dof)
     progress(0.0, "checking the rows")
     complete = with_drivers(robot, checked(robot, data))
     _check_known_places(complete, choices)
@@ -204,21 +207,24 @@ def _choose_rows(
     train, held = (
         hold_out(used, other, choices.seed) if held_rows is None else _hold_out_rows(used, held_rows)
     )
+    held_out_data, again = used.take(held), list[str]()
+    if isinstance(other, Dataset):
+        held_out_data, again = without_fitted_rows(_rows_of_other_file(robot, other, choices.region), used)
+        held_out_data = beside(held_out_data, used)
+    warnings = robot.extrapolation_warnings(used.q, used.row)
     return _Split(
         train_data=used.take(train),
         train_rows=rows[train],
-        held_out_data=beside(_rows_of_other_file(robot, other, choices.region), used)
-        if isinstance(other, Dataset)
-        else used.take(held),
+        held_out_data=held_out_data,
         held_out_rows=rows[held],
         excluded=tuple(excluded),
-        notes=(*data.notes, *unused_observations(data), *robot.extrapolation_warnings(used.q, used.row)),
+        notes=(*data.notes, *unused_observations(data), *warnings, *again),
     )
 
 
 def _free_constants(robot: Robot, data: Dataset, choices: FitChoices) -> tuple[tuple[str, ...], list[str]]:
     """Constants of the arm to identify, without a length that the rows can't determine, and a note on it."""
-    free = tuple(robot.default_free if choices.free is None else choices.free)
+    free = tuple(dict.fromkeys(robot.default_free if choices.free is None else choices.free))
     length = scale_fixing_length(robot, data, free, dict(choices.known))
     if length is None:
         return free, []

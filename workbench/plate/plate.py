@@ -17,6 +17,7 @@ from jaxtyping import Float
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.argument_checks import LengthAndAngle, admit
+from workbench.base.array_checks import as_pose
 from workbench.base.errors import OptionError, ShapeError
 from workbench.base.types import Matrix4, Vector3, frozen
 from workbench.plate.region import Region
@@ -72,7 +73,8 @@ class Target:
 
     @classmethod
     def at(cls, pose: Matrix4, **fields: Any) -> "Target":
-        """The target at a pose of the tool in the robot's base; said: its other fields."""
+        """The target at a pose of the tool in the robot's base; `fields`: its other ones."""
+        pose = as_pose(pose)
         return cls(frozen(pose[:3, 3].copy()), frozen(se3.matrix_to_rpy(pose[:3, :3])), **fields)
 
     @cached_property
@@ -167,7 +169,8 @@ class Plate:
     @cached_property
     def from_anchors(self) -> Float[np.ndarray, "targets anchors 3"]:
         """Unit vectors from a ball-bar's anchors to the targets, in the robot's base."""
-        assert self.anchors is not None
+        if self.anchors is None:
+            raise OptionError(f"plate {self.name} has no anchors of a ball-bar", option="anchors")
         offsets = self.poses[:, None, :3, 3] - se3.apply(self.pose, self.anchors)
         return frozen(offsets / np.linalg.norm(offsets, axis=2, keepdims=True))
 

@@ -10,7 +10,7 @@ import tomli_w
 from workbench.base.argument_checks import Like
 from workbench.base.assets import assets
 from workbench.base.errors import FileError, OptionError
-from workbench.base.files import write_text
+from workbench.base.files import check_ending, write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.region import Region
@@ -149,7 +149,7 @@ def plate_text(plate: Plate) -> str:
 
 def write_plate(plate: Like[Plate], path: Path | str) -> Path:
     """Write a plate's file, whole or not at all."""
-    return write_text(path, plate_text(plate))
+    return write_text(check_ending(path, "a plate is", ".toml"), plate_text(plate))
 
 
 def built_in_plates() -> dict[str, Path]:

@@ -119,6 +119,12 @@ def score(
         seed: Of the mixes of branches that are tried.
     """
     check_place(robot, plate)
+    if evaluation_poses is not None and not (len(evaluation_poses) and np.isfinite(evaluation_poses).all()):
+        raise OptionError(
+            "evaluation_poses must be at least one row of finite joint positions",
+            option="evaluation_poses",
+            found=evaluation_poses,
+        )
     sigma = sigma or usual_sigma(plate)
     names = identified_names(robot, base=base, tool=tool)
     can = measurable(robot, plate)

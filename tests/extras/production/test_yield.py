@@ -299,7 +299,7 @@ def test_nobody_at_the_address(monkeypatch):
 
 
 def test_what_can_not_be_tried(job):
-    with refuses(OptionError, option="--arms", found=0):
+    with refuses(OptionError, option="arms", found=0):
         try_production(job, arms=0)
     few = replace(job, poses=job.poses[:2], q=job.q[:2], constrained=job.constrained[:2], sigma=job.sigma[:2])
     with refuses(DataError, found=2):

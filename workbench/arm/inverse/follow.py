@@ -14,8 +14,9 @@ from workbench.arm.inverse.deflected_arm import refine_deflected
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like, numbers
-from workbench.base.errors import ShapeError
+from workbench.base.argument_checks import Like
+from workbench.base.array_checks import as_pose, numbers
+from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
 
 FOLLOW_STEPS = 40
@@ -75,6 +76,8 @@ def follow(
             expected=robot.dof,
             found=start.size,
         )
+    if not np.isfinite(start).all():
+        raise DataError(f"joint positions to start from must be finite, got {start.tolist()}")
     many = follow_many(robot, as_pose(pose)[None], start[None], task=task, motion=motion)
     return Followed(
         frozen(many.q[0]),
@@ -82,16 +85,6 @@ def follow(
         float(many.position_error[0]),
         float(many.rotation_error[0]),
     )
-
-
-def as_pose(pose: ArrayLike) -> Float[np.ndarray, "4 4"]:
-    """One pose as a 4×4 array, checked."""
-    matrix = numbers(pose, "a pose")
-    if matrix.shape != (4, 4):
-        size = "×".join(map(str, matrix.shape)) or "a single number"
-        found = matrix.shape[-1] if matrix.ndim else 1
-        raise ShapeError(f"a pose is a 4×4 matrix, got {size}", expected=4, found=found)
-    return matrix
 
 
 def follow_many(

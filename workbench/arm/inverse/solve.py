@@ -32,7 +32,7 @@ from workbench.arm.inverse.branch import (
 from workbench.arm.inverse.branch_names import branch_names
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.deflected_arm import deflected_result
-from workbench.arm.inverse.follow import Followed, FollowedMany, as_pose, follow, follow_many
+from workbench.arm.inverse.follow import Followed, FollowedMany, follow, follow_many
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.inverse.solutions import (
     Solutions,
@@ -43,7 +43,8 @@ from workbench.arm.inverse.solutions import (
 )
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like, numbers
+from workbench.base.argument_checks import Like
+from workbench.base.array_checks import as_pose, check_rotations, numbers
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
 
@@ -127,14 +128,8 @@ def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows
         raise ShapeError(f"a pose is a 4×4 matrix, not {poses.shape[1:]}", expected=4, found=poses.shape[-1])
     if not np.isfinite(poses).all():
         raise DataError("a target pose has entries that are not finite numbers; correct it")
-    r = poses[:, :3, :3]
-    off = float(np.abs(np.swapaxes(r, 1, 2) @ r - np.eye(3)).max(initial=0.0))
-    if off > 1e-3 or (np.linalg.det(r) < 0).any():
-        raise DataError(
-            "rotation parts of poses must be orthonormal and right-handed, got one with RᵀR off the "
-            f"identity by {off:.2g}, or that mirrors"
-        )
-    u, _, vt = np.linalg.svd(r)
+    check_rotations(poses[:, :3, :3], "rotation parts of poses")
+    u, _, vt = np.linalg.svd(poses[:, :3, :3])
     clean = np.array(poses, float)
     clean[:, :3, :3] = u @ vt
     return clean
@@ -149,6 +144,14 @@ def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
             f"limits have shape {limits.shape}; '{robot.name}' has {robot.dof} joints: give a pair for each",
             expected=robot.dof,
             found=len(limits) if limits.ndim else 0,
+        )
+    wrong = ~(limits[:, 0] <= limits[:, 1])  # NaN is wrong, too
+    if wrong.any():
+        joint = int(np.argmax(wrong))
+        raise DataError(
+            f"limits of joint {joint + 1} must be the lower and the upper one, got {limits[joint].tolist()}",
+            joint=joint,
+            found=limits[joint],
         )
     return limits
 

@@ -23,7 +23,8 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import effect_columns, shift_of
 from workbench.base import se3
-from workbench.base.argument_checks import Like, numbers
+from workbench.base.argument_checks import Like
+from workbench.base.array_checks import numbers
 from workbench.base.errors import DataError, OptionError, ShapeError
 
 

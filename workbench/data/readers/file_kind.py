@@ -36,10 +36,10 @@ _REFUSED: tuple[tuple[bytes, str], ...] = (
 
 
 def read_bytes(path: Path) -> bytes:
+    if not files.exists(path):
+        raise FileError("no such file: check the path", path=str(path))
     if path.is_dir():
         raise FileError("this is a folder: give one file with measurements", path=str(path))
-    if not path.exists():
-        raise FileError("no such file: check the path", path=str(path))
     data = files.read_bytes(path, wanted="a file with measurements")
     if not data.strip(b"\xef\xbb\xbf\xff\xfe \t\r\n\0"):
         raise FileError("the file is empty: a header line and at least one row are needed", path=str(path))

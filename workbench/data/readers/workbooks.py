@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.wording import listed
 from workbench.data.binary_tables import read_columns, read_workbook, text_of
 from workbench.data.readers.table import Grid, recognised_headings
@@ -56,6 +56,10 @@ def read_parquet(data: bytes, path: Path) -> Grid:
 
 def read_frame(frame: Any) -> Grid:
     """Columns of a pandas or polars frame, known by what they can do; neither library is needed."""
+    names = [str(name) for name in getattr(frame, "columns", ())]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise DataError(f"the data frame has column '{twice}' twice; rename one of them", column=twice)
     try:
         names = list(frame.columns)
         columns = [[text_of(value) for value in frame[name].to_list()] for name in names]

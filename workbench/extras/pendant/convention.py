@@ -68,6 +68,7 @@ def find_convention(robot: Robot, readings: PendantReadings) -> Convention:
     Raises:
         DataError: too few poses, no meaning fits, several do, or the readings are of another arm.
     """
+    robot.check_joints(readings.joints, readings.source)
     if len(readings) < MIN_POSES:
         raise DataError(
             f"{readings.source}: {len(readings)} poses do not determine the convention; read at least "

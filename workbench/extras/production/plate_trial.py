@@ -7,7 +7,7 @@ import numpy as np
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.base.argument_checks import Angle, Length, LengthAndAngle, Like, Seed
-from workbench.base.errors import DataError
+from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
 from workbench.data.accuracy_requirement import Requirement, Wanted
@@ -67,6 +67,11 @@ def try_plate(
         seed: Of everything random.
     """
     check_number(arms)
+    for name, value in (("length", length), ("angle", angle)):
+        if value < 0.0:
+            raise OptionError(f"{name} must be at least 0, got {value:g}", option=name, found=value)
+    if poses < 1:
+        raise OptionError(f"poses must be at least 1, got {poses}", option="poses", found=poses)
     plate = plate if production is None else replace(plate, production=production)
     sigma = sigma or usual_sigma(plate)
     q = planned_joints(robot, plate, sigma)

@@ -195,7 +195,7 @@ def try_production(job: YieldJob, *, arms: int = ARMS, seed: int = 0, scheduler:
 def check_number(arms: int) -> None:
     """Refuse a trial without arms."""
     if arms < 1:
-        raise OptionError(f"--arms must be at least 1, got {arms}", option="--arms", found=arms)
+        raise OptionError(f"arms (--arms) must be at least 1, got {arms}", option="arms", found=arms)
 
 
 def _sources(alone: dict, chunks: list[Chunk]) -> dict[str, tuple[float, float]]:

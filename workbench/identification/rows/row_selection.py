@@ -10,6 +10,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
@@ -62,6 +63,28 @@ def hold_out(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: i
     if isinstance(held_out, tuple):
         return hold_out_sessions(used, held_out)
     return hold_out_share(used, held_out, rng=np.random.default_rng(seed))
+
+
+def without_fitted_rows(held_out: Dataset, fitted: Dataset) -> tuple[Dataset, list[str]]:
+    """Held-out rows of another file without those that are fitted as well, and a note on these.
+
+    Raises:
+        DataError: all of them are fitted; errors on them would be those of the fit.
+    """
+    if held_out.readings is not None or fitted.readings is not None:
+        return held_out, []
+    count, both = len(fitted), fitted.joined(held_out)
+    again = [row - count for first, row in repeated_rows(both) if first < count <= row]
+    if not again:
+        return held_out, []
+    if len(again) == len(held_out):
+        raise DataError(
+            f"{held_out.source}: every held-out row is also fitted; hold out other measurements, or "
+            "a share such as 0.2",
+            row=int(held_out.row[again[0]]),
+        )
+    note = f"{plural(len(again), 'held-out row')} ignored, as the fit uses the same measurements"
+    return held_out.take(np.delete(np.arange(len(held_out)), again)), [note]
 
 
 def hold_out_share(

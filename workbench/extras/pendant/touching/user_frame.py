@@ -170,8 +170,8 @@ def frame(
     given = read_touches(touches, robot)
     if not flange and np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
         raise DataError(
-            f"{robot.name} has no tool: find its tip with 'workbench tcp … --save', or give --tool x,y,z in "
-            "mm (0,0,0 if the flange itself touched)"
+            f"{robot.name} has no tool: find its tip with 'workbench tcp … --save', or give it as --tool "
+            "x,y,z in mm; in Python, give the robot a tool, or flange=True if the flange itself touched"
         )
     at = tips(robot, given.q)
     points = None if cad is None else _drawing(cad)

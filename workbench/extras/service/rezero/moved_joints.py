@@ -84,7 +84,9 @@ def rezero(
     """
     for joint in replaced:
         if not 1 <= joint <= robot.dof:
-            raise OptionError(f"--replaced must be 1–{robot.dof}, got {joint}")
+            raise OptionError(
+                f"replaced joints must be 1 to {robot.dof}, got {joint}", option="replaced", found=joint
+            )
     if tolerance is not None and not min(tolerance) > 0.0:
         raise OptionError(f"the tolerance must be positive, got {tolerance[0]:g} m, {tolerance[1]:g} rad")
     zeros = robot.joint_offsets
