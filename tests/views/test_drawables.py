@@ -9,6 +9,7 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
+from workbench.session.cube_fields import CUBE_FIELDS, AbstractCubeField, CubeValues
 from workbench.session.live_score import PlateTrial
 from workbench.session.state import CubeView, Drag, Focus, Measurements, UndoStep
 from workbench.views.drawables.plate import plate, plate_before
@@ -154,7 +155,23 @@ def test_an_update_leaves_the_rest(session):
     assert sink.made[-1] == "arm/nominal"
 
 
-def test_cubes_follow_a_new_trial(session):
+class TrialErrorField(AbstractCubeField):
+    name = choice = title = meaning = "their trial"
+
+    def values(self, session):
+        return CubeValues.scaled(session.part(PlateTrial).errors)
+
+    def inputs(self, session):
+        return (session.part(PlateTrial),)
+
+
+@pytest.fixture
+def trial_errors():
+    yield CUBE_FIELDS.register(TrialErrorField())
+    CUBE_FIELDS.remove(TrialErrorField.name)
+
+
+def test_cubes_follow_a_new_trial(session, trial_errors):
     """Virtual arms were tried again: the cubes show the new errors without any other change."""
 
     def tried(session, error):
@@ -163,7 +180,7 @@ def test_cubes_follow_a_new_trial(session):
         trial = PlateTrial(session.plate, session.noise, None, 20, 1.0, 0, 0.5, error, errors, "tried")
         return session.with_part(trial)
 
-    shown = session.with_region(view=CubeView(field="yield"))
+    shown = session.with_region(view=CubeView(field=trial_errors.name))
     sink = Notebook()
     sink.draw(on_page(tried(shown, 1e-4)))
     assert sink.there["region/cubes"].shown.sum() == 4
