@@ -34,8 +34,7 @@ def _plugged_in() -> dict:
     """Entry points of names that extras and other packages add to the root."""
     from workbench.base.registry import installed
 
-    ours_last = sorted(installed("workbench.root"), key=lambda entry: entry.value.startswith("workbench."))
-    return {entry.name: entry for entry in ours_last}
+    return {entry.name: entry for entry in reversed(installed("workbench.root"))}
 
 
 def _loaded(entry):

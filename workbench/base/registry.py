@@ -20,7 +20,7 @@ registered again (a notebook cell that runs twice) replaces itself; another one 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from importlib.metadata import EntryPoint, EntryPoints, entry_points
+from importlib.metadata import EntryPoint, entry_points
 from inspect import isabstract
 from threading import RLock
 from typing import Any, TypeVar, final
@@ -38,9 +38,12 @@ def _entry_points() -> Any:
     return entry_points()
 
 
-def installed(group: str) -> EntryPoints:
-    """Entry points of a group: to look through those of all packages takes 20 ms, once."""
-    return _entry_points().select(group=group)
+def installed(group: str) -> list[EntryPoint]:
+    """Entry points of a group, those of our extras first: the first of a name is used.
+
+    To look through those of all packages takes 20 ms, once.
+    """
+    return sorted(_entry_points().select(group=group), key=lambda e: not e.value.startswith("workbench."))
 
 
 BROKEN_PARTS: dict[str, None] = {}
@@ -63,7 +66,7 @@ def plugins(
         what: What a part is called in the warning.
         add: Takes a part and where it comes from, and may refuse it.
     """
-    for entry in sorted(installed(group), key=lambda entry: not _is_own(entry)):  # else others take our names
+    for entry in installed(group):
         try:
             part = entry.load()
             add(part, entry.value)
@@ -74,11 +77,6 @@ def plugins(
             warn_of_broken(f"the {what} '{entry.name}' of {package} ({entry.value})", error)
         else:
             yield entry.name, part
-
-
-def _is_own(entry: EntryPoint) -> bool:
-    """Whether an entry point is of an extra of ours."""
-    return entry.value.startswith("workbench.")
 
 
 @final
@@ -131,10 +129,10 @@ class Registry(Mapping[str, Part]):
 
     def _mistake(self, part: Any) -> str:
         """What is wrong with somebody else's part, as the end of a sentence; empty if nothing is."""
-        kinds = self._kind if isinstance(self._kind, tuple) else (self._kind,)
-        found = attribute_mistake(part, [k for k in kinds if k is not None and issubclass(_type(part), k)])
         if not isinstance(getattr(part, "name", ""), str | property):
             return f"has a name that is no text: {part.name!r}"
+        kinds = self._kind if isinstance(self._kind, tuple) else (self._kind,)
+        found = attribute_mistake(part, [k for k in kinds if k is not None and issubclass(_type(part), k)])
         own = getattr(part, "mistake_of_part", None)
         return found or (own() if callable(own) else "")
 
