@@ -4,7 +4,7 @@ A quaternion in another order, or of the opposite turn, is a rotation all the sa
 millimetres are lengths: only an arm that can't have moved like that gives them away.
 """
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -18,6 +18,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.hand_eye import nearest_rotation
 from workbench.base.units import Quantity, conversion
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 
 WRONG, RIGHT = np.radians(20.0), np.radians(8.0)
@@ -103,6 +104,8 @@ REACH_FACTOR = 20.0
 """Points farther than this many times the reach from the session's median are a mistake of units."""
 SLACK = 0.05
 """How far beyond a limit a joint may be without a note [rad or m]."""
+UNCOMPARED = {"row", "group", "exclude", "reason"}
+"""Columns that tell nothing of what was measured."""
 NO_DIFFERENCE = 1e-6
 """Angles [rad] and lengths [m] below this are no difference."""
 
@@ -126,26 +129,26 @@ def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: f
         return dataset
     refuse_joint_units(dataset.q[dataset.included], limits, dataset.source)
     _refuse_length_units(dataset, reach)
-    notes = _joint_notes(dataset, limits) + _observation_notes(dataset, reach) + _repeat_notes(dataset)
+    dataset = _without_copies(dataset)
+    notes = _joint_notes(dataset, limits) + _observation_notes(dataset, reach)
     return replace(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
 
 
 def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
-    """Pairs (first, again) of rows with equal joints, observation, session and point, in order."""
-    arrays = [dataset.q, dataset.position, dataset.rotation, dataset.markers, dataset.distance]
-    arrays.append(None if dataset.readings is None else dataset.readings.numbers)
-    numbers = np.hstack([a.reshape(len(dataset), -1) for a in arrays if a is not None])
-    numbers = np.ascontiguousarray(numbers + 0.0)  # -0.0 and 0.0 are alike
-    labels = [
-        a.tolist() for a in (dataset.session, dataset.point, dataset.contact, dataset.anchor) if a is not None
-    ]
-    first: dict[tuple, int] = {}
-    pairs = []
-    for row in range(len(dataset)):
-        key = (numbers[row].tobytes(), *(column[row] for column in labels))
-        if (earlier := first.setdefault(key, row)) != row:
-            pairs.append((earlier, row))
-    return pairs
+    """Pairs (first, again) of rows that are equal to the last digit in all that was measured, in order.
+
+    Independent readings at equal joints differ in what was read, in its time, or in what drives an effect.
+    """
+    readings = () if dataset.readings is None else (dataset.readings.numbers,)
+    others = (*(dataset.tilt or {}).values(), *dataset.more.values(), *readings)
+    mine = (getattr(dataset, f.name) for f in fields(dataset) if f.name not in UNCOMPARED)
+    columns = [a for a in (*mine, *others) if isinstance(a, np.ndarray)]
+    numbers = [np.unique(a, return_inverse=True)[1] if a.dtype.kind in "UO" else a for a in columns]
+    whole = np.hstack([a.reshape(len(dataset), -1) for a in numbers]) + 0.0  # -0.0 and 0.0 are alike
+    first: dict[bytes, int] = {}
+    keys = (row.tobytes() for row in np.ascontiguousarray(whole))
+    pairs = [(first.setdefault(key, row), row) for row, key in enumerate(keys)]
+    return [pair for pair in pairs if pair[0] != pair[1]]
 
 
 def refuse_joint_units(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"], source: str) -> None:
@@ -257,13 +260,15 @@ def _observation_notes(dataset: Dataset, reach: float) -> list[str]:
     return notes
 
 
-def _repeat_notes(dataset: Dataset) -> list[str]:
-    """One sentence on equal rows, if any."""
-    if any(" repeats data row " in note for note in dataset.notes):
-        return []  # the reader has said it
-    pairs = [(a, b) for a, b in repeated_rows(dataset) if dataset.included[[a, b]].all()]
-    if not pairs:
-        return []
-    first, again = (int(dataset.row[i]) for i in pairs[0])
-    more = f", and {len(pairs) - 1} more" if len(pairs) > 1 else ""
-    return [f"data row {again} repeats data row {first}{more}: repeats without any noise are copies"]
+def _without_copies(dataset: Dataset) -> Dataset:
+    """The rows, with those kept out that repeat another to the last digit: they carry no information."""
+    included = np.flatnonzero(dataset.included)
+    pairs = included[np.array(repeated_rows(dataset.take(included)), np.int64).reshape(-1, 2)]
+    if not len(pairs):
+        return dataset
+    exclude = ~dataset.included
+    reason = np.full(len(dataset), "", object) if dataset.reason is None else dataset.reason.astype(object)
+    for first, again in pairs.tolist():
+        exclude[again], reason[again] = True, f"repeats data row {dataset.row[first]} to the last digit"
+    note = f"{plural(len(pairs), 'duplicate row')} ignored"
+    return replace(dataset, exclude=exclude, reason=reason.astype(str), notes=(*dataset.notes, note))
