@@ -14,7 +14,7 @@ from workbench.arm.chain import Axis, Element
 from workbench.arm.robot import Joint, JointKind, Robot
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.base.assets import built_in_robots
-from workbench.base.errors import FileError, MissingExtraError, OptionError
+from workbench.base.errors import FileError, MissingExtraError, OptionError, RobotError
 
 ORDER = (Axis.TX, Axis.TY, Axis.TZ, Axis.RZ, Axis.RY, Axis.RX)
 """Joints of the substitute: x y z [m], yaw pitch roll [rad]."""
@@ -78,14 +78,25 @@ def _built_in(path: Path) -> Robot:
     return read_toml(path)
 
 
-def save_robot(robot: Robot, path: Path | str) -> Path:
-    """Write a robot in the format of the file's extension: `.toml`, or `.urdf` for what it can represent."""
+def save_robot(robot: Robot, path: Path | str, *, force: bool = False) -> Path:
+    """Write a robot in the format of the file's extension: `.toml`, or `.urdf` for what it can represent.
+
+    Raises:
+        RobotError: its calibration says that such a file should not be used, and `force` is not given.
+    """
     path = check_robot_file(path)
+    if not force and (reason := refusal(robot, path.suffix)):
+        raise RobotError(f"{path} is not written: {reason}")
     if path.suffix.lower() == ".toml":
         return write_toml(robot, path)
     from workbench.arm.urdf_writer import write_urdf
 
     return write_urdf(robot, path)
+
+
+def refusal(robot: Robot, ending: str) -> str:
+    """Why a file of a calibrated arm should not be used, by its ending; empty if it may."""
+    return "" if robot.calibration is None else robot.calibration.refused.get(ending[1:].upper(), "")
 
 
 def check_robot_file(path: Path | str) -> Path:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, NoReturn
 import typer
 
 import workbench as wb
-from workbench.base.errors import DataError, OptionError, UnitError
+from workbench.base.errors import DataError, OptionError, UnitError, WorkbenchError
 from workbench.base.progress import running
 from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
@@ -354,11 +354,15 @@ def check_writable(*files: Path | None, folder: Path | None = None) -> None:
         check_writable(folder, folder=True)
 
 
-def save_robot(arm, path: Path) -> Path:
-    """Write a robot in the form given by the file's extension."""
+def save_robot(arm, path: Path, *, force: bool = False) -> Path:
+    """Write a robot in the form given by the file's extension; fail where its calibration says not to."""
+    from workbench.arm.built_in_arms import refusal
+
+    if not force and (reason := refusal(arm, path.suffix)):
+        fail(f"{reason}; {path} is not written")
     if path.suffix.lower() == ".urdf" and arm.sessions:
         say(f"note: a URDF has one base; {path} does not contain those of {len(arm.sessions)} sessions")
-    return arm.save(path)
+    return arm.save(path, force=force)
 
 
 def check_robot_file(path: Path | None) -> None:
@@ -367,6 +371,16 @@ def check_robot_file(path: Path | None) -> None:
 
     if path is not None:
         check(path)
+
+
+def describe(what: str, do: Callable[[], object]) -> None:
+    """Show or write what describes a result that is saved already; a mistake in it costs one warning."""
+    try:
+        do()
+    except (WorkbenchError, OSError):
+        raise
+    except Exception as error:
+        say_notes([f"the {what} could not be made ({type(error).__name__}: {error})"])
 
 
 def fail(sentence: str) -> NoReturn:

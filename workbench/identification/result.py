@@ -22,6 +22,7 @@ from workbench.identification.errors.row_errors import (
     degradation_warning,
     errors_frame,
     explains_little,
+    refusal,
     residuals_frame,
 )
 from workbench.identification.errors.saved_arm import SavedArm
@@ -129,6 +130,16 @@ class Run(AbstractShown):
         if not self.saved.events or self.new_sessions:
             return judged(self)
         return SavedArm(self.as_measured, self.fit.problem.data).errors(self.judging, self.places)
+
+    @cached_property
+    def file_errors(self) -> dict[str, Errors]:
+        """Errors of each format's arm on the judging rows.
+
+        A format is omitted where its error is unknown: held-out sessions without any fitted row.
+        """
+        if self.new_sessions:
+            return {"TOML": judged(self)}
+        return SavedArm(self.as_measured, self.fit.problem.data).format_errors(self.judging, self.places)
 
     @property
     def places(self) -> dict[str, float]:
@@ -265,10 +276,23 @@ class Identification(AbstractReported):
         others = (run for run in self.runs.values() if run is not best and not run.agrees_with(best))
         return [(run.fit.title, run) for run in (best, *others)]
 
-    @property
+    @cached_property
     def robot(self) -> Robot:
-        """The calibrated arm of the best run."""
-        return self.best.calibrated
+        """The calibrated arm of the best run, with the reasons on record not to use its files."""
+        arm = self.best.calibrated
+        if arm.calibration is None:
+            return arm
+        return replace(arm, calibration=replace(arm.calibration, refused=self.refused(self.best)))
+
+    def refused(self, run: Run) -> dict[str, str]:
+        """Why a file of a run's arm should not be used, by format; without those that may."""
+        held = run.judging is run.held_out_data
+        rows, shown = self.nominal_rows[held], run.judging
+        if not run.new_sessions:
+            rows = rows.take(run.saved.is_valid_for(shown))
+        nominal, reach = Errors.of(rows), self.nominal_robot.reach
+        found = {name: refusal(errors, nominal, reach) for name, errors in run.file_errors.items()}
+        return {name: f"the {name} is {text}" for name, text in found.items() if text}
 
     @property
     def error(self) -> BeforeAfter:

@@ -188,6 +188,42 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
     return found.main.rms > max(limit, unit * SUSPICIOUS_FLOOR)
 
 
+MAX_SHARE_OF_REACH, MAX_TURN = 0.01, 3.0
+"""Mean errors beyond this share of the reach, or this angle [deg], are of no calibrated arm."""
+WORSE_RATIO, NOTHING = 1.05, 1e-6
+"""A channel whose mean rises by more than this ratio is worse; errors below this [mm or deg] are none."""
+
+
+def refusal(found: Errors, nominal: Errors, reach: float) -> str:
+    """Why a model should not be used, as the end of a sentence; empty if it may.
+
+    It is off further than any calibrated arm, worse than the nominal arm, or no better.
+
+    Args:
+        found: Its errors.
+        nominal: Errors of the nominal arm on the same rows.
+        reach: Reach of the arm [m].
+    """
+    if found.own is not None:
+        return ""  # readings in a unit of their own decide themselves what may be identified
+    kinds = (
+        ("position_mm", " mm", 1e3 * MAX_SHARE_OF_REACH * reach),
+        ("orientation_deg", "°", MAX_TURN),
+        ("tilt_deg", "°", MAX_TURN),
+    )
+    pairs = [(getattr(nominal, name), getattr(found, name), unit, limit) for name, unit, limit in kinds]
+    known = [(b.mean, a.mean, u, limit) for b, a, u, limit in pairs if b and a and np.isfinite(a.mean)]
+    for _, after, unit, limit in known:
+        if after > limit:
+            return f"off by {after:.3g}{unit} on average, more than any calibrated arm ({limit:.3g}{unit})"
+    rises = [(before, after, unit) for before, after, unit, _ in known if after > max(before, NOTHING)]
+    worse = [rise for rise in rises if rise[1] > WORSE_RATIO * rise[0] + NOTHING]
+    if worse or (rises and len(rises) == len(known)):
+        before, after, unit = max(worse or rises, key=lambda rise: rise[1] / max(rise[0], NOTHING))
+        return f"no better than nominal: {after:.4g}{unit} on average, nominal {before:.4g}{unit}"
+    return ""
+
+
 UNKNOWN = Errors(Spread.of(np.zeros(0)), None)
 """Placeholder for errors that could not be computed."""
 
