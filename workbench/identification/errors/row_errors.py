@@ -190,14 +190,14 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
 
 MAX_SHARE_OF_REACH, MAX_TURN = 0.01, 3.0
 """Mean errors beyond this share of the reach, or this angle [deg], are of no calibrated arm."""
-WORSE_RATIO, NOTHING = 1.05, 1e-6
+WORSE_RATIO, NOTHING = 1.02, 1e-6
 """A channel whose mean rises by more than this ratio is worse; errors below this [mm or deg] are none."""
 
 
 def refusal(found: Errors, nominal: Errors, reach: float) -> str:
     """Why a model should not be used, as the end of a sentence; empty if it may.
 
-    It is off further than any calibrated arm, worse than the nominal arm, or no better.
+    It is off further than any calibrated arm, or worse than the nominal arm.
 
     Args:
         found: Its errors.
@@ -216,11 +216,9 @@ def refusal(found: Errors, nominal: Errors, reach: float) -> str:
     for _, after, unit, limit in known:
         if after > limit:
             return f"off by {after:.3g}{unit} on average, more than any calibrated arm ({limit:.3g}{unit})"
-    rises = [(before, after, unit) for before, after, unit, _ in known if after > max(before, NOTHING)]
-    worse = [rise for rise in rises if rise[1] > WORSE_RATIO * rise[0] + NOTHING]
-    if worse or (rises and len(rises) == len(known)):
-        before, after, unit = max(worse or rises, key=lambda rise: rise[1] / max(rise[0], NOTHING))
-        return f"no better than nominal: {after:.4g}{unit} on average, nominal {before:.4g}{unit}"
+    for before, after, unit, _ in known:
+        if after > WORSE_RATIO * before + NOTHING:
+            return f"worse than nominal: {after:.4g}{unit} on average, nominal {before:.4g}{unit}"
     return ""
 
 
