@@ -19,6 +19,7 @@ from workbench.base.frames import data_frame
 from workbench.base.types import frozen
 from workbench.data.column_checks import JOINTS, ROWS, as_numbers, check_shape, checked_column
 from workbench.data.known_columns import known_columns
+from workbench.data.orientations import WrittenOrientation
 from workbench.data.readings import AbstractReadings
 from workbench.data.rotation_form import RotationForm
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Labels = np.ndarray  # one string a row
-NOT_PER_ROW = {"tilt", "more", "readings", "source", "notes", "is_of_later", "joint_units"}
+NOT_PER_ROW = {"tilt", "more", "readings", "written", "source", "notes", "is_of_later", "joint_units"}
 UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", *(NOT_PER_ROW - {"tilt", "readings"})}
 """What is not named where a table is printed."""
 SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
@@ -64,6 +65,7 @@ class Dataset:
         wrench: [f; τ] that pulls at the tool from outside, in the axes of the robot's gravity [N, N m].
         more: Columns of other packages, by name (`base/columns.py`).
         readings: What an instrument of another package saw.
+        written: The file's own numbers of the orientation; None where it is known what they mean.
         exclude: Rows that the file keeps out.
         reason: Why, for such rows.
         source: Where the rows came from, for messages.
@@ -94,6 +96,7 @@ class Dataset:
     wrench: Float[np.ndarray, "rows 6"] | None = None
     more: Mapping[str, np.ndarray] = field(default_factory=dict)
     readings: AbstractReadings | None = None
+    written: WrittenOrientation | None = None
     exclude: Bool[np.ndarray, " rows"] | None = None
     reason: Labels | None = None
     source: str = "data"
@@ -244,7 +247,7 @@ class Dataset:
                 value = frozen(value[rows])
             elif name in ("tilt", "more") and value:
                 value = {key: frozen(values[rows]) for key, values in value.items()}
-            elif name == "readings" and value is not None:
+            elif name in ("readings", "written") and value is not None:
                 value = value.take(rows)
             object.__setattr__(taken, name, value)
         return taken
@@ -299,8 +302,13 @@ class Dataset:
         columns["row"] = np.concatenate([self.row, other.row + 1 + self.row.max(initial=-1)])
         sizes = len(self), len(other)
         tilt = _stacked_by_name(self.tilt or {}, other.tilt or {}, sizes)
+        written = None if self.written is None else self.written.joined(other.written)
         return replace(
-            self, **columns, tilt=tilt or None, more=_stacked_by_name(self.more, other.more, sizes)
+            self,
+            **columns,
+            written=written,
+            tilt=tilt or None,
+            more=_stacked_by_name(self.more, other.more, sizes),
         )
 
 
