@@ -58,7 +58,6 @@ def identify(
         raise OptionError("give --robot; it may be omitted only for rows with tool poses instead of joints")
     out.check()
     page = None if out.report is None else page_of("Identification")
-    fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
     with opt.progress_bar("identify"):
         run = wb.identify(
@@ -131,7 +130,6 @@ def diagnose(
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     out.check()
     page = None if out.report is None else page_of("Diagnosis")
-    fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
     with opt.progress_bar("diagnose"):
         run = wb.diagnose(arm, rows, choices)
@@ -177,6 +175,7 @@ def evaluate(
     robot: opt.RobotOption,
     files: opt.FileOptions,
     frames: Annotated[str, option("given: fit nothing; fit: fit only base and tool.")] = "given",
+    reading: opt.ReadingOption = "auto",
     json: opt.JsonOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements, without fitting the arm."""
@@ -186,7 +185,7 @@ def evaluate(
     fit_frames = opt.fits_frames(frames)
     arm = wb.load_robot(robot)
     opt.check_writable(json)
-    found = wb.evaluate(arm, files.read(data, arm), fit_frames=fit_frames)
+    found = wb.evaluate(arm, files.read(data, arm), fit_frames=fit_frames, reading=reading)
     opt.show(table.evaluation_tables(found))
     opt.write_result(json, reports.evaluation_json(found))
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, NoReturn
 import typer
 
 import workbench as wb
-from workbench.base.errors import DataError, OptionError, UnitError, WorkbenchError
+from workbench.base.errors import OptionError, UnitError, WorkbenchError
 from workbench.base.progress import running
 from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
@@ -65,6 +65,9 @@ WantedOption = Annotated[str | None, option('Required error of every pose: "0.3m
 TipOption = Annotated[str | None, option("Last link of the chain, for a URDF with several end links.")]
 SchedulerOption = Annotated[
     str | None, option("Dask scheduler, such as tcp://host:8786; else this machine's cores.")
+]
+ReadingOption = Annotated[
+    str, option("What the rows mean: auto; found: accept signs, zeros, couplings, order; given.")
 ]
 SeedOption = Annotated[int, option("Seed of the random numbers.")]
 
@@ -145,20 +148,11 @@ class FitOptions:
     levelled: Annotated[
         bool, option("--levelled", "The measuring frame's z axis is vertical: a levelled instrument.")
     ] = False
+    reading: ReadingOption = "auto"
     seed: SeedOption = 0
     force: Annotated[
         bool, option("--force", "Continue although the rows fit another arm; save implausible results.")
     ] = False
-
-    def check_same_arm(self, arm, rows) -> None:
-        """Refuse rows that clearly belong to another arm, unless --force is given."""
-        from workbench.data.plausibility import checked
-        from workbench.identification.checks.arm_match import arm_match
-
-        arm.check_joints(rows.q, rows.source)
-        found = arm_match(arm, checked(arm, rows))
-        if found.is_foreign and not self.force:
-            raise DataError(f"{found.text}; {found.remedy}, or --force to continue anyway")
 
     def choices(self, arm, files: FileOptions):
         """These choices in SI."""
@@ -172,6 +166,7 @@ class FitOptions:
             region=None if self.region is None else wb.load_plate(self.region).region,
             noise=None if self.noise is None else noise_of(self.noise),
             levelled=self.levelled,
+            reading="given" if self.force else self.reading,
             seed=self.seed,
         )
 

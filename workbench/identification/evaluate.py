@@ -1,7 +1,5 @@
 """Evaluation: errors of a given model on data, without fitting."""
 
-import numpy as np
-
 import workbench.identification.report.table  # noqa: F401 how results are shown
 from workbench.arm.robot import Robot
 from workbench.base.argument_checks import Like
@@ -10,23 +8,27 @@ from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.data.plausibility import checked
-from workbench.identification.checks.arm_match import MISREAD_MISFIT, arm_match
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import choose_frames
+from workbench.identification.meaning.as_read import ReadAs, as_read
 from workbench.identification.result import Evaluation
 from workbench.plate.argument_types import checked_arguments
 
 
 @checked_arguments()
 @one_thread()
-def evaluate(robot: Like[Robot], data: Like[Dataset], *, fit_frames: bool = False) -> Evaluation:
+def evaluate(
+    robot: Like[Robot], data: Like[Dataset], *, fit_frames: bool = False, reading: ReadAs | str = ReadAs.AUTO
+) -> Evaluation:
     """Errors of a given model; nothing is fitted, or only base and tool.
 
     Args:
         robot: A nominal or calibrated arm.
         data: Measurements; rows that the file excludes are left out.
         fit_frames: Whether base and tool are fitted where the robot's file does not say they are fixed.
+        reading: What rows mean that fit far better in another reading, as in `FitChoices`.
     """
+    data = as_read(robot, data, reading)
     robot.check_joints(data.q, data.source)
     data = with_drivers(robot, checked(robot, data))
     notes = list(data.notes)
@@ -38,8 +40,4 @@ def evaluate(robot: Like[Robot], data: Like[Dataset], *, fit_frames: bool = Fals
         choice = choose_frames(robot, used, free=())
         robot, notes = choice.robot, [*notes, *choice.notes]
     errors = row_errors(robot, used)
-    misses = errors.position[np.isfinite(errors.position)]
-    if len(misses) and np.median(misses) > MISREAD_MISFIT * robot.reach:
-        match = arm_match(robot, used)
-        notes[:0] = [f"{match.text}; {match.remedy}"] if match.is_foreign else []
     return Evaluation(robot, used, errors, tuple(notes))

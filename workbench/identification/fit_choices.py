@@ -1,15 +1,17 @@
 """Choices for a fit, for identification and diagnosis: rows, frames, free constants, noise."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
+from workbench.arm.robot import Robot
 from workbench.base.argument_checks import Given, Reading, Seed, accept, admit, pair_of, share_of
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.identification.frames import Sessions
+from workbench.identification.meaning.as_read import ReadAs, as_read
 from workbench.identification.problem import Noise
 from workbench.plate.plate import Plate
 from workbench.plate.region import Region
@@ -84,6 +86,9 @@ class FitChoices:
         levelled: Whether the z axis of the measuring frame is vertical, so that the base's orientation in it
             gives the direction of gravity.
         known: Known places of anchors or contacts [m], such as `anchor[A].x`.
+        reading: What rows mean that fit far better in another reading: `auto` applies conventions of
+            orientation and refuses other signs, zeros, couplings, orders and units; `found` applies these,
+            too; `given` takes the rows as they are.
         seed: Chooses the held-out rows (and the folds of a diagnosis).
     """
 
@@ -95,10 +100,21 @@ class FitChoices:
     noise: Noise | None = None
     levelled: bool = False
     known: Mapping[str, float] = field(default_factory=dict)
+    reading: ReadAs | str = ReadAs.AUTO
     seed: Seed = 0
 
     def __post_init__(self):
         admit(self)
+
+
+def choices_as_read(robot: Robot, choices: FitChoices) -> FitChoices:
+    """The choices with the rows of another file, if those are held out, in the reading that is theirs."""
+    held = choices.held_out
+    return (
+        replace(choices, held_out=as_read(robot, held, choices.reading))
+        if isinstance(held, Dataset)
+        else choices
+    )
 
 
 class ChoiceFields(TypedDict, total=False):
@@ -112,6 +128,7 @@ class ChoiceFields(TypedDict, total=False):
     noise: Noise | tuple[float, float] | float | str | None
     levelled: bool
     known: Mapping[str, float]
+    reading: ReadAs | str
     seed: int
 
 

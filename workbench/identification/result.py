@@ -14,7 +14,7 @@ from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
-from workbench.identification.checks.arm_match import RIVAL_MISFIT, ArmMatch, arm_match
+from workbench.identification.checks.arm_match import ArmMatch, arm_match
 from workbench.identification.errors.expected_error import WARNING_RATIO, Transfer, transfer, transfer_note
 from workbench.identification.errors.row_errors import (
     Errors,
@@ -28,6 +28,7 @@ from workbench.identification.errors.row_errors import (
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import MAX_NAMED_ROWS, Fit
 from workbench.identification.instrument_preparation import AbstractIdentifiability
+from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.excluded_outliers import suspect_note
@@ -291,7 +292,8 @@ class Identification(AbstractReported):
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
         nominal, reach = Errors.of(rows), self.nominal_robot.reach
-        found = {name: refusal(errors, nominal, reach) for name, errors in run.file_errors.items()}
+        count = len(rows.position)
+        found = {name: refusal(e, nominal, reach, rows=count) for name, e in run.file_errors.items()}
         return {name: f"the {name} is {text}" for name, text in found.items() if text}
 
     @property
@@ -313,7 +315,7 @@ class Identification(AbstractReported):
     def match(self) -> ArmMatch | None:
         """Match between rows and nominal arm; None if its errors are too small for a check."""
         errors = judged(self.nominal).position_mm
-        suspicious = errors.median > 1e3 * RIVAL_MISFIT * self.nominal_robot.reach
+        suspicious = errors.median > 1e3 * FITS * self.nominal_robot.reach
         return arm_match(self.nominal_robot, self.data) if suspicious else None
 
     def to_frame(self) -> "DataFrame":

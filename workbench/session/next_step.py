@@ -14,8 +14,6 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.wording import capital, plural
 from workbench.data.dataset import Dataset
-from workbench.data.readers.layouts import PLAIN
-from workbench.data.readers.mapping import with_headings_corrected
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.checks.arm_match import ArmMatch
 from workbench.identification.errors.row_errors import RowErrors
@@ -208,11 +206,9 @@ def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
     if match.joints[0] == match.joints[1]:
         anyway = Action("Identify anyway", Tab.CALIBRATE, Identify(anyway=True))
     change = _change_to(match)
-    if match.headings and file is not None and file.preview.layout == PLAIN:
-        mapping = with_headings_corrected(file.preview, match.headings).encode()
-        change = Action(
-            "Read with corrected headings", Tab.MEASURE, LoadData(file.name, file.content, mapping)
-        )
+    if match.has_reading and file is not None:
+        read_so = LoadData(file.name, file.content, file.mapping, accept=True)
+        change = Action("Read so", Tab.MEASURE, read_so)
     return NextStep(f"{capital(match.text)}.", Tone.BAD, change, anyway)
 
 

@@ -190,11 +190,12 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
 
 MAX_SHARE_OF_REACH, MAX_TURN = 0.01, 3.0
 """Mean errors beyond this share of the reach, or this angle [deg], are of no calibrated arm."""
-WORSE_RATIO, NOTHING = 1.02, 1e-6
-"""A channel whose mean rises by more than this ratio is worse; errors below this [mm or deg] are none."""
+CHANCE, NOTHING = 0.5, 1e-6
+"""A channel is worse if its mean rises by more than this over the root of the number of rows, as it may by
+chance where the nominal arm is exact; errors below the second [mm or deg] are none."""
 
 
-def refusal(found: Errors, nominal: Errors, reach: float) -> str:
+def refusal(found: Errors, nominal: Errors, reach: float, *, rows: int) -> str:
     """Why a model should not be used, as the end of a sentence; empty if it may.
 
     It is off further than any calibrated arm, or worse than the nominal arm.
@@ -203,6 +204,7 @@ def refusal(found: Errors, nominal: Errors, reach: float) -> str:
         found: Its errors.
         nominal: Errors of the nominal arm on the same rows.
         reach: Reach of the arm [m].
+        rows: Their number.
     """
     if found.own is not None:
         return ""  # readings in a unit of their own decide themselves what may be identified
@@ -217,7 +219,7 @@ def refusal(found: Errors, nominal: Errors, reach: float) -> str:
         if after > limit:
             return f"off by {after:.3g}{unit} on average, more than any calibrated arm ({limit:.3g}{unit})"
     for before, after, unit, _ in known:
-        if after > WORSE_RATIO * before + NOTHING:
+        if after > (1.0 + CHANCE / np.sqrt(rows)) * before + NOTHING:
             return f"worse than nominal: {after:.4g}{unit} on average, nominal {before:.4g}{unit}"
     return ""
 

@@ -1,10 +1,11 @@
 """Lower bounds of a reading's misfit in closed form, for many candidates at once.
 
-For the right joints the arm's p + R z, with the unknown point z of the tool, is an affine image of the measured
-points, whatever the base. Project [P, 1] out of all rows once; one 3 × 3 solve a candidate then gives z and what
-is left. The affine image itself shows the unit of length (its singular values) and left-handed axes (its
-determinant). For orientations the Gram matrix ⟨R_i, R_j⟩ = 1 + 2 cos θ_ij knows neither base nor tool, so that
-joints and conventions separate: all pairs of both meet in one product of matrices.
+For the right joints the arm's p + R z, with the unknown point z of the tool, is an affine image of the
+measured points, whatever the base. Project [P, 1] out of all rows once; one 3 × 3 solve a candidate then
+gives z and what is left. The affine image itself shows the unit of length (its singular values) and
+left-handed axes (its determinant). For orientations the Gram matrix ⟨R_i, R_j⟩ = 1 + 2 cos θ_ij knows
+neither base nor tool, so that joints and conventions separate: all pairs of both meet in one product of
+matrices.
 """
 
 import numpy as np

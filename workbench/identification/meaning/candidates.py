@@ -1,8 +1,8 @@
 """What joint columns may mean: families of joints = W q + o, each complete.
 
-W holds signs, order and couplings of the columns in one matrix, o the zeros. A pendant's joint 3 that counts from
-the horizontal is a coupling of parallel neighbours, a wrist differential one of the last two. The zeros of the
-first and of the last joint belong to base and tool and are never candidates.
+W holds signs, order and couplings of the columns in one matrix, o the zeros. A pendant's joint 3 that
+counts from the horizontal is a coupling of parallel neighbours, a wrist differential one of the last two.
+The zeros of the first and of the last joint belong to base and tool and are never candidates.
 """
 
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
 
 SIGN, COUPLING, ORDER, ZERO, FREE_ZERO = 0.6, 1.0, 1.5, 0.8, 0.6
-"""Complexity of an inverted joint, a coupling, an exchange, a zero off by quarter turns, and one by any angle."""
+"""Complexity of an inverted joint, a coupling, an exchange, a zero off by quarter turns, one by any angle."""
 PARALLEL = 0.995
 """Minimum cosine between the axes of parallel neighbours."""
 QUARTER, GRID = np.pi / 2, np.pi / 6

@@ -1,6 +1,6 @@
 """A reading: one hypothesis about what the rows of a file mean, and how well it fits."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -14,6 +14,8 @@ from workbench.identification.meaning.bounds import WEIGHT
 
 FITS, FITS_TURN = 0.02, float(np.radians(5.0))
 """Misfit as a share of the reach, and of orientations [rad], beyond which rows don't belong to an arm."""
+FOREIGN_MISFIT = 0.12
+"""Share of the reach beyond which rows that no reading explains are of no such arm."""
 NARROW = 0.05
 """Maximum misfit of a changed reading as a share of how far the rows move the arm."""
 GOOD, EXOTIC = 0.006, 3.5
@@ -29,7 +31,7 @@ class Reading:
         w: Columns of q to joints.
         zero: Zeros [rad or m].
         scale: Factor of positions.
-        mirrored: Whether x, y, z are left-handed.
+        axes: Axes of positions, which are columns x, y, z times this: exchanged or inverted ones.
         inverse: Whether poses are of the base in the tool.
         orientation: Convention of the orientation columns, in words; empty as declared.
         rotations: Orientations of the rows, read so; None without.
@@ -45,7 +47,7 @@ class Reading:
     w: Float[np.ndarray, "n m"]
     zero: Float[np.ndarray, " n"]
     scale: float = 1.0
-    mirrored: bool = False
+    axes: Float[np.ndarray, "3 3"] = field(default_factory=lambda: np.eye(3))
     inverse: bool = False
     orientation: str = ""
     rotations: Float[np.ndarray, "rows 3 3"] | None = None
@@ -67,11 +69,22 @@ class Reading:
         return float(np.hypot(self.position / self.robot.reach, WEIGHT * np.nan_to_num(self.rotation)))
 
     @property
+    def mirrored(self) -> bool:
+        """Whether x, y, z are left-handed."""
+        return bool(np.linalg.det(self.axes) < 0.0)
+
+    @property
     def moves_otherwise(self) -> bool:
         """Whether joints or frames are read otherwise than the headings say, beyond a unit."""
-        eye = np.eye(*self.w.shape)
         unit = self.w[0, 0] if self.w[0, 0] > 0.0 else 1.0
-        return self.inverse or self.mirrored or bool(self.zero.any()) or not np.allclose(self.w, unit * eye)
+        other = self.inverse or self.mirrored or bool(self.zero.any())
+        return other or not np.allclose(self.w, unit * np.eye(*self.w.shape))
+
+    @property
+    def only_zeros(self) -> bool:
+        """Whether nothing but zeros of joints is read otherwise."""
+        frames = self.inverse or self.mirrored or self.scale != 1.0
+        return not frames and np.array_equal(self.w, np.eye(*self.w.shape))
 
     @property
     def is_plain(self) -> bool:
@@ -109,7 +122,7 @@ class Reading:
         """The rows of a file, read so; their own base and tool are to be found."""
         position = data.position
         if position is not None:
-            position = position * self.scale * ([1.0, 1.0, -1.0] if self.mirrored else [1.0, 1.0, 1.0])
+            position = self.scale * position @ self.axes
         rotation = self.rotations if self.rotations is not None else data.rotation
         if self.inverse and position is not None and rotation is not None:
             rotation = np.swapaxes(rotation, -1, -2)

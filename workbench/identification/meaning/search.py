@@ -1,15 +1,15 @@
 """One search over what rows mean: B_i = X A(W q_i + o) Z with base X and tool Z free.
 
 Families of readings come in a fixed order, each complete before anything is said: as given, orientation
-conventions, signs and couplings, other built-in arms, orders, zeros, several of these. Closed-form bounds rank
-all candidates of a family; the best are placed. The plain reading stands unless another is clearly better, and
-no changed reading is claimed from rows that hardly move the arm.
+conventions, signs and couplings, other built-in arms, orders, zeros, several of these. Closed-form bounds
+rank all candidates of a family; the best are placed. The plain reading stands unless another is clearly
+better, and no changed reading is claimed from rows that hardly move the arm.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import permutations
+from itertools import combinations, permutations
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -34,7 +34,15 @@ from workbench.identification.meaning.bounds import (
     turn_bounds,
 )
 from workbench.identification.meaning.candidates import TURN, Candidates, Families
-from workbench.identification.meaning.reading import FITS, GOOD, NARROW, Reading, flange_poses
+from workbench.identification.meaning.reading import (
+    FITS,
+    FITS_TURN,
+    FOREIGN_MISFIT,
+    GOOD,
+    NARROW,
+    Reading,
+    flange_poses,
+)
 from workbench.identification.problem import FrameFreedom, Problem
 
 MIN_ROWS = 6
@@ -52,7 +60,10 @@ SNAP = float(np.radians(4.0))
 """Zeros nearer to a quarter turn are one."""
 FEW_POINTS = 20
 """Points without orientations below which partly right readings fit, too."""
+GLANCE = 0.02
+"""Maximum difference of scales from 1, and of orientations [rad], of rows that fit at a glance."""
 STILL = float(np.radians(0.5))
+"""Columns that move less don't move."""
 LENGTHS = {1e-3: "mm labelled m", 1e3: "m labelled mm", 0.0254: "inch labelled m", 1e-2: "cm labelled m",
            25.4: "inch labelled mm", 10.0: "cm labelled mm", 0.1: "mm labelled cm"}  # fmt: skip
 UNIT, HANDED, INVERSE, USUAL, RARE = 1.0, 2.0, 1.5, 0.3, 0.8
@@ -73,6 +84,7 @@ class Meaning:
         blind: Readings of the same points, whose orientations or handedness differ.
         open: Readings that these rows can't tell from it.
         tried: Number of candidates by family; empty if the rows fit as given.
+        turned: The joints as given with another convention of orientations that is clearly theirs, if any.
     """
 
     best: Reading
@@ -82,6 +94,7 @@ class Meaning:
     blind: tuple[str, ...] = ()
     open: tuple[str, ...] = ()
     tried: dict[str, int] = field(default_factory=dict)
+    turned: Reading | None = None
 
     @property
     def is_found(self) -> bool:
@@ -197,6 +210,8 @@ class Search:
         """A reading with base, tool, unit of length, handedness and convention, and its misfit."""
         flange = reading.flange(self.data.q)
         reading = self._scaled(reading, flange)
+        if reading.mirrored and among and np.array_equal(reading.w, np.eye(len(reading.w))):
+            return min((self._aligned(r, among[0]) for r in _axes_exchanged(reading)), key=lambda r: r.score)
         if not among or reading.mirrored:
             return self._aligned(reading, None)
         base = nearest_rotation(affine_map(flange, self.points).T)
@@ -215,9 +230,8 @@ class Search:
             return reading  # visits to one place know neither
         if np.linalg.det(linear) < 0.0 and size[2] > 0.5 * size[0]:
             text = "x, y, z are left-handed: two exchanged, or one inverted"
-            reading = replace(
-                reading, mirrored=True, cost=reading.cost + HANDED, changes=(*reading.changes, text)
-            )
+            changes, axes = (*reading.changes, text), np.diag([1.0, 1.0, -1.0])
+            reading = replace(reading, axes=axes, cost=reading.cost + HANDED, changes=changes)
         unit = min(LENGTHS, key=lambda s: abs(np.log(s / scale)))
         if abs(np.log(scale)) < 1.0 or abs(np.log(unit / scale)) > 0.3:
             return reading
@@ -254,6 +268,33 @@ class Search:
         """The rows as given, in the declared convention."""
         return self.place(Reading.plain(self.robot), self.conventions[:1])
 
+    @property
+    def turned(self) -> Reading | None:
+        """The second reading, plain but for its orientations, if these are clearly better so."""
+        if len(self.found) < 2 or not self.found[1].orientation or not self.found[1].is_plain:
+            return None
+        plain, turned = self.found[:2]
+        is_clear = turned.rotation < min(FITS_TURN, plain.rotation / CLEAR)
+        return turned if is_clear and turned.position < FOREIGN_MISFIT * self.robot.reach else None
+
+    def suffices(self, reading: Reading) -> bool:
+        """Whether a reading of plain joints fits so well that no other need be tried."""
+        limit = SURE if self.conventions and reading.motion < NARROW / 2 else FAST
+        return reading.score < limit and reading.fits
+
+    def fits_at_a_glance(self) -> bool:
+        """Whether the rows as given fit by the bounds alone, in their unit and right-handed."""
+        flange = Reading.plain(self.robot).flange(self.data.q)
+        if point_bounds(flange[None], self.points)[0] > 0.5 * FAST * self.robot.reach:
+            return False
+        size = np.linalg.svd(linear := affine_map(flange, self.points), compute_uv=False)
+        if not np.abs(size - 1.0).max() < GLANCE or np.linalg.det(linear) < 0.0:
+            return False
+        if self.data.rotation is None:
+            return len(self.data) >= FEW_POINTS
+        base = nearest_rotation(linear.T)
+        return bool(nearest_turn(base @ flange[:, :3, :3], self.data.rotation[None])[0] < GLANCE)
+
     def family(self, name: str, robot: Robot, candidates: Candidates, *, inverse: bool = True) -> None:
         """Place the likeliest readings of a family."""
         candidates = candidates.moving(self.still)
@@ -282,9 +323,9 @@ class Search:
         likely = [c for c in ranked if c[0] < max(30.0 * ranked[0][0], 0.08)][:PLACED]
         readings = [self._reading(robot, candidates, *c[1:]) for c in likely]
         if candidates.refined:
-            readings = [self._refined(r) for r in readings[:REFINED] if not r.inverse]
+            readings = [self.refined(r) for r in readings[:REFINED] if not r.inverse]
         placed = [self.place(r, self.conventions) for r in readings]
-        self.found += [r for r in placed if not (r.mirrored and self.conventions)]  # not to be verified
+        self.found += [r for r in placed if not (r.mirrored and r.rotations is None and self.conventions)]
 
     def _reading(self, robot: Robot, candidates: Candidates, k: int, unit: int, inverse: bool) -> Reading:
         factor, more, texts = self.units[unit]
@@ -299,7 +340,7 @@ class Search:
         cost = float(candidates.cost[k]) + more + INVERSE * inverse
         return Reading(robot=robot, w=factor * w, zero=zero, cost=cost, inverse=inverse, changes=changes)
 
-    def _refined(self, reading: Reading) -> Reading:
+    def refined(self, reading: Reading) -> Reading:
         """The reading with the zeros of inner joints fitted to its points, and rounded to quarter turns."""
         names = reading.robot.joint_offsets[1:-1]
         scaled = self._scaled(reading, reading.flange(self.data.q))
@@ -355,10 +396,13 @@ def read_rows(robot: Robot, data: Dataset, *, arms: bool = True) -> Meaning | No
     search, plain = Search(robot, rows), None
     if data.joints == robot.dof:
         plain = search.plain()
-        enough = SURE if search.conventions and plain.motion < NARROW / 2 else FAST
-        if plain.score < enough and plain.fits:
+        if search.suffices(plain):
             return Meaning(best=plain, plain=plain)
-        search.found = [plain, search.place(Reading.plain(robot), search.conventions)]
+        search.found = [plain]
+        if len(search.conventions) > 1:
+            search.found.append(search.place(Reading.plain(robot), search.conventions[1:]))
+            if search.suffices(search.found[1]):
+                return _ranked(search, plain)
     for number, stage in enumerate(steps := _stages(search, arms)):
         if plain is not None and number and _is_done(search, plain, last=number == len(steps) - 1):
             break
@@ -437,11 +481,23 @@ def _ranked(search: Search, plain: Reading | None) -> Meaning:
         blind=_texts(blind),
         open=_texts([r for r in other if r.score < CLEAR * floor]),
         tried=dict(search.tried),
+        turned=search.turned,
     )
 
 
 def _texts(readings: list[Reading]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(r.text for r in readings))[:SHOWN]
+
+
+def _axes_exchanged(reading: Reading) -> Iterator[Reading]:
+    """A reading with left-handed axes, with two of them exchanged, or one inverted."""
+    for i, j in combinations(range(3), 2):
+        order = [{i: j, j: i}.get(k, k) for k in range(3)]
+        text = f"{'xyz'[i]} and {'xyz'[j]} are exchanged"
+        yield replace(reading, axes=np.eye(3)[order], changes=(*reading.changes[:-1], text))
+    for k in range(3):
+        axes = np.diag([-1.0 if j == k else 1.0 for j in range(3)])
+        yield replace(reading, axes=axes, changes=(*reading.changes[:-1], f"{'xyz'[k]} is inverted"))
 
 
 def _same_motion(one: Reading, other: Reading, q: np.ndarray) -> bool:
@@ -465,7 +521,7 @@ def _same_points(one: Reading, other: Reading, q: np.ndarray) -> bool:
 
 def _points(reading: Reading, q: np.ndarray) -> Float[np.ndarray, "rows 3"]:
     points = reading.robot.predict(reading.joints(q))[:, :3, 3]
-    return points * ([1.0, 1.0, -1.0] if reading.mirrored else [1.0, 1.0, 1.0]) / reading.scale
+    return points @ reading.axes.T / reading.scale
 
 
 def _fitted(robot: Robot, rows: Dataset) -> tuple[Robot, np.ndarray, np.ndarray]:
@@ -491,8 +547,16 @@ def _apart(error: Float[np.ndarray, " rows"]) -> np.ndarray:
     return error > np.maximum(5.0 * np.median(error), np.quantile(error, 0.8))
 
 
+def fits_at_a_glance(robot: Robot, data: Dataset) -> bool:
+    """Whether rows fit as given, or can't tell; cheap."""
+    rows = _usable(data)
+    return rows is None or (data.joints == robot.dof and Search(robot, rows).fits_at_a_glance())
+
+
 def _usable(data: Dataset) -> Dataset | None:
     """Rows with a point, and orientation where those have one, of the session and socket that has most."""
+    if data.position is None and data.markers is not None:
+        data = replace(data, position=data.markers[:, 0])
     if data.position is None:
         return None
     rows = data.included & np.isfinite(data.position).all(1) & np.isfinite(data.q).all(1)
@@ -525,3 +589,42 @@ def _far_apart(data: Dataset, count: int) -> Int[np.ndarray, " k"]:
         distance = np.minimum(distance, ((table - table[chosen[-1]]) ** 2).sum(1))
         chosen.append(int(np.argmax(distance)))
     return np.array(sorted(chosen))
+
+
+MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
+"""Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
+
+
+def majority(robot: Robot, data: Dataset) -> tuple[tuple[int, ...], float] | None:
+    """Numbers of the rows that stand off from an arm that most others fit, and its error on these [m]."""
+    located = _usable(data)
+    if located is None:
+        return None
+    located = replace(located, rotation=None, written=None)
+    off = np.zeros(len(located))
+    for _ in range(TRIM_ROUNDS):
+        most = located.take(np.flatnonzero(off <= np.quantile(off, MIN_FITTING_SHARE)))
+        arm, _, _ = _fitted(robot.bare, most.take(_far_apart(most, PLACED_ROWS)))
+        off, _ = _misfits(arm, located)
+    fits = off < FITS * robot.reach
+    error = float(np.median(off[fits])) if fits.any() else np.inf
+    if not MIN_FITTING_SHARE <= fits.mean() < 1.0 or error > 0.5 * FITS * robot.reach:
+        return None
+    return tuple(located.row[~fits].tolist()), error
+
+
+def placed(robot: Robot, data: Dataset) -> Robot:
+    """The nominal arm with the base and tool that fit its rows best; unchanged with too few points."""
+    rows = _usable(data) if data.joints == robot.dof else None
+    if rows is None:
+        return robot
+    arm = Search(robot, rows).plain().robot
+    return replace(robot, mounting=robot.mounting.at(arm.base.pose, arm.tool.pose), sessions={})
+
+
+def zeros_fitted(robot: Robot, data: Dataset) -> float:
+    """Misfit [m] of rows that are an arm's own once base, tool and joint zeros are fitted."""
+    search = Search(robot, data)
+    plain = search.plain()
+    refined = search.place(search.refined(Reading.plain(search.robot)), search.conventions[:1])
+    return min(plain.position, refined.position)
