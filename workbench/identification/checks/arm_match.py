@@ -23,6 +23,7 @@ from workbench.identification.meaning.as_read import (
     misread_text,
     unexplained_text,
 )
+from workbench.identification.meaning.reading import flange_poses
 from workbench.identification.meaning.search import (
     Meaning,
     fits_at_a_glance,
@@ -31,6 +32,8 @@ from workbench.identification.meaning.search import (
     zeros_fitted,
 )
 
+SLACK = 0.05
+"""Tolerance on the joint limits [rad or m]."""
 COMPARED_POSES = 60
 """Number of postures at which two arms are compared."""
 SAME_ARM, SAME_ARM_SHARE = 0.01, 0.01
@@ -114,23 +117,33 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     meaning = read_rows(robot, data)
     if meaning is None:
         return found
-    found = replace(found, meaning=meaning, rival=_rival(meaning, robot))
-    if (
-        found.is_foreign
-        and not meaning.is_found
-        and found.joints == (0, 0)
-        and (few := majority(robot, data))
-    ):
+    found = replace(found, meaning=meaning, rival=_rival(meaning, robot, data))
+    lost = meaning.plain is not None and not meaning.is_found
+    if lost and (few := majority(robot, data)):
         return replace(found, rows=few[0], others=few[1])
     return found
 
 
-def _rival(meaning: Meaning, robot: Robot) -> str:
-    """The built-in arm that the rows fit, by its short name; empty if they fit none."""
-    name = meaning.best.robot.name
-    if not meaning.is_found or name == robot.name:
+def _rival(meaning: Meaning, robot: Robot, data: Dataset) -> str:
+    """The built-in arm that the rows fit, by its short name; empty if they fit none.
+
+    Of arms that differ in joint limits alone, as FR3 and Panda, the one within whose limits more rows lie.
+    """
+    best = meaning.best
+    if not meaning.is_found or best.robot.name == robot.name:
         return ""
-    return next((each for each in built_in_robots() if load_robot(each).name == name), "")
+    q = best.joints(data.q[data.included])
+    arms = [load_robot(name) for name in built_in_robots()]
+    same = [
+        (
+            np.mean([((row < a.limits[:, 0] - SLACK) | (row > a.limits[:, 1] + SLACK)).any() for row in q]),
+            name,
+        )
+        for name, a in zip(built_in_robots(), arms, strict=True)
+        if a.dof == len(q[0])
+        and np.allclose(flange_poses(a, q[:5]), flange_poses(best.robot, q[:5]), atol=1e-6)
+    ]
+    return min(same, default=(0.0, ""))[1]
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:

@@ -28,6 +28,8 @@ def is_misread(meaning: Meaning) -> bool:
     best = meaning.best
     if not meaning.is_found or best.is_plain:
         return False
+    if meaning.plain is not None and best.robot.name != meaning.plain.robot.name:
+        return True
     return not (best.only_zeros and np.abs(best.zero).max() < SMALL_ZERO)
 
 

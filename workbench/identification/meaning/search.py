@@ -14,6 +14,7 @@ from itertools import combinations, permutations
 import numpy as np
 from jaxtyping import Float, Int
 
+from workbench.arm import chain as chains
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.robot import Robot
@@ -22,7 +23,6 @@ from workbench.base.assets import built_in_robots
 from workbench.base.hand_eye import hand_eye, mean_base, nearest_rotation
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, USUAL_ORIENTATIONS
-from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.meaning.bounds import (
@@ -266,7 +266,7 @@ class Search:
 
     def plain(self) -> Reading:
         """The rows as given, in the declared convention."""
-        return self.place(Reading.plain(self.robot), self.conventions[:1])
+        return self._aligned(Reading.plain(self.robot), next(iter(self.conventions), None))
 
     @property
     def turned(self) -> Reading | None:
@@ -285,7 +285,7 @@ class Search:
     def fits_at_a_glance(self) -> bool:
         """Whether the rows as given fit by the bounds alone, in their unit and right-handed."""
         flange = Reading.plain(self.robot).flange(self.data.q)
-        if point_bounds(flange[None], self.points)[0] > 0.5 * FAST * self.robot.reach:
+        if point_bounds(flange[None], self.points)[0] > FAST * self.robot.reach:
             return False
         size = np.linalg.svd(linear := affine_map(flange, self.points), compute_uv=False)
         if not np.abs(size - 1.0).max() < GLANCE or np.linalg.det(linear) < 0.0:
@@ -398,11 +398,9 @@ def read_rows(robot: Robot, data: Dataset, *, arms: bool = True) -> Meaning | No
         plain = search.plain()
         if search.suffices(plain):
             return Meaning(best=plain, plain=plain)
-        search.found = [plain]
-        if len(search.conventions) > 1:
-            search.found.append(search.place(Reading.plain(robot), search.conventions[1:]))
-            if search.suffices(search.found[1]):
-                return _ranked(search, plain)
+        search.found = [plain, search.place(Reading.plain(robot), search.conventions)]
+        if search.suffices(search.found[1]):
+            return _ranked(search, plain)
     for number, stage in enumerate(steps := _stages(search, arms)):
         if plain is not None and number and _is_done(search, plain, last=number == len(steps) - 1):
             break
@@ -520,7 +518,7 @@ def _same_points(one: Reading, other: Reading, q: np.ndarray) -> bool:
 
 
 def _points(reading: Reading, q: np.ndarray) -> Float[np.ndarray, "rows 3"]:
-    points = reading.robot.predict(reading.joints(q))[:, :3, 3]
+    points = chains.poses(reading.robot.chain, reading.joints(q))[:, :3, 3]
     return points @ reading.axes.T / reading.scale
 
 
@@ -534,7 +532,7 @@ def _fitted(robot: Robot, rows: Dataset) -> tuple[Robot, np.ndarray, np.ndarray]
 
 
 def _misfits(arm: Robot, rows: Dataset) -> tuple[np.ndarray, np.ndarray]:
-    poses = predict(arm, rows)
+    poses = chains.poses(arm.chain, rows.q)
     error = np.linalg.norm(poses[:, :3, 3] - rows.position, axis=1)
     if rows.rotation is None:
         return error, np.full(len(error), np.nan)
