@@ -27,7 +27,17 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Labels = np.ndarray  # one string a row
-NOT_PER_ROW = {"tilt", "more", "readings", "written", "source", "notes", "is_of_later", "joint_units"}
+NOT_PER_ROW = {
+    "tilt",
+    "more",
+    "readings",
+    "written",
+    "source",
+    "notes",
+    "read_as",
+    "is_of_later",
+    "joint_units",
+}
 UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", *(NOT_PER_ROW - {"tilt", "readings"})}
 """What is not named where a table is printed."""
 SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
@@ -70,6 +80,7 @@ class Dataset:
         reason: Why, for such rows.
         source: Where the rows came from, for messages.
         notes: Each decision that the reader took, in one sentence.
+        read_as: What the rows were taken to mean where that isn't what their headings say.
         is_of_later: Whether they were measured after all that happened while others were, which then is over.
         joint_units: Unit of each joint's column in the file; empty where nothing says it.
     """
@@ -101,6 +112,7 @@ class Dataset:
     reason: Labels | None = None
     source: str = "data"
     notes: tuple[str, ...] = field(default=())
+    read_as: str = ""
     is_of_later: bool = False
     joint_units: tuple[str, ...] = ()
 

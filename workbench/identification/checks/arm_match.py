@@ -132,18 +132,13 @@ def _rival(meaning: Meaning, robot: Robot, data: Dataset) -> str:
     best = meaning.best
     if not meaning.is_found or best.robot.name == robot.name:
         return ""
-    q = best.joints(data.q[data.included])
-    arms = [load_robot(name) for name in built_in_robots()]
-    same = [
-        (
-            np.mean([((row < a.limits[:, 0] - SLACK) | (row > a.limits[:, 1] + SLACK)).any() for row in q]),
-            name,
-        )
-        for name, a in zip(built_in_robots(), arms, strict=True)
-        if a.dof == len(q[0])
-        and np.allclose(flange_poses(a, q[:5]), flange_poses(best.robot, q[:5]), atol=1e-6)
-    ]
-    return min(same, default=(0.0, ""))[1]
+    q, found = best.joints(data.q[data.included]), []
+    for name in built_in_robots():
+        low, high = (arm := load_robot(name)).limits.T
+        if arm.dof == best.robot.dof and np.allclose(flange_poses(arm, q), flange_poses(best.robot, q)):
+            outside = ((q < low - SLACK) | (q > high + SLACK)).any(1).mean()
+            found.append((float(outside), name))
+    return min(found, default=(0.0, ""))[1]
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:

@@ -54,11 +54,11 @@ def as_read(robot: Robot, data: Dataset, how: ReadAs | str = ReadAs.AUTO) -> Dat
         sentence = misread_text(meaning)
         if ReadAs(how) is not ReadAs.FOUND or best.robot.name != robot.name:
             raise DataError(f"{data.source}: {sentence}; {remedy(meaning, robot)}")
-        return replace(best.apply(data), notes=(*data.notes, f"read so: {sentence}"))
+        return replace(best.apply(data), notes=(*data.notes, f"read so: {sentence}"), read_as=sentence)
     turned = meaning.turned
     if turned is not None and plain is not None:
         note = f"{turned.orientation}: {turned.size} instead of {plain.size} as the heading says; read so"
-        data = replace(turned.apply(data), notes=(*data.notes, note))
+        data = replace(turned.apply(data), notes=(*data.notes, note), read_as=note)
         plain = turned
     if plain is None or plain.position > FOREIGN_MISFIT * robot.reach:
         raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning, robot)}")

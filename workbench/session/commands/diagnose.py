@@ -12,6 +12,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.instrument_preparation import preparation_of
+from workbench.identification.meaning.as_read import ReadAs
 from workbench.plate.collision import allows_target
 from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import Target
@@ -73,6 +74,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             free=tuple(n for n in session.robot.default_free if n not in session.choices.fixed),
             exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
             levelled=self.levelled,
+            reading=ReadAs.GIVEN,
             seed=self.seed,
             measurable=_on_the_plate(session) if loaded.virtual else None,
         )

@@ -9,6 +9,7 @@ from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.identify_with_effects import identify
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
+from workbench.identification.meaning.as_read import ReadAs
 from workbench.identification.result import Identification, judged
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask, computed
@@ -66,6 +67,7 @@ class Identify(AbstractTask[IdentifiedRows]):
             exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
             effects=tuple(name for effect in added for name in effect.names),
             levelled=self.levelled,
+            reading=ReadAs.GIVEN,  # the rows were read when they were loaded
             seed=self.seed,
         )
         return loaded, found
