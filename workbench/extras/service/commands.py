@@ -1,6 +1,5 @@
 """Commands for calibrated arms: verify on fresh poses, rezero after a collision."""
 
-from pathlib import Path
 from typing import Annotated
 
 import workbench as wb
@@ -40,25 +39,14 @@ def rezero(
     robot: opt.RobotOption,
     files: opt.FileOptions,
     replaced: Annotated[str | None, option("Joints that were replaced, such as 3.")] = None,
-    prior: Annotated[
-        Path | None, option("Result of the calibration (--json), as prior knowledge of the arm.")
-    ] = None,
-    tolerance: Annotated[
-        str | None,
-        option(
-            "Standard deviations of lengths and angles, such as 0.1mm,0.006deg; by default the calibration's "
-            "record in the arm's file, 0.5mm,0.03deg without one."
-        ),
-    ] = None,
     noise: opt.NoiseOption = None,
     frames: opt.FramesOption = "auto",
     exclude: opt.ExcludeOption = None,
     save: opt.SaveOption = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """After a collision or a motor replacement: which joint's zero has moved, and by how much."""
+    """After a collision or a motor replacement: which joint's zero moved, from poses or touches of seats."""
     from workbench.extras.service.rezero.result import RezeroVerdict
-    from workbench.identification.prior import read_prior
 
     arm = wb.load_robot(robot)
     opt.check_robot_file(save)
@@ -69,8 +57,6 @@ def rezero(
             arm,
             rows,
             replaced=opt.whole_numbers(replaced, "--replaced"),
-            prior=None if prior is None else read_prior(prior),
-            tolerance=None if tolerance is None else opt.pair_of(tolerance, "--tolerance"),
             noise=None if noise is None else opt.noise_of(noise),
             frames=frames,
             exclude=dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand"),

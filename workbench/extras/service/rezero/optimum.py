@@ -41,26 +41,28 @@ class Optimum:
     measured: bool
 
     @classmethod
-    def of(
-        cls,
-        problem: Problem,
-        *,
-        measured: bool,
-        noise: Noise | None = None,
-        begin: Float[np.ndarray, " p"] | None = None,
-    ) -> "Optimum":
-        """The optimum of a problem, with the noise that it leaves unless that is given or was measured."""
-        problem = problem if noise is None else problem.with_noise(noise)
-        x = problem.start if begin is None else begin
-        for _ in range(NOISE_ROUNDS):
-            search = Opt2(limit=60).search(problem, begin=x)
-            x = search.x
-            left = None if measured or noise is not None else _left(problem, x)
-            old = problem.noise
+    def of(cls, problem: Problem, *, measured: bool) -> "Optimum":
+        """The optimum of a problem, with the noise that it leaves unless that was measured."""
+        found = cls.fitted(problem, problem.start, measured)
+        own = preparation_of(problem.data)
+        for _ in range(0 if measured else NOISE_ROUNDS - 1):
+            now, x = found.problem, found.x
+            left = noises.beyond_stated(now, x) if own is None else own.noise_left(now, x)
+            old = now.noise
             if left is None or np.allclose([*left[:2], left.own], [*old[:2], old.own], rtol=0.02, atol=1e-7):
                 break
-            problem = problem.with_noise(left)
-        return cls(problem, x, 2.0 * search.history[-1], measured)
+            found = cls.fitted(now.with_noise(left), x, measured)
+        return found
+
+    @classmethod
+    def fitted(cls, problem: Problem, begin: Float[np.ndarray, " p"], measured: bool) -> "Optimum":
+        """The optimum of a problem with the noise that it has."""
+        search = Opt2(limit=60).search(problem, begin=begin)
+        return cls(problem, search.x, 2.0 * search.history[-1], measured)
+
+    def weighed_by(self, noise: Noise) -> "Optimum":
+        """The optimum for another noise."""
+        return self.fitted(self.problem.with_noise(noise), self.x, self.measured)
 
     @cached_property
     def factor(self) -> Factor:
@@ -103,14 +105,8 @@ class Optimum:
             Probability that chance alone makes this one so much better; and how many times as much the other
             leaves.
         """
-        same = Optimum.of(other.problem, measured=True, noise=self.problem.noise, begin=other.x)
+        same = other.weighed_by(self.problem.noise)
         gained = max(same.square - self.square, 0.0) / further
         minimum = max(self.mean_square, 1e-300)
         chance = float(special.fdtrc(further, self.spare, gained / minimum))
         return chance, float(np.sqrt(same.mean_square / minimum))
-
-
-def _left(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise | None:
-    """The noise that a fit leaves."""
-    own = preparation_of(problem.data)
-    return noises.beyond_stated(problem, x) if own is None else own.noise_left(problem, x)
