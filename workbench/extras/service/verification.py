@@ -108,8 +108,7 @@ class Verification(AbstractShown):
                 f"Passed: all {rows} are within {self.wanted.text}; with 95 % confidence so are at least "
                 f"{100.0 * self.minimum_share:.1f} % of all poses like these."
             )
-        failed = int((~self.within).sum())
-        return f"Failed: {failed} of {rows} {'is' if failed == 1 else 'are'} beyond {self.wanted.text}."
+        return f"Failed: {(~self.within).sum()} of {rows} beyond {self.wanted.text}."
 
     def summary(self) -> RenderableType:
         errors, name = self.evaluation.errors, self.evaluation.robot.name
@@ -123,13 +122,11 @@ class Verification(AbstractShown):
                 ends = " … ".join(map(short, unit.of(interval)))
                 table.add_row(escape(text), short(spread.mean), ends, short(spread.rms), short(spread.max))
         parts: list[RenderableType] = [table]
-        if self.repeated:
-            worst = sorted(self.repeated, key=lambda pose: -pose.accuracy)
+        if worst := sorted(self.repeated, key=lambda pose: -pose.accuracy):
             title = f"ISO 9283, {plural(len(worst), 'repeated pose')}"
             parts.append(REPEATED.table(title, worst[:LISTED]))
-        parts.append(
-            Text(self.verdict, style={True: "bold green", False: "bold red"}.get(self.passed, "bold"))
-        )
+        colour = {True: "bold green", False: "bold red", None: "bold"}[self.passed]
+        parts.append(Text(self.verdict, style=colour))
         parts += [line("warning", text) for text in self.warnings]
         return Group(*parts, *(line("note", text) for text in self.evaluation.notes))
 
@@ -197,7 +194,7 @@ def verify(
         raise DataError(f"{data.source}: there are no positions to verify (x[m], markers, distance, contact)")
     found = replace(found, data=found.data.take(seen), rows=found.rows.take(seen))
     pose, rng = pose_labels(found.data), np.random.default_rng(seed)
-    group = pose if data.group is None else found.data.group
+    group = pose if (labels := found.data.group) is None else labels
     turned = np.isfinite(found.rows.rotation)
     warnings += unobserved_text(robot)
     if not seen.all():
@@ -225,22 +222,20 @@ def verify(
 
 def _fresh(robot: Robot, data: Dataset) -> tuple[Dataset, list[str]]:
     """Rows that the calibration did not use and that copy no other, and sentences on the others."""
-    record, data = robot.calibration, data.take(data.included)
-    if record is None:
-        warnings = [
-            "the robot's file does not record which poses calibrated it; make sure that these are others"
-        ]
-    else:
-        old = record.used(data.q)
-        if old.any() and old.all():
-            raise DataError(
-                f"{data.source}: every row was used for the calibration; measure other poses to verify it"
-            )
-        text = f"{plural(int(old.sum()), 'row')} left out: the calibration used the same joints"
-        data, warnings = data.take(~old), [text] * bool(old.any())
-    if copies := [again for _, again in repeated_rows(data)]:
-        warnings.append(f"{plural(len(copies), 'duplicate row')} ignored")
-    return data.take(np.delete(np.arange(len(data)), copies)), warnings
+    data = data.take(data.included)
+    old = np.zeros(len(data), bool) if robot.calibration is None else robot.calibration.used(data.q)
+    if old.any() and old.all():
+        raise DataError(
+            f"{data.source}: every row was used for the calibration; measure other poses to verify it"
+        )
+    data = data.take(~old)
+    copies = [again for _, again in repeated_rows(data)]
+    warnings = (
+        (robot.calibration is None, "the robot's file records no poses of its calibration; measure others"),
+        (old.any(), f"{plural(int(old.sum()), 'row')} left out: the calibration used the same joints"),
+        (copies, f"{plural(len(copies), 'duplicate row')} ignored"),
+    )
+    return data.take(np.delete(np.arange(len(data)), copies)), [text for applies, text in warnings if applies]
 
 
 def _repeated(found: Evaluation, pose: Int[np.ndarray, " rows"]) -> tuple[RepeatedPose, ...]:
