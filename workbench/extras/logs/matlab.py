@@ -15,7 +15,7 @@ from workbench.data.readers.file_kind import kind_of, read_bytes
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.layouts.layout import AbstractFileLayout
 from workbench.data.readers.table import Grid, with_headings
-from workbench.extras.logs.matlab_arrays import read_arrays
+from workbench.extras.logs.binary_files import read_arrays
 
 _LABELS = ("U", "O", "S")
 
