@@ -64,8 +64,8 @@ def refuse_xacro(path: Path) -> None:
         name = Path(stem).name
         command, urdf = f"{name}.xacro{arguments}", f"{name.removesuffix('.urdf')}.urdf"
         raise FileError(
-            f"is a xacro; expand it first: 'xacro {command} > {urdf}' (ROS), or 'xacrodoc {command} -o {urdf}' "
-            "(pip install xacrodoc)",
+            f"is a xacro; expand it first: 'xacro {command} > {urdf}' (ROS), or 'xacrodoc {command} -o "
+            f"{urdf}' (pip install xacrodoc)",
             path=str(path),
         )
 
