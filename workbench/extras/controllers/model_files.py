@@ -3,7 +3,6 @@
 Sources: the URDF specification of ROS; MuJoCo's XML reference (body, frame, site, joint, default, compiler).
 """
 
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -168,9 +167,12 @@ def _mjcf_pose(node: Any, compiler: dict[str, str]) -> Matrix4:
     if "euler" not in node.attrib:
         return se3.pose(se3.quaternion_to_matrix(numbers(node, "quat", "1 0 0 0", is_direction=True)), pos)
     sequence = compiler.get("eulerseq", "xyz").swapcase()  # MuJoCo's small letters are scipy's capitals
-    if not re.fullmatch("[xyzXYZ]{3}", sequence):
-        raise FileError(f"has the eulerseq '{sequence.swapcase()[:20]}', not three of x, y, z", path=FILE)
-    turn = Rotation.from_euler(sequence, numbers(node, "euler", "0 0 0"), degrees=degrees).as_matrix()
+    try:
+        turn = Rotation.from_euler(sequence, numbers(node, "euler", "0 0 0"), degrees=degrees).as_matrix()
+    except ValueError:
+        raise FileError(
+            f"has the eulerseq '{sequence.swapcase()[:20]}'; write xyz or alike", path=FILE
+        ) from None
     return se3.pose(turn, pos)
 
 

@@ -26,16 +26,20 @@ class PythonModule(AbstractForm):
     def write(self, job: Job) -> str:
         arms = comparable(job.robot, job.require_nominal(self.name))
         robot = arms.calibrated
-        loaded = [effect for effect in robot.effects if effect.loads]
-        if loaded and not robot.has_masses:
-            raise OptionError(
-                f"--for {self.name}: effects of '{robot.name}' need the moments of its joints, but not all "
-                "masses are known; add 'mass' and 'com' to each [[joint]]",
-                option="--for",
-                found=self.name,
-            )
-        weights = masses(robot) if loaded else None
-        still = [line for e in robot.effects if e not in loaded for line in code_of(e, robot.chain)]
+        code: dict[bool, list[str]] = {False: [], True: []}
+        for effect in robot.effects:
+            code[bool(effect.loads)] += [f"({e}, {change})" for e, change in code_of(effect, robot.chain)]
+        weights: list[tuple] = []
+        if code[True]:
+            if not robot.has_masses:
+                raise OptionError(
+                    f"--for {self.name}: effects of '{robot.name}' need the moments of its joints, but not "
+                    "all masses are known; add 'mass' and 'com' to each [[joint]]",
+                    option="--for",
+                    found=self.name,
+                )
+            w = masses(robot)
+            weights = list(zip(w.after.tolist(), w.mass.tolist(), w.com.tolist(), strict=True))
         arm = {
             "name": robot.name,
             "task": int(arms.task),
@@ -46,21 +50,15 @@ class PythonModule(AbstractForm):
             "driven": robot.chain.driven.tolist(),
             "mounts": mounts(robot).tolist(),
             "gravity": robot.gravity.tolist(),
-            "masses": []
-            if weights is None
-            else list(zip(weights.after.tolist(), weights.mass.tolist(), weights.com.tolist(), strict=True)),
-            "warm": any("temperature" in code for _, code in still),
-            "directed": any("direction" in code for _, code in still),
+            "masses": weights,
+            "needs": [n for n in ("temperature", "direction") if any(n in each for each in code[False])],
         }
         entries = [f"{key!r}: {value!r}".replace("inf", 'float("inf")') for key, value in arm.items()]
-        at_rest, under_load = (
-            [f"({element}, {code})" for element, code in lines]
-            for lines in (still, [line for e in loaded for line in code_of(e, robot.chain)])
-        )
         text = files(__package__).joinpath("standalone.py").read_text(encoding="utf-8")
-        for place, lines in (("{}  # arm", entries), ("[]  # at rest", at_rest), ("[]  # load", under_load)):
-            opened, closed = place[:2]
-            text = text.replace(place, "\n".join([opened, *(f"    {each}," for each in lines), closed]), 1)
+        for place, lines in (("{}  # arm", entries), ("[]  # rest", code[False]), ("[]  # load", code[True])):
+            text = text.replace(
+                place, "\n".join([place[0], *(f"    {each}," for each in lines), place[1]]), 1
+            )
         return text
 
     def read(self, text: str, job: Job) -> Robot | None:
@@ -72,10 +70,7 @@ class PythonModule(AbstractForm):
 
 
 def _chain(robot: Robot) -> list[tuple]:
-    """Axis, driving joint, value and constant matrix of each element; `compile_arm` refuses other drives."""
+    """Axis, driving joint, value and constant matrix of each element; no joint drives several of them."""
     compile_arm(robot)
-    chain = robot.chain
-    return [
-        (int(e.axis), int(driver), float(value), None if e.matrix is None else e.matrix.tolist())
-        for e, driver, value in zip(chain.elements, chain.drivers, chain.values, strict=True)
-    ]
+    rows = zip(robot.chain.elements, robot.chain.drivers.tolist(), robot.chain.values.tolist(), strict=True)
+    return [(int(e.axis), j, v, None if e.matrix is None else e.matrix.tolist()) for e, j, v in rows]

@@ -34,10 +34,9 @@ def correct_poses(poses, near, **state):
     """
     near = np.atleast_2d(np.asarray(near, float))
     poses, given = np.reshape(np.asarray(poses, float), (-1, 4, 4)), _state(near, **state)
-    limits, n = np.array(ARM["limits"]).T, near.shape[1]
+    limits, n, going = np.array(ARM["limits"]).T, near.shape[1], np.arange(len(near))
     _, _, before, first = _linear(poses, near, given)
     x, q, left, cost = np.clip(near, *limits), near.copy(), before.copy(), np.full(len(near), np.inf)
-    going = np.arange(len(near))
     for _ in range(ROUNDS):
         r, jacobian, miss, here = _linear(poses[going], x[going], [part[going] for part in given])
         better = here < cost[going]
@@ -58,13 +57,16 @@ def correct_poses(poses, near, **state):
 
 def _state(q, payload=0.0, temperature=None, direction=None):
     """What drives effects beside the joints, for each row."""
-    if ARM["warm"] and temperature is None:
-        raise ValueError("this arm expands with temperature; give temperature [degC]")
-    if ARM["directed"] and direction is None:
-        raise ValueError("this arm has play; give direction, the sign of each joint's last motion")
-    temperature, direction = (0.0 if part is None else part for part in (temperature, direction))
-    pairs = ((payload, len(q)), (temperature, len(q)), (direction, q.shape))
-    return [np.broadcast_to(np.asarray(part, float), shape) for part, shape in pairs]
+    out = []
+    for name, value, shape in (
+        ("payload", payload, len(q)),
+        ("temperature", temperature, len(q)),
+        ("direction", direction, q.shape),
+    ):
+        if value is None and name in ARM["needs"]:
+            raise ValueError(f"effects of this arm depend on the {name}; give {name}=…")
+        out.append(np.broadcast_to(np.asarray(0.0 if value is None else value, float), shape))
+    return out
 
 
 def _linear(poses, q, state):
@@ -72,11 +74,11 @@ def _linear(poses, q, state):
 
     Angles count by the arm's weight, and as far as its joints can meet them.
     """
-    frames, chain = _deflected(q, *state), ARM["chain"]
+    frames = _deflected(q, *state)
     tool, z, wanted = frames[-1], frames[-1][:, :3, 2], poses[:, :3, 2]
-    axes = np.stack([frames[k][:, :3, chain[k][0] % 3] for k in ARM["driven"]], 2)
+    slides = np.array([ARM["chain"][k][0] >= 3 for k in ARM["driven"]])
+    axes = np.stack([frames[k][:, :3, ARM["chain"][k][0] % 3] for k in ARM["driven"]], 2)
     points = np.stack([frames[k][:, :3, 3] for k in ARM["driven"]], 2)
-    slides = np.array([chain[k][0] >= 3 for k in ARM["driven"]])
     levers = np.cross(axes, tool[:, :3, 3:] - points, axis=1)
     turns, turn, cosine = np.where(slides, 0.0, axes), np.zeros((len(q), 3)), np.ones(len(q))
     if ARM["task"] == 3:  # position
@@ -86,7 +88,7 @@ def _linear(poses, q, state):
         turns = turns - z[:, :, None] * (z[:, None] @ turns)
     else:
         m = poses[:, :3, :3] @ tool[:, :3, :3].transpose(0, 2, 1)
-        turn = 0.5 * np.stack([m[:, 2, 1] - m[:, 1, 2], m[:, 0, 2] - m[:, 2, 0], m[:, 1, 0] - m[:, 0, 1]], 1)
+        turn = 0.5 * (m - m.transpose(0, 2, 1))[:, [2, 0, 1], [1, 2, 0]]
         cosine = 0.5 * (np.trace(m, axis1=1, axis2=2) - 1.0)
     sine, move = np.linalg.norm(turn, axis=1), poses[:, :3, 3] - tool[:, :3, 3]
     angle = np.arctan2(sine, cosine)
@@ -104,14 +106,13 @@ def _frames(chain, q, shift):
         if constant is not None:
             t = t @ np.asarray(constant)
             continue
-        t, by = t.copy(), value + shift[:, k] + (q[:, driver] if driver >= 0 else 0.0)
+        t, by = t.copy(), (value + shift[:, k] + (q[:, driver] if driver >= 0 else 0.0))[:, None]
         if axis >= 3:
-            t[:, :3, 3] += t[:, :3, axis - 3] * by[:, None]
+            t[:, :3, 3] += t[:, :3, axis - 3] * by
         else:
-            i, j, c, s = (axis + 1) % 3, (axis + 2) % 3, np.cos(by)[:, None], np.sin(by)[:, None]
-            t[:, :3, [i, j]] = np.stack(
-                [t[:, :3, i] * c + t[:, :3, j] * s, t[:, :3, j] * c - t[:, :3, i] * s], 2
-            )
+            i, j, c, s = (axis + 1) % 3, (axis + 2) % 3, np.cos(by), np.sin(by)
+            a, b = out[-1][:, :3, i], out[-1][:, :3, j]
+            t[:, :3, i], t[:, :3, j] = a * c + b * s, b * c - a * s
     return [*out, t]
 
 
@@ -132,7 +133,7 @@ def _deflected(q, payload, temperature, direction):
 
 def _at_rest(q, frames, payload, temperature, direction):
     """What joints, temperature and motion add to elements."""
-    return []  # at rest
+    return []  # rest
 
 
 def _under_load(q, w):
@@ -150,10 +151,8 @@ def _wrenches(frames, payload):
     for joint, mount in enumerate(ARM["mounts"]):
         t = frames[mount]
         behind = [(point - t[:, :3, 3], force) for at, point, force in loads if at > mount]
-        force, moment = sum(f for _, f in behind), sum(np.cross(arm, f) for arm, f in behind)
-        out[:, joint] = np.concatenate([force[:, None] @ t[:, :3, :3], moment[:, None] @ t[:, :3, :3]], 2)[
-            :, 0
-        ]
+        both = sum(f for _, f in behind), sum(np.cross(arm, f) for arm, f in behind)
+        out[:, joint] = np.concatenate([part[:, None] @ t[:, :3, :3] for part in both], 2)[:, 0]
     return out
 
 
@@ -168,7 +167,7 @@ def _fading(q, low, high, span):
 
 
 def _spline(q, knots, cubics, periodic):
-    """Piecewise cubic, coefficients of the highest power first; repeated every turn, or constant beyond."""
+    """Piecewise cubic, the highest power first; repeated every turn, or constant beyond."""
     x = np.array(knots)
     at = x[0] + (q - x[0]) % (2.0 * np.pi) if periodic else np.clip(q, x[0], x[-1])
     piece = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
