@@ -65,7 +65,7 @@ def refuse_xacro(path: Path) -> None:
         command, urdf = f"{name}.xacro{arguments}", f"{name.removesuffix('.urdf')}.urdf"
         raise FileError(
             f"is a xacro; expand it first: 'xacro {command} > {urdf}' (ROS), or 'xacrodoc {command} -o "
-            f"{urdf}' (pip install xacrodoc)",
+            f"{urdf}' (from PyPI)",
             path=str(path),
         )
 

@@ -12,14 +12,12 @@ import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 from lxml import etree
 from scipy.spatial.transform import Rotation
 
-from workbench.arm.built_in_arms import refuse_xacro
 from workbench.arm.joint import JointKind
 from workbench.arm.joint_frames import JointFrame, JointFrames, joint_frames
 from workbench.arm.robot import Robot
@@ -81,10 +79,6 @@ class Urdf(AbstractForm):
     title = "your own URDF with the calibrated numbers (--into FILE)"
     ending = ".urdf"
     needs_source = True
-
-    def text_of(self, path: Path) -> str:
-        refuse_xacro(path)
-        return super().text_of(path)
 
     def write(self, job: Job) -> str:
         return write_into(URDF, job)
