@@ -88,8 +88,9 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
 
 def _sides(pair: Pair, variables: dict[str, np.ndarray]) -> tuple[NamedUnit, tuple[NamedUnit, ...]] | None:
     """The item that names a matrix, and those that say what it means, with its unit."""
+    wanted: tuple[NamedUnit, ...] = (pair.left,)
     if len(pair.right) == 1 and pair.right[0].name in variables:
-        side, wanted = pair.right[0], (pair.left,)
+        side = pair.right[0]
     elif pair.left.name in variables:
         side, wanted = pair.left, pair.right
     else:

@@ -151,7 +151,8 @@ def _wrenches(frames, payload):
     for joint, mount in enumerate(ARM["mounts"]):
         t = frames[mount]
         behind = [(point - t[:, :3, 3], force) for at, point, force in loads if at > mount]
-        both = sum(f for _, f in behind), sum(np.cross(arm, f) for arm, f in behind)
+        moments, still = (np.cross(arm, force) for arm, force in behind), np.zeros(3)
+        both = sum((force for _, force in behind), still), sum(moments, still)
         out[:, joint] = np.concatenate([part[:, None] @ t[:, :3, :3] for part in both], 2)[:, 0]
     return out
 
