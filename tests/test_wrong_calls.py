@@ -80,7 +80,6 @@ def right():
         "frame": (aria, rows),
         "try_plate": (aria, plate),
         "identification_jacobian_blocks": (aria, q, ("joint1.theta",)),
-        "compare_leader": (folder,),
         "table_readings": ([{"a": 0.1, "alpha": 0.0, "d": 0.0, "theta": 0.0}],),
         "typed_readings": (np.zeros((3, 12)), (False,) * 6),
         "find_convention": ((), ()),

@@ -30,8 +30,6 @@ from workbench.diagnosis.identify_with_effects import identify as identify
 from workbench.diagnosis.result import Diagnosis as Diagnosis
 from workbench.extras.camera.pixel_table import read_pixels as read_pixels
 from workbench.extras.camera.rig import read_rig as read_rig
-from workbench.extras.hobby.follow import Following as Following
-from workbench.extras.hobby.follow import compare_leader as compare_leader
 from workbench.extras.hobby.motor_map import MotorMap as MotorMap
 from workbench.extras.hobby.motor_map import map_motors as map_motors
 from workbench.extras.pendant.extract import Extraction as Extraction

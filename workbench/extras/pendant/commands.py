@@ -140,7 +140,7 @@ def _show(found: "ToolTip | UserFrame", json: Path | None, save: Path | None) ->
 
 @in_section("Calibrate")
 def new(
-    source: Annotated[str, argument("A DH table (.csv), a .urdf, a .xacro (name:=value …), or a known arm.")],
+    source: Annotated[str, argument("A DH table (.csv), a .urdf, or a known arm.")],
     out: Annotated[Path, option("Write the robot here (.toml).")],
     pose: Annotated[
         list[str] | None,
