@@ -152,7 +152,7 @@ class Acquisition:
 
     def _storable(self) -> Sample:
         """The latest sample, if it may be stored now."""
-        sample, last = self.latest, next(reversed(self.rows), None)
+        sample, last = self.latest, [*self.rows][-1] if self.rows else None
         if sample is None:
             raise DataError("not stored: no sample has come from the source yet")
         reason = ""
@@ -174,7 +174,7 @@ class Acquisition:
         """Without the row of the current target, or else the last one; its target is current."""
         if not self.rows:
             raise DataError("there is no row to retake; store one first")
-        index = self.current if self.current in self.rows else next(reversed(self.rows))
+        index = self.current if self.current in self.rows else [*self.rows][-1]
         rows = MappingProxyType({i: row for i, row in self.rows.items() if i != index})
         message = f"{self.targets[index].name}: its row was discarded; measure it again"
         return replace(self, rows=rows, current=index, message=message)
@@ -251,9 +251,9 @@ class Acquisition:
     def _pose(self) -> tuple[Matrix4 | None, bool]:
         """Pose of the tool, measured or by the nominal model, and whether it has an orientation."""
         sample = self.latest
-        if sample is None or (self.is_measured and sample.position is None):
-            return None, False
-        if not self.is_measured:
+        if sample is not None and not self.is_measured:
             return self._nominal(sample), True
+        if sample is None or sample.position is None:
+            return None, False
         turn = np.eye(3) if sample.rotation is None else sample.rotation
         return se3.pose(turn, sample.position), sample.rotation is not None

@@ -99,13 +99,13 @@ class MeasuringPanel(AbstractPanel):
         )
         button(
             "Store as",
-            lambda: _elsewhere(self._worker.session),
+            lambda: StoreRow(target=_other_target(self._worker.session)),
             icon.TARGET_ARROW,
             "The arm is at that target, not at the current one: store its row and continue from there.",
             main=True,
-            visible=_elsewhere,
-            label=lambda s: f"Store as target {_elsewhere(s).target + 1}",
-            disabled=lambda s: not _can(s, _elsewhere(s)),
+            visible=lambda s: _other_target(s) is not None,
+            label=lambda s: f"Store as target {(_other_target(s) or 0) + 1}",
+            disabled=lambda s: not _can(s, StoreRow(target=_other_target(s))),
         )
         button(
             "Store anyway",
@@ -135,8 +135,8 @@ class MeasuringPanel(AbstractPanel):
     def _store_here(self) -> None:
         """Store for the current target, or for the one where the tool is."""
         session = self._worker.session
-        for command in (StoreRow(), _elsewhere(session)):
-            if command is not None and _can(session, command):
+        for command in (StoreRow(), StoreRow(target=_other_target(session))):
+            if _can(session, command):
                 self._worker.submit(command)
                 return
 
@@ -146,7 +146,9 @@ def _is_on(session: Session) -> bool:
 
 
 def _acquisition(session: Session) -> Acquisition:
-    return session.part(Measuring).acquisition
+    measuring = session.part(Measuring)
+    assert measuring is not None  # a mode's controls are asked while it is on
+    return measuring.acquisition
 
 
 def _goes_on(session: Session) -> bool:
@@ -157,10 +159,10 @@ def _has_no_row(session: Session) -> bool:
     return not _acquisition(session).rows
 
 
-def _elsewhere(session: Session) -> StoreRow | None:
-    """What stores a row for the target at which the tool is instead of the current one."""
+def _other_target(session: Session) -> int | None:
+    """The plate's target at which the tool is instead of the current one, counted from 0."""
     index = _acquisition(session).place().looks_like if _goes_on(session) else None
-    return None if index is None else StoreRow(target=_acquisition(session).targets[index].number)
+    return None if index is None else _acquisition(session).targets[index].number
 
 
 def _can(session: Session, command: StoreRow) -> bool:
