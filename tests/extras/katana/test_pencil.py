@@ -7,8 +7,17 @@ from PIL import Image
 from refusals import refuses
 
 from workbench.base.errors import DataError, FileError
-from workbench.extras.trajectories.pencil.reading import plotted_errors, plotted_profile, read_scan
-from workbench.extras.trajectories.pencil.sheet import INCH, Drawn, draw, scan, sheet
+from workbench.extras.katana.pencil import (
+    ANGLES,
+    INCH,
+    Drawn,
+    draw,
+    plotted_errors,
+    plotted_profile,
+    read_scan,
+    scan,
+    sheet,
+)
 
 RADIUS, DOTS = 0.08, 150.0
 PHI = np.linspace(0.0, 2.0 * np.pi, 361)
@@ -46,9 +55,9 @@ def test_a_lifted_pencil_leaves_a_gap():
     middle = image.shape[0] // 2
     image[: middle - 100, middle - 60 : middle + 60, 0] = 245  # no graphite left at the top
     found = plotted_profile(image, RADIUS)
-    top = np.abs(found.angle - np.pi / 2) < 0.1
+    top = np.abs(ANGLES - np.pi / 2) < 0.1
     assert not found.drawn[top].any()
-    assert found.drawn[~(np.abs(found.angle - np.pi / 2) < 0.3)].all()
+    assert found.drawn[~(np.abs(ANGLES - np.pi / 2) < 0.3)].all()
 
 
 def arm_on_paper(rng):
@@ -106,7 +115,7 @@ def test_what_is_no_circle_is_said(tmp_path):
         plotted_profile(sheet(RADIUS, dpi=DOTS), RADIUS)
     unmarked = image.copy()
     unmarked[:, int(high / 2 + 1.06 * RADIUS / INCH * DOTS) :] = 245
-    with refuses(DataError, "workbench pencil sheet"):
+    with refuses(DataError, "scan the whole sheet"):
         plotted_profile(unmarked, RADIUS)
     (tmp_path / "a.png").write_text("no picture")
     with refuses(FileError, path=str(tmp_path / "a.png")):

@@ -1,20 +1,20 @@
-"""A path that an arm drew on a printed circle, read from a scan: profile out, Cartesian errors with it.
+"""A path checked with pencil and paper: a circle drawn by an arm on a printed one (Katana §5.5.2).
 
-The print is red and the pencil grey: relative to red, green shows the print alone, and red shows the pencil
-alone. Around the print's middle both are sampled along rays; on each, the centroid of the ink is where its
-line crosses. The printed line is fitted by
+The sheet lies in the plane of the path. It carries the circle in red, with a mark at every quarter and a
+long one where the path begins. The pencil slides in the tool against a spring: it touches the paper at
+p + s z, p the tool's tip, z its axis, and a potentiometer reads how far s it stands out.
+
+In a scan, relative to red, green shows the print alone, and red shows the pencil alone, so that they can be
+distinguished where they cross. Around the print's middle both are sampled along rays; on each, the centroid
+of the ink is where its line crosses. The printed line is fitted by
 
     r(ψ) = r_0 + r_1 cos ψ + r_2 sin ψ + r_3 cos 2ψ + r_4 sin 2ψ
 
-(its middle off by r_1, r_2, its axes unequal by r_3, r_4), r_0 being the known radius: this is the scale. The
-long mark shows where the path begins. A drawn line says how far the path was outside or inside, not when it
-was where: errors along the path itself remain unseen.
+(its middle off by r_1, r_2, its axes unequal by r_3, r_4), r_0 being the known radius: this is the scale. A
+drawn line says how far the path was outside or inside, not when it was where. With ρ the ray and n the
+normal about which the path turns, the tip was
 
-With the potentiometer's reading s and the tool's axis z the tip was at the drawn point minus s z, so that
-
-    outside = drawn − s (z·ρ),      above = −s (z·n),
-
-ρ the ray, n the normal about which the path turns (Katana §5.5.2).
+    outside = drawn − s (z·ρ),      above = −s (z·n).
 """
 
 from dataclasses import dataclass
@@ -28,10 +28,31 @@ from scipy.ndimage import map_coordinates
 
 from workbench.base.circles import fit_circle
 from workbench.base.errors import DataError, FileError
-from workbench.base.types import Positions, Vector3, frozen
+from workbench.base.types import Poses, Positions, Vector3, frozen
 
-RAYS = 1440
-"""Rays about the middle."""
+INCH = 0.0254
+PRINT = 0.3e-3
+"""Width of the printed line [m]."""
+STROKE = 0.5e-3
+"""Width of the pencil's line [m]."""
+BORDER = 0.2
+"""Paper around the circle, as a share of its radius."""
+MARK = (0.02, 0.07)
+"""Where a quarter's mark begins and ends outside the circle, as shares of the radius."""
+LONG = 0.14
+"""Where the mark of the beginning ends, likewise."""
+RED = np.array([0.90, 0.22, 0.20])
+"""The printed ink's reflectance."""
+GRAPHITE = 0.35
+"""The pencil's reflectance."""
+PAPER = 0.96
+"""The paper's reflectance."""
+GRAIN = 0.25
+"""Relative roughness of the pencil's stroke."""
+GLOW = 0.012
+"""Standard deviation of the scanner's noise, as a share of white."""
+ANGLES = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
+"""Of the rays, counter-clockwise [rad]."""
 INKED = 0.25
 """Minimum share of green light that the print absorbs, relative to red."""
 DARK = 0.15
@@ -52,6 +73,127 @@ MARKED = (0.085, 0.125)
 """Where the long mark alone is, outside the circle, as shares of the radius."""
 OUTLIER_ROUNDS = 4
 """Rounds of every fit that leaves outliers out."""
+HARMONICS = np.stack(
+    [f(k * ANGLES) for k, f in ((0, np.cos), (1, np.cos), (1, np.sin), (2, np.cos), (2, np.sin))], 1
+)
+"""What the coefficients r_0 … r_4 of the printed line multiply."""
+
+Image = UInt8[np.ndarray, "height width 3"]
+"""A picture in red, green and blue."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Drawn:
+    """What a pencil drew.
+
+    Args:
+        points: Where it touched the paper: towards the beginning of the circle, and a quarter further [m].
+        extension: How far it stood out beyond its length at rest [m].
+    """
+
+    points: Float[np.ndarray, "rows 2"]
+    extension: Float[np.ndarray, " rows"]
+
+
+def draw(poses: Poses, centre: Vector3, along: Vector3, across: Vector3) -> Drawn:
+    """What tools at these poses draw on the plane of a circle.
+
+    Args:
+        poses: Of the tip of the pencil at rest, the tool's z axis along it [m].
+        centre: Middle of the printed circle, in the same frame [m].
+        along: Unit vector from there to where the path begins.
+        across: Unit vector from there to where it is after a quarter.
+    """
+    normal = np.cross(along, across)
+    slant = poses[:, :3, 2] @ normal
+    flattest = int(np.argmin(np.abs(slant)))
+    if abs(slant[flattest]) < 0.1:
+        raise DataError(f"the pencil lies flat on the paper in row {flattest}", row=flattest)
+    away = poses[:, :3, 3] - centre
+    extension = -(away @ normal) / slant
+    touch = away + extension[:, None] * poses[:, :3, 2]
+    return Drawn(points=frozen(touch @ np.stack([along, across], 1)), extension=frozen(extension))
+
+
+def sheet(radius: float, *, dpi: float = 300.0) -> Image:
+    """The sheet to print: circle and marks, the beginning on the right [radius in m]."""
+    x, y = _places(radius, dpi, (0.0, 0.0), 0.0)
+    return _shown(_print(x, y, radius, dpi))
+
+
+def scan(
+    drawn: Drawn,
+    radius: float,
+    *,
+    clockwise: bool,
+    rng: np.random.Generator,
+    dpi: float = 300.0,
+    turned: float = 0.0,
+    shifted: tuple[float, float] = (0.0, 0.0),
+) -> Image:
+    """A scan of the sheet with the pencil's stroke on it.
+
+    Args:
+        drawn: The stroke, once around.
+        radius: Of the printed circle [m].
+        clockwise: Whether the path runs clockwise for who looks at the paper.
+        dpi: Dots per inch.
+        turned: How the sheet lies on the scanner, counter-clockwise [rad].
+        shifted: And where [m]; the third number does not count.
+    """
+    x, y = _places(radius, dpi, shifted, turned)
+    paper = _print(x, y, radius, dpi)
+    sense = -1.0 if clockwise else 1.0
+    angle = np.unwrap(np.arctan2(drawn.points[:, 1], drawn.points[:, 0]))
+    distance = np.linalg.norm(drawn.points, axis=1)
+    order = np.argsort(angle)
+    reach = np.hypot(x, y)
+    near = (reach > distance.min() - STROKE - INCH / dpi) & (reach < distance.max() + STROKE + INCH / dpi)
+    here = sense * np.arctan2(y[near], x[near])
+    turn = 2.0 * np.pi
+    here = here + turn * np.ceil((angle.min() - here) / turn)
+    line = np.interp(here, angle[order], distance[order])
+    stroke = _edge(0.5 * STROKE - np.abs(reach[near] - line), dpi) * (here <= angle.max())
+    grain = 1.0 + GRAIN * rng.standard_normal(x.shape)[near]
+    dark = stroke * (1.0 - GRAPHITE) * np.clip(grain, 0.0, 1.3)
+    paper[near] *= (1.0 - np.clip(dark, 0.0, 0.95))[:, None]
+    return _shown(paper + GLOW * rng.standard_normal(paper.shape))
+
+
+def _places(
+    radius: float, dpi: float, shifted: tuple[float, float], turned: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates of every dot on the paper, x towards the beginning, y a quarter counter-clockwise [m]."""
+    dots = int(np.ceil(2.0 * radius * (1.0 + BORDER) / INCH * dpi))
+    along = (np.arange(dots) - 0.5 * (dots - 1)) * INCH / dpi
+    across, down = np.meshgrid(along - shifted[0], along + shifted[1])
+    c, s = np.cos(turned), np.sin(turned)
+    return c * across - s * down, -s * across - c * down
+
+
+def _print(x: np.ndarray, y: np.ndarray, radius: float, dpi: float) -> np.ndarray:
+    ink = np.zeros(x.shape)
+    ring = np.abs(np.hypot(x, y) - radius)
+    near = ring < 0.5 * PRINT + INCH / dpi
+    ink[near] = _edge(0.5 * PRINT - ring[near], dpi)
+    for along, beside, end in ((x, y, LONG), (y, x, MARK[1]), (-x, y, MARK[1]), (-y, x, MARK[1])):
+        near = (np.abs(beside) < 0.5 * PRINT + INCH / dpi) & (along > 0.5 * radius)
+        along, beside = along[near], beside[near]
+        inside = np.minimum(along - radius * (1.0 + MARK[0]), radius * (1.0 + end) - along)
+        ink[near] = np.maximum(ink[near], _edge(np.minimum(0.5 * PRINT - np.abs(beside), inside), dpi))
+    paper = np.full((*x.shape, 3), PAPER)
+    inked = ink > 0.0
+    paper[inked] = PAPER * (1.0 - ink[inked][:, None] * (1.0 - RED))
+    return paper
+
+
+def _edge(inside: np.ndarray, dpi: float) -> np.ndarray:
+    """Share of a dot that ink covers, by how far its middle is inside [m]."""
+    return np.clip(0.5 + inside * dpi / INCH, 0.0, 1.0)
+
+
+def _shown(reflectance: np.ndarray) -> Image:
+    return np.clip(255.0 * reflectance + 0.5, 0, 255).astype(np.uint8)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -59,13 +201,12 @@ class PlottedProfile:
     """A drawn line beside the printed circle.
 
     Args:
-        angle: Of every ray from the beginning, counter-clockwise for who looks at the paper [rad].
-        out: How far outside the printed circle the pencil was [m]; NaN where it drew nothing.
+        out: How far outside the printed circle the pencil was at each of `ANGLES` from the beginning,
+            counter-clockwise for who looks at the paper [m]; NaN where it drew nothing.
         scale: Size of a dot [m].
         oval: By how much the scan's axes differ, as a share.
     """
 
-    angle: Float[np.ndarray, " rays"]
     out: Float[np.ndarray, " rays"]
     scale: float
     oval: float
@@ -79,8 +220,7 @@ class PlottedProfile:
         place = (angle % (2.0 * np.pi)) / (2.0 * np.pi) * len(self.out)
         low = np.floor(place).astype(int)
         share = place - low
-        beside = self.out[low % len(self.out)], self.out[(low + 1) % len(self.out)]
-        return (1.0 - share) * beside[0] + share * beside[1]
+        return (1.0 - share) * self.out[low % len(self.out)] + share * self.out[(low + 1) % len(self.out)]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -102,8 +242,7 @@ class PlottedErrors:
         return np.linalg.norm(self.vector, axis=1)
 
 
-def read_scan(path: Path | str) -> UInt8[np.ndarray, "height width 3"]:
-    """A scan as red, green and blue."""
+def read_scan(path: Path | str) -> Image:
     try:
         with Pictures.open(path) as picture:
             return np.asarray(picture.convert("RGB"))
@@ -113,9 +252,7 @@ def read_scan(path: Path | str) -> UInt8[np.ndarray, "height width 3"]:
         ) from None
 
 
-def plotted_profile(
-    scan: UInt8[np.ndarray, "height width 3"], radius: float, *, source: str = "the scan"
-) -> PlottedProfile:
+def plotted_profile(scan: Image, radius: float, *, source: str = "the scan") -> PlottedProfile:
     """The pencil's line beside the printed circle.
 
     Args:
@@ -128,8 +265,7 @@ def plotted_profile(
     dark = np.clip(1.0 - red / np.percentile(red, 90.0), 0.0, 1.0)
     middle, size = _rough(inked, source)
     middle, line = _refined(inked, middle, size, source)
-    shape = _harmonics(_rays())
-    ring = shape @ line
+    ring = HARMONICS @ line
     oval = float(np.hypot(line[3], line[4]) / line[0])
     if oval > OVAL:
         raise DataError(
@@ -145,16 +281,9 @@ def plotted_profile(
             found=share,
         )
     begin = _beginning(inked, middle, line[0], source)
-    angle = (_rays() - begin) % (2.0 * np.pi)
-    order = np.argsort(angle)
     out = radius * (crossed / ring - 1.0)
-    even = np.linspace(0.0, 2.0 * np.pi, RAYS, endpoint=False)
-    return PlottedProfile(
-        angle=frozen(even),
-        out=frozen(np.interp(even, angle[order], out[order], period=2.0 * np.pi)),
-        scale=radius / float(line[0]),
-        oval=oval,
-    )
+    out = np.interp(ANGLES, (ANGLES - begin) % (2.0 * np.pi), out, period=2.0 * np.pi)
+    return PlottedProfile(out=frozen(out), scale=radius / float(line[0]), oval=oval)
 
 
 def plotted_errors(
@@ -191,16 +320,6 @@ def plotted_errors(
     )
 
 
-def _rays() -> Float[np.ndarray, " rays"]:
-    """Angles of the rays, counter-clockwise from the picture's right [rad]."""
-    return np.linspace(0.0, 2.0 * np.pi, RAYS, endpoint=False)
-
-
-def _harmonics(angle: np.ndarray) -> Float[np.ndarray, "rays 5"]:
-    parts = [np.ones(len(angle)), np.cos(angle), np.sin(angle), np.cos(2 * angle), np.sin(2 * angle)]
-    return np.stack(parts, 1)
-
-
 def _rough(inked: np.ndarray, source: str) -> tuple[np.ndarray, float]:
     """Middle (row, column) and radius of the print, in dots, from the red dots alone."""
     row, column = np.nonzero(inked > INKED)
@@ -226,9 +345,8 @@ def _refined(
     inked: np.ndarray, middle: np.ndarray, size: float, source: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Middle in dots, and the coefficients of the printed line about it, marks left out."""
-    shape = _harmonics(_rays())
     for _ in range(2):
-        found = _crossings(inked, middle, np.full(RAYS, size), INKED)
+        found = _crossings(inked, middle, np.full(len(ANGLES), size), INKED)
         seen = np.isfinite(found)
         if seen.mean() < MIN_RAYS:
             raise DataError(
@@ -237,8 +355,8 @@ def _refined(
                 found=float(seen.mean()),
             )
         for _ in range(OUTLIER_ROUNDS):
-            line = np.linalg.lstsq(shape[seen], found[seen], rcond=None)[0]
-            away = np.abs(found - shape @ line)
+            line = np.linalg.lstsq(HARMONICS[seen], found[seen], rcond=None)[0]
+            away = np.abs(found - HARMONICS @ line)
             seen &= away <= max(4.0 * float(np.median(away[seen])), 0.05)
         middle, size = middle + np.array([-line[2], line[1]]), float(line[0])
         line[1:3] = 0.0
@@ -259,7 +377,7 @@ def _crossings(ink: np.ndarray, middle: np.ndarray, ring: np.ndarray, minimum: f
 
 def _sampled(ink: np.ndarray, middle: np.ndarray, distance: np.ndarray) -> np.ndarray:
     """The picture at some distances along every ray."""
-    angle = _rays()[:, None]
+    angle = ANGLES[:, None]
     places = np.stack([middle[0] - distance * np.sin(angle), middle[1] + distance * np.cos(angle)])
     return map_coordinates(ink, places, order=1, mode="constant", cval=0.0)
 
@@ -267,12 +385,12 @@ def _sampled(ink: np.ndarray, middle: np.ndarray, distance: np.ndarray) -> np.nd
 def _beginning(inked: np.ndarray, middle: np.ndarray, size: float, source: str) -> float:
     """Angle of the long mark, counter-clockwise from the picture's right [rad]."""
     radius = size * (1.0 + np.linspace(*MARKED, 40))
-    seen = _sampled(inked, middle, np.broadcast_to(radius, (RAYS, len(radius)))).mean(axis=1)
+    seen = _sampled(inked, middle, np.broadcast_to(radius, (len(ANGLES), len(radius)))).mean(axis=1)
     strength = np.where(seen > 0.5 * INKED, seen, 0.0)
-    together = np.abs(np.sum(strength * np.exp(1j * _rays()))) / max(strength.sum(), 1e-9)
-    if together < 0.99:
+    mark = np.sum(strength * np.exp(1j * ANGLES))
+    if np.abs(mark) < 0.99 * max(strength.sum(), 1e-9):
         raise DataError(
-            f"{source}: the long mark where the path begins is not found outside the printed circle; print "
-            "the sheet with `workbench pencil sheet` and scan all of it"
+            f"{source}: the long mark where the path begins is not found outside the printed circle; scan "
+            "the whole sheet"
         )
-    return float(np.angle(np.sum(strength * np.exp(1j * _rays()))))
+    return float(np.angle(mark))
