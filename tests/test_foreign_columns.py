@@ -177,9 +177,8 @@ def test_it_drives_the_page_its_journal_and_the_recording(here, table):
         """
     assert python(ON_PAGE + dedent(code), **here) == "['humidity-swell'] 80 set()\n"
     assert [path for path in (here["folder"] / "rec").rglob("*.rrd") if path.stat().st_size > 10_000]
-    (replayed,) = commands("replay rec --report page.html", **here)
+    (replayed,) = commands("replay rec", **here)
     assert (replayed.status, replayed.err) == (0, "")
-    assert "humidity-swell" in (here["folder"] / "page.html").read_text()
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from workbench.base.installed_package import NAME
 ROOT = Path(__file__).resolve().parents[1]
 EXTRAS = sorted(path.parent.name for path in ROOT.glob("workbench/extras/*/__init__.py"))
 POINTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
-READ = ("observations", "options", "panels", "preparations", "drawables", "page_drawables", "watchers")
+READ = ("observations", "options", "panels", "preparations", "drawables", "watchers")
 READ += ("moving_drawables",)
 READ += ("session_commands",)
 """Groups whose parts the program loads whether or not they are used."""

@@ -72,17 +72,14 @@ def right():
         "read_urdf": (folder / "arm.urdf",),
         "read_trajectory": (folder / "rows.csv",),
         "choose_poses": (aria, 5),
-        "compare_fleet": (folder,),
         "compensate": (aria, folder / "rows.csv"),
         "extract": (aria, rows),
         "map_motors": (aria, rows),
         "rezero": (aria, rows),
         "tcp": (aria, rows),
         "frame": (aria, rows),
-        "check": (aria, rows),
         "try_plate": (aria, plate),
         "identification_jacobian_blocks": (aria, q, ("joint1.theta",)),
-        "compare_leader": (folder,),
         "table_readings": ([{"a": 0.1, "alpha": 0.0, "d": 0.0, "theta": 0.0}],),
         "typed_readings": (np.zeros((3, 12)), (False,) * 6),
         "find_convention": ((), ()),
@@ -172,7 +169,7 @@ def test_fields_of_records_are_read_with_their_units():
 
 @pytest.mark.parametrize("size", ["0.5", "0.5 deg", -1e-3, np.nan, np.inf])
 @pytest.mark.parametrize(
-    "verb", [pytest.param(v, marks=pytest.mark.extra("pendant")) for v in ("tcp", "frame", "check")]
+    "verb", [pytest.param(v, marks=pytest.mark.extra("pendant")) for v in ("tcp", "frame")]
 )
 def test_an_accuracy_without_its_unit_is_refused(verb, size):
     arm, rows = right()["identify"]

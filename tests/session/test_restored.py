@@ -231,3 +231,11 @@ def test_a_posture_of_another_place_is_computed_again(mixed):
     found = restore(read_recording(mixed('"q": ')))
     assert {(d.step, d.name.split(".")[2]) for d in found.differences if "targets" in d.name} == {(2, "q")}
     assert found.warning
+
+
+def test_a_xacro_of_an_earlier_version_is_left_out_and_named(plain):
+    def xacro(line):
+        line |= {"command": "LoadModel", "title": "Open a.xacro", "fields": {"name": "a.xacro", "poses": []}}
+
+    (note,) = plain(1, xacro).notes
+    assert mentions(note, "Open a.xacro")

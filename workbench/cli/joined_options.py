@@ -17,7 +17,6 @@ from workbench.base.registry import Registry, warn_of_broken
 if TYPE_CHECKING:
     from workbench.arm.robot import Robot
     from workbench.data.dataset import Dataset
-    from workbench.plate.poses.sight import AbstractSight
     from workbench.session.view import AbstractView
     from workbench.session.worker import Worker
 
@@ -30,14 +29,6 @@ class AbstractSource(ABC):
         """Measurements with as many joints as the arm has; None if these options were not given."""
 
 
-class AbstractAim(ABC):
-    """Options by which another package defines what an instrument sees, added to those of `poses`."""
-
-    @abstractmethod
-    def sight(self) -> "AbstractSight | None":
-        """What the instrument sees; None if these options were not given."""
-
-
 class AbstractCompanion(ABC):
     """Options by which another package adds a view beside the page: the same for `PageOptions`."""
 
@@ -47,10 +38,7 @@ class AbstractCompanion(ABC):
 
 
 OPTIONS: Registry[Any] = Registry(
-    "set of options",
-    (AbstractSource, AbstractAim, AbstractCompanion),
-    group="workbench.options",
-    classes=True,
+    "set of options", (AbstractSource, AbstractCompanion), group="workbench.options", classes=True
 )
 """Options that other packages add to ours."""
 

@@ -1,1 +1,1 @@
-"""Hobby arms of servo motors: motor counts and LeRobot's files against the URDF, leader against follower."""
+"""Hobby arms of servo motors: motor counts and LeRobot's calibrations against the URDF."""

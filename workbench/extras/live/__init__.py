@@ -1,1 +1,1 @@
-"""Guided measurement in a terminal, from a live source, and a virtual arm in place of one."""
+"""Guided measurement from a live source, and a virtual arm in place of one."""

@@ -1,1 +1,1 @@
-"""ROS bags, motion capture, C3D, logs of controllers, and layouts of public data sets."""
+"""ROS bags, MATLAB files, motion capture, logs of controllers, and layouts of public data sets."""

@@ -1,1 +1,1 @@
-"""Calibrated arms over the years: calibrations over time and fleets."""
+"""Calibrated arms later on: verified on fresh poses, rezeroed after a collision."""

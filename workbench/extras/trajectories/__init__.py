@@ -1,1 +1,1 @@
-"""Trajectories: planned, played on both arms, corrected, and checked with pencil and paper."""
+"""Trajectories: planned, played on both arms, and corrected."""

@@ -66,6 +66,8 @@ def decode(name: str, values: Mapping[str, Any], load: Load, *, title: str = "")
         if not name.isidentifier():
             raise ValueError(f"'{name}' is not the name of a command")
         return UnknownCommand(name, title)
+    if name == "LoadModel" and str(values.get("name")).lower().endswith(".xacro"):
+        return UnknownCommand("open a xacro", title)  # earlier versions expanded them
     return _build(kind, values, load)
 
 

@@ -1,1 +1,0 @@
-"""What an arm's geometry and its circles show without a fit: redundant constants, axes of its joints."""
