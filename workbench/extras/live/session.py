@@ -12,7 +12,7 @@ from workbench.base.types import frozen
 from workbench.base.wording import plural
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate_targets, virtual_arm
-from workbench.extras.live.acquisition import Acquisition, CaptureTarget, Event, plate_targets
+from workbench.extras.live.acquisition import Acquisition, Event, plate_targets
 from workbench.extras.live.driver import STEERING, VirtualArm, VirtualMotion, beside
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.standstill import ORIENTATION_STILL, POSITION_STILL, StandstillDetector, continues
@@ -26,7 +26,6 @@ from workbench.session.commands.data import (
     reached_postures,
     with_other_data,
 )
-from workbench.session.journal.numbers import Subject
 from workbench.session.judgement import Tone
 from workbench.session.loaded_measurements import Loaded, observation_text
 from workbench.session.next_step import LOAD, Action, NextStep
@@ -435,15 +434,3 @@ def _source(session: Session) -> Source:
     if (source := session.part(Source)) is None:
         raise OptionError("no arm is connected; start the page with workbench serve --source HOST:PORT")
     return source
-
-
-def _parts(session: Session) -> tuple[tuple[Sample | None, ...] | None, CaptureTarget | None]:
-    measuring = session.part(Measuring)
-    return (None, None) if measuring is None else (measuring.acquisition.taken, measuring.acquisition.target)
-
-
-NUMBERS = Subject(
-    "measuring",
-    _parts,
-    lambda taken, target: {"target": target.name, "rows": sum(row is not None for row in taken)},
-)

@@ -17,9 +17,9 @@ from workbench.report.figures import DrawnFigure, svg
 from workbench.report.html import page_template
 from workbench.report.numbers import short
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
-from workbench.session.journal.compare_numbers import Replayed
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.reader import JournalLine, Recording
+from workbench.session.journal.restore import Restored
 from workbench.session.state import Session
 from workbench.session.target_state import Score
 from workbench.views.recording.sentences import model_errors, parameter_rows, remarks, with_predicted
@@ -28,7 +28,7 @@ DEGREES = float(np.rad2deg(1.0))
 PREDICTED = (("predicted error, rms [mm]", 1e3), ("predicted rotation error, rms [°]", DEGREES))
 
 
-def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
+def write_page(recording: Recording, replayed: Restored, path: Path) -> Path:
     """Write the report of a recorded session, the file whole or not at all."""
     first, last = recording.first, replayed.session
     found, run = last.results.identification, last.results.run

@@ -13,6 +13,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.solve import follow
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.progress import progress
 from workbench.base.registry import Registry
@@ -58,6 +59,10 @@ class ChooseRobot(AbstractTask[Session]):
 
     def compute(self, session: Session) -> Session:
         progress(0.2, "solving inverse kinematics for the targets")
+        if self.name.lower() not in (known := built_in_robots()):  # a journal may say anything
+            raise OptionError(
+                f"unknown arm '{self.name}'; built-in: {', '.join(known)}", option="name", found=self.name
+            )
         robot = _robot_that_gives(self.name, self.poses) if self.poses else load_robot(self.name)
         if self.keep and (file := self._unread(session)) is not None:
             begun = start_with(robot, session)
