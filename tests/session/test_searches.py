@@ -12,8 +12,6 @@ from workbench.base.errors import DataError
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
-from workbench.session.commands.data import MeasureVirtualArm
-from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import FoundPlate, ImprovePlate
 from workbench.session.judgement import Tone
@@ -21,13 +19,6 @@ from workbench.session.next_step import LOAD, MAKE, next_step
 from workbench.session.page_state import Severity
 from workbench.session.target_state import TargetState
 from workbench.views.page.panels.selected_target import near_limit
-
-
-def test_what_can_not_be_diagnosed_is_said(do):
-    for commands in ((Diagnose(),), (MeasureVirtualArm(5), Diagnose()), (AddEffects(),), (TakeNextPoses(),)):
-        session = do(*commands)
-        assert session.results.diagnosis is None
-        assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_more_targets_are_searched_or_fewer_and_a_plate_that_was_good_stays(first, monkeypatch):
