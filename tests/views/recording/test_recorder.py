@@ -13,10 +13,9 @@ from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.undo import Undo
-from workbench.session.journal import replay
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.folder import begin, resume
-from workbench.session.journal.numbers import ROUNDING, changed_numbers, compare
+from workbench.session.journal.numbers import changed_numbers
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
 from workbench.views.recording.contents import thinned
@@ -98,12 +97,10 @@ def test_pictures_that_are_links_or_pipes_are_neither_shown_nor_written(tmp_path
 
 
 def test_a_restored_session_is_the_replayed_one(sample, replayed):
-    """An older version drew the sample's numbers: they agree but for the last digits."""
-    restored, again = restore(sample).session, replayed.session
-    pairs = [*compare(changed_numbers(restored, None), changed_numbers(again, None))]
-    assert max(pair.size for pair in pairs) <= ROUNDING
-    a, b = restored.results.identification.runs["opt2"].fit, again.results.identification.runs["opt2"].fit
-    assert a.x == pytest.approx(b.x, rel=1e-9)
+    again = restore(sample)
+    assert again.differences == ()
+    a, b = (found.session.results.identification.runs["opt2"].fit.x for found in (again, replayed))
+    assert a.tolist() == b.tolist()
 
 
 def same_targets(restored, again):
@@ -116,17 +113,7 @@ def same_targets(restored, again):
     ):
         assert [s.q.tolist() for s in a.states] == [s.q.tolist() for s in b.states]
         assert [t.xyz.tolist() for t in a.plate.targets] == [t.xyz.tolist() for t in b.plate.targets]
-    assert [(s.position, s.indices) for s in restored.history.scores] == [
-        (s.position, s.indices) for s in again.history.scores
-    ]
-    if again.drag is None:  # in the middle of a drag those of its beginning are shown
-        assert [(w.name, w.q.tolist()) for w in restored.branches.found] == [
-            (w.name, w.q.tolist()) for w in again.branches.found
-        ]
-    assert (restored.score.worst, restored.history.best_score.worst) == (
-        again.score.worst,
-        again.history.best_score.worst,
-    )
+    assert [s.indices for s in restored.history.scores] == [s.indices for s in again.history.scores]
     assert restored.drag == again.drag
 
 
@@ -152,9 +139,6 @@ def test_drags_out_of_reach_and_back_are_restored(sample, tmp_path):
     worker = live(tmp_path / "r", sample.robot, sample.plate, commands)
     recording = read_recording(tmp_path / "r")
     assert len(recording.lines) == len(worker.journal)
-    for step in (3, 9, 14, 40, len(recording.lines)):
-        part = recording.truncated_at(step)
-        same_targets(restore(part).session, replay(part.first, part.entries))
     restored = restore(recording)
     assert restored.differences == ()
     same_targets(restored.session, worker.session)
