@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from direct_commands import done
 from driven_effects import driven_file
-from refusals import mentions
 
 from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
@@ -241,16 +240,6 @@ def test_an_action_opens_the_tab_where_its_outcome_is_seen(walked):
         assert {action.tab for action in actions} == {tab}
     for session in (walked["first"], unreached(walked["first"], reached=False)):
         assert next_step(session).next.tab is Tab.PLATE
-
-
-def test_rows_that_are_too_few_for_the_arm_are_said_at_once(walked):
-    session = walked["loaded"]
-    loaded = session.measurements.loaded
-    few = replace(loaded, dataset=loaded.dataset.take(np.arange(3)))
-    step = next_step(replace(session, measurements=replace(session.measurements, loaded=few)))
-    assert mentions(step.sentence, "3 rows")
-    assert step.tone is Tone.CAREFUL
-    assert step.next.tab is Tab.MEASURE
 
 
 def test_what_its_buttons_do_makes_sense_there(walked):

@@ -6,20 +6,16 @@ the rows of a table (`ROWS`) the first that applies to the session says the step
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import cache
 
 import numpy as np
 
-from workbench.arm.robot import Robot
-from workbench.base.errors import DataError
 from workbench.base.wording import capital, plural
-from workbench.data.dataset import Dataset
 from workbench.data.readers.layouts import PLAIN
 from workbench.data.readers.mapping import with_headings_corrected
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.checks.arm_match import ArmMatch
 from workbench.identification.result import LOOK_AGAIN, judged
-from workbench.identification.rows.row_selection import check_enough
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand, kinds
 from workbench.session.commands.arm import ChooseRobot
@@ -29,7 +25,6 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
-from workbench.session.commands.undo import Undo
 from workbench.session.export import File, NotedFile, fixture_zip
 from workbench.session.judgement import Tone, arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile
@@ -71,7 +66,6 @@ CAUSE = Action("Find the cause", Tab.CALIBRATE, Diagnose())
 ADD = Action("Add the effects found", Tab.CALIBRATE, AddEffects())
 PLATE = Action("Back to the plate", Tab.PLATE)
 BACK = Action("Back to the calibration", Tab.CALIBRATE)
-KEEP = Action(Undo.title, Tab.CALIBRATE, Undo())
 COMPARE = Action("Compare", Tab.COMPARE)
 TAKE = Action("Save the arm …", Tab.EXPORT)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
@@ -82,13 +76,8 @@ POSES = Action("Add the next poses as targets", Tab.PLATE, TakeNextPoses())
 def next_step(session: Session) -> NextStep:
     """The state of this session; where it advises to save the arm, the tone is no better than the verdict."""
     step = next(found for row in ROWS if (found := row(session)) is not None)
-    file = session.measurements.unread
-    if (
-        session.measurements.loaded is not None
-        and session.is_idle
-        and file is not None
-        and file.match is not None
-    ):
+    loaded, file = session.measurements.loaded, session.measurements.unread
+    if loaded is not None and file is not None and file.match is not None and session.is_idle:
         step = replace(step, other=_change_to(file.match))
     judged = arm_judgement(session) if step.next == TAKE else None
     if judged is None:
@@ -151,12 +140,8 @@ def _loaded(session: Session) -> NextStep | None:
         return None
     if loaded.match is not None and loaded.is_foreign:
         return _foreign(loaded.match, loaded.file)
-    if lack := _lack(session.robot, loaded.dataset):
-        return NextStep(f"{capital(lack)}.", Tone.CAREFUL, MORE, FIT)
-    before = session.history.done[-1].session if session.history.done else None
-    is_put_away = before is not None and before.results.identification is not None
     text = f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}."
-    return NextStep(text, next=FIT, other=KEEP if is_put_away else LOAD)
+    return NextStep(text, next=FIT, other=LOAD)
 
 
 def _added(session: Session) -> NextStep | None:
@@ -238,16 +223,6 @@ ROWS: tuple[Callable[[Session], NextStep | None], ...] = (
     _identified,
 )
 """Steps in the order in which they go before each other; None where one does not apply."""
-
-
-@lru_cache(maxsize=2)
-def _lack(robot: Robot, data: Dataset) -> str:
-    """Why rows are too few for the arm's parameters; empty if they are enough."""
-    try:
-        check_enough(robot, data, None)
-    except DataError as error:
-        return str(error)
-    return ""
 
 
 def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
