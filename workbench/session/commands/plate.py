@@ -9,6 +9,7 @@ import numpy as np
 from workbench.base.errors import DataError, OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate
+from workbench.plate.plate_toml import plate_text
 from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.commands.target_placement import place_plate
 from workbench.session.judgement import Tone, plate_judgement
@@ -150,7 +151,11 @@ def more_targets(session: Session) -> int | None:
 class AbstractPlateTrial(AbstractTask[PlateTrial]):
     """Try the plate on virtual arms, as an extra does: the next step is the first such command."""
 
+    stored = PlateTrial
+
     def finish(self, session: Session, result: PlateTrial) -> Session:
+        if plate_text(result.plate) == plate_text(session.plate):  # of a journal it is another object
+            result = replace(result, plate=session.plate)
         return session.with_part(result).with_message(Severity.LOG, result.text)
 
 

@@ -163,6 +163,9 @@ def _reader(hint: Any) -> Read:
         return _items_reader(typing.get_args(hint))
     if getattr(hint, "array_type", None) is np.ndarray:
         return lambda value, load: frozen(np.array(value, float))
+    if isinstance(hint, type) and issubclass(hint, tuple):
+        each = tuple(map(_reader, typing.get_type_hints(hint).values()))
+        return lambda value, load: hint(*(read(v, load) for read, v in zip(each, value, strict=True)))
     if hint is bytes:
         return lambda value, load: load(value["file"])
     if dataclasses.is_dataclass(hint):

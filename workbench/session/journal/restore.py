@@ -57,7 +57,8 @@ class Restored:
     def text(self) -> str:
         if not self.differences:
             return "all the same"
-        return f"{len(self.differences)} differ; step {self.worst.step}: {_number(self.worst)}"
+        where = f"after step {self.worst.step}" if self.worst.step else "at the start"
+        return f"{len(self.differences)} differ, {where}: {_number(self.worst)}"
 
     @property
     def warning(self) -> str:
