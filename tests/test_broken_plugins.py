@@ -104,28 +104,6 @@ def test_a_broken_part_costs_one_warning_and_no_command(rows, tmp_path, case):
     assert len(set(warned)) <= 1
 
 
-def test_a_journal_number_that_raises_leaves_a_recording(tmp_path):
-    code = """
-        import warnings
-        from pathlib import Path
-        from workbench.arm.built_in_arms import load_robot
-        from workbench.base.registry import BROKEN_PARTS
-        from workbench.plate.plate_toml import load_plate
-        from workbench.session.journal.folder import begin
-        from workbench.session.journal.numbers import SUBJECTS, Subject, changed_numbers
-
-        warnings.simplefilter("ignore")
-        SUBJECTS.register(Subject("raises", lambda s: (s.robot,), lambda robot: 1 / 0))
-        SUBJECTS.register(Subject("no-tuple", lambda s: 1 / 0, lambda robot: robot.reach))
-        SUBJECTS.register(Subject("no-json", lambda s: (s.robot,), lambda robot: {1, 2}))
-        begun = begin(load_robot("aria"), load_plate("table2"), folder=Path("rec"))
-        found = changed_numbers(begun.session, None)
-        broken = {"raises", "no-tuple", "no-json"} & found.keys()
-        print(len(BROKEN_PARTS), "robot" in found, broken)
-        """
-    assert python(code, folder=tmp_path) == "3 True set()\n"
-
-
 def test_a_part_has_what_its_kind_declares():
     class Untyped(AbstractPanel):
         tab, order = "plate", "first"

@@ -1,6 +1,5 @@
 """Guided measurement: the arm moves from target to target, and rows are stored one by one (ARIA 5.1)."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from workbench.base.types import frozen
 from workbench.base.wording import plural
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate_targets, virtual_arm
-from workbench.extras.live.acquisition import Acquisition, CaptureTarget, plate_targets
+from workbench.extras.live.acquisition import Acquisition, plate_targets
 from workbench.extras.live.driver import STEERING, VirtualArm, VirtualMotion, beside
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.standstill import ArmState
@@ -26,7 +25,6 @@ from workbench.session.commands.data import (
     reached_postures,
     with_other_data,
 )
-from workbench.session.journal.numbers import Subject
 from workbench.session.judgement import Tone
 from workbench.session.loaded_measurements import Loaded, observation_text
 from workbench.session.next_step import LOAD, Action, NextStep
@@ -393,11 +391,3 @@ def _source(session: Session) -> Source:
     if (source := session.part(Source)) is None:
         raise OptionError("no arm is connected; start the page with workbench serve --source HOST:PORT")
     return source
-
-
-def _parts(session: Session) -> tuple[Mapping[int, Sample] | None, CaptureTarget | None]:
-    measuring = session.part(Measuring)
-    return (None, None) if measuring is None else (measuring.acquisition.rows, measuring.acquisition.target)
-
-
-NUMBERS = Subject("measuring", _parts, lambda rows, target: {"target": target.name, "rows": len(rows)})
