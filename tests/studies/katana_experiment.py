@@ -4,15 +4,13 @@ Postures that load one joint at a time, with a mass hung onto the tool, are plan
 upright, is pulled sideways and seen by the tracker. Hidden sizes are drawn about the printed ones.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from jaxtyping import Float
 
 from studies import katana_printed as printed
 from studies.finding import Finding, judged
 from studies.katana_study import LOADED
-from studies.page import Sheet
+from studies.output import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.base.progress import progress, running
 from workbench.extras.katana.load_test.experiment import run_load_test
@@ -25,24 +23,8 @@ WITHIN = (0.05, 0.05, 0.10)
 TABLES = (printed.CLEARANCE, printed.BACKLASH, printed.STIFFNESS)
 
 
-@dataclass(frozen=True, eq=False)
-class Experiments:
-    """Several arms read with inclinometers.
-
-    Args:
-        errors: Relative error of clearance, backlash and stiffness, arm by arm and joint by joint.
-    """
-
-    errors: Float[np.ndarray, "arms 5 3"]
-
-
-def experiments(*, arms: int, seed: int = 0) -> Experiments:
-    """Do the experiment on several virtual arms.
-
-    Args:
-        arms: How many.
-        seed: Of the first arm.
-    """
+def experiments(*, arms: int, seed: int = 0) -> Float[np.ndarray, "arms 5 3"]:
+    """Relative error of clearance, backlash and stiffness of several virtual arms, joint by joint."""
     robot = load_robot("katana450-three-rotation")
     errors = []
     for arm in range(arms):
@@ -51,12 +33,12 @@ def experiments(*, arms: int, seed: int = 0) -> Experiments:
         pairs = zip(found.joints, found.hidden, strict=True)
         errors.append([[getattr(a, kind) / getattr(b, kind) - 1.0 for kind in KINDS] for a, b in pairs])
         progress((arm + 1) / arms, "joints loaded")
-    return Experiments(np.array(errors))
+    return np.array(errors)
 
 
-def experiment_findings(found: Experiments) -> tuple[Finding, ...]:
+def experiment_findings(found: Float[np.ndarray, "arms 5 3"]) -> tuple[Finding, ...]:
     """How nearly the tables' sizes are found again."""
-    worst = np.abs(found.errors).max(axis=0)
+    worst = np.abs(found).max(axis=0)
     findings = []
     for kind, (word, within) in enumerate(zip(KINDS, WITHIN, strict=True)):
         loaded = float(worst[list(LOADED), kind].max())
@@ -64,7 +46,7 @@ def experiment_findings(found: Experiments) -> tuple[Finding, ...]:
         findings.append(
             judged(
                 table, f"{word} of joints 2 to 5 from inclinometers, greatest error", "(none printed)",
-                f"{100 * loaded:.1f} % over {len(found.errors)} arms; joint 1 by side pulls "
+                f"{100 * loaded:.1f} % over {len(found)} arms; joint 1 by side pulls "
                 f"{100 * worst[0, kind]:.1f} %", loaded <= within,
                 f"0.001° a reading, {ADDED:g} kg at the tool",
             )
@@ -72,10 +54,10 @@ def experiment_findings(found: Experiments) -> tuple[Finding, ...]:
     return tuple(findings)
 
 
-def experiment_sheet(found: Experiments) -> Sheet:
+def experiment_sheet(found: Float[np.ndarray, "arms 5 3"]) -> Sheet:
     """Tables 4.3 and 4.4 as printed, and the error with which such sizes are found."""
     scales = (np.rad2deg(1.0), np.rad2deg(1.0), 1.0 / printed.KILOGRAM_METRE_PER_DEGREE)
-    worst = 100.0 * np.abs(found.errors).max(axis=0)
+    worst = 100.0 * np.abs(found).max(axis=0)
     rows = tuple(
         (
             str(joint + 1),
@@ -87,9 +69,12 @@ def experiment_sheet(found: Experiments) -> Sheet:
     )
     return Sheet(
         "Tables 4.3 and 4.4: the joints",
-        ("joint", "clearance [°]", "backlash [°]", "k [kg·m/°]", "k [N m/rad]", *KINDS),
+        (
+            "joint",
+            *("printed clearance [°]", "backlash [°]", "k [kg·m/°]", "k [N m/rad]"),
+            *(f"{kind}, found within [%]" for kind in KINDS),
+        ),
         rows,
-        f"Here: greatest relative error over {len(found.errors)} virtual arms with such sizes, joint 1 by "
+        f"Here: greatest relative error over {len(found)} virtual arms with such sizes, joint 1 by "
         "side pulls at the tool.",
-        (("", 1), ("printed", 4), ("here, found within [%]", 3)),
     )

@@ -4,7 +4,7 @@ import numpy as np
 
 from studies import katana_printed as printed
 from studies.finding import Finding, checked, judged
-from studies.page import Sheet
+from studies.output import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, Influence, influence
