@@ -10,7 +10,6 @@ Numbers that come from the real arm alone have no counterpart; each is listed wi
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from studies import katana_claims as claims
 from studies import katana_printed as printed
@@ -19,7 +18,7 @@ from studies import katana_tables as tables
 from studies.finding import Finding
 from studies.influence_study import InfluenceStudy, influence_study
 from studies.katana_diagnosed import Diagnosed, diagnosed_arms, diagnosis
-from studies.katana_experiment import experiment_findings, experiment_sheet, experiments
+from studies.katana_experiment import Experiments, experiment_findings, experiment_sheet, experiments
 from studies.katana_pencil import PencilCheck, pencil_check, pencil_finding
 from studies.katana_study import AS_BAD, EACH_DIRECTION, EACH_SIDE, KatanaStudy, katana_study
 from studies.katana_tracking import TrackingStudy, tracking_study
@@ -64,7 +63,7 @@ class KatanaReproduction:
     influences: Influence
     weights: InfluenceStudy
     diagnosed: Diagnosed
-    experiments: Float[np.ndarray, "arms 5 3"]
+    experiments: Experiments
     cube: CubePoses
     tracking: TrackingStudy
     pencil: PencilCheck

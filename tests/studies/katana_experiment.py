@@ -4,6 +4,8 @@ Postures that load one joint at a time, with a mass hung onto the tool, are plan
 upright, is pulled sideways and seen by the tracker. Hidden sizes are drawn about the printed ones.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from jaxtyping import Float
 
@@ -23,7 +25,13 @@ WITHIN = (0.05, 0.05, 0.10)
 TABLES = (printed.CLEARANCE, printed.BACKLASH, printed.STIFFNESS)
 
 
-def experiments(*, arms: int, seed: int = 0) -> Float[np.ndarray, "arms 5 3"]:
+class Experiments(NamedTuple):
+    """Relative errors of clearance, backlash and stiffness of several arms, joint by joint."""
+
+    errors: Float[np.ndarray, "arms 5 3"]
+
+
+def experiments(*, arms: int, seed: int = 0) -> Experiments:
     """Relative error of clearance, backlash and stiffness of several virtual arms, joint by joint."""
     robot = load_robot("katana450-three-rotation")
     errors = []
@@ -33,12 +41,12 @@ def experiments(*, arms: int, seed: int = 0) -> Float[np.ndarray, "arms 5 3"]:
         pairs = zip(found.joints, found.hidden, strict=True)
         errors.append([[getattr(a, kind) / getattr(b, kind) - 1.0 for kind in KINDS] for a, b in pairs])
         progress((arm + 1) / arms, "joints loaded")
-    return np.array(errors)
+    return Experiments(np.array(errors))
 
 
-def experiment_findings(found: Float[np.ndarray, "arms 5 3"]) -> tuple[Finding, ...]:
+def experiment_findings(found: Experiments) -> tuple[Finding, ...]:
     """How nearly the tables' sizes are found again."""
-    worst = np.abs(found).max(axis=0)
+    worst = np.abs(found.errors).max(axis=0)
     findings = []
     for kind, (word, within) in enumerate(zip(KINDS, WITHIN, strict=True)):
         loaded = float(worst[list(LOADED), kind].max())
@@ -46,7 +54,7 @@ def experiment_findings(found: Float[np.ndarray, "arms 5 3"]) -> tuple[Finding, 
         findings.append(
             judged(
                 table, f"{word} of joints 2 to 5 from inclinometers, greatest error", "(none printed)",
-                f"{100 * loaded:.1f} % over {len(found)} arms; joint 1 by side pulls "
+                f"{100 * loaded:.1f} % over {len(found.errors)} arms; joint 1 by side pulls "
                 f"{100 * worst[0, kind]:.1f} %", loaded <= within,
                 f"0.001° a reading, {ADDED:g} kg at the tool",
             )
@@ -54,10 +62,10 @@ def experiment_findings(found: Float[np.ndarray, "arms 5 3"]) -> tuple[Finding, 
     return tuple(findings)
 
 
-def experiment_sheet(found: Float[np.ndarray, "arms 5 3"]) -> Sheet:
+def experiment_sheet(found: Experiments) -> Sheet:
     """Tables 4.3 and 4.4 as printed, and the error with which such sizes are found."""
     scales = (np.rad2deg(1.0), np.rad2deg(1.0), 1.0 / printed.KILOGRAM_METRE_PER_DEGREE)
-    worst = 100.0 * np.abs(found).max(axis=0)
+    worst = 100.0 * np.abs(found.errors).max(axis=0)
     rows = tuple(
         (
             str(joint + 1),
@@ -75,6 +83,6 @@ def experiment_sheet(found: Float[np.ndarray, "arms 5 3"]) -> Sheet:
             *(f"{kind}, found within [%]" for kind in KINDS),
         ),
         rows,
-        f"Here: greatest relative error over {len(found)} virtual arms with such sizes, joint 1 by "
+        f"Here: greatest relative error over {len(found.errors)} virtual arms with such sizes, joint 1 by "
         "side pulls at the tool.",
     )

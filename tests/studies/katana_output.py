@@ -38,7 +38,7 @@ def katana_output(found: KatanaReproduction) -> Output:
             "remainder_deg": np.rad2deg(REMAINDER),
             "studies": [_study_json(study) for study in (found.once, found.twice, found.as_bad)],
             "diagnosed": {"held_out_mm": found.diagnosed.held_out, "plays_named": found.diagnosed.named},
-            "inclinometer_relative_errors": found.experiments,
+            "inclinometer_relative_errors": found.experiments.errors,
             "influence_mean_mm": dict(
                 zip(found.influences.names, (1e3 * found.influences.mean).tolist(), strict=True)
             ),

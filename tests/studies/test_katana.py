@@ -158,7 +158,7 @@ def test_no_spread():
 @pytest.mark.slow
 def test_joints_are_found_again_from_inclinometers(found):
     """Clearance and backlash of joints 2 to 5 within 5 %, stiffness within 10 % with 2 kg added."""
-    errors = np.abs(found.experiments)[:, 1:]
+    errors = np.abs(found.experiments.errors)[:, 1:]
     assert errors.shape[1:] == (4, 3)
     assert errors[:, :, :2].max() < 0.05
     assert errors[:, :, 2].max() < 0.10
