@@ -45,10 +45,3 @@ def test_an_anchor_of_a_few_rows_judges_nothing(aria, distances):
     judged = identify(aria, distances.take(np.arange(30, 96)), algorithms=("opt2",), held_out=other)
     assert len(judged.held_out_data) == 10
     assert any("5 held-out rows" in note and "fewer than 6 each" in note for note in judged.notes)
-
-
-def test_few_rows_warn_of_nothing(aria):
-    _, rows = measure_poses(aria, 14, seed=4)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert str(diagnose(aria, replace(rows, sigma=None)).verdict) == "no effect found"

@@ -110,11 +110,3 @@ def test_rows_of_another_file_are_never_fitted(aria, rows, clean):
     found = diagnose(aria, fitted, held_out=other)
     assert found.final_fit is found.after_fit
     assert found.after.held_out is not None
-
-
-def test_the_arm_is_an_identification_like_any_other(clean):
-    found = clean.identification()
-    assert (found.robot.elements, found.robot.effects) == (clean.robot.elements, clean.robot.effects)
-    assert found.runs["opt2"].held_out == clean.after.held_out
-    assert found.error.after.position_mm.mean < 0.3 * found.error.before.position_mm.mean
-    assert len(found.nominal_rows[0].position) == len(found.train_rows) == len(found.best.train_rows.position)

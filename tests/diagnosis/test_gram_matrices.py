@@ -123,17 +123,6 @@ def test_a_band_carries_the_columns_of_its_single_orders():
     assert together.scales(single.names) == pytest.approx(alone.scale, rel=1e-9)
 
 
-def test_what_no_row_reaches_is_not_scaled():
-    """Knots beyond all rows have columns of zeros, and nothing divides by them."""
-    stage = fitted(make("none", 3), rows=ROWS)
-    beyond = LocalJointError((0,), knots=(-7.0, 0.0, 7.0, 8.0, 9.0, 10.0, 11.0), range=(-7.0, 11.0))
-    grams = compress(stage.problem, stage.fit.x, [beyond], FOLD)
-    assert (np.abs(stage.problem.data.q[:, 0]) < 7.0).all()
-    assert np.isfinite(grams.folds).all()
-    dead = grams.total[grams.geometry :][:-1].any(1)
-    assert (grams.scale[~dead] == 1.0).all()
-
-
 def test_effects_of_several_elements_alone_have_their_own_inner_products():
     """No law acts on one element only, so that no column is a product."""
     stage = fitted(make("none", 3), rows=ROWS)

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from arms import TUNING, make, robot_of
-from calibration import bins, expected_error, reliability
+from calibration import bins, expected_error
 from cases import ANY, Named, stated
 from claims import named
 from counts import confusion, shares, wilson
@@ -15,8 +15,6 @@ from judge import Judged, judge
 
 from workbench.arm.effects import EFFECTS
 from workbench.arm.robot_toml import read_toml
-from workbench.base.errors import DataError
-from workbench.report.figures import png
 
 
 @pytest.fixture
@@ -56,10 +54,9 @@ def names(*effects):
     return tuple(n for e in effects for n in named(e))
 
 
-@pytest.mark.parametrize("arm", ["aria", "katana"])
 @pytest.mark.parametrize("kind", ["none", "compliance-all", "harmonic-4", "two", "drift", "misseated-any"])
-def test_who_knows_is_right(kind, arm, oracle):
-    case = make(kind, TUNING[11], arm)
+def test_who_knows_is_right(kind, oracle):
+    case = make(kind, TUNING[11], "katana")
     found = judge(case, lambda robot, data: oracle(case))
     assert found.right
     assert found.rows_right
@@ -185,33 +182,6 @@ def test_classes_of_look_alikes_count_apart(oracle):
     assert not judged().right
 
 
-def test_a_map_of_part_of_a_range_is_judged_within_it():
-    case = make("dent", TUNING[15])
-    joint = case.hidden[0].joints[0]
-    q = case.data.q[:, joint]
-    local = EFFECTS["local-joint-error"]((joint,), knots=(float(q.min()), 0.0, float(q.max())))
-    result = SimpleNamespace(
-        effects=(SimpleNamespace(effect=local),),
-        outliers=(),
-        calibrated=case.robot.with_effects(local),
-        verdict="explained",
-    )
-    found = judge(case, lambda robot, data: result)
-    assert found.clean
-    assert np.isfinite(found.error)
-
-
-def test_a_refusal_is_no_diagnosis():
-    case = make("none", TUNING[16])
-
-    def refuse(robot, data):
-        raise DataError("too few rows")
-
-    found = judge(case, refuse)
-    assert found.failed
-    assert (found.right, found.rows_right, found.good) == (False, False, False)
-
-
 def test_the_tables_count(oracle):
     cases = [make("scale", s) for s in TUNING[20:23]]
     judged = [judge(c, lambda robot, data, c=c: oracle(c)) for c in cases]
@@ -234,10 +204,9 @@ def test_bounds_of_a_share_by_hand():
     assert wilson(0, 0) == (0.0, 1.0)
 
 
-def test_stated_odds_against_outcomes(tmp_path):
+def test_stated_odds_against_outcomes():
     """Ten claims at 96 %, eight of them true: off by 16 points; two at 60 %, one true: by 10."""
     found = bins([(0.96, True)] * 8 + [(0.96, False)] * 2 + [(0.6, True), (0.6, False)])
     assert [(b.claims, b.true) for b in found] == [(2, 1), (10, 8)]
     assert expected_error(found) == pytest.approx((10 * 0.16 + 2 * 0.1) / 12)
     assert expected_error(bins([(1.0, True)])) == 0.0
-    assert png(reliability(found)).startswith(b"\x89PNG")

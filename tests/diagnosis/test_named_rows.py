@@ -49,10 +49,6 @@ def test_a_step_within_a_session_says_which(sessions):
     assert found.where == "moving"
 
 
-def test_one_session_needs_no_name(sessions):
-    assert found_in(replace(sessions, session=None)).drifts == {}
-
-
 def test_held_out_rows_that_stand_out_are_named_with_the_mean_without_them():
     errors = np.array([0.1, 0.12, 0.09, 1.2, 0.11, np.nan]) * 1e-3
     result = stand_out_note(np.array([3, 8, 20, 125, 130, 140]), errors)

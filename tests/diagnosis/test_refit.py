@@ -18,7 +18,7 @@ from workbench.diagnosis.search import refit as refits
 from workbench.diagnosis.search.evidence import Term, left_by, offer
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import linear_answer, refit, robot_with, with_own_noise
-from workbench.identification.column_products import Columns, inner_products
+from workbench.identification.column_products import inner_products
 from workbench.identification.undetermined_combinations import factorise, factorise_pieces, factorise_products
 
 BAND = JointHarmonic((1,), order=tuple(range(1, 9)))
@@ -173,10 +173,3 @@ def test_heavy_fits_keep_one_curvature_and_end_where_the_others_end(monkeypatch)
     heavy = refit(stage.problem, grams, model, begin=begin).fit
     assert heavy.problem.names == whole.problem.names
     assert heavy.history[-1] == pytest.approx(whole.history[-1], rel=1e-5)
-
-
-def test_rows_without_unknown_columns_give_an_empty_table():
-    """Such as frames of another session: a pose to measure next could not be computed."""
-    none = np.zeros(0, int)
-    empty = Columns(np.zeros((2, 3, 0)), np.zeros((2, 3, 0)), np.zeros((2, 0)), none, none)
-    assert empty.table.shape == (6, 0)

@@ -52,17 +52,6 @@ def test_an_order_is_named_where_the_rows_hold_a_period(order, degrees, named):
     assert (f"{degrees:.0f}°" in result) is (degrees < 340.0)
 
 
-def test_of_a_band_only_orders_that_the_rows_show_are_named():
-    band = JointHarmonic(
-        (2,), tuple(1e-3 * (k in (2 * 7, 2 * 8)) for k in range(40)), order=tuple(range(1, 21))
-    )
-    rows = rows_over(300.0)
-    errors = np.full(40, 1e-5)
-    assert band.stated(ARIA.chain, rows, np.diag(errors**2)).count("most at 8, 9") == 1
-    errors[2 * 7] = 1e-3
-    assert "8" not in band.stated(ARIA.chain, rows, np.diag(errors**2)).partition("most at")[2].split(" (")[0]
-
-
 def test_the_largest_error_of_a_joint_is_one_that_the_rows_support():
     """A knot at the end of the range that hardly any row sees."""
     dent = LocalJointError((2,), (0.0, 1e-3, 0.0, 0.0, 5e-3), knots=(-1.0, -0.5, 0.0, 0.5, 1.0))
@@ -100,10 +89,3 @@ def test_standard_errors_count_places_whose_rows_share_an_error(measured):
     assert np.median(together) == pytest.approx(np.sqrt(REPEATS), rel=0.25)
     assert np.median(separate) < 1.2
     assert separate.min() >= 1.0
-
-
-def test_an_error_that_is_clear_nowhere_has_no_size():
-    dent = LocalJointError((2,), (0.0, 1e-3, 0.0, -1e-3, 0.0), knots=(-1.0, -0.5, 0.0, 0.5, 1.0))
-    result = dent.stated(ARIA.chain, rows_over(np.rad2deg(2.0)), 1e-6 * np.eye(5))
-    assert "mrad" not in result
-    assert result.startswith("Joint 3 has a smooth error")

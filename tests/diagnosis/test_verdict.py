@@ -14,13 +14,13 @@ from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
-from workbench.diagnosis.claims.structure import Structure, neighbours
+from workbench.diagnosis.claims.structure import Structure
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.gravity_direction import GravityDirection
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict
-from workbench.diagnosis.verdict import conclude, doubts
+from workbench.diagnosis.verdict import conclude
 from workbench.identification.errors.row_errors import Errors, Spread, explains_little
 from workbench.identification.problem import Noise
 from workbench.plate.simulated_measurement import measure_poses
@@ -63,12 +63,6 @@ def test_what_is_left_is_compared_with_the_noise_that_rows_state(soft):
     assert "times what the known noise" in doubted.message
 
 
-def test_noise_that_was_given_too_large_is_not_agreed_with(soft):
-    robot, rows = soft
-    found = diagnose(robot, replace(rows, sigma=None), noise=Noise(1e-3, 1e-2))
-    assert mentions(found.message, "1 mm")
-
-
 def test_rows_of_one_group_are_cross_validated_one_by_one(soft):
     robot, rows = soft
     found = diagnose(robot, replace(rows, group=np.full(len(rows), "all")), held_out=0.0)
@@ -87,15 +81,6 @@ def test_no_effect_is_added_where_the_geometry_explains_little(soft):
     assert found.calibrated.effects == ()
 
 
-def test_few_rows_are_not_told_that_joints_moved_together(soft):
-    robot, rows = soft
-    found = diagnose(robot, rows.take(np.arange(6)), held_out=0.0)
-    assert "more poses" in found.message
-    assert not [note for note in found.notes if "together" in note]
-    assert not found.is_tried
-    assert not found.is_good
-
-
 def test_nothing_is_certain_where_structure_could_not_be_tested(soft, monkeypatch):
     """What fails beside a result costs a warning; what rests on it must not be called certain then."""
     assert diagnose(*soft).causes[0].confidence == Confidence.CERTAIN
@@ -109,29 +94,12 @@ def test_nothing_is_certain_where_structure_could_not_be_tested(soft, monkeypatc
     assert not mentions(untested.message, "too few rows")
 
 
-def test_a_doubt_names_its_cause_where_there_are_others(soft):
-    """A drift that no repeat confirms stood after two other causes: "no pose was repeated" said of none."""
-    (sure,) = diagnose(*soft).causes
-    doubted = replace(sure, effects=(EncoderScale((1,), (1e-3,)),), doubt="no pose was repeated")
-    assert doubts([doubted]) == ["No pose was repeated."]
-    (sentence,) = doubts([sure, doubted])
-    assert doubted.label in sentence
-    assert sure.label not in sentence
-
-
 @pytest.mark.parametrize(("count", "looked"), [(18, False), (40, True)])
 def test_structure_that_was_not_looked_for_is_not_denied(soft, count, looked):
     robot, rows = soft
     found = diagnose(robot, replace(rows.take(np.arange(count)), sigma=None), held_out=0.0)
     assert bool(found.structure.tests) is looked
     assert ("shows no structure" in found.message) is looked
-
-
-def test_a_repeated_row_is_not_its_own_neighbour():
-    q = np.repeat(np.random.default_rng(0).uniform(-1.0, 1.0, (30, 6)), 4, axis=0)
-    near = neighbours(q, 3)
-    assert (near != np.arange(120)[:, None]).all()
-    assert (near // 4 == np.arange(120)[:, None] // 4).all()
 
 
 @pytest.mark.parametrize(
