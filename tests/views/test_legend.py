@@ -10,7 +10,6 @@ from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.region import MapCubes
 from workbench.session.cube_values import values
-from workbench.session.state import CubeView, Focus
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, SCALE, SELECTED, css
 from workbench.views.page.panels.legend import cubes_scale, things
 
@@ -32,23 +31,6 @@ def test_the_scale_of_the_cubes_has_its_colours_ends_and_unit(session):
     assert (float(low), float(high)) == pytest.approx((1e3 * numbers.low, 1e3 * numbers.high))
     assert text.index(low) < text.index(high) < text.rindex("mm")
     assert colours(text) == {css(tuple(colour)) for colour in SCALE.astype(int).tolist()}
-
-
-def test_good_is_on_the_left_for_errors_and_on_the_right_for_an_index(session):
-    indices = session.with_region(view=CubeView(field="index"))
-    good = css(tuple(SCALE[-1].astype(int).tolist()))
-    ends = [re.findall("#[0-9a-f]{6}", cubes_scale(shown)) for shown in (session, indices)]
-    assert ends[0][0] == ends[1][-1] == good
-
-
-def test_there_is_no_scale_of_cubes_that_are_not_there(session):
-    assert cubes_scale(session)
-    for other in (
-        session.with_region(view=CubeView()),
-        session.with_region(cubes=None),
-        session.with_playback(focus=Focus.ROW),
-    ):
-        assert cubes_scale(other) == ""
 
 
 def test_targets_in_trouble_are_in_the_legend_only_where_there_are_any(session):

@@ -31,10 +31,6 @@ def test_a_hidden_cube_uncovers_one_face_of_each_neighbour():
     assert REGION.centres[new[:, 0]] + 0.1 * NORMALS[new[:, 1]] == pytest.approx(np.tile(hole, (6, 1)))
 
 
-def test_a_cube_alone_has_six_faces():
-    assert len(outer_faces(REGION, np.arange(REGION.cubes) == 7)) == 6
-
-
 def test_faces_look_outward():
     assert np.linalg.det(FACE_ROTATIONS) == pytest.approx(np.ones(6))
     assert pytest.approx(NORMALS) == FACE_ROTATIONS @ [0.0, 0.0, 1.0]

@@ -11,10 +11,9 @@ from workbench.session import Worker, start
 from workbench.session.commands.compare import FollowSystem, SetOverlay
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.messages import SetCaption, Steer, SteerDemo
-from workbench.session.next_step import next_step
 from workbench.session.page_state import Tab
 from workbench.views.page import demo
-from workbench.views.page.demo import Demo, DemoScene, story
+from workbench.views.page.demo import Demo, DemoScene
 
 
 @pytest.fixture(scope="module")
@@ -81,25 +80,6 @@ def test_anything_else_ends_it_even_where_it_waits(film):
     playing.join(60.0)
     until(lambda: worker.session.page.caption == "")
     assert not playing.is_finished
-
-
-def test_the_tabs_follow_and_the_number_is_beside_the_caption(film):
-    playing, worker = film("two")
-    until(lambda: worker.session.page.opened.tab is Tab.MEASURE)
-    assert next_step(worker.session).figure == f"{1e3 * worker.session.score.position:.3f} mm rms predicted"
-    worker.submit(SteerDemo(Steer.ON))
-    until(lambda: playing.is_finished)
-    worker.wait()
-    assert worker.session.page.opened.tab is Tab.PLATE
-
-
-def test_every_scene_that_finds_something_is_shown_where_it_is_found(session):
-    scenes = list(story(lambda: session))
-    shown = {type(command).__name__: scene.tab for scene in scenes for command in scene.commands}
-    assert shown["Identify"] is Tab.CALIBRATE
-    assert shown["Diagnose"] is Tab.CALIBRATE
-    assert shown["LoadData"] is Tab.MEASURE
-    assert shown["ShowRow"] is Tab.COMPARE
 
 
 def test_the_last_picture_stands_until_something_is_done_and_what_it_hid_comes_back(session, monkeypatch):

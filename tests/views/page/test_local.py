@@ -1,27 +1,22 @@
 """The door: only pages of this server get in, and nobody opens a tunnel."""
 
-import asyncio
 import re
 import signal
 import socket
 import subprocess
 import sys
-import threading
 import time
 import urllib.error
 import urllib.parse
 import urllib.request
-from contextlib import nullcontext
 
 import pytest
 import viser
 import websockets
 import websockets.sync.client as client
-from refusals import refuses
 from viser import _messages
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import OptionError
 from workbench.views.page import local_server as local
 from workbench.views.page import viser_internals
 from workbench.views.page.local_server import local_server, page_address, session_link
@@ -58,27 +53,6 @@ def test_foreign_origins_are_refused(server):
         f"http://127.0.0.1:{port + 1}",
     ):
         assert dial(port, origin=origin) == "403", origin
-
-
-def test_only_the_servers_own_thread_touches_who_waits_for_messages(server, monkeypatch):
-    """In another thread it may meet clients that come and go, and what is being drawn fails in the middle."""
-    touched, real = [], asyncio.Event.set
-    monkeypatch.setattr(
-        asyncio.Event, "set", lambda event: (touched.append(threading.current_thread()), real(event))
-    )
-    for together in (nullcontext, server.atomic):
-        with together():
-            server.gui.add_html("news")
-    pages = []
-    server._websock_server.on_client_connect(pages.append)
-    with client.connect(
-        f"ws://127.0.0.1:{server.get_port()}", subprotocols=[f"viser-v{viser.__version__}"]
-    ) as socket:
-        socket.recv(timeout=60)
-        pages[0].queue_message(_messages.SetGuiPanelLabelMessage("news for one page"))
-        while b"news for one page" not in socket.recv(timeout=60):
-            pass
-    assert threading.current_thread() not in touched
 
 
 def test_messages_handed_over_come_while_the_next_block_is_still_being_made(server, monkeypatch):
@@ -226,24 +200,6 @@ def test_a_taken_port_is_said(server):
         local_server(port=70_000)
 
 
-def test_a_missing_data_file_is_said(tmp_path):
-    with pytest.raises(FileError):
-        serve(unreadable, data=tmp_path / "none.csv", open_browser=False)
-
-
-def unreadable():
-    raise OptionError("nothing to read")
-
-
-def test_nobody_is_told_of_a_page_whose_robot_cannot_be_read(server):
-    messages = []
-    with refuses(OptionError, option="--port", found=server.get_port()):  # the port comes first
-        serve(unreadable, port=server.get_port(), on_ready=messages.append, open_browser=False)
-    with refuses(OptionError, "nothing to read"):
-        serve(unreadable, port=0, on_ready=messages.append, open_browser=False)
-    assert not messages
-
-
 def test_an_interrupt_before_anybody_was_told_comes_out():
     """As in any other command, which ends with one sentence then; the handler is the program's again."""
 
@@ -257,40 +213,6 @@ def test_an_interrupt_before_anybody_was_told_comes_out():
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def test_an_interrupt_while_the_robot_is_read_ends_the_page():
-    messages = []
-
-    def interrupted():
-        assert get(int(messages[0].rpartition(":")[2]), messages[0].removeprefix("http://")) == 200
-        signal.raise_signal(signal.SIGINT)
-        return load_robot("aria"), None
-
-    def begin(robot, plate):
-        raise AssertionError("the start went on")
-
-    serve(interrupted, is_certain=True, begin=begin, port=0, on_ready=messages.append, open_browser=False)
-    assert len(messages) == 1
-
-
-def test_the_arm_is_drawn_without_a_session():
-    """It is what a page shows first: nothing that only the session needs is imported before it."""
-    program = (
-        "import sys\n"
-        "from workbench.arm.built_in_arms import load_robot\n"
-        "from workbench.plate.patterns import circle_before\n"
-        "from workbench.views.page.local_server import local_server\n"
-        "from workbench.views.page.viser_internals import stop_server\n"
-        "from workbench.views.page.scene.start_scene import first_picture\n"
-        "robot, server = load_robot('ur10'), local_server()\n"
-        "drawn = first_picture(server, robot, circle_before(robot))\n"
-        "stop_server(server)\n"
-        "heavy = ('workbench.session', 'scipy.optimize', 'pint', 'rerun', 'trimesh')\n"
-        "print(list(drawn.sink._drawn), [name for name in heavy if name in sys.modules])\n"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout == "['arm/nominal'] []\n"
 
 
 def raw(port: int, content: bytes) -> bytes:
