@@ -1,4 +1,4 @@
-"""What somebody brings who sees the page for the first time: files of their own, and clicks that are counted."""
+"""What somebody brings who sees the page for the first time: own files, and clicks that are counted."""
 
 from dataclasses import dataclass
 from pathlib import Path

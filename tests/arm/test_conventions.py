@@ -5,12 +5,11 @@ import pytest
 from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.chain import Axis
-from workbench.arm.conventions import JointEntry, build_elements, default_free, joint_names
+from workbench.arm.conventions import JointEntry, build_elements, default_free
 from workbench.arm.joint import JointKind
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.motion import Motion
-from workbench.base.errors import FileError, RobotError
+from workbench.base.errors import RobotError
 
 
 def rot(axis, angle):
@@ -183,13 +182,6 @@ def test_katana_is_the_thesis(name, printed):
     np.testing.assert_allclose(tool_poses(robot, Motion(q)), expected, atol=1e-14)
 
 
-def test_both_forms_of_the_katana_agree_at_nominal():
-    first, second = load_robot("katana450"), load_robot("katana450-three-rotation")
-    q = np.random.default_rng(5).uniform(first.limits[:, 0], first.limits[:, 1], (50, 5))
-    np.testing.assert_allclose(tool_poses(first, Motion(q)), tool_poses(second, Motion(q)), atol=1e-14)
-    np.testing.assert_array_equal(first.limits, second.limits)
-
-
 @pytest.mark.parametrize("name", ["katana450-three-rotation"])
 def test_tilting_of_the_three_rotation_model(name):
     # eqs. (4.3)–(4.5): three rotations at joints 3, 4 and 5; a tilt moves what the equations move
@@ -252,19 +244,3 @@ def test_free_names_are_those_of_the_table():
     elements, ends = build_elements("hayati", [entry(free=("beta",)), entry(free=())])
     assert [e.name for e in elements if e.free] == ["joint1.beta"]
     assert ends == (4, 9)
-
-
-def test_elements_carry_their_joint_and_link():
-    entries = [entry(), entry(kind=JointKind.FIXED), entry(kind=JointKind.PRISMATIC)]
-    assert joint_names(entries) == ["joint1", "fixed1", "joint2"]
-    elements, _ = build_elements("craig", entries)
-    driven = [e for e in elements if e.joint is not None]
-    assert [(e.name, e.axis, e.joint, e.link) for e in driven] == [
-        ("joint1.theta", Axis.RZ, 0, 0),
-        ("joint2.d", Axis.TZ, 1, 2),
-    ]
-
-
-def test_an_arm_without_a_moving_joint_is_none(tmp_path):
-    with pytest.raises(FileError):
-        write(tmp_path, "hayati", np.zeros((1, 5)), ["fixed"])

@@ -8,14 +8,13 @@ from checks import check_jacobian, pose_change
 from generator import move, turn
 
 from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.joint_frames import joint_frames
 from workbench.arm.kinematics.forward import geometric_jacobian, identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.wrenches import motion_wrenches, own_axis
 from workbench.arm.urdf import read_urdf
 from workbench.arm.urdf_writer import write_urdf
-from workbench.base.errors import FileError, RobotError
+from workbench.base.errors import FileError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.identification.identify import identify
@@ -146,11 +145,6 @@ def test_what_a_follower_follows_must_move_before_it(tmp_path):
     path.write_text(TEXT.replace('mimic joint="lower"', 'mimic joint="upper"'), encoding="utf-8")
     with pytest.raises(FileError):
         read_urdf(path)
-
-
-def test_forms_without_followers_refuse_them(robot):
-    with pytest.raises(RobotError):
-        joint_frames(robot)
 
 
 def test_bodies_beside_the_chain_weigh(tmp_path):

@@ -32,12 +32,6 @@ def test_one_pose_gives_one_answer(arm, given):
     assert twists.shape == (1, 6, len(arm.default_free))
 
 
-def test_several_poses_give_several(arm):
-    assert wb.tool_poses(arm, [ONE, ONE]).shape == arm.predict(np.array([ONE, ONE])).shape == (2, 4, 4)
-    assert wb.tool_poses(arm, np.zeros((0, 6))).shape == (0, 4, 4)
-    assert wb.tool_poses(arm, Motion(np.zeros((1, 6)))).shape == (1, 4, 4)
-
-
 @pytest.mark.parametrize(
     "given", [np.zeros(5), [0.0] * 5, np.zeros((3, 5)), np.zeros((2, 2, 5))], ids=np.shape
 )

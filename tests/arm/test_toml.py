@@ -341,17 +341,6 @@ def test_files_that_are_none(source):
     assert caught.value.path == source
 
 
-def test_a_folder_and_bytes_are_no_robot(tmp_path):
-    folder = tmp_path / "folder.toml"
-    folder.mkdir()
-    binary = tmp_path / "binary.toml"
-    binary.write_bytes(b"\xff\xfe\x00")
-    for path in (folder, binary):
-        with pytest.raises(FileError) as caught:
-            load_robot(path)
-        assert caught.value.path == str(path)
-
-
 @given(
     st.dictionaries(
         st.sampled_from(["name", "convention", "joint", "element", "base", "session", "gravity"]),
@@ -386,15 +375,6 @@ def _without_none(value):
     if isinstance(value, dict):
         return {k: _without_none(v) for k, v in value.items() if v is not None}
     return [_without_none(v) for v in value if v is not None] if isinstance(value, list) else value
-
-
-def test_writing_replaces_whole_files(tmp_path):
-    path = tmp_path / "deep" / "robot.toml"
-    robot = load_robot("aria")
-    write_toml(robot, path)
-    write_toml(robot.with_values({"joint1.d": 0.3}), path)
-    assert read_toml(path).values(("joint1.d",)).tolist() == [0.3]
-    assert [p.name for p in path.parent.iterdir()] == ["robot.toml"]
 
 
 EFFECTS_TOML = """
