@@ -75,23 +75,3 @@ def test_columns_called_as_the_robots_joints_are_those_joints(header, tmp_path):
     shown = preview(tmp_path / "a.csv", joints=NAMES).columns
     assert [c.heading for c in shown[1:4]] == header.split(",")
     assert [c.key for c in shown[1:4]] == ["q1", "q2", "q3"]
-
-
-@pytest.mark.parametrize(
-    "header", ["turn[deg],elbow[deg],wrist[deg]", "turn[deg],turn[deg],elbow[deg]", "q1[deg],q2[deg],q3[deg]"]
-)
-def test_other_names_than_the_robots_are_read_as_they_are(header, tmp_path):
-    (tmp_path / "a.csv").write_text(f"{header},x[mm],y[mm],z[mm]\n90,45,30,1,2,3\n")
-    with_names, without = (preview(tmp_path / "a.csv", joints=joints) for joints in (NAMES, 3))
-    assert [c.key for c in with_names.columns] == [c.key for c in without.columns]
-
-
-def test_angles_beyond_a_turn_are_offered_as_degrees(tmp_path):
-    (tmp_path / "a.csv").write_text("q1,q2,x[mm],y[mm],z[mm]\n1.2,90,1,2,3\n0.3,−170,1,2,3\n")
-    message = " ".join(preview(tmp_path / "a.csv").problems)
-    assert "'q1[deg]'" in message
-
-
-def test_lengths_beyond_any_arm_are_offered_as_millimetres(tmp_path):
-    (tmp_path / "a.csv").write_text("q1[deg],x,y,z\n1.2,900,1,2\n0.3,120,2,3\n")
-    assert "'x[mm]'" in " ".join(preview(tmp_path / "a.csv").problems)
