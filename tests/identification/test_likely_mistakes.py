@@ -7,13 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import mentions
 
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.checks import likely_mistakes
 from workbench.identification.checks.arm_match import arm_match
-from workbench.identification.evaluate import evaluate
 
 H = np.pi / 2
 ARMS = {
@@ -116,18 +114,3 @@ def test_rows_that_fit_are_not_searched(name, monkeypatch):
     found = arm_match(robot, data)
     assert found.error < 0.005
     assert not found.is_foreign
-
-
-def test_nothing_is_named_for_rows_of_no_arm():
-    robot, data = measured("puma", with_rotation=False)
-    rng = np.random.default_rng(0)
-    found = arm_match(robot, replace(data, position=rng.normal(0.0, 0.4, (50, 3))))
-    assert found.is_foreign
-    assert not found.mistake
-
-
-def test_an_evaluation_says_what_looks_mistaken():
-    robot, data = measured("puma", with_rotation=False)
-    swapped = replace(data, q=data.q[:, [1, 0, 2, 3, 4, 5]])
-    assert mentions(evaluate(robot, swapped, fit_frames=True).notes[0], "q1", "q2")
-    assert not any("look" in note for note in evaluate(robot, data, fit_frames=True).notes)
