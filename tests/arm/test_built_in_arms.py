@@ -72,21 +72,6 @@ def test_xarm6_is_that_of_xarm_description():
         np.testing.assert_allclose(pose, chain(frames, row), atol=1e-8)
 
 
-def test_franka_research_3_has_the_geometry_of_the_panda_and_limits_of_its_own():
-    robot, panda = load_robot("fr3"), described("panda_description", "panda.urdf", "panda_link8")
-    q = joints(robot)
-    np.testing.assert_allclose(tool_poses(robot, Motion(q)), tool_poses(panda, Motion(q)), atol=1e-8)
-    assert robot.limits[3].tolist() == [-3.0421, -0.1518]
-
-
-def test_so101_is_that_of_its_urdf():
-    """Its URDF has angles of five digits (1.5708, 3.14159)."""
-    robot, other = load_robot("so101"), described("so_arm_description", "so101.urdf", "gripper_link")
-    q = joints(robot)
-    np.testing.assert_allclose(tool_poses(robot, Motion(q)), tool_poses(other, Motion(q)), atol=3e-5)
-    np.testing.assert_allclose(robot.limits, other.limits)
-
-
 def test_iiwa7_has_the_documented_axes_and_height():
     """Axes at zero: z, y, z, −y, z, y, z at 340, 740 and 1140 mm; the flange 1266 mm up."""
     robot = load_robot("iiwa7")
@@ -96,13 +81,3 @@ def test_iiwa7_has_the_documented_axes_and_height():
         np.testing.assert_allclose(frame[:3, 2], axis, atol=1e-8)
     np.testing.assert_allclose([frames[k][2, 3] for k in (1, 3, 5)], [0.34, 0.74, 1.14], atol=1e-8)
     np.testing.assert_allclose(flange[:3, 3], [0, 0, 1.266], atol=1e-8)
-
-
-def test_ar4_stands_upright_with_its_forearm_ahead_at_zero():
-    """As in its manual: 64.2 + 222.63 + 41 mm ahead, 169.77 + 305 mm up, the tool's axis ahead."""
-    robot = load_robot("ar4")
-    pose = tool_poses(robot, Motion(np.zeros((1, 6))))[0]
-    np.testing.assert_allclose(pose[:3, 3], [0.32783, 0.0, 0.47477], atol=1e-8)
-    np.testing.assert_allclose(pose[:3, 2], [1.0, 0.0, 0.0], atol=1e-8)
-    leaning = tool_poses(robot, Motion(np.array([[0.0, 0.3, 0, 0, 0, 0]])))[0]
-    assert leaning[2, 3] < pose[2, 3]  # a positive joint 2 leans forward

@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.conventions import JointEntry, build_elements, default_free
+from workbench.arm.conventions import JointEntry, default_free
 from workbench.arm.joint import JointKind
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.motion import Motion
-from workbench.base.errors import RobotError
 
 
 def rot(axis, angle):
@@ -136,15 +134,6 @@ def test_links_multiply_with_every_kind_of_joint(name, tmp_path):
         np.testing.assert_allclose(frames[-1], t, atol=1e-13)
 
 
-@pytest.mark.parametrize(("plain", "wide"), [("dh", "hayati"), ("craig", "craig-hayati")])
-def test_beta_of_the_plain_conventions_stands_where_the_wide_ones_have_it(plain, wide, tmp_path):
-    rows = np.random.default_rng(2).uniform(-2, 2, (3, 5))
-    q = np.random.default_rng(3).uniform(-2, 2, (4, 3))
-    first = tool_poses(write(tmp_path, plain, rows, ["revolute"] * 3), Motion(q))
-    second = tool_poses(write(tmp_path, wide, rows, ["revolute"] * 3), Motion(q))
-    np.testing.assert_array_equal(first, second)
-
-
 def katana_3_3(q):
     """Katana eq. (3.3) with Table 3.1, in metres; joint 6 is inactive."""
     degrees, table = (
@@ -229,18 +218,3 @@ def test_four_constants_of_each_joint_are_free_and_beta_replaces_d_between_paral
     entries = [entry(0.0), entry(quarter), entry(np.pi), entry(0.0)]
     assert default_free("hayati", entries) == [parallel, perpendicular, parallel, perpendicular]
     assert default_free("craig", entries) == [perpendicular, perpendicular, parallel, parallel]
-
-
-def test_a_sliding_or_fixed_neighbour_is_no_parallel_axis():
-    slide, fixed = JointKind.PRISMATIC, JointKind.FIXED
-    perpendicular = ("theta", "d", "a", "alpha")
-    entries = [entry(), entry(kind=slide), entry(), entry(kind=fixed)]
-    assert default_free("hayati", entries) == [perpendicular, perpendicular, perpendicular, ()]
-
-
-def test_free_names_are_those_of_the_table():
-    with refuses(RobotError, found="delta"):
-        build_elements("hayati", [entry(free=("theta", "delta"))])
-    elements, ends = build_elements("hayati", [entry(free=("beta",)), entry(free=())])
-    assert [e.name for e in elements if e.free] == ["joint1.beta"]
-    assert ends == (4, 9)

@@ -19,7 +19,6 @@ from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import deflect, shift_of
 from workbench.arm.statics.load_derivatives import wrench_derivative
-from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.arm.urdf import read_urdf
 from workbench.arm.urdf_writer import write_urdf
 from workbench.base.errors import DataError, RobotError
@@ -113,10 +112,6 @@ def fits(robot: Robot, effect) -> bool:
     return not (effect.name == "joint-harmonic" and robot.name == "sliding" and 3 in effect.joints)
 
 
-def test_the_catalogue_is_tried_whole():
-    assert {e.name for e in CATALOGUE.values()} == set(EFFECTS)
-
-
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_zero_coefficients_change_nothing(arms, arm, name):
@@ -149,15 +144,6 @@ def test_the_total_derivative(arms, arm, name):
     """Constants, frames and coefficients, through the fixed point."""
     robot = arms[arm]
     check_derivative(robot.with_effects(sized(robot, CATALOGUE[name])))
-
-
-def test_the_total_derivative_of_many_effects_at_once(arms):
-    robot = arms["aria"]
-    chosen = [
-        CATALOGUE[n] for n in ("joint-compliance", "bearing-compliance", "thermal-growth", "base-drift")
-    ]
-    flexible = replace(CATALOGUE["link-flexure"], joints=(4, 5))
-    check_derivative(robot.with_effects(*(sized(robot, e) for e in (*chosen, flexible))))
 
 
 def check_derivative(robot: Robot):
@@ -277,22 +263,6 @@ def test_torques_stand_in_for_masses(arms):
 
 
 @pytest.mark.parametrize(
-    ("name", "column"),
-    [("backlash by motion", "direction1"), ("thermal-growth", "temperature"), ("base-drift", r"time\[s\]")],
-)
-def test_missing_drivers_are_named(arms, name, column):
-    robot = arms["aria"].with_effects(CATALOGUE[name])
-    q = motion_of(robot).q
-    with pytest.raises(DataError, match=f"{CATALOGUE[name].name}.*{column}"):
-        forward.tool_poses(robot, Motion(q))
-    holes = {"temperature": np.full(len(q), 20.0), "time": np.zeros(len(q)), "direction": np.ones(q.shape)}
-    for values in holes.values():
-        values[4] = np.nan
-    with refuses(DataError, row=4):
-        forward.tool_poses(robot, Motion(q, **holes))
-
-
-@pytest.mark.parametrize(
     "effect",
     [
         EFFECTS["local-joint-error"]((1,), (2e-3, 1e-3, 3e-3), knots=(-1.0, 0.0, 1.0), range=(-0.9, 0.8)),
@@ -357,13 +327,6 @@ def test_an_arm_refuses_effects_without_sense(arms, name, arguments, text):
         arms["aria"].with_effects(EFFECTS[name](**arguments))
 
 
-def test_the_same_effect_twice_is_refused(arms):
-    with refuses(RobotError, found="joint2.compliance"):
-        arms["aria"].with_effects(EFFECTS["joint-compliance"]((1,)), EFFECTS["joint-compliance"]((1,)))
-    both = arms["aria"].with_effects(CATALOGUE["bearing-compliance"], CATALOGUE["clearance-tilt"])
-    assert len(both.chain.elements) == len(arms["aria"].chain.elements) + 8
-
-
 def test_a_urdf_has_the_geometry_that_is_best_without_effects(arms, tmp_path):
     plain = arms["aria"]
     effect = CATALOGUE["joint-compliance"]
@@ -407,17 +370,3 @@ def test_the_largest_credible_size_moves_an_element_as_far_as_the_docstring_says
 
 def carrying(effect):
     return load_robot("aria").with_effects(effect)
-
-
-@pytest.mark.parametrize("name", EFFECTS)
-def test_what_is_usually_hidden_is_credible(name):
-    """On the built-in arm at random postures: the bound lies well above sizes that virtual arms hide."""
-    robot, rng = load_robot("aria"), np.random.default_rng(0)
-    effect = EFFECTS[name].example(robot, 1, rng)
-    q = rng.uniform(-1.0, 1.0, (20, robot.dof))
-    motion = Motion(q, direction=np.sign(q), time=np.arange(20.0), temperature=20.0 + q[:, 0])
-    wide = robot.with_effects(effect)
-    maximum = np.array(effect.bounds(wide.chain, motion, motion_wrenches(robot, motion)))
-    assert np.isfinite(maximum).all()
-    usual = EFFECTS[name].typical_size or EFFECTS[name].surprise_size or 0.0
-    assert (maximum > 2.0 * usual).all()

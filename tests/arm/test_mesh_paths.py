@@ -28,9 +28,3 @@ def test_a_mesh_of_too_many_triangles_is_not_even_read(urdf, name, content):
     (urdf.parent / name).write_bytes(content)
     with refuses(FileError, 400000):
         meshes.find_mesh(name, urdf)
-
-
-def test_a_mesh_too_large_to_be_drawn(urdf, monkeypatch):
-    monkeypatch.setattr(meshes, "MAX_MESH_BYTES", 4)
-    with pytest.raises(FileError, match="coarser"):
-        meshes.find_mesh("near.stl", urdf)

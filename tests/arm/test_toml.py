@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from checks import joint_wrenches
 from generator import ARMS
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -187,12 +186,6 @@ joint = [{mass = 2.0, com = [0.1, 0.2, 0.3], limits = [-1, 1]}, {type = "prismat
     assert_same(robot, again)
 
 
-def test_elementary_arms_of_many_joints(tmp_path):
-    # ten and more joints once were compared as words, 10 before 2
-    text = "".join(f'[[element]]\naxis = "rx"\njoint = {i}\n' for i in range(1, 13))
-    assert read(tmp_path, 'convention = "elementary"\n' + text).dof == 12
-
-
 def test_sessions_and_frames_in_any_orientation_round_trip(tmp_path):
     rng = np.random.default_rng(3)
 
@@ -211,35 +204,6 @@ def test_sessions_and_frames_in_any_orientation_round_trip(tmp_path):
     for first, second in zip(robot.sessions.values(), again.sessions.values(), strict=True):
         np.testing.assert_allclose(first.base.pose, second.base.pose, atol=1e-14)
         np.testing.assert_allclose(first.tool.pose, second.tool.pose, atol=1e-14)
-
-
-def test_masses_behind_fixed_joints_survive_the_elementary_form(tmp_path):
-    # a robot from a URDF becomes elementary, where every body has one mass in the driven element's axes
-    urdf = tmp_path / "arm.urdf"
-    inertia = '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
-    links = "".join(
-        f'<link name="l{i}"><inertial><origin xyz="0.1 0.{i} -0.2"/>'
-        f'<mass value="{i + 1}"/>{inertia}</inertial></link>'
-        for i in range(4)
-    )
-    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
-    joints = "".join(
-        f'<joint name="j{i}" type="{kind}"><parent link="l{i}"/><child link="l{i + 1}"/>'
-        f'<origin xyz="0.3 0 0.1" rpy="0.4 0 1"/><axis xyz="{axis}"/>{limit}</joint>'
-        for i, (kind, axis) in enumerate([("revolute", "0 -1 0"), ("fixed", "0 0 1"), ("revolute", "1 2 3")])
-    )
-    urdf.write_text(f'<robot name="r">{links}{joints}</robot>')
-    robot = load_robot(urdf)
-    again = read_toml(write_toml(robot, tmp_path / "copy.toml"))
-    q = rows(robot)
-    np.testing.assert_allclose(tool_poses(robot, Motion(q)), tool_poses(again, Motion(q)), atol=1e-14)
-    np.testing.assert_allclose(joint_wrenches(robot, q), joint_wrenches(again, q), atol=1e-12)
-
-
-def test_a_file_of_another_editor_is_read(tmp_path):
-    path = tmp_path / "robot.toml"
-    path.write_bytes(b"\xef\xbb\xbf" + ARM.replace("\n", "\r\n").encode())
-    assert read_toml(path).dof == 1
 
 
 MISTAKES = {
@@ -332,13 +296,6 @@ def test_each_mistake_is_one_file_error(name, tmp_path):
         read(tmp_path, MISTAKES[name])
     assert caught.value.path == str(tmp_path / "robot.toml")
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize("source", ["nothing", "nothing.toml", "nothing.urdf", "", "robot.yaml", "."])
-def test_files_that_are_none(source):
-    with pytest.raises(FileError) as caught:
-        load_robot(source)
-    assert caught.value.path == source
 
 
 @given(

@@ -6,7 +6,7 @@ import generator
 import numpy as np
 import pinocchio as pin
 import pytest
-from arms import ARMS, BADLY, MISSEATED, MORPHOLOGIES, ROWS, SIGMA, TUNING, make
+from arms import ARMS, MORPHOLOGIES, ROWS, SIGMA, TUNING, make
 from cases import CASES, stated
 from decide import Sight, catalogue, coefficients, decidable
 from draws import CREEP, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw
@@ -116,47 +116,10 @@ def test_effects_have_the_stated_sizes(cases, kind):
             assert angle.max() < 1.001 * LARGEST
 
 
-@pytest.mark.parametrize(("kind", "arm"), KINDS)
-def test_what_the_program_gets(cases, kind, arm):
-    case = cases[kind]
-    assert case.robot.effects == ()
-    assert case.robot.has_masses
-    assert case.robot.dof == case.actual.dof == case.data.joints
-    assert (len(case.data), len(case.exact)) == (120, 200)
-    for column in ("time", "temperature", "direction"):
-        assert np.std(getattr(case.data, column)) > 0.1
-    confounded = np.corrcoef(case.data.time, case.data.temperature)[0, 1]
-    assert abs(confounded) < 0.9
-    assert len(case.misseated) in (range(BADLY[0], BADLY[1] + 1) if CASES[kind].misseated else (0,))
-    difference = change(_poses(case.data), poses(case.actual, case.hidden, case.state))
-    good = np.setdiff1d(np.arange(120), case.misseated)
-    off = np.linalg.norm(difference[list(case.misseated), :3], axis=1)
-    np.testing.assert_allclose(off, MISSEATED, atol=6 * SIGMA[0])
-    np.testing.assert_allclose(np.std(difference[good, :3]), SIGMA[0], rtol=0.13)
-    np.testing.assert_allclose(np.std(difference[good, 3:]), SIGMA[1], rtol=0.13)
-
-
 def _poses(data):
     out = np.tile(np.eye(4), (len(data), 1, 1))
     out[:, :3, :3], out[:, :3, 3] = data.rotation, data.position
     return out
-
-
-def test_same_seed_same_rows_whatever_is_asked_for():
-    first, second = (make("two", TUNING[5], "katana") for _ in range(2))
-    np.testing.assert_array_equal(first.data.position, second.data.position)
-    assert first.hidden == second.hidden
-    fewer = make("two", TUNING[5], "katana", poses=40, noise=2.0, observation="point")
-    assert fewer.hidden == first.hidden
-    assert fewer.truth == first.truth
-    assert fewer.data.rotation is None
-    np.testing.assert_array_equal(fewer.data.q, first.data.q[:40])
-    exact = poses(first.actual, first.hidden, first.state)[:40, :3, 3]
-    np.testing.assert_allclose(
-        np.std(fewer.data.position - exact), 2.0 * np.std(first.data.position[:40] - exact), rtol=0.5
-    )
-    other = make("two", TUNING[6], "katana")
-    assert np.abs(other.data.q - first.data.q).max() > 0.1
 
 
 def test_what_nobody_can_see_is_not_asked_for():

@@ -1,15 +1,10 @@
 """What is claimed has a size that matters; what only predicts is a map; effects of one kind are one claim."""
 
-import numpy as np
 import pytest
 from arms import make
 from claims import claims
 from refusals import mentions
 
-from workbench.arm.effects.bearing_compliance import BearingCompliance
-from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.diagnosis.claims.cause import together
-from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.remaining_error import CHECK_DRIVES
 
@@ -30,21 +25,6 @@ def test_a_joint_that_scatters_alone_is_not_named_after_a_part_of_its_error():
     assert found.causes == ()
     assert mentions(found.message, "joint 3")
     assert CHECK_DRIVES in found.message
-
-
-@pytest.mark.parametrize(
-    ("odds", "word"), [(1e6, "certain"), (1000.0, "certain"), (999.0, "probable"), (19.0, "cannot tell")]
-)
-def test_words_are_odds(odds, word):
-    assert Confidence.of(odds) == word
-
-
-def test_effects_of_one_kind_are_one_of_all_their_joints():
-    whole = together([JointCompliance((3,), (4e-4,)), JointCompliance((0, 1), (1e-4, 2e-4))])
-    assert whole.joints == (0, 1, 3)
-    np.testing.assert_allclose(whole.coefficients, (1e-4, 2e-4, 4e-4))
-    alone = BearingCompliance((2,), (1e-4,))
-    assert together([alone]) is alone
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """A diagnosis for people and scripts: plain data, tables, page and pictures."""
 
-import io
 import json
 import pickle
 import threading
@@ -8,18 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rich.console import Console
 from scipy.optimize import least_squares
 
 from workbench import load_robot
-from workbench.arm.effects import EFFECTS
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.progress import Cancelled, cancelled, running
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.diagnosis.report.table import Size, diagnosis_tables, error_units, lines, sizes
+from workbench.diagnosis.report.table import error_units
 from workbench.identification.problem import Problem
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -120,14 +117,6 @@ def test_orientations_are_judged_wherever_positions_are(diagnosed, nothing):
     assert [unit for _, unit in error_units(nothing)] == ["mm"]
 
 
-def test_a_cause_and_its_effect_say_the_same(diagnosed):
-    (cause,) = diagnosed.causes
-    (effect,) = [e for e in diagnosed.effects if e.effect.names == cause.effects[0].names]
-    assert effect.text == cause.text
-    assert str(cause.confidence) in cause.stated
-    assert cause.stated in diagnosed.message
-
-
 def test_the_saved_arm_leaves_the_error_that_is_stated(diagnosed):
     rows = diagnosed.final_fit.problem.data
     seen = tool_poses(diagnosed.calibrated, Motion.of(rows))[:, :3, 3]
@@ -145,73 +134,6 @@ def test_what_was_not_measured_is_null(nothing):
 
 
 # -- words ----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("size", "message"),
-    [
-        (Size("a", 0.041234, 0.000312, "mrad"), "0.04123 ± 0.00031 mrad"),
-        (Size("a", -2.5, 0.25, "mm/h"), "−2.50 ± 0.25 mm/h"),
-        (Size("a", 23.4, 11.0, "µm/(m·K)"), "23 ± 11 µm/(m·K)"),
-        (Size("a", 0.5, np.nan, "%"), "0.5 %"),
-        (Size("a", 0.724560776, 1e-12, "mrad"), "0.72456 ± < 0.00001 mrad"),
-        (Size("a", -123456.0, 1e-3, "mm"), "−123456 ± < 1 mm"),
-        (Size("a", 0.0, 0.0031, "mm"), "0.0000 ± 0.0031 mm"),
-    ],
-)
-def test_sizes_have_two_digits_of_their_error(size, message):
-    assert size.text == message
-
-
-def test_units_are_readable():
-    chain = load_robot("aria").with_effects(EFFECTS["base-drift"]()).chain
-    drift = EFFECTS["base-drift"]((), (1e-6, 0.0, 0.0, 0.0, 0.0, 1e-7))
-    found = sizes(drift, (1e-7,) * 6, chain)
-    assert [(s.value, s.unit) for s in (found[0], found[5])] == [
-        (pytest.approx(3.6), "mm/h"),
-        (pytest.approx(0.36), "mrad/h"),
-    ]
-    soft = EFFECTS["joint-compliance"]((1,), (4.1e-5,))
-    assert lines(soft, (1e-6,), chain) == (("compliance", "0.0410 ± 0.0010 mrad/(N·m)"),)
-    ((name, text),) = lines(DENT, (1e-4,) * 9, chain)
-    assert name.startswith("9 coefficients")
-    assert name.endswith("knot4")
-    assert text == "2.00 ± 0.10 mrad"
-    ((_, text),) = lines(DENT, (1e-2,) * 9, chain)
-    assert "±" not in text
-
-
-def test_the_terminal_tells_it_all(diagnosed):
-    text = io.StringIO()
-    Console(file=text, width=80).print(diagnosis_tables(diagnosed))
-    shown = " ".join(text.getvalue().split())
-    assert max(map(len, text.getvalue().splitlines())) <= 80
-    for message in ("explained:", "geometry", "with effects", "joint-compliance,"):
-        assert message in shown
-    assert f"outliers: data row {WRONG}:" in shown
-    assert "chance" not in shown
-    assert "…" not in shown.replace(" …", "")
-
-
-@pytest.mark.parametrize(("left", "is_shown"), [(0.96, False), (0.7, True)])
-def test_poses_that_tell_little_more_are_not_shown(diagnosed, left, is_shown):
-    reasons = tuple(replace(reason, shrinks_to=left) for reason in diagnosed.next_reasons)
-    text = io.StringIO()
-    Console(file=text, width=100).print(diagnosis_tables(replace(diagnosed, next_reasons=reasons)))
-    assert ("Measure next" in text.getvalue()) is is_shown
-
-
-def test_what_has_no_certain_cause_is_not_called_explained(diagnosed):
-    """The verdict of the schema tells of noise alone; words and colours for people follow the confidence."""
-    assert diagnosed.is_good
-    assert diagnosed.verdict_text == "explained"
-    for doubtful in (
-        replace(diagnosed, causes=()),
-        replace(diagnosed, causes=tuple(replace(c, odds=5.0) for c in diagnosed.causes)),
-    ):
-        assert not doubtful.is_good
-        assert "explained" not in doubtful.verdict_text
-        assert diagnosis_json(doubtful)["verdict"] == "explained"
 
 
 def test_effects_that_make_held_out_rows_worse_are_said_to(diagnosed):

@@ -11,30 +11,22 @@ import round_trip
 from problems import slopes
 from refusals import mentions
 
-from tests.session.direct_commands import done
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
 from workbench.arm.motion import Motion
-from workbench.base.errors import OptionError
 from workbench.base.wording import plural
 from workbench.data.prediction import row_components
 from workbench.data.writer import write_measurements
-from workbench.diagnosis.claims.structure import structure_of
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.search import rounds
 from workbench.diagnosis.search.event_search import changeable, promising
 from workbench.diagnosis.search.evidence import left_by, offer
 from workbench.diagnosis.search.gram_matrices import compress
-from workbench.diagnosis.search.timeline import Timeline, crowded
+from workbench.diagnosis.search.timeline import Timeline
 from workbench.identification.errors.file_errors import file_errors, file_text, refitted_errors
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
-from workbench.session.commands.data import LoadData
-from workbench.session.commands.diagnose import AddEffects, Diagnose
-from workbench.session.commands.identify import Identify
-from workbench.session.start import default_plate, start
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 from events import CASES, NEAR, judge, make
@@ -92,19 +84,6 @@ def test_an_event_that_postures_may_explain_is_not_taken(monkeypatch):
     made = make(CASES["zero"], 1, "three-parallel")
     monkeypatch.setattr(EFFECTS["zero-step"], "doubt", lambda self, motion: "postures differ")
     assert not [e for e in diagnose(made.robot, made.data, held_out=0.2).events if e.name == "zero-step"]
-
-
-def test_an_event_says_row_time_and_size(slipped):
-    made, found = slipped
-    (cause,) = found.causes
-    (truth,) = made.truth
-    assert abs(cause.row - truth.row) <= NEAR
-    assert "±" in cause.sentence
-    written = diagnosis_json(found)
-    (result,) = written["causes"]
-    assert (result["kind"], result["joints"], result["row"]) == ("tool-step", [], cause.row)
-    assert result["time_s"] == made.data.time[cause.row]
-    assert [e["name"] for e in written["effects"]] == ["tool-step"]
 
 
 def left_by_files(arm, data, folder):
@@ -178,21 +157,6 @@ def test_a_search_over_all_places_is_a_fit_at_each():
     assert gain == pytest.approx(expected, rel=0.02)
 
 
-def test_rows_that_stand_out_together_are_no_outliers_yet():
-    made = make(CASES["none"], 0, "aria")
-    marked = np.zeros(120, bool)
-    marked[[5, 40, 110, 111, 113, 115]] = True
-    assert np.flatnonzero(crowded(marked, made.data, within=7, fewest=3)).tolist() == [110, 111, 113, 115]
-
-
-def test_what_a_slip_leaves_steps_in_the_order(slipped):
-    made, found = slipped
-    left = structure_of(found.before_fit, np.random.default_rng(0))
-    assert left.step is not None
-    assert abs(left.step[1] - made.truth[0].row) <= NEAR
-    assert not structure_of(found.after_fit, np.random.default_rng(0)).found
-
-
 def test_exchanged_rows_are_named():
     made = make(CASES["none"], 3, "aria")
     position = made.data.position.copy()
@@ -200,18 +164,6 @@ def test_exchanged_rows_are_named():
     found = diagnose(made.robot, replace(made.data, position=position), held_out=0.0)
     assert any("rows 31 and 36 look exchanged" in note for note in found.notes)
     assert sorted(found.data.row[found.outliers].tolist()) == [31, 36]
-
-
-def test_rows_before_an_event_are_compared_with_the_arm_of_their_time(slipped, tmp_path):
-    """An identification after the event was added drew them millimetres off: by the arm as it is now."""
-    made, _ = slipped
-    content = write_measurements(made.data, tmp_path / "rows.csv").read_bytes()
-    session = done(start(made.robot, default_plate(made.robot)), LoadData("rows.csv", content))
-    rows = done(session, Diagnose(), AddEffects(), Identify()).results.comparison
-    is_before = rows.number < made.truth[0].row
-    before, after = (1e3 * np.nanmean(rows.errors[chosen, 1]) for chosen in (is_before, ~is_before))
-    assert max(before, after) < 0.15
-    assert before < 1.5 * after
 
 
 @pytest.mark.parametrize(("name", "frames", "moved"), [("knock", "auto", 4e-3), ("slip", "shared", 0.0)])
@@ -281,19 +233,3 @@ def test_rows_of_another_file_are_judged_by_the_arm_as_it_is_now(clock, tmp_path
     shown = row_components(found.identification().best.as_measured, found.held_out_data).position
     assert 1e3 * np.linalg.norm(shown, axis=1).mean() == pytest.approx(found.after.held_out.position_mm.mean)
     assert all(found.plot(f"effect-{k}").axes for k in range(1, len(found.effects) + 1))
-
-
-@pytest.mark.extra("reports")
-def test_the_report_draws_a_line_with_its_name_where_something_happened(slipped):
-    made, found = slipped
-    (event,) = found.events
-    figure = found.plot("events")
-    (axes,) = figure.axes
-    dashed = [line for line in axes.lines if line.get_linestyle() == "--"]
-    assert [line.get_xdata()[0] for line in dashed] == [pytest.approx(event.time_s / 60.0)]
-    assert [text.get_text().strip() for text in axes.texts] == [event.mark]
-    before, after = (line.get_ydata() for line in axes.lines if line.get_linestyle() == "None")
-    assert before.mean() > 3.0 * after.mean()
-    again = diagnose(made.robot, made.data.take(np.arange(event.row, len(made.data))), held_out=0.0)
-    with pytest.raises(OptionError):
-        again.plot("events")

@@ -12,7 +12,6 @@ from workbench.arm.effects.clearance_tilt import ClearanceTilt
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.base.errors import FileError
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.identification.problem import Problem
 
 LOADED = (
@@ -61,20 +60,6 @@ def test_what_the_rows_show_of_the_masses_is_found(misjudged):
     true = case.actual.coms[3:, :2]
     assert np.abs(stated - true).mean() > 0.003
     assert np.abs(now - true).mean() < 0.6 * np.abs(stated - true).mean()
-
-
-def test_causes_and_map_are_in_the_plain_data(misjudged):
-    _, found = misjudged
-    data = diagnosis_json(found)
-    (cause,) = data["causes"]
-    assert cause["kind"] == "joint-compliance"
-    assert cause["joints"] == [j + 1 for j in found.causes[0].joints]
-    assert cause["confidence"] == "certain"
-    assert cause["odds"] > 1000.0
-    assert cause["contribution_mm"] > 3.0 * data["noise"]["position_mm"]
-    assert cause["sentence"].startswith("Joints ")
-    assert cause["look_alikes"] == []
-    assert data["map"] is None
 
 
 def test_tolerances_are_read_written_and_judged(tmp_path):

@@ -62,13 +62,6 @@ def test_noise_of_the_instrument_is_not_taken_for_it(arm, seed):
     assert joint_noise(fitted(positions)) is None
 
 
-def test_noisy_readings_show_in_positions_alone():
-    case = trembling(make("none", 1), READINGS, 1)
-    found = joint_noise(fitted(replace(case, data=replace(case.data, rotation=None))))
-    assert found is not None
-    np.testing.assert_allclose(found.sigma, READINGS, rtol=0.25)
-
-
 def test_every_joint_has_its_own_noise():
     """One loose encoder among good ones."""
     case = make("none", 4)
@@ -78,12 +71,6 @@ def test_every_joint_has_its_own_noise():
     assert found.sigma[2] == pytest.approx(READINGS, rel=0.2)
     assert max(np.delete(found.sigma, 2)) < 0.1 * READINGS
     assert found.text(case.robot.chain).endswith("mrad in joint 3")
-
-
-def test_heavy_tails_and_misplaced_rows_are_no_noise_of_readings():
-    for seed in range(3):
-        assert joint_noise(fitted(under(CONDITIONS["t3"], "none", seed))) is None
-        assert joint_noise(fitted(make("misseated", seed))) is None
 
 
 def test_a_diagnosis_weighs_by_noisy_readings_and_begins_with_them():
@@ -112,15 +99,3 @@ def test_what_a_missing_effect_leaves_has_structure():
         clean += bool(structure_of(fitted(make("none", seed, "katana")).fit, rng).found)
     assert deflected >= 5
     assert clean == 0
-
-
-@pytest.mark.parametrize("pace", [0.0, 0.03, 0.1, 0.3])
-def test_what_decays_does_not_step(pace):
-    """A UR5 that warmed up over its first 150 rows was said to step between rows 55 and 56."""
-    case = make("none", 3, "katana")
-    done = np.argsort(np.argsort(case.data.time)) / len(case.data)
-    shape = np.exp(-done / pace) if pace else done < 0.4
-    moved = replace(case.data, position=case.data.position + 3e-4 * shape[:, None])
-    found = structure_of(fitted(replace(case, data=moved)).fit, np.random.default_rng(0))
-    assert found.found
-    assert (found.step is not None) is (pace == 0.0)

@@ -2,16 +2,12 @@
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from studies import aria_printed as printed
 from studies.aria import reproduce_aria
-from studies.aria_arms import TITLES, Judges, compare_acquisitions
+from studies.aria_arms import TITLES
 from studies.conftest import agree, finding
 from studies.finding import Verdict, checked, judged
-from workbench.base.errors import OptionError
-from workbench.base.progress import running
-from workbench.data.simulation.instruments import INSTRUMENTS
 
 
 @pytest.fixture(scope="module")
@@ -82,24 +78,6 @@ def test_the_command_writes_every_table_and_figure(found, check_command):
     assert check_command("aria", found, "Eq. (3)") == figures
 
 
-def test_the_same_seed_gives_the_same_arms(found):
-    acquisition = found.noisy[0].acquisition
-    judges = Judges(acquisition.q, acquisition.q)
-    one, two = (
-        compare_acquisitions(found.robot, [acquisition], INSTRUMENTS["plate"], judges, arms=1, seed=4)[0]
-        for _ in range(2)
-    )
-    assert np.array_equal(one.region, two.region)
-    with running(cancel=lambda: True):
-        stopped = compare_acquisitions(found.robot, [acquisition], INSTRUMENTS["plate"], judges, arms=1)
-    assert stopped[0].reached == 0
-
-
 def test_digits_say_how_far_a_number_is_rounded():
     halves = {"0.34": 0.005, "1.57": 0.005, "-0.8": 0.05, "1.67e-7": 5e-10, "-0.00081": 5e-6}
     assert {text: printed.half_unit(text) for text in halves} == pytest.approx(halves)
-
-
-def test_no_arms():
-    with refuses(OptionError, option="arms", found=0):
-        reproduce_aria(arms=0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studies.conftest import KATANA
-from studies.influence_study import METHODS, TROUBLES, InfluenceStudy, influence_study
+from studies.influence_study import METHODS, TROUBLES, InfluenceStudy
 
 
 @pytest.fixture
@@ -25,14 +25,6 @@ def test_when_it_helps_and_when_not(study):
     assert [study.ratio(t, 0, influence).verdict for t in range(3)] == ["better", "better", "worse"]
     assert [study.ratio(t, -1, influence).verdict for t in (1, 2)] == ["worse", "worse"]
     assert abs(study.ratio(0, -1, influence).value - 1.0) < 0.05
-
-
-@pytest.mark.slow
-def test_an_arm_is_the_same_whatever_else_is_studied(study):
-    """The same seed gives the same arms, however many there are and at however many poses."""
-    again = influence_study(arms=2, numbers=(6,))
-    assert np.array_equal(again.errors, study.errors[:, :2, :1])
-    assert np.array_equal(again.before, study.before[:, :2])
 
 
 def test_intervals_by_hand():

@@ -2,19 +2,16 @@
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from studies import katana_printed as printed
 from studies.conftest import agree, finding
 from studies.finding import Verdict
-from studies.katana import reproduce_katana
 from studies.katana_study import (
     BEFORE,
     CONVENTIONAL,
     FIRST,
     INFLUENCE,
     SIMULTANEOUS,
-    TITLES,
     TOGETHER,
     differences,
     katana_study,
@@ -23,8 +20,6 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import OptionError
-from workbench.base.progress import running
 
 
 @pytest.fixture
@@ -120,16 +115,6 @@ def test_differences_by_hand():
 
 
 @pytest.mark.slow
-def test_an_arm_is_the_same_however_many_there_are(found):
-    again = katana_study(arms=2)
-    assert np.array_equal(again.held_out, found.once.held_out[:2])
-    assert again.measured.shape == (2, len(TITLES), 3, 7)
-    with running(cancel=lambda: True):
-        stopped = katana_study(arms=5)
-    assert len(stopped.held_out) == 1
-
-
-@pytest.mark.slow
 def test_the_command_writes_every_table_and_figure(found, check_command):
     figures = {"fig3-8", "fig4-8", "fig5-7", "fig5-8", "fig5-10", "fig5-12", "fig5-13"}
     assert check_command("katana", found, "Table 4.6") == figures
@@ -148,11 +133,6 @@ def test_stiffness_is_converted_once():
     """122 kg·m/°: 122 kilograms' weight on a metre turn the joint by a degree."""
     assert np.isclose(printed.STIFFNESS[0] * np.deg2rad(1.0), 122.0 * 9.80665)
     assert np.allclose(np.rad2deg(printed.CLEARANCE), [0.022, 0.024, 0.017, 0.015, 0.018])
-
-
-def test_no_spread():
-    with refuses(OptionError, option="arms", found=1):
-        reproduce_katana(arms=1)
 
 
 @pytest.mark.slow

@@ -3,17 +3,14 @@
 from dataclasses import fields, replace
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
-from workbench.session.cube_fields import CUBE_FIELDS, AbstractCubeField, CubeValues
-from workbench.session.live_score import PlateTrial
-from workbench.session.state import CubeView, Focus, Measurements, UndoStep
+from workbench.session.state import Focus, Measurements, UndoStep
 from workbench.views.drawables.plate import plate, plate_before
-from workbench.views.drawables.scene_contents import in_motion, on_page
+from workbench.views.drawables.scene_contents import on_page
 from workbench.views.drawables.sink import AbstractSink, Item, is_same
 
 
@@ -130,46 +127,3 @@ def test_no_target_of_the_last_plate_haunts_another_arm(session):
     ahead = tuple(replace(target, xyz=target.xyz + 0.1) for target in session.plate.targets)
     searched = replace(stepped, plate=replace(session.plate, targets=ahead))
     assert list(plate_before(searched)) == []
-
-
-def test_an_update_leaves_the_rest(session):
-    sink = Notebook()
-    sink.draw(on_page(session))
-    before = set(sink.there)
-    sink.update(in_motion(replace(session, selected=6)))
-    assert set(sink.there) == before
-    assert sink.made[-1] == "arm/nominal"
-
-
-class TrialErrorField(AbstractCubeField):
-    name = choice = title = meaning = "their trial"
-
-    def values(self, session):
-        return CubeValues.scaled(session.part(PlateTrial).errors)
-
-    def inputs(self, session):
-        return (session.part(PlateTrial),)
-
-
-@pytest.fixture
-def trial_errors():
-    yield CUBE_FIELDS.register(TrialErrorField())
-    CUBE_FIELDS.remove(TrialErrorField.name)
-
-
-def test_cubes_follow_a_new_trial(session, trial_errors):
-    """Virtual arms were tried again: the cubes show the new errors without any other change."""
-
-    def tried(session, error):
-        errors = np.full(session.plate.region.cubes, np.nan)
-        errors[:4] = error * np.arange(1, 5)
-        trial = PlateTrial(session.plate, session.noise, None, 20, 1.0, 0, 0.5, error, errors, "tried")
-        return session.with_part(trial)
-
-    shown = session.with_region(view=CubeView(field=trial_errors.name))
-    sink = Notebook()
-    sink.draw(on_page(tried(shown, 1e-4)))
-    assert sink.there["region/cubes"].shown.sum() == 4
-    sink.made.clear()
-    sink.draw(on_page(tried(shown, 2e-4)))
-    assert sink.made == ["region/cubes"]

@@ -7,7 +7,7 @@ import pytest
 from refusals import mentions
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.effects.events import FrameStep, ToolStep, ZeroStep
+from workbench.arm.effects.events import FrameStep, ToolStep
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
@@ -16,7 +16,6 @@ from workbench.views.appearance.colours import EVENT, css
 from workbench.views.drawables.events import place_and_step
 from workbench.views.drawables.measured import _points
 from workbench.views.page.panels.legend import events
-from workbench.views.page.panels.row_errors import chart
 
 STEP = (3e-4, -5e-4, 2e-4, 0.0, 0.0, 0.0)
 
@@ -61,15 +60,3 @@ def test_points_before_the_last_event_are_smaller(arm):
     assert text.count(css(EVENT)) == 2
     assert mentions(text, "row 3")
     assert mentions(text, "row 7")
-
-
-def test_the_chart_has_a_line_where_a_row_is_the_first_one_after_it(arm):
-    happened = (ZeroStep((2,), (1e-3,), row=7),)
-    drawing = chart(rows(arm, happened), 0, dict.fromkeys(range(10), ""), (), happened)
-    assert drawing.count('data-testid="event-line"') == 1
-    assert mentions(drawing, "joint 3", "row 7")
-    order = np.random.default_rng(1).permutation(np.arange(10.0))
-    shuffled = (replace(happened[0], is_timed=True, time_s=order[7]),)
-    assert "event-line" not in chart(
-        rows(arm, shuffled, order), 0, dict.fromkeys(range(10), ""), (), shuffled
-    )

@@ -4,15 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import mentions, refuses
+from refusals import mentions
 
 import workbench as wb
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.envelope import maximum_reach, ring_at
+from workbench.arm.kinematics.envelope import ring_at
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import OptionError
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.stock import made_as_drawn
 from workbench.session import start
@@ -21,7 +20,6 @@ from workbench.session.commands.undo import GoBackTo, Undo
 from workbench.session.start import default_circle
 from workbench.session.state import Drag
 from workbench.session.target_steps import score_as_drawn
-from workbench.views.drawables.plate import plate_before
 from workbench.views.drawables.region import envelope
 from workbench.views.page.panels.history import plot
 from workbench.views.page.panels.index import predicted
@@ -73,24 +71,6 @@ def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):
     assert Undo().apply(back).plate is moved.plate
 
 
-@pytest.mark.parametrize("step", [-1, 3])
-def test_there_are_no_other_steps(moved, step):
-    with refuses(OptionError, "1 to 3", option="step", found=step):
-        GoBackTo(step).check(moved)
-
-
-def test_a_ghost_stands_where_a_target_was_before_the_last_step(first, moved):
-    assert list(plate_before(first)) == []
-    assert [item.path for item in plate_before(moved)] == ["plate/before/5"]
-    dragged = GrabTarget(2, client=1).apply(first)
-    target = dragged.plate.targets[2]
-    drag = MoveTarget(2, (0.3, *target.xyz[1:].tolist()), tuple(target.rpy.tolist()), client=1)
-    now = drag.apply(dragged)
-    (ghost,) = plate_before(now)
-    assert ghost.path == "plate/before/3"
-    assert np.allclose(ghost.inputs[0].xyz, target.xyz)
-
-
 def test_the_reach_is_shown_during_a_drag_alone(first):
     assert list(envelope(first)) == []
     dragged = GrabTarget(2, client=1).apply(first)
@@ -110,9 +90,3 @@ def test_no_posture_at_a_height_is_far_beyond_the_ring(name):
     outermost = np.hypot(*ring[:, :2].T).max()
     assert 0.9 * farthest < outermost < 1.05 * robot.reach
     assert len(ring_at(robot, 9.0)) == 0
-
-
-def test_the_reach_is_that_of_the_arm_and_not_the_sum_of_its_lengths():
-    """A UR10 reaches 1.3 m from shoulder to wrist by its data sheet, 1.68 m if every offset counted."""
-    robot = load_robot("ur10")
-    assert 1.3 < maximum_reach(robot) < 1.5 < robot.reach

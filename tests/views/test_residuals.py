@@ -12,10 +12,8 @@ from workbench.arm.motion import Motion
 from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
 from workbench.session.joint_errors import along_joints
 from workbench.session.state import Focus
-from workbench.views.appearance.colours import EXCLUDED, NO_VALUE, ErrorScale, scale_colours
+from workbench.views.appearance.colours import EXCLUDED, ErrorScale
 from workbench.views.drawables.measured import error_scale, measured, selected_row_marks
-from workbench.views.page.camera import BALL_FILLS_PICTURE
-from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.panels.joints import joint_plots
 from workbench.views.page.panels.legend import colour_bar
 from workbench.views.page.scene.picking import nearest_to_ray
@@ -78,16 +76,6 @@ def test_a_stage_is_chosen_and_rows_left_out_are_grey():
     assert np.array_equal(scene["measured/held_out"].colours, expected[3:]), "held-out rows are not left out"
 
 
-def test_frames_of_rows_are_off_by_default_and_arrows_have_factors_of_their_own():
-    scene = drawn(comparison(), overlay=Overlay(exaggeration=2.0, exaggeration_after=800.0))
-    assert "row/frames" not in scene
-    for name, times, stage in (("nominal", 2.0, 0), ("calibrated", 800.0, 1)):
-        arrows = scene[f"errors/{name}"]
-        lengths = np.linalg.norm(arrows.ends - arrows.starts, axis=1)
-        assert lengths == pytest.approx(times * ERRORS[:, stage], rel=1e-9)
-    assert "row/frames" in drawn(comparison(), overlay=Overlay(frames=True))
-
-
 def test_all_of_many_rows_are_drawn():
     rows, count = comparison(2), 11_911
     many = replace(
@@ -122,14 +110,6 @@ def test_the_scale_has_round_ends_and_ticks_between(errors, low, high, ticks):
     assert "mm" in text
 
 
-def test_colours_of_errors_end_with_the_scale():
-    scale = ErrorScale(1e-4, 1e-2)
-    colours = scale.colours(np.array([0.0, 1e-4, 1e-3, 1e-2, 1.0, np.nan]))
-    ends = scale_colours(np.array([1.0, 0.5, 0.0]))
-    assert colours[:5].tolist() == ends[[0, 0, 1, 2, 2]].tolist()
-    assert tuple(colours[5]) == NO_VALUE
-
-
 def test_a_click_means_the_nearest_point_under_the_pointer():
     places = np.array([[2.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.5, 0.5, 0.0], [-1.0, 0.0, 0.0]])
     ahead = np.array([1.0, 0.0, 0.0])
@@ -137,15 +117,6 @@ def test_a_click_means_the_nearest_point_under_the_pointer():
     aside = places[2] / np.linalg.norm(places[2])
     assert nearest_to_ray(places, np.zeros(3), aside)[1] == 2
     assert nearest_to_ray(places, np.zeros(3), np.array([0.0, 0.0, 1.0])) is None
-
-
-def test_the_camera_sees_all_rows_and_the_arm_from_their_side():
-    robot, rows = load_robot("aria"), comparison()
-    position, middle = view_of_rows(robot, rows)
-    reach = np.linalg.norm(position - middle) / BALL_FILLS_PICTURE
-    assert np.linalg.norm(rows.measured - middle, axis=1).max() <= reach + 1e-9
-    assert position[:2] @ rows.measured[:, :2].mean(0) > 0.0
-    assert position[2] > 0.0
 
 
 def test_vectors_are_laid_along_what_a_joint_moves():

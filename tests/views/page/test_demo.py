@@ -1,14 +1,12 @@
 """The demo as a film: it waits, goes back a scene, shows the tab where each scene's outcome is seen."""
 
 import time
-from dataclasses import replace
 
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker, start
-from workbench.session.commands.compare import FollowSystem, SetOverlay
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.messages import SetCaption, Steer, SteerDemo
 from workbench.session.page_state import Tab
@@ -80,24 +78,3 @@ def test_anything_else_ends_it_even_where_it_waits(film):
     playing.join(60.0)
     until(lambda: worker.session.page.caption == "")
     assert not playing.is_finished
-
-
-def test_the_last_picture_stands_until_something_is_done_and_what_it_hid_comes_back(session, monkeypatch):
-    bare = replace(session.choices.overlay, **demo.BARE)
-    monkeypatch.setattr(
-        demo, "story", lambda now: iter((DemoScene("the end", (SetOverlay(bare),), seconds=0.1),))
-    )
-    worker = Worker(session)
-    playing = Demo(worker, pace=0.05)
-    until(lambda: playing.is_finished)
-    time.sleep(0.3)
-    assert (worker.session.page.caption, worker.session.choices.overlay) == ("the end", bare)
-    worker.submit(FollowSystem(is_dark=True))  # as a page does that comes
-    time.sleep(0.3)
-    assert worker.session.page.caption == "the end"
-    worker.submit(SelectTarget(5))
-    playing.join(60.0)
-    until(lambda: worker.session.page.caption == "")
-    worker.wait()
-    assert worker.session.choices.overlay == session.choices.overlay
-    worker.close()

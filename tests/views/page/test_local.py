@@ -1,11 +1,8 @@
 """The door: only pages of this server get in, and nobody opens a tunnel."""
 
-import re
 import signal
-import socket
 import subprocess
 import sys
-import time
 import urllib.error
 import urllib.parse
 import urllib.request
@@ -16,11 +13,8 @@ import websockets
 import websockets.sync.client as client
 from viser import _messages
 
-from workbench.base.errors import OptionError
-from workbench.views.page import local_server as local
 from workbench.views.page import viser_internals
 from workbench.views.page.local_server import local_server, page_address, session_link
-from workbench.views.page.serve import serve
 from workbench.views.page.viser_internals import hand_over
 
 
@@ -91,19 +85,6 @@ def get(port: int, host: str, path: str = "/", **headers: str) -> int:
             return answer.status
     except urllib.error.HTTPError as error:
         return error.code
-
-
-def test_a_page_that_comes_before_the_server_is_made_gets_its_answer(monkeypatch):
-    """A page left open by an earlier workbench asks again as soon as somebody listens."""
-    made, answers = viser.ViserServer.__init__, []
-
-    def ask(self, **options):
-        made(self, **options)
-        answers.append(get(self.get_port(), f"127.0.0.1:{self.get_port()}"))
-
-    monkeypatch.setattr(viser.ViserServer, "__init__", ask)
-    local_server().stop()
-    assert answers == [200]
 
 
 def test_foreign_host_names_are_refused(server):
@@ -191,66 +172,3 @@ def test_serve_says_where_and_ends_when_interrupted():
     process.send_signal(signal.SIGINT)
     rest, errors = process.communicate(timeout=120)
     assert (process.returncode, rest, errors) == (0, "", "")
-
-
-def test_a_taken_port_is_said(server):
-    with pytest.raises(OptionError):
-        local_server(port=server.get_port())
-    with pytest.raises(OptionError):
-        local_server(port=70_000)
-
-
-def test_an_interrupt_before_anybody_was_told_comes_out():
-    """As in any other command, which ends with one sentence then; the handler is the program's again."""
-
-    def interrupted():
-        signal.raise_signal(signal.SIGINT)
-
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            serve(interrupted, port=0, open_browser=False)
-        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def raw(port: int, content: bytes) -> bytes:
-    """Send bytes, read the answer to its end."""
-    with socket.create_connection(("127.0.0.1", port), timeout=60) as connection:
-        connection.sendall(content)
-        connection.shutdown(socket.SHUT_WR)
-        return b"".join(iter(lambda: connection.recv(4096), b""))
-
-
-def test_requests_that_it_cannot_answer_are_one_line_a_minute(server, caplog, monkeypatch):
-    clock, records, port = [1000.0], caplog.records, server.get_port()
-    monkeypatch.setattr(local, "monotonic", lambda: clock[0])
-    host = f" / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode()
-    raw(port, b"HEAD" + host)
-    red = b"\x1b[31mred\r\n\r\n"
-    for content in (b"OPTIONS" + host, b"POST" + host, b"\x16\x03\x01\x02", b"GET / HT", red):
-        raw(port, content)
-    (line,) = records
-    assert "HEAD" in line.getMessage()
-    clock[0] += local.LOG_INTERVAL
-    raw(port, red)
-    patience = time.monotonic() + 60.0
-    while len(records) < 2 and time.monotonic() < patience:  # the answer may come before its line
-        time.sleep(0.01)
-    line = records[1].getMessage()
-    assert "more like it" in line
-    assert line.isprintable()
-    assert [record.exc_info for record in records] == [None, None]
-    assert urllib.request.urlopen(f"http://127.0.0.1:{port}/").status == 200
-
-
-def test_the_pages_of_a_server_bear_our_name_from_the_first_moment(server):
-    """Whether the browser takes compressed answers or not; all of the page is there."""
-    address = f"http://127.0.0.1:{server.get_port()}/"
-    for given in ({}, {"Accept-Encoding": "gzip"}):
-        with urllib.request.urlopen(urllib.request.Request(address, headers=given), timeout=60) as answer:
-            content = answer.read()
-            assert int(answer.headers["Content-Length"]) == len(content)
-        assert re.findall(rb"<title>(.*)</title>", content) == [b"workbench"]
-        assert content.rstrip().endswith(b"</html>")

@@ -1,8 +1,6 @@
 """Panels without a browser: every control explains itself, and strange text stays text."""
 
-import io
 import tempfile
-import warnings
 import zipfile
 from contextlib import suppress
 from pathlib import Path
@@ -13,7 +11,6 @@ import numpy as np
 import pytest
 from refusals import refuses
 from viser import GuiHtmlHandle
-from viser._assignable_props_api import AssignablePropsBase
 from viser._messages import GuiUpdateMessage
 
 from workbench.arm.built_in_arms import load_robot
@@ -21,41 +18,30 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.data.readers import read_measurements
-from workbench.data.readers.layouts import LAYOUTS
-from workbench.data.readers.layouts.layout import AbstractFileLayout
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
-from workbench.identification.algorithms import ALGORITHMS, AbstractIdentifier
-from workbench.identification.algorithms.ols import Ols
-from workbench.plate.export import ExportedPlate
-from workbench.plate.plate_toml import load_plate, read_plate
+from workbench.plate.plate_toml import read_plate
 from workbench.plate.region import Region
 from workbench.report.result_page import page_of
-from workbench.session.commands.compare import SetUnits, ShowFit
+from workbench.session.commands.compare import SetUnits
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.messages import OpenTab, Tell
-from workbench.session.commands.plate import SetNoise
+from workbench.session.commands.messages import Tell
 from workbench.session.export import (
     calibrated_toml,
     calibrated_urdf,
-    fixture_zip,
     measurements_csv,
     plate_toml,
     report_zip,
 )
-from workbench.session.journal.codec import decode
-from workbench.session.page_state import Severity, Tab, Units
+from workbench.session.page_state import Severity, Units
 from workbench.session.state import Focus
 from workbench.views.drawables.drawable import Cubes, Points
 from workbench.views.drawables.sink import Item
-from workbench.views.page import app as page_app
 from workbench.views.page import html
-from workbench.views.page.panels import PANELS
 from workbench.views.page.panels.fit import read_rows
-from workbench.views.page.panels.history import HistoryPanel
 from workbench.views.page.viser_internals import controls
 
 
@@ -70,26 +56,6 @@ def test_text_from_outside_is_escaped(app):
     app.worker.wait()
     assert "&lt;script&gt;" in html_of(app, "message")
     assert "<script>" not in html_of(app, "message")
-
-
-def test_what_a_reader_is_added_for_can_be_chosen_on_the_page(request):
-    class Ninth(AbstractFileLayout):
-        name, endings = "ninth", (".ninth",)
-
-        def matches(self, path, head):
-            return path.suffix == ".ninth"
-
-        def read(self, path, naming):
-            raise NotImplementedError
-
-    LAYOUTS.register(Ninth())
-    request.addfinalizer(lambda: LAYOUTS.remove("ninth"))
-    made = page_app.App(load_robot("aria"), load_plate("table2"))
-    request.addfinalizer(made.close)
-    taken = [h.mime_type.split(",") for h in controls(made.server.gui).values() if hasattr(h, "mime_type")]
-    offered = [endings for endings in taken if ".parquet" in endings]
-    assert offered
-    assert all({".ninth", ".csv", ".xlsx"} <= {*endings} for endings in offered)
 
 
 def test_in_a_drag_the_numbers_that_count_go_ahead_of_the_scene(app, monkeypatch):
@@ -238,28 +204,6 @@ def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
     assert zipfile.ZipFile(made[report_zip]).namelist() == ["report/report.html"]
 
 
-def test_the_plate_to_make_is_packed_with_all_that_is_made_of_it(app, monkeypatch):
-    session, made = app.worker.session, []
-
-    def export(plate, folder, **options):
-        made.append((plate, options))
-        folder.mkdir()
-        (folder / "plate.stl").write_text("")
-        return ExportedPlate((), {"pdf": "no ezdxf"}, ("no mounting holes",))
-
-    monkeypatch.setattr("workbench.plate.export.export_plate", export)
-    name, content, notes = fixture_zip(session)
-    assert name.endswith("-fixture.zip")
-    assert zipfile.ZipFile(io.BytesIO(content)).namelist() == ["fixture/plate.stl"]
-    noise = session.noise.position, session.noise.rotation
-    options = {"robot": session.robot, "sigma": noise, "evaluation_poses": session.region.q}
-    ((plate, given),) = made
-    assert given == options  # of the usual files
-    assert plate.region is session.plate.region
-    assert all(target.q is state.q for target, state in zip(plate.targets, session.states, strict=True))
-    assert len(notes) == 2
-
-
 def control(app, label):
     """The control of this label."""
     return next(c for c in controls(app.server.gui).values() if getattr(c, "label", "") == label)
@@ -281,32 +225,6 @@ def html_of(app, testid):
     return next((c.content for c in shown if c.visible and f'data-testid="{testid}"' in c.content), "")
 
 
-def test_a_move_sets_only_what_it_changes(app, monkeypatch):
-    """Of the panels, the selected target and its indices are drawn at every move; the others wait."""
-    assigned = []
-    real = AssignablePropsBase.__setattr__
-    session = GrabTarget(0, 1).apply(app.worker.session)
-    x, y, z = session.plate.targets[0].xyz
-    for panel in app.view._panels:
-        panel.update(session)
-
-    def count(handle, name, value):
-        assigned.append((type(handle).__name__, name))
-        real(handle, name, value)
-
-    monkeypatch.setattr(AssignablePropsBase, "__setattr__", count)
-    for k in range(1, 6):
-        session = MoveTarget(0, (x, y, z + 1e-3 * k), (-2.6, 0.0, 0.0), 1).apply(session)
-        for panel in app.view._panels:
-            panel.update(session)
-    assert len(assigned) <= 5 * 15
-    monkeypatch.undo()
-    jog = control(app, "Joint 2 [°]")
-    before = jog.value
-    app.view.draw(DropTarget(1).apply(session))
-    assert jog.value != before
-
-
 def test_a_refused_entry_goes_back_and_a_typed_pose_stays(app):
     place, tool = control(app, "x, y, z [mm]"), control(app, "Tool [mm]")
     before = place.value
@@ -316,63 +234,6 @@ def test_a_refused_entry_goes_back_and_a_typed_pose_stays(app):
     assert app.worker.session.page.messages[-1].severity is Severity.ERROR
     assert place.value == before
     assert tuple(tool.value) == (1.0, 2.0, 3.0)
-
-
-def test_a_panel_that_raises_stops_no_other_and_is_named_once(app, monkeypatch):
-    """All panels behind it stood still without a word."""
-
-    def raises(self, session):
-        raise RuntimeError("no humidity")
-
-    monkeypatch.setattr(app.view, "_failed", set())
-    monkeypatch.setattr(HistoryPanel, "show", raises)
-    with warnings.catch_warnings(record=True) as reported:
-        warnings.simplefilter("always")
-        for number, position in ((3, 2e-4), (4, 3e-4)):
-            app.worker.submit(SelectTarget(number))
-            app.worker.submit(SetNoise(position, 1e-3))
-            assert app.worker.wait()
-    (reported,) = map(str, (w.message for w in reported))
-    assert "test_panels.py" in reported
-    assert control(app, "Noise [mm]").value == 0.3
-    (message,) = [m for m in app.worker.session.page.messages if "humidity" in m.text]
-    assert message.severity is Severity.WARNING
-    assert "HistoryPanel" in message.text
-
-
-def test_a_scene_that_raises_stops_no_panel(app, monkeypatch):
-    def raises(session):
-        raise RuntimeError("no light")
-
-    monkeypatch.setattr(app.view, "_failed", set())
-    monkeypatch.setattr(app.view._scene, "show", raises)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        app.worker.submit(SetNoise(4e-4, 1e-3))
-        assert app.worker.wait()
-    assert control(app, "Noise [mm]").value == 0.4
-    assert any("no light" in message.text for message in app.worker.session.page.messages)
-
-
-def test_an_algorithm_that_was_registered_later_is_shown_like_the_others(app):
-    class Late(AbstractIdentifier):
-        name, title, summary = "late", "LATE", "Gauss-Newton under another name."
-
-        def search(self, problem):
-            return Ols().search(problem)
-
-    ALGORITHMS.register(Late())
-    try:
-        for command in (MeasureVirtualArm(2), Identify(("late", "opt2"))):
-            app.worker.submit(command)
-            assert app.worker.wait(60.0)
-        app.worker.submit(ShowFit("late"))
-        assert app.worker.wait(60.0)
-        assert app.worker.session.results.fit == "late"
-        assert tuple(control(app, "Shown fit").options) == ("LATE", "OPT2")
-        assert control(app, "Shown fit").value == "LATE"
-    finally:
-        ALGORITHMS.remove("late")
 
 
 def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_shown(app):
@@ -398,21 +259,3 @@ def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_s
     assert app.worker.session.shows_plate
     assert (show.visible, group.visible) == (False, True)
     assert not any(edit.disabled for edit in edits)
-
-
-def test_panels_stand_in_the_order_of_their_numbers(app):
-    """An extra's panel finds its place among ours by one number."""
-    for tab in Tab:
-        orders = [
-            panel.order for panel in app.view._panels if panel.tab is tab and type(panel) in PANELS.values()
-        ]
-        assert orders
-        assert orders == sorted(set(orders))
-
-
-@pytest.mark.parametrize(
-    ("former", "tab"),
-    [("Region", Tab.PLATE), ("Identify", Tab.CALIBRATE), ("Diagnose", Tab.CALIBRATE), ("More", Tab.ROBOT)],
-)
-def test_tabs_of_earlier_recordings_open_those_that_took_their_panels(former, tab):
-    assert decode("OpenTab", {"tab": former}, bytes) == OpenTab(tab)
