@@ -289,16 +289,6 @@ def test_a_map_fades_smoothly_beyond_its_range(arms, effect):
     assert robot.extrapolation_warnings(q[inside]) == []
 
 
-def test_what_repeats_every_turn_does_not_fade(arms):
-    q = np.array([[0.3, 0.4, -0.8, 0.3, 0.7, 0.2]])
-    for effect in (CATALOGUE["local-joint-error periodic"], EFFECTS["joint-harmonic"]((1,), order=(3, 7))):
-        robot = arms["aria"].with_effects(sized(arms["aria"], effect))
-        np.testing.assert_allclose(
-            forward.tool_poses(robot, Motion(q)), forward.tool_poses(robot, Motion(q + 2 * np.pi)), atol=1e-12
-        )
-        assert robot.extrapolation_warnings(q + 2 * np.pi) == []
-
-
 @pytest.mark.parametrize(
     ("name", "arguments", "text"),
     [
@@ -356,17 +346,3 @@ BOUNDS = {
     "local-joint-error": 0.05,
 }
 """At 25 N m about every axis and over 90 s."""
-
-
-@pytest.mark.parametrize("case", BOUNDS)
-def test_the_largest_credible_size_moves_an_element_as_far_as_the_docstring_says(case):
-    effect = CATALOGUE[case]
-    robot = carrying(effect)
-    q, time = np.zeros((3, robot.dof)), np.array([5.0, 50.0, 95.0])
-    motion = Motion(q, direction=np.ones_like(q), time=time, temperature=time)
-    found = effect.bounds(robot.chain, motion, np.full((3, robot.dof, 6), 25.0))
-    assert found == pytest.approx([BOUNDS[case]] * len(effect.names))
-
-
-def carrying(effect):
-    return load_robot("aria").with_effects(effect)

@@ -216,21 +216,3 @@ def test_moving_a_frame_by_its_parts_is_exact(tmp_path):
     np.testing.assert_allclose(
         tool_poses(moved, Motion(q)), chains.poses(robot.chain, q, values=vector), atol=1e-14
     )
-
-
-def test_check_jacobian_finds_a_wrong_column():
-    x = np.array([0.3, -0.4])
-
-    def function(v):
-        return np.array([np.sin(v[0]) * v[1], v[1] ** 2])
-
-    right = np.array([[np.cos(0.3) * -0.4, np.sin(0.3)], [0.0, -0.8]])
-    assert check_jacobian(function, right, x) < 1e-8
-    wrong = right.copy()
-    wrong[1, 1] *= 1 + 1e-5
-    with pytest.raises(AssertionError, match="column 1"):
-        check_jacobian(function, wrong, x)
-    with pytest.raises(AssertionError, match="shape"):
-        check_jacobian(function, right[:, :1], x)
-    with pytest.raises(AssertionError):
-        check_jacobian(function, right * np.nan, x)

@@ -12,7 +12,6 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import roomy
 from workbench.arm.inverse.reduced_arm import compile_arm
-from workbench.arm.inverse.solve import Task
 from workbench.arm.kinematics import forward
 from workbench.arm.kinematics import reachable as reach
 from workbench.arm.motion import Motion
@@ -220,39 +219,6 @@ def test_reasons():
     assert 2.5 <= held.nearest.q[1] <= 2.6
     assert held.nearest.position_error > 1e-4
     assert q.shape == (6,)
-
-
-def test_too_close_is_told_from_too_far():
-    joint = load_robot("aria").joints[0]
-    elements = tuple(
-        chains.Element(axis, f"joint{i + 1}.{axis.name}", value, joint=driver, link=i)
-        for i, length in enumerate((0.5, 0.3, 0.0))
-        for axis, value, driver in ((chains.Axis.RZ, 0.0, i), (chains.Axis.TX, length, None))
-    )
-    joints = tuple(replace(joint, name=f"joint{i + 1}") for i in range(3))
-    planar = Robot(
-        name="planar", convention="elementary", elements=elements, link_ends=(1, 3, 5), joints=joints
-    )
-    result = inverse.solve(planar, se3.pose(np.eye(3), np.array([0.1, 0.0, 0.0])))
-    assert mentions(result.reason, "100 mm too close")
-    assert abs(result.nearest.position_error - 0.1) < 1e-6
-    reached = inverse.solve(planar, se3.pose(np.eye(3), np.array([0.5, 0.3, 0.0])))
-    assert len(reached.branches) == 2
-    assert not reached.finite  # the last joint turns about the tool's own point
-    far = inverse.solve(planar, se3.pose(np.eye(3), np.array([0.9, 0.0, 0.0])))
-    assert mentions(far.reason, "100 mm beyond")
-
-
-def test_five_joints_can_be_asked_for_a_whole_pose():
-    robot = load_robot("katana450")
-    q = np.array([0.3, 0.4, -0.8, 0.5, 0.2])
-    target = forward.tool_poses(robot, Motion(q[None]))[0]
-    result = inverse.solve(robot, target, task=Task.POSE)
-    assert min(wrapped(b.q - q).max() for b in result.branches) < 1e-6
-    turned = target @ se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, 0.2])), np.zeros(3))
-    missed = inverse.solve(robot, turned, task=Task.POSE)
-    assert missed.branches == ()
-    assert "not in this orientation" in missed.reason
 
 
 def test_a_prismatic_arm_is_searched():

@@ -49,21 +49,6 @@ def test_a_full_device_is_one_sentence():
     ]
 
 
-def test_a_locale_without_our_letters():
-    environment = {
-        "PYTHONUTF8": "0",
-        "LC_ALL": "POSIX",
-        "PYTHONCOERCECLOCALE": "0",
-        "PYTHONIOENCODING": "ascii",
-    }
-    code = "from workbench.cli.exit_status import run; run(lambda words: print('0.1' + chr(176)), [])"
-    path = {"PYTHONPATH": ":".join(sys.path)}
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment | path, capture_output=True, check=False
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (0, b"0.1?\n", b"")
-
-
 def test_a_result_on_standard_output_is_alone_there(run, tmp_path):
     run("simulate", "--robot", "aria", "--poses", "10", "--out", "rows.csv")
     status, out, errors = run("evaluate", "rows.csv", "--robot", "aria", "--json", "-")

@@ -6,7 +6,6 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
 from workbench.arm.statics.deflection import shift_of
-from workbench.base.errors import OptionError
 from workbench.data.simulation.hidden_effects import MAX_BEND, hidden_effects, surprise, varied_state
 from workbench.identification.evaluate import evaluate
 from workbench.plate.simulated_measurement import measure_poses
@@ -75,20 +74,3 @@ def test_rows_carry_what_drives_the_effects(aria):
     plain, same = measure_poses(aria, 40, instrument="ideal", seed=3)
     assert not plain.effects
     assert same.time is None
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("wobble", "unknown effect 'wobble'; known: joint-compliance, backlash"),
-        ("backlash:0", "joint must be 1–6, got '0'"),
-        ("backlash:two", "joint must be 1–6, got 'two'"),
-        ("thermal-growth:2", "whole arm"),
-        ("joint-compliance:2:soft", "number.*'soft'"),
-        ("joint-compliance:2:0", "number.*'0'"),
-        ("joint-compliance:1", "nothing drives it"),
-    ],
-)
-def test_words_without_sense_are_refused(aria, text, message):
-    with pytest.raises(OptionError, match=message):
-        hidden_effects(aria, [text], rng=np.random.default_rng(0))

@@ -2,16 +2,14 @@
 
 import numpy as np
 import pytest
-from refusals import mentions
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import DataError
 from workbench.data.readers import read_measurements
 from workbench.data.simulation.instruments import INSTRUMENTS, THREE_MARKERS, Instrument, Observes
-from workbench.data.simulation.readings import SIDES, Sight, mounting, station, three_planes
+from workbench.data.simulation.readings import SIDES, mounting, station, three_planes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.data.writer import write_measurements
 from workbench.identification.identify import identify
@@ -43,24 +41,6 @@ def test_a_fixed_reflector_is_lost_beyond_45_degrees(katana):
     assert np.isfinite(rows.position[rows.included]).all()
     assert all("line of sight" in reason for reason in rows.reason[~rows.included])
     assert any("looks along" in note for note in rows.notes)
-
-
-def test_an_optical_tracker_needs_its_distance(katana):
-    q = random_q(katana, 50)
-    near = Instrument(
-        name="near",
-        observes=Observes.POINT,
-        sigma_position=0.0,
-        sight=Sight(near=2.0, far=7.0),
-        place=np.zeros(3),
-    )
-    with pytest.raises(DataError) as error:
-        simulate(katana, Motion(q), instrument=near, rng=np.random.default_rng(0))
-    assert mentions(str(error.value), "2 to 7 m")
-    assert (
-        simulate(katana, Motion(q), instrument=INSTRUMENTS["optotrak"], rng=np.random.default_rng(0)).exclude
-        is None
-    )
 
 
 @pytest.mark.parametrize("samples", [1, 16])

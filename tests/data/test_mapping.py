@@ -6,7 +6,7 @@ from refusals import mentions
 
 import workbench as wb
 from workbench.base.errors import WorkbenchError
-from workbench.data.readers.mapping import mapping_text, read_mapping, with_column, write_mapping
+from workbench.data.readers.mapping import read_mapping, write_mapping
 from workbench.data.readers.preview import preview
 
 
@@ -32,18 +32,6 @@ def test_a_mapping_is_stored_and_used_again(tmp_path, run):
     assert mentions(out, "Achse 1")
     assert 'Halle = "-"' in (tmp_path / "n.toml").read_text()
     assert run("preview", "a.csv", "--mapping", "m.toml")[0] == 0
-
-
-def test_choices_one_after_the_other_name_the_files_own_headings(tmp_path):
-    """The second is made on what the first was read as, and what is stored serves the next file."""
-    (tmp_path / "a.csv").write_text("A1,X,Y,Z,hall\n90,1,2,3,4\n45,1,2,4,5\n")
-    found = preview(tmp_path / "a.csv")
-    for heading, meaning in (("A1", "q1[deg]"), ("X", "x[mm]"), ("hall", "temperature[degC]")):
-        (tmp_path / "m.toml").write_text(with_column(mapping_text(found), heading, meaning))
-        found = preview(tmp_path / "a.csv", columns=read_mapping(tmp_path / "m.toml").columns)
-        assert [c.heading for c in found.columns] == ["A1", "X", "Y", "Z", "hall"]
-    np.testing.assert_allclose(found.dataset.position, 1e-3 * np.array([[1, 2, 3], [1, 2, 4]]))
-    assert found.dataset.temperature.tolist() == [4.0, 5.0]
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ from workbench.arm.robot_toml import read_toml
 from workbench.data.dataset import Dataset
 from workbench.identification.errors.expected_deviation import with_expected_deviation
 from workbench.identification.identify import identify
-from workbench.identification.prior import Prior
 from workbench.identification.problem import Noise, Problem
 
 REFLECTOR = 0.031
@@ -84,14 +83,3 @@ def test_the_size_of_an_arms_errors_is_found(size, tmp_path):
         problem = Problem.build(robot_of(arm, tmp_path), rows, noise=Noise(5e-5, 1e-4))
         found.append(with_expected_deviation(problem).deviation)
     assert np.median(found) == pytest.approx(size, rel=0.25)
-
-
-def test_what_was_expected_is_no_knowledge_for_the_next_calibration(tmp_path):
-    nominal, _, rows = reflector_rows(np.random.default_rng(1))
-    fit = identify(robot_of(nominal, tmp_path, free='"auto"'), rows, algorithms=("opt2",)).best.fit
-    assert fit.problem.deviation is not None
-    prior = Prior.of(fit)
-    place = prior.names.index("joint6.theta")
-    assert prior.information[place, place] < 1e-3 / fit.problem.deviation**2
-    assert any("base yaw" in message.text for message in fit.unidentifiable)
-    assert "joint6.theta" in fit.only_expected

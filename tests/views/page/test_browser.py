@@ -81,7 +81,6 @@ def test_drag_changes_numbers_and_arm(app, look):
     screen = look()
     page = screen.page
     assert "Drag an arrow" in screen.text("hint")
-    screen.shoot("plate")
     before = {name: screen.text(name) for name in ("own", "predicted")}
     before["arm"] = screen.node("/arm/nominal/body2")
     start = np.array(app.worker.session.plate.targets[0].xyz)
@@ -93,7 +92,6 @@ def test_drag_changes_numbers_and_arm(app, look):
         page.mouse.move(*(at - metre * 0.016 * k))
         page.wait_for_function(changed, arg=shown)
     screen.wait_text("hint", "Release")
-    screen.shoot("dragging")
     page.mouse.up()
     screen.wait_text("hint", "Good enough?")
     app.worker.wait()
@@ -135,11 +133,9 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     screen.give("Load measurements", path)
     screen.wait_text("preview", "60")
     assert "full pose" in screen.text("preview")
-    screen.shoot("loaded")
     screen.tab("Calibrate")
     screen.press("Identify")
     screen.wait_text("result", "held-out poses")
-    screen.shoot("identified")
     assert "joint2.alpha" in screen.text("parameters")
     found = app.worker.session.results.identification
     assert found.runs["opt2"].held_out.position_mm.mean < 0.05 * found.nominal.held_out.position_mm.mean
@@ -157,7 +153,6 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     rows = app.worker.session.results.comparison
     assert f"data row {rows.number[1]} " in screen.text("row")
     assert screen.text("row").split("Calibrated")[1].split()[0] == as_shown(1e3 * rows.errors[1, 1])
-    screen.shoot("compared")
     residuals_are_where_they_are(screen)
 
     screen.tab("Calibrate")
@@ -187,7 +182,6 @@ def residuals_are_where_they_are(screen):
     screen.page.mouse.click(*places[row])
     screen.until(lambda session: session.results.row == row)
     screen.wait_text("row-errors", f"Data row {rows.number[row]} ")
-    screen.shoot("residuals")
 
 
 def test_bad_file_is_a_message_and_all_stays(app, look):
@@ -200,7 +194,6 @@ def test_bad_file_is_a_message_and_all_stays(app, look):
         {"name": "<img src=x onerror=alert(1)>.csv", "mimeType": "text/csv", "buffer": content},
     )
     screen.page.wait_for_selector('[data-testid="message"][data-severity="error"]')
-    screen.shoot("message")
     after = app.worker.session
     assert after.plate is before.plate
     assert after.measurements.loaded is None

@@ -40,4 +40,3 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
     assert after < 0.7 * found.before.held_out.position_mm.mean
     screen.tab("Calibrate")
     screen.wait_text("verdict", "part of the model")
-    screen.shoot("diagnosed")

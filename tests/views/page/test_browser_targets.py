@@ -30,7 +30,6 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     screen.wait_text("rank", "11 targets")
     page.get_by_label("Locked").check()
     screen.until(lambda session: session.plate.targets[10].locked)
-    screen.shoot("locked")
     screen.press("Delete")
     screen.wait_text("message", "locked")
     screen.press("Improve this plate")  # it places the others, and says so where it is seen
@@ -51,7 +50,6 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     page.get_by_role("option", name=other.name, exact=True).click()
     screen.until(lambda session: session.states[number].branch == other.name)
     screen.wait_text("history", "after each step")
-    screen.shoot("branch")
 
     screen.press("Delete")
     screen.until(lambda session: len(session.plate) == 9)
@@ -77,7 +75,6 @@ def test_a_handle_behind_another_block_is_grabbed(app, look):
     screen.wait_node("/handles/arrows", np.array(arrow.position))
     screen.page.wait_for_timeout(500)
     at, metre = screen.grab(1)
-    screen.shoot("handle-behind-a-block")
     screen.page.mouse.move(*(at - 0.02 * metre), steps=4)
     assert screen.until(lambda session: session.drag is not None).drag.target == 0
     screen.page.mouse.up()
