@@ -96,7 +96,19 @@ def copied(folder: Path) -> Path:
 def status_of(tree: Path, *tests: str) -> int:
     """How pytest ends on some tests in a copy: 0 where all pass."""
     paths = os.pathsep.join([str(tree), str(tree / "tests")])
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-x",
+        "-n",
+        "0",
+        "-p",
+        "no:cacheprovider",
+        "-m",
+        "not slow and not data",
+    ]
     command += ["tests/{}/test_{}.py".format(*test.split("/")) for test in tests]
     environment = os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run(command, cwd=tree, env=environment, capture_output=True, text=True, check=False)
