@@ -6,7 +6,7 @@ from studies.katana_printed import CONSTANTS
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION
+from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from workbench.arm.motion import Motion
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
@@ -61,6 +61,14 @@ def small_steps(jacobian, residual, weights, *, factor=0.1, resolution=1e-5, lim
         answer += step
         left -= jacobian @ step
     return answer
+
+
+def test_weights_are_the_imposed_deviations(katana):
+    _, problem = problem_of(katana, 30)
+    columns = problem.evaluate(problem.start).jacobian.reshape(30, 3, 17)
+    deviations = np.array([ANGLE if p.unit == "rad" else LENGTH_DEVIATION for p in problem.parameters])
+    expected = influence(katana, Motion(problem.data.q), names=CONSTANTS).weights
+    assert np.allclose(pose_weights(columns * deviations), expected, atol=2e-3)
 
 
 @pytest.mark.parametrize("factor", [0.05, 0.5])
