@@ -68,7 +68,7 @@ MUTATIONS = tuple(Mutation(*parts) for parts in (
     ("diagnosis/search/evidence.py", "- 0.5 * rank * np.log", "- rank * np.log",
      "diagnosis/evidence free_candidates"),
     ("diagnosis/claims/random_walk.py", "spread / whole + q", "spread + q", "diagnosis/wandering filter"),
-    ("diagnosis/final_fit.py", "SQUARE_RATIO = 1.1", "SQUARE_RATIO = 1e3", "diagnosis/final_fit let_go"),
+    ("diagnosis/final_fit.py", "SQUARE_RATIO = 1.1", "SQUARE_RATIO = 1e9", "diagnosis/final_fit let_go"),
     ("diagnosis/confidence.py", "1000.0, 20.0", "10.0, 2.0", "diagnosis/causes words_are_odds"),
 ))
 # fmt: on
