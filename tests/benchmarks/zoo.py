@@ -26,7 +26,7 @@ TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
 from arms import UnseenError, make, seeds_of
-from calibration import bins, expected_error, reliability
+from calibration import bins, expected_error
 from cases import CASES, WITHOUT, Case
 from conditions import CONDITIONS, Conditions, under
 from judge import Judged, judge
@@ -35,8 +35,6 @@ from morphologies import ARMS, MORPHOLOGIES, SIX
 from rich.console import Console
 from rich.progress import track
 from tally import bounds, compared, kept, matrix, morphologies, summary, under_conditions, wrong
-
-from workbench.report.figures import png
 
 WIDTH = 190
 """Characters that the tables need."""
@@ -86,7 +84,6 @@ def options(arguments=None):
     parser.add_argument("--diagnose", default=DIAGNOSE, help="module:function that takes robot and data")
     parser.add_argument("--wrong", action="store_true", help="list the cases that are not right")
     parser.add_argument("--json", type=Path, help="keep every judged case in this file, and go on from it")
-    parser.add_argument("--picture", type=Path, help="draw the reliability of stated odds to this PNG file")
     parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
     given = parser.parse_args(arguments)
     for name, known in (("cases", CASES), ("conditions", CONDITIONS), ("alarms", CONDITIONS), ("off", OFF)):
@@ -200,8 +197,6 @@ def main(arguments=None):
             console.print(f"{task.condition}: {wrong(found)}", highlight=False)
     stated = bins([pair for found in judged.values() for pair in found.odds])
     console.print(kept(stated))
-    if given.picture and stated:
-        given.picture.write_bytes(png(reliability(stated)))
     checks = list(bounds(by_condition, calm, expected_error(stated) if stated else None))
     for text, value, holds in checks:
         console.print(f"{'✓' if holds else '✗'} {text}: {value}", highlight=False)

@@ -119,13 +119,7 @@ class Judged:
 
 
 def judge(case: Case, diagnose, **options) -> Judged:
-    """Diagnose one arm and compare.
-
-    Args:
-        case: The arm.
-        diagnose: Takes its robot and data, gives a diagnosis.
-        options: Passed on to it.
-    """
+    """Diagnose one arm and compare."""
     start = time.perf_counter()
     facts = {"kind": case.kind, "arm": case.arm, "seed": case.seed, "truth": case.truth, "seen": case.seen}
     facts["nameless"] = CASES[case.kind].nameless

@@ -6,12 +6,10 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from arms import make
 
 from workbench.identification.identify import identify
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
-import ledger
 import zoo
 
 ALONE = ["--jobs", "0", "--on", "classic", "--diagnose", f"{__name__}:geometry"]
@@ -55,51 +53,6 @@ def test_geometry_alone_is_judged(tmp_path, capsys):
     assert not any(r["good"] for key, r in records if key.startswith("scale"))
 
 
-def test_an_interrupted_run_goes_on(tmp_path, capsys, monkeypatch):
-    kept = tmp_path / "judged.jsonl"
-    arguments = [*ALONE, "--cases", "none", "--alarms", "ideal", "--json", str(kept), "--arms"]
-    assert zoo.main([*arguments, "1"]) == 0
-    with kept.open("a") as file:
-        file.write('["none, ideal, 1", {"kind": "no')  # killed while it wrote
-    tried = []
-    monkeypatch.setattr(zoo, "one", lambda task, given: tried.append(task.seed) or {})
-    assert zoo.main([*arguments, "2"]) == 0
-    assert tried == [1]
-    monkeypatch.setattr(ledger, "fingerprint", lambda: "other sources")
-    with pytest.raises(SystemExit, match="other sources"):
-        zoo.main([*arguments, "2"])
-
-
-def test_parts_are_switched_off_by_name(monkeypatch):
-    monkeypatch.setitem(
-        zoo.OFF, "groups", (("workbench.diagnosis.search.candidates", "CONFOUNDED_CORRELATION", 2.0),)
-    )
-    monkeypatch.setitem(zoo.OFF, "lost", (("workbench.diagnosis.search.candidates", "GONE", None),))
-    from workbench.diagnosis.search import candidates
-
-    monkeypatch.setattr(candidates, "CONFOUNDED_CORRELATION", candidates.CONFOUNDED_CORRELATION)
-    zoo.switch_off(["groups"])
-    assert candidates.CONFOUNDED_CORRELATION == 2.0
-    with pytest.raises(SystemExit, match="GONE"):
-        zoo.switch_off(["lost"])
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (["--cases", "nonsense"], "--cases doesn't know nonsense; choose from none, compliance"),
-        (["--conditions", "rain"], "--conditions doesn't know rain"),
-        (["--on", "hexapod"], "--on doesn't know hexapod"),
-        (["--off", "everything"], "--off doesn't know everything"),
-    ],
-)
-def test_unknown_words_are_refused(text, message, capsys):
-    with pytest.raises(SystemExit) as ended:
-        zoo.main(text)
-    assert ended.value.code == 2
-    assert message in capsys.readouterr().err
-
-
 def test_seeds_are_those_for_tuning_or_for_judging():
     assert list(zoo.options(["--arms", "2"]).seeds) == [0, 1]
     assert list(zoo.options(["--arms", "2", "--seeds", "judging"]).seeds) == [1_000_000, 1_000_001]
@@ -107,12 +60,3 @@ def test_seeds_are_those_for_tuning_or_for_judging():
     for seeds in ("9999:10001", "500000:500001"):
         with pytest.raises(ValueError, match="neither"):
             zoo.main([*ALONE, "--cases", "none", "--alarms", "ideal", "--seeds", seeds])
-
-
-def test_where_an_arm_shows_nothing_the_next_one_does(monkeypatch):
-    """A SCARA's slide always carries the same weight, which no play of it can tell."""
-    monkeypatch.setattr("arms.TRIES", 5)
-    with pytest.raises(ValueError, match="apart"):
-        make("backlash-moment", 2, "scara")
-    assert zoo.drawn(zoo.Task("backlash-moment", "ideal", 2), ("aria", "katana", "scara")).arm == "aria"
-    assert zoo.drawn(zoo.Task("backlash-moment", "ideal", 2), ("scara",)) is None

@@ -6,14 +6,13 @@ import checks
 import generator
 import numpy as np
 import pytest
-from refusals import mentions, refuses
+from refusals import mentions
 
 from workbench.arm.effects import EFFECTS
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.deflection import shift_of
-from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Freedom, Outcome
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components
@@ -132,17 +131,6 @@ def test_the_jacobian_and_gradient_of_a_problem_with_effects(tmp_path):
     np.testing.assert_allclose(plain.residual(plain.start), problem.residual(x), atol=1e-6)
 
 
-def test_effects_that_are_not_free_act_as_they_are(tmp_path):
-    rng = np.random.default_rng(4)
-    hidden = generator.aria().perturbed(rng, length=2e-3, angle=np.deg2rad(1.0))
-    bend = {"compliance": about_the_axis(1, 4e-5)}
-    data = rows_of(hidden, hidden.random(rng, 60), rng, **bend)
-    robot = robot_of(generator.aria(), tmp_path, EFFECTS["joint-compliance"]((1,), (4e-5,)))
-    run = identify(robot, data, algorithms=("ols",), held_out=0.0)
-    assert run.runs["ols"].calibrated.coefficients == {"joint2.compliance": 4e-5}
-    assert run.runs["ols"].train.position_mm.mean < 2.0 * 1e3 * SIGMA[0]
-
-
 def test_evaluation_uses_the_effects_of_a_file(tmp_path):
     arm, rng = generator.aria(), np.random.default_rng(5)
     bend = {"compliance": about_the_axis(1, 4e-5)}
@@ -152,21 +140,6 @@ def test_evaluation_uses_the_effects_of_a_file(tmp_path):
     with_effect, without = evaluate(robot, data), evaluate(robot.with_effects(), data)
     assert with_effect.errors.position_mm.max < 0.01 * without.errors.position_mm.max
     assert np.abs(row_components(robot, data).position).max() < 1e-5
-
-
-def test_a_missing_driver_stops_the_evaluation(tmp_path):
-    arm, rng = generator.aria(), np.random.default_rng(5)
-    robot = robot_of(arm, tmp_path, EFFECTS["thermal-growth"]((), (1e-5,)))
-    data = rows_of(arm, arm.random(rng, 30), rng)
-    with refuses(DataError, "thermal-growth", column="temperature[degC]"):
-        evaluate(robot, data)
-
-
-def test_unknown_coefficients_are_refused(tmp_path):
-    robot = robot_of(generator.aria(), tmp_path, EFFECTS["joint-compliance"]((1,)))
-    data = rows_of(generator.aria(), np.zeros((3, 6)), np.random.default_rng(0))
-    with refuses(OptionError, "joint2.compliance", option="effects", found="joint3.compliance"):
-        Problem.build(robot, data, effects=["joint3.compliance"])
 
 
 def test_the_natural_unit_of_a_coefficient_bends_the_arm_by_one(tmp_path):
