@@ -159,7 +159,9 @@ class TrialErrorField(AbstractCubeField):
     name = choice = title = meaning = "their trial"
 
     def values(self, session):
-        return CubeValues.scaled(session.part(PlateTrial).errors)
+        errors = np.full(session.plate.region.cubes, np.nan)
+        errors[:4] = session.part(PlateTrial).position * np.arange(1, 5)
+        return CubeValues.scaled(errors)
 
     def inputs(self, session):
         return (session.part(PlateTrial),)
@@ -175,9 +177,7 @@ def test_cubes_follow_a_new_trial(session, trial_errors):
     """Virtual arms were tried again: the cubes show the new errors without any other change."""
 
     def tried(session, error):
-        errors = np.full(session.plate.region.cubes, np.nan)
-        errors[:4] = error * np.arange(1, 5)
-        trial = PlateTrial(session.plate, session.noise, None, 20, 1.0, 0, 0.5, error, errors, "tried")
+        trial = PlateTrial(session.plate, session.noise, None, 20, 1.0, 0, 0.5, error, "tried")
         return session.with_part(trial)
 
     shown = session.with_region(view=CubeView(field=trial_errors.name))
