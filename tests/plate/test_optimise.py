@@ -16,9 +16,9 @@ from workbench.base.types import Outcome
 from workbench.plate.design import optimise_plate as plate_design
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints, conflict
-from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.optimise import DesignRequest, Postures, optimise_plate
 from workbench.plate.optimiser.target_blocks import (
+    IN_THE_AIR,
     Blocks,
     BlockStyle,
     block_corners,
@@ -36,7 +36,7 @@ from workbench.plate.tolerances import Production
 
 def test_the_cost_of_targets_that_are_just_enough_stays_a_number(aria, plate):
     """Without any of them constants stay open: what it costs then and what it gains are nearly alike."""
-    request = DesignRequest(number=8, places=60, blocks=METHODS["ball-bar"].blocks(Blocks()))
+    request = DesignRequest(number=8, places=60, blocks=Blocks(heights=IN_THE_AIR))
     found = plate_design(aria, plate, request=request, reading="ball-bar", seed=0)
     assert np.isfinite(found.history).all()
     assert np.isclose(found.history[-1], found.cost, rtol=1e-4)
@@ -238,8 +238,8 @@ def test_flat_blocks_with_standard_turns_and_a_making_tolerance(aria, plate, goa
     assert np.isinf(design.start_cost)
 
 
-def test_few_shapes_of_block_and_their_price(aria, plate, monkeypatch):
-    """Eight targets on two shapes; what that costs is said."""
+def test_few_shapes_of_block(aria, plate, monkeypatch):
+    """Eight targets on two shapes, nearly as good as on eight."""
     found = []
 
     def search(*args, **options):
@@ -249,11 +249,8 @@ def test_few_shapes_of_block_and_their_price(aria, plate, monkeypatch):
     monkeypatch.setattr(optimise, "optimise_plate", search)
     design = plate_design(aria, plate, request=DesignRequest(number=8, places=40, starts=1, shapes=2))
     assert len(shapes_of(places_of(design.plate, design.plate.poses))) <= 2
-    free = found[0]  # as if any number might be made
-    extra = design.cost - free.cost  # a search that ends early may find the few shapes the better ones
-    price = f"{1e3 * extra:.3f} mm" if extra > 0.0 else "no accuracy"
-    assert design.notes[0].startswith(f"2 shapes of block cost {price}")
-    assert design.cost < 1.5 * free.cost
+    assert found[0].plate_shapes > 2
+    assert design.cost < 1.5 * found[0].cost
     with refuses(OptionError, option="shapes", found=0):
         DesignRequest(shapes=0)
 
