@@ -108,7 +108,9 @@ def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
     assert run(*options)[0] == 0
 
 
-@pytest.mark.parametrize(("options", "message"), [((), "none.csv"), (("--frame", "world"), "base or plate")])
+@pytest.mark.parametrize(
+    ("options", "message"), [((), "none.csv"), (("--frame", "world"), "--frame must be one of base, plate")]
+)
 def test_bad_input(refused, options, message):
     refused([message], "plate", "as-measured", "table2", "none.csv", "--out", "real.toml", *options)
 

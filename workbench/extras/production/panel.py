@@ -2,7 +2,7 @@
 
 import viser
 
-from workbench.extras.production.session import MAX_ARMS, TryPlate
+from workbench.extras.production.session import TryPlate
 from workbench.session.live_score import PlateTrial
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
@@ -12,7 +12,7 @@ from workbench.views.page.panels.panel import AbstractPanel
 
 
 class YieldPanel(AbstractPanel):
-    """A number of arms, a button, and one sentence."""
+    """A button, and one sentence."""
 
     tab, order = Tab.PLATE, 50
     depends = ("is_idle", lambda session: session.part(PlateTrial), "tried")
@@ -20,23 +20,13 @@ class YieldPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         self.press(
             "Try this plate",
-            self._pressed,
+            lambda event: try_plate(event, self._worker, TryPlate()),
             viser.Icon.CHART_BAR,
-            "Calibrate virtual arms with random manufacturing errors on it: the share that meets the "
-            "required error everywhere in the region, and which error source dominates. Takes about a "
-            "minute; Cancel stops it.",
+            "Calibrate virtual arms with random manufacturing errors: the share that keeps the required "
+            "error everywhere in the region, and what dominates. Takes half a minute; Cancel stops it.",
             disabled=lambda session: session.page.job is not None,
         )
         self.html(result)
-        self._arms = self.number(
-            "Virtual arms",
-            (1, MAX_ARMS, 1),
-            "Number of arms to try. More arms give a narrower interval and take longer.",
-            value=TryPlate.arms,
-        )
-
-    def _pressed(self, event: viser.GuiEvent) -> None:
-        try_plate(event, self._worker, TryPlate(self._arms.typed))
 
 
 def result(session: Session) -> str:

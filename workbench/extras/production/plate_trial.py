@@ -1,6 +1,15 @@
-"""Trying a plate on virtual arms: how many of a production run meet the requirement, and what is to blame."""
+"""A plate tried on virtual arms: how many of a production run meet the requirement, and what is to blame.
 
-from collections.abc import Mapping
+    made        every free constant off evenly within ±1 mm, ±0.3°, or what is given
+    measured    the joints of the actual arm at the actual targets, next to the planned ones
+    calibrated  by OLS like measured rows, the plate taken as true; a prior, σ = bound/√3, keeps near nominal
+                what the targets leave open
+    judged      at poses of the region that took no part
+
+Source: ARIA §4.1.2 (second way of acquisition), eqs. (19)–(21), §2.4.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import final
@@ -10,23 +19,100 @@ from jaxtyping import Bool, Float
 from rich.text import Text
 from scipy import special
 
+from workbench.arm.inverse.damped_newton import Task
+from workbench.arm.inverse.follow import follow_many
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base import se3
 from workbench.base.argument_checks import Angle, Length, LengthAndAngle, Like, Seed
 from workbench.base.errors import DataError, OptionError
 from workbench.base.parallel import spread
-from workbench.base.progress import part_of
+from workbench.base.progress import part_of, running
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Requirement, Wanted
-from workbench.data.simulation.simulate import ANGLE_ERROR, MAX_LENGTH_ERROR
-from workbench.extras.production.virtual_arms import Trial, judge_arms
+from workbench.data.dataset import Dataset
+from workbench.data.simulation.simulate import ANGLE_ERROR, MAX_LENGTH_ERROR, virtual_arm
+from workbench.identification.algorithms.ols import Ols
+from workbench.identification.problem import Problem
+from workbench.identification.problem_blocks import Noise
 from workbench.plate.argument_types import checked_arguments
-from workbench.plate.plate import Plate
+from workbench.plate.plate import Kind, Plate
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import score
 from workbench.plate.target_readings import assumptions, usual_sigma
 from workbench.report.json import Json, document
 from workbench.report.result_display import AbstractShown
+
+JUDGED = 48
+"""Poses of the region at which each arm is judged."""
+EXACT, UNSEEN = 1e-9, 1e3
+"""Standard deviations by which exact readings, and angles that are not read, are weighted [m or rad]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Trial:
+    """Where virtual arms are calibrated and judged, and what goes wrong.
+
+    Args:
+        robot: Nominal arm, without effects.
+        q: Planned joint positions at the targets [rad or m].
+        evaluation_q: Joint positions of the poses that matter [rad or m].
+        made: Maximum manufacturing errors of lengths [m] and angles [rad].
+        sigmas: Standard deviations of the tool's position [m] and rotation [rad] at every target, by source.
+        joint_sigma: Of a joint's reading [rad or m].
+    """
+
+    robot: Robot
+    plate: Plate
+    q: Float[np.ndarray, "targets n"]
+    evaluation_q: Float[np.ndarray, "rows n"]
+    made: tuple[float, float]
+    sigmas: Mapping[str, Float[np.ndarray, "targets 2"]]
+    joint_sigma: float = 0.0
+
+    def judged_arm(self, seed: np.random.SeedSequence) -> tuple[np.ndarray, np.ndarray]:
+        """Whether one arm met each target within its limits, and its errors [m, rad] in the region."""
+        rng = np.random.default_rng(seed)
+        actual = virtual_arm(self.robot, rng=rng, length=self.made[0], angle=self.made[1])
+        met, rows = self._visited(actual, rng)
+        calibrated = self._calibrated(rows.take(met)) if met.any() else self.robot
+        poses = Motion(self.evaluation_q[rng.integers(0, len(self.evaluation_q), JUDGED)])
+        return met, se3.pose_error(tool_poses(actual, poses), tool_poses(calibrated, poses))
+
+    def _visited(self, actual: Robot, rng: np.random.Generator) -> tuple[np.ndarray, Dataset]:
+        """Which targets the arm meets, and its readings at the targets as drawn."""
+        sigma = np.sqrt(sum((each**2 for each in self.sigmas.values()), np.zeros((len(self.plate), 2))))
+        drawn = self.robot.base.pose @ self.plate.poses
+        off = rng.normal(size=(len(drawn), 6)) * np.repeat(sigma, 3, axis=1)
+        turned = se3.rotvec_to_matrix(off[:, 3:]) @ drawn[:, :3, :3]
+        task = None if self.plate.has_seats else Task.POSITION
+        found = follow_many(actual, se3.pose(turned, drawn[:, :3, 3] + off[:, :3]), self.q, task=task)
+        weighted = np.maximum(sigma, EXACT)
+        weighted[[target.kind is not Kind.SEAT for target in self.plate.targets], 1] = UNSEEN
+        return found.converged, Dataset(
+            q=found.q + self.joint_sigma * rng.normal(size=found.q.shape),
+            row=np.arange(len(drawn)),
+            position=drawn[:, :3, 3],
+            rotation=drawn[:, :3, :3],
+            sigma=np.repeat(weighted, 3, axis=1),
+        )
+
+    def _calibrated(self, rows: Dataset) -> Robot:
+        problem = Problem.build(self.robot, rows, noise=Noise(EXACT, EXACT))
+        length, angle = self.made
+        bounds = np.array([angle if p.unit == "rad" else length for p in problem.parameters])
+        prior = np.diag(np.sqrt(3.0) / np.maximum(bounds, EXACT))
+        problem = problem.with_prior(problem.names, problem.start, prior)
+        return self.robot.with_values(problem.named(Ols().search(problem).x))
+
+
+def judge_arms(trial: Trial, seeds: Sequence[np.random.SeedSequence]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Some arms, alike wherever they are computed: never cut short, and by one thread."""
+    with one_thread(), running():
+        return [trial.judged_arm(seed) for seed in seeds]
+
 
 PIECE = 50
 """Arms that are computed together, in one process."""
@@ -49,7 +135,6 @@ class Yield(AbstractShown):
         errors: At poses of the region.
         sources: Errors of some arms with each source of error alone.
         assumptions: What goes wrong at the targets: instrument, production, play; the arms' errors too.
-        left_out: Targets that can't be measured, in a sentence; empty if all can.
     """
 
     wanted: Wanted
@@ -57,7 +142,6 @@ class Yield(AbstractShown):
     errors: Errors
     sources: Mapping[str, Errors]
     assumptions: str
-    left_out: str = ""
 
     @property
     def used(self) -> Float[np.ndarray, " arms"]:
@@ -83,14 +167,9 @@ class Yield(AbstractShown):
         return int((~self.met.all(axis=1)).sum())
 
     @property
-    def position(self) -> Float[np.ndarray, " arms"]:
-        """Root mean square position error of each arm [m]."""
-        return np.sqrt((self.errors[..., :3] ** 2).sum(-1).mean(-1))
-
-    @property
     def blame(self) -> str:
         """The dominant source of error of the position; empty if nothing goes wrong."""
-        return max(self.sources, key=lambda name: _sizes(self.sources[name])["position_rms_mm"], default="")
+        return max(self.sources, key=lambda name: rms_of(self.sources[name])["position_rms_mm"], default="")
 
     @property
     def text(self) -> str:
@@ -105,10 +184,10 @@ class Yield(AbstractShown):
         return f"{text}; the {self.blame} dominates" if self.blame else text
 
     def summary(self) -> Text:
-        arms = "{:.3f}, {:.3f}, {:.3f} mm".format(*1e3 * np.percentile(self.position, [50, 95, 100]))
-        lines = [self.text, f"all errors: {_rms_text(self.errors)}; median, 95 % and worst arm: {arms}"]
-        lines += [f"{name} alone: {_rms_text(errors)}" for name, errors in self.sources.items()]
-        return Text("\n".join([*lines, f"errors include: {self.assumptions}", self.left_out]).strip())
+        sizes = {"all errors": self.errors} | {f"{name} alone": each for name, each in self.sources.items()}
+        text = ((name, *rms_of(errors).values()) for name, errors in sizes.items())
+        lines = [self.text, *(f"{name}: {mm:.3f} mm, {deg:.3f}° rms" for name, mm, deg in text)]
+        return Text("\n".join([*lines, f"errors include: {self.assumptions}"]))
 
     def json(self) -> Json:
         return document(
@@ -119,20 +198,15 @@ class Yield(AbstractShown):
             share=self.share,
             share_95=self.interval,
             not_reached=self.unreached,
-            **_sizes(self.errors),
-            sources={name: _sizes(errors) for name, errors in self.sources.items()},
-            left_out=self.left_out,
+            **rms_of(self.errors),
+            sources={name: rms_of(errors) for name, errors in self.sources.items()},
         )
 
 
-def _sizes(errors: Errors) -> dict[str, float]:
-    """Root mean squares."""
+def rms_of(errors: Errors) -> dict[str, float]:
+    """Of position [mm] and orientation [°]."""
     position, rotation = np.sqrt((errors.reshape(-1, 2, 3) ** 2).sum(-1).mean(0)).tolist()
     return {"position_rms_mm": 1e3 * position, "orientation_rms_deg": float(np.rad2deg(rotation))}
-
-
-def _rms_text(errors: Errors) -> str:
-    return "{:.3f} mm, {:.3f}° rms".format(*_sizes(errors).values())
 
 
 @checked_arguments()
@@ -175,15 +249,19 @@ def try_plate(
             raise OptionError(f"{name} must be at least 1, got {number}", option=name, found=number)
     check_tried(robot, plate)
     sigma = sigma or usual_sigma(plate)
-    with part_of(0.0, 0.0):
-        scored = score(robot, plate, sigma=sigma)
-    plate = scored.can.plate
+    planned = [target.q for target in plate.targets if target.q is not None]
+    if len(planned) < len(plate):
+        with part_of(0.0, 0.0):
+            scored = score(robot, plate, sigma=sigma)
+        if scored.left_out:
+            raise DataError(f"{scored.left_out}; move what is left out, then try the plate")
+        planned = [*scored.measured.q]
     region = plate if towards is None else replace(towards, region=plate.region)
     causes = {"instrument": np.tile(sigma, (len(plate), 1)), "manufacture": plate.known, "play": plate.play}
     trial = Trial(
         robot=replace(robot, effects=()),
         plate=plate,
-        q=scored.measured.q[scored.can.rows],
+        q=np.stack(planned),
         evaluation_q=plate_region_poses(robot, region, poses),
         made=(length, angle),
         sigmas={name: each for name, each in causes.items() if each.any()},
@@ -201,7 +279,6 @@ def try_plate(
         errors=errors[:arms],
         sources=dict(zip(alone, errors[arms:].reshape(len(alone), ALONE, *errors.shape[1:]), strict=True)),
         assumptions=assumptions(plate, sigma) + joints,
-        left_out=scored.left_out,
     )
 
 
@@ -215,9 +292,7 @@ def each_alone(trial: Trial) -> dict[str, Trial]:
 def check_tried(robot: Robot, plate: Plate) -> None:
     """Refuse a plate that virtual arms can't be tried on."""
     if plate.anchors is not None:
-        raise DataError(
-            f"plate '{plate.name}' is read by a ball-bar; only seats, sockets and points can be tried"
-        )
+        raise DataError(f"plate '{plate.name}' is read by a ball-bar; try seats, sockets or points")
     if plate.has_seats and robot.dof < 6:
         raise DataError(
             f"robot '{robot.name}' has {robot.dof} joints and can't sit in a seat; "

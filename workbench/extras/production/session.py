@@ -4,7 +4,7 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.base.wording import plural
-from workbench.extras.production.plate_trial import check_tried, try_plate
+from workbench.extras.production.plate_trial import check_tried, rms_of, try_plate
 from workbench.plate.plate import AUTO
 from workbench.session.command import computed
 from workbench.session.commands.plate import AbstractPlateTrial
@@ -12,10 +12,8 @@ from workbench.session.judgement import PASSING_SHARE
 from workbench.session.live_score import PlateTrial
 from workbench.session.state import Session
 
-JUDGED_POSES = 200
-"""Poses of the region at which arms are judged on the page: their branches take half of the time."""
-MAX_ARMS = 100_000
-"""More arms than this are refused: the page would be busy for hours."""
+JUDGED_POSES, MAX_ARMS = 200, 100_000
+"""Poses of the region at which arms are judged, and maximum number of arms, which would take half an hour."""
 
 
 class TryPlate(AbstractPlateTrial):
@@ -64,7 +62,7 @@ class TryPlate(AbstractPlateTrial):
             share=found.share,
             unreached=found.unreached,
             used=float(np.quantile(found.used, PASSING_SHARE, method="inverted_cdf")),
-            position=float(found.position.mean()),
+            position=1e-3 * rms_of(found.errors)["position_rms_mm"],
             text=found.text,
             blame=found.blame,
         )

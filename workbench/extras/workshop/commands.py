@@ -24,12 +24,12 @@ def as_measured(
     ] = "0.005mm,0.01deg",
 ) -> None:
     """The plate as manufactured: measured targets replace the drawn ones; region and branches stay."""
+    from workbench.extras.workshop.as_measured import PlateFrame
     from workbench.extras.workshop.as_measured import as_measured as replaced
-    from workbench.extras.workshop.as_measured import frame_named
     from workbench.plate.measured_plate import read_measured_targets
     from workbench.plate.plate_toml import load_plate
 
-    chosen = frame_named(frame)
+    chosen = opt.choice_of(PlateFrame, frame, "--frame")
     opt.check_writable(out)
     found = replaced(
         load_plate(plate),

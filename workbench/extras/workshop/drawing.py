@@ -24,17 +24,16 @@ from matplotlib.figure import Figure
 from workbench.base.errors import MissingExtraError
 from workbench.extras.workshop.fixture import DOWEL_OFFSET
 from workbench.extras.workshop.parts import Fixture, Purpose
+from workbench.extras.workshop.solids import MM
 from workbench.plate.plate import Kind
 
-MM = 1e3
 SCALES = (1.0, 2.0, 5.0, 10.0, 20.0)
 """Reductions of ISO 5455 for print: 1:1, 1:2, …"""
 ROOM, TEXT, LINE, GAP = 190.0, 2.5, 4.25, 10.0
 """On paper: for the plate, height of letters, from line to line, between columns [mm]."""
+Rows = list[tuple[str, ...]]
 LAYERS = {"OUTLINE": 50, "HOLES": 35, "BLOCKS": 18, "DIMENSIONS": 13, "TEXT": 13}
 """Widths of lines [0.01 mm] (ISO 128)."""
-A3 = (16.54, 11.69)
-"""[in]"""
 
 
 def plate_drawing(fixture: Fixture) -> Any:
@@ -102,14 +101,14 @@ def _table(space: Any, rows: Sequence[Sequence[str]], corner: tuple[float, float
     return x
 
 
-def _pieces(rows: list[tuple[str, ...]], fits: int) -> Iterable[list[tuple[str, ...]]]:
+def _pieces(rows: Rows, fits: int) -> Iterable[Rows]:
     """A table in pieces of so many lines, each with its head, that stand beside each other."""
     head, *body = rows
     return ([head, *body[i : i + fits]] for i in range(0, len(body), fits))
 
 
-def _holes(fixture: Fixture) -> list[tuple[str, ...]]:
-    rows = [("hole", "x", "y", "size", "for")]
+def _holes(fixture: Fixture) -> Rows:
+    rows: Rows = [("hole", "x", "y", "size", "for")]
     for bore in fixture.slab.bores:
         x, y = (f"{value:z.3f}" for value in fixture.from_corner(bore.mouth))
         fit = " H7" if bore.purpose is Purpose.DOWEL else ""
@@ -117,8 +116,10 @@ def _holes(fixture: Fixture) -> list[tuple[str, ...]]:
     return rows
 
 
-def _blocks(fixture: Fixture) -> list[tuple[str, ...]]:
-    rows = [("anchor" if fixture.plate.anchors is not None else "target", "block", "height", "tilt", "turn")]
+def _blocks(fixture: Fixture) -> Rows:
+    rows: Rows = [
+        ("anchor" if fixture.plate.anchors is not None else "target", "block", "height", "tilt", "turn")
+    ]
     letters = {block.number: letter for letter, alike in fixture.shapes.items() for block in alike}
     for block in fixture.blocks:
         angles = (f"{np.rad2deg(angle):z.4f}°" for angle in (block.tilt, block.azimuth))
@@ -166,7 +167,7 @@ def pdf_of(document: Any) -> bytes:
     from ezdxf.addons.drawing.config import BackgroundPolicy, ColorPolicy, Configuration, TextPolicy
     from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
 
-    figure, buffer = Figure(figsize=A3), io.BytesIO()
+    figure, buffer = Figure(figsize=(16.54, 11.69)), io.BytesIO()
     backend = MatplotlibBackend(figure.add_axes((0.02, 0.02, 0.96, 0.96)), adjust_figure=False)
     paper = Configuration(
         background_policy=BackgroundPolicy.WHITE,

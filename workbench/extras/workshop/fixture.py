@@ -16,7 +16,7 @@ import numpy as np
 
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.base.types import Matrix4, Vector3, frozen
+from workbench.base.types import Vector3, frozen
 from workbench.extras.workshop.parts import Block, Bore, Fixture, Purpose, Slab, Turned
 from workbench.plate.optimiser.target_blocks import SIDE, STEEPEST
 from workbench.plate.plate import SQUARE, Kind, Plate, Target
@@ -39,14 +39,12 @@ CONE = ((2.0 * np.sqrt(2.0) - 1.0) * 0.5 * BALL, (np.sqrt(2.0) - 0.5) * 0.5 * BA
 """Diameter and depth of its cone [m]."""
 LIFT = {Kind.SEAT: 0.0, Kind.SOCKET: -0.25 * BALL, Kind.POINT: TIP[1]}
 """How far a face lies above its target along its normal [m]."""
-FLANGE, NECK = (0.063, 0.008), 0.052
-"""Diameter and length of the probe's flange, and length of its neck [m]."""
-NECKS = {Kind.SEAT: 0.039, Kind.SOCKET: 1.5 * BALL}
-"""Diameter of the neck by what is at its end [m]."""
+FLANGE, NECK = (0.063, 0.008), (0.039, 0.052)
+"""Diameter and length of the probe's flange and neck [m]."""
 FLANGE_CIRCLE = 0.5 * 0.050 * np.sqrt(0.5) * np.column_stack([SQUARE, np.zeros(4)])
 """Places of the flange's screws [m]."""
-PINS = (0.012, 0.010)
-"""How deep the probe's pins are pressed in, seat and index [m]."""
+PINS = (SEAT_PIN, 0.012), (INDEX_PIN, 0.010)
+"""Diameter of the probe's pins, seat and index, and how deep they are pressed in [m]."""
 WALL = 0.002
 """Minimum material between bores that face each other, and between a bore and an edge [m]."""
 SLIDE = 0.005
@@ -173,33 +171,21 @@ def _beside(corner: np.ndarray, blocks: tuple[Block, ...]) -> np.ndarray | None:
     for shift in np.arange(0.0, np.abs(corner).max(), SLIDE):
         for along in np.eye(2)[np.abs(corner) > shift]:
             place = corner - shift * along * np.sign(corner)
-            if not any(_covers(block.pose, place) for block in blocks):
+            local = [np.abs(b.pose[:2, :2].T @ (place - b.pose[:2, 3])) - 0.5 * SIDE for b in blocks]
+            if np.linalg.norm(np.maximum(local, 0.0), axis=1).min() >= 0.5 * MOUNTING + WALL:
                 return place
     return None
 
 
-def _covers(pose: Matrix4, place: np.ndarray) -> bool:
-    """Whether a mounting hole would come under a block or closer to it than the wall."""
-    local = pose[:2, :2].T @ (place - pose[:2, 3])
-    outside = np.maximum(np.abs(local) - 0.5 * SIDE, 0.0)
-    return bool(np.linalg.norm(outside) < 0.5 * MOUNTING + WALL)
-
-
 def _probe(plate: Plate) -> Turned | None:
     """What the arm carries into the targets; its face, at the end of its neck, rests on the block's."""
-    kind = next(
-        (k for k in (Kind.SEAT, Kind.SOCKET) if any(target.kind is k for target in plate.mounted)), None
-    )
-    if kind is None:
+    kinds = {target.kind for target in plate.mounted}
+    if kinds == {Kind.POINT}:
         return None
-    face = np.array([0.0, 0.0, FLANGE[1] + NECK])
-    if kind is Kind.SEAT:
-        index = np.array([INDEX_OFFSET, 0.0, face[2]])
-        tip = [
-            Bore(Purpose.PIN, face, DOWN, SEAT_PIN, PINS[0]),
-            Bore(Purpose.PIN, index, DOWN, INDEX_PIN, PINS[1]),
-        ]
-    else:
-        tip = [Bore(Purpose.SOCKET, face, DOWN, *CONE)]
+    face = np.array([0.0, 0.0, FLANGE[1] + NECK[1]])
+    tip = [Bore(Purpose.SOCKET, face, DOWN, *CONE)]
+    if Kind.SEAT in kinds:
+        index = face + INDEX_OFFSET * np.eye(3)[0]
+        tip = [Bore(Purpose.PIN, face, DOWN, *PINS[0]), Bore(Purpose.PIN, index, DOWN, *PINS[1])]
     screws = [Bore(Purpose.FLANGE, place, UP, SCREW, FLANGE[1], through=True) for place in FLANGE_CIRCLE]
-    return Turned((FLANGE, (NECKS[kind], NECK)), (*tip, *screws))
+    return Turned((FLANGE, NECK), (*tip, *screws))
