@@ -244,9 +244,10 @@ def try_plate(
         scheduler: Address of a Dask scheduler; this machine's cores if None.
         seed: Of everything random: the result depends on the arguments alone, not on where it is computed.
     """
-    for name, number in (("arms", arms), ("poses", poses)):
-        if number < 1:
-            raise OptionError(f"{name} must be at least 1, got {number}", option=name, found=number)
+    bounds = (("arms", arms, 1), ("poses", poses, 1), ("length", length, 0.0), ("angle", angle, 0.0))
+    for name, found, least in bounds:
+        if found < least:
+            raise OptionError(f"{name} must be at least {least:g}, got {found:g}", option=name, found=found)
     check_tried(robot, plate)
     sigma = sigma or usual_sigma(plate)
     planned = [target.q for target in plate.targets if target.q is not None]

@@ -53,15 +53,9 @@ def plate_drawing(fixture: Fixture) -> Any:
     corners = [(0.0, 0.0), (length, 0.0), (length, width), (0.0, width)]
     space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "OUTLINE"})
     for base, end, turn in (((0.0, -8.0), corners[1], 0.0), ((-8.0, 0.0), corners[3], 90.0)):
-        sizes = {
-            "dimtxt": TEXT * scale,
-            "dimasz": 2.0 * scale,
-            "dimgap": scale,
-            "dimlfac": 1.0,
-            "dimdec": 3,
-            "dimzin": 8,
-        }
-        style = {"override": sizes, "dxfattribs": {"layer": "DIMENSIONS"}}
+        sizes = {"dimtxt": TEXT * scale, "dimasz": 2.0 * scale, "dimgap": scale}
+        numbers = {"dimlfac": 1.0, "dimdec": 3, "dimzin": 8}
+        style: Any = {"override": sizes | numbers, "dxfattribs": {"layer": "DIMENSIONS"}}
         space.add_linear_dim(np.multiply(base, scale), corners[0], end, angle=turn, **style).render()
     for bore in fixture.slab.bores:
         x, y = fixture.from_corner(bore.mouth)
@@ -161,13 +155,13 @@ def dxf_of(document: Any) -> bytes:
     return buffer.getvalue().encode()
 
 
-def pdf_of(document: Any) -> bytes:
-    """The same page as a PDF, A3."""
+def figure_of(document: Any) -> Figure:
+    """The page on A3, by ezdxf's drawing add-on."""
     from ezdxf.addons.drawing import Frontend, RenderContext
     from ezdxf.addons.drawing.config import BackgroundPolicy, ColorPolicy, Configuration, TextPolicy
     from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
 
-    figure, buffer = Figure(figsize=(16.54, 11.69)), io.BytesIO()
+    figure = Figure(figsize=(16.54, 11.69))
     backend = MatplotlibBackend(figure.add_axes((0.02, 0.02, 0.96, 0.96)), adjust_figure=False)
     paper = Configuration(
         background_policy=BackgroundPolicy.WHITE,
@@ -175,5 +169,10 @@ def pdf_of(document: Any) -> bytes:
         text_policy=TextPolicy.OUTLINE,
     )
     Frontend(RenderContext(document), backend, config=paper).draw_layout(document.modelspace())
-    figure.savefig(buffer, format="pdf", metadata={"CreationDate": None})
+    return figure
+
+
+def pdf_of(document: Any) -> bytes:
+    buffer = io.BytesIO()
+    figure_of(document).savefig(buffer, format="pdf", metadata={"CreationDate": None})
     return buffer.getvalue()

@@ -169,7 +169,7 @@ class Fixture:
     def made(self) -> dict[str, Slab | Block | Turned]:
         """Every part that is made, one of each, by the name of its files; the plate first."""
         blocks = {f"block-{letter}": alike[0] for letter, alike in self.shapes.items()}
-        return {"plate": self.slab, **blocks} | ({} if self.probe is None else {"probe": self.probe})
+        return {"plate": self.slab, **blocks, **({} if self.probe is None else {"probe": self.probe})}
 
 
 def _letter(index: int) -> str:
