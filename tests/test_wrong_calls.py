@@ -196,7 +196,7 @@ ONE_PLATE = {
         (wb.Plate, ONE_PLATE, "anchors", np.full((3, 3), np.nan)),
         (wb.Target, ONE_TARGET, "xyz", np.array([0.0, np.nan, 0.0])),
         (wb.Target, ONE_TARGET, "sigma", (-1e-4, 0.0)),
-        (wb.Blocks, {}, "grid", np.nan),
+        (wb.Blocks, {}, "turn", np.nan),
         (wb.Blocks, {}, "heights", (0.1, np.inf)),
         (wb.Constraints, {}, "clearance", np.inf),
         (wb.Region, {"min": np.zeros(3)}, "max", np.full(3, np.inf)),

@@ -9,15 +9,12 @@ from workbench.base.errors import DataError
 from workbench.plate import design
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser import optimise
-from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import write_plate
-from workbench.plate.stock import Stock
-from workbench.plate.tolerances import EXACT, Production
+from workbench.plate.tolerances import EXACT, PIN_PLAY, Production
 
-PINS = Stock().play
 OWN = Production(position=5e-5, angle=1e-3, play=(2e-5, 2e-3))
 
 
@@ -42,7 +39,7 @@ def searched(monkeypatch):
 def test_a_search_assumes_the_same_making_from_python_and_as_a_command(searched, run, aria, plate, tmp_path):
     """From Python the drawn pins had no play; the command overruled the play that a plate's file states."""
     plates = (
-        (plate, (replace(EXACT, play=PINS), "seat")),
+        (plate, (replace(EXACT, play=PIN_PLAY), "seat")),
         (replace(plate, production=OWN), (OWN, "seat")),
         (replace(of_kind(plate, Kind.SOCKET), production=OWN), (replace(OWN, play=(0.0, 0.0)), "socket")),
     )
@@ -52,11 +49,9 @@ def test_a_search_assumes_the_same_making_from_python_and_as_a_command(searched,
         assert run("plate", "optimise", path, "--robot", "aria", "--out", "best.toml")[0] == 0
         assert searched == [requested, requested]
         searched.clear()
-    machined = replace(METHODS["machined"].production, play=PINS)
     options = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml")
     assert run(*options, "--play", "none", "--tolerance", "0.1mm,0deg")[0] == 0
-    assert run(*options, "--made", "machined")[0] == 0
-    assert searched == [(Production(position=1e-4), "seat"), (machined, "seat")]
+    assert searched == [(Production(position=1e-4), "seat")]
 
 
 def test_a_plate_is_moved_to_the_best_place_that_is_tried(searched, monkeypatch, aria, plate):

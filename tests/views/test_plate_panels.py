@@ -13,7 +13,6 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.stock import made_as_drawn
 from workbench.session import start
 from workbench.session.commands.drag import GrabTarget, MoveTarget
 from workbench.session.commands.undo import GoBackTo, Undo
@@ -46,14 +45,14 @@ def test_a_plate_that_states_no_tolerances_shows_its_error_as_drawn_beside_the_e
     q = np.stack([state.q for state in first.states])
     sheet = wb.score(
         first.robot,
-        made_as_drawn(first.plate).with_joints(q, first.plate.branches),
+        first.plate.made_as_drawn.with_joints(q, first.plate.branches),
         evaluation_poses=first.region.q,
     )
     assert drawn == pytest.approx(sheet.measured.error.position_rms)
     assert drawn > 1.1 * first.score.position
     assert f"as drawn {1e3 * drawn:.3f} mm" in predicted(first)
     assert "as drawn" not in predicted(replace(first, drag=Drag(1, 0)))  # a drag waits for nothing
-    stated = replace(first, plate=made_as_drawn(first.plate))
+    stated = replace(first, plate=first.plate.made_as_drawn)
     assert score_as_drawn(stated) is None
     assert default_circle(load_robot("ur5")).production == stated.plate.production
 

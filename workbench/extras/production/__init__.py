@@ -1,1 +1,1 @@
-"""Many arms on one plate: its yield, and plates of several sizes and ways to make them, compared."""
+"""Many virtual arms on one plate: its yield."""

@@ -1,1 +1,1 @@
-"""What a workshop takes beside STL and lists: drawings, 3MF, STEP, inspection; a plate as measured."""
+"""What a workshop makes a plate from: solids, a drawing, the list of targets; a plate as measured."""
