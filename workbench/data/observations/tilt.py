@@ -81,11 +81,11 @@ class TiltObservation(AbstractObservation):
         return np.zeros(len(self.unknowns))
 
     @property
-    def own_seen(self) -> Bool[np.ndarray, "..."]:
+    def seen(self) -> Bool[np.ndarray, "..."]:
         return np.repeat(np.isfinite(self.measured).all(1)[:, None], 2, axis=1)
 
     @classmethod
-    def own_rows(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
+    def applies(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
         links = (data.tilt or {}).values()
         return np.any([np.isfinite(t).all(-1) for t in links], axis=0) if links else np.zeros(len(data), bool)
 
