@@ -6,8 +6,6 @@ Chromium has to be installed. In `assets/pictures` they make
   played, and every few commands the page is kept as it stands;
 - notebook: `notebook.png`, what an executed notebook shows;
 - drawings: `drawing-plate.png` and `drawing-block.png`, two drawings of Table 2, optimised.
-
-`error-budget.png` needs measured data: `tests/benchmarks/error_budget.py`.
 """
 
 import html
