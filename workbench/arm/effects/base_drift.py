@@ -17,14 +17,13 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import Insertion
+from workbench.arm.effects.axes import PART_UNITS, PARTS, Insertion
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, offered
 from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.columns import COLUMNS
 
-PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 HOUR = 3600.0
 """Of an hour."""
 SAME, LATER, RETURNS = 0.01, 0.2, 3
@@ -78,10 +77,10 @@ class BaseDrift(AbstractEffect):
         return tuple(f"drift.{part}" for part in PARTS)
 
     def units(self, chain: Chain) -> tuple[str, ...]:
-        return ("m",) * 3 + ("rad",) * 3 if self.by_row else ("m/s",) * 3 + ("rad/s",) * 3
+        return PART_UNITS if self.by_row else tuple(f"{unit}/s" for unit in PART_UNITS)
 
     def elements(self, chain: Chain) -> tuple[str, ...]:
-        return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
+        return self.insertion.frame
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return (self._clock(motion) - self.reference)[:, None, None] * np.eye(len(PARTS))

@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float
 from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import Insertion, driven_names, turns
+from workbench.arm.effects.axes import PART_UNITS, PARTS, Insertion, driven_names, turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm
 from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, view_of_element
@@ -28,7 +28,6 @@ from workbench.base.columns import COLUMNS
 from workbench.base.wording import plural
 from workbench.report.numbers import readable, with_error
 
-PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 WARM_AT = 3.0
 """Number of time constants after which an arm counts as warm."""
 NEVER_ROW = 2**62
@@ -233,10 +232,10 @@ class FrameStep(AbstractStep):
         return tuple(f"frame_step{self.row}.{part}" for part in PARTS)
 
     def units(self, chain: Chain) -> tuple[str, ...]:
-        return ("m",) * 3 + ("rad",) * 3
+        return PART_UNITS
 
     def elements(self, chain: Chain) -> tuple[str, ...]:
-        return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
+        return self.insertion.frame
 
 
 @final
@@ -259,12 +258,10 @@ class ToolStep(AbstractStep):
         return tuple(f"tool_step{self.row}.{part}" for part in PARTS[: 6 if self.turns else 3])
 
     def units(self, chain: Chain) -> tuple[str, ...]:
-        return (("m",) * 3 + ("rad",) * 3)[: len(self.names)]
+        return PART_UNITS[: len(self.names)]
 
     def elements(self, chain: Chain) -> tuple[str, ...]:
-        return tuple(
-            f"tool.{part if k < 3 else 'slip_' + part}" for k, part in enumerate(PARTS[: len(self.names)])
-        )
+        return self.insertion.frame[: len(self.names)]
 
 
 @final
@@ -308,13 +305,13 @@ class WarmUp(AbstractEvent):
 
     def units(self, chain: Chain) -> tuple[str, ...]:
         if not self.joints:
-            return ("m",) * 3 + ("rad",) * 3
+            return PART_UNITS
         return tuple("rad" if turns(chain, j) else "m" for j in self.joints)
 
     def elements(self, chain: Chain) -> tuple[str, ...]:
         if self.joints:
             return driven_names(chain, self.joints)
-        return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
+        return self.insertion.frame
 
     def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         return np.exp(-np.maximum(clock - self.begin, 0.0) / self.pace)

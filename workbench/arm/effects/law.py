@@ -259,12 +259,10 @@ def turned(frame: tuple[Element, ...], effects: Iterable[AbstractLaw]) -> tuple[
 
     They are not the frame's own rotations, which a calibration folds into the constant rotation before them.
     """
-    owner = frame[0].name.partition(".")[0]
-    kind = Insertion.DRIFT if owner == "base" else Insertion.SLIP
+    kind = Insertion.DRIFT if frame[0].name.startswith("base.") else Insertion.SLIP
     if not any(e.insertion is kind for e in effects):
         return frame
-    names = [f"{owner}.{kind.name.lower()}_{part}" for part in ("roll", "pitch", "yaw")]
-    return (*frame, *(Element(Axis(i), name, link=frame[0].link) for i, name in enumerate(names)))
+    return (*frame, *(Element(Axis(i), name, link=frame[0].link) for i, name in enumerate(kind.frame[3:])))
 
 
 def with_insertions(

@@ -128,11 +128,7 @@ class AbstractObservation(ABC):
     @classmethod
     def each(cls, data: "Dataset") -> tuple["AbstractObservation", ...]:
         """The observations of rows that all carry it: one, unless several links were watched at once."""
-        return cls.by_link(data) or (cls.of(data),)
-
-    @classmethod
-    def by_link(cls, data: "Dataset") -> tuple["AbstractObservation", ...]:
-        return ()
+        return (cls.of(data),)
 
     @property
     @abstractmethod

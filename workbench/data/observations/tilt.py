@@ -91,16 +91,16 @@ class TiltObservation(AbstractObservation):
 
     @classmethod
     def of(cls, data: "Dataset") -> "TiltObservation":
-        return cls.by_link(data)[0]
+        return cls.each(data)[0]
 
     @classmethod
-    def by_link(cls, data: "Dataset") -> tuple["TiltObservation", ...]:
+    def each(cls, data: "Dataset") -> tuple["TiltObservation", ...]:
         return tuple(cls(frozen(upward(t)), link) for link, t in sorted((data.tilt or {}).items()))
 
     @classmethod
     def each_beside(cls, data: "Dataset") -> tuple["TiltObservation", ...]:
         """The inclinometers of rows that carry another observation, as far as they show anything."""
-        return tuple(replace(o, beside=True) for o in cls.by_link(data) if o.seen.any())
+        return tuple(replace(o, beside=True) for o in cls.each(data) if o.seen.any())
 
     @property
     def _across(self) -> Float[np.ndarray, "rows 2 3"]:
