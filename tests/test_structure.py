@@ -49,8 +49,8 @@ BUDGETS = {
     "root": 105,
     "base": 2694,
     "report": 1074,
-    "arm": 10776,
-    "data": 5970,
+    "arm": 10735,
+    "data": 5955,
     "plate": 7179,
     "identification": 8190,
     "diagnosis": 6897,
@@ -75,7 +75,7 @@ BUDGETS = {
     "extras/service": 2851,
     "extras/trajectories": 3246,
     "extras/workshop": 2200,
-    "tests": 60405,
+    "tests": 59050,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
