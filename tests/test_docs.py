@@ -1,5 +1,6 @@
 """The documentation: what its pages show is run, everything public is in its reference, and it builds."""
 
+import json
 import os
 import re
 import subprocess
@@ -9,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import typer
 from documented_commands import commands, run_lines
@@ -106,17 +108,49 @@ def test_every_command_that_a_text_names_exists_with_its_options():
     assert unknown("workbench identity D") == "identity"
 
 
-def test_errors_of_measured_arms_are_those_of_the_benchmarks():
-    """The README repeats each figure; the measured one is in the benchmarks."""
-    measured = re.findall(
-        r"(WAM|iiwa|first Panda) [\d.]+ → ([\d.]+)", (TESTS / "benchmarks" / "README.md").read_text("utf-8")
-    )
-    rows = {"WAM": "| WAM", "iiwa": "| iiwa", "first Panda": "| Panda 1"}
-    for name, error in measured:
-        row = next(line for line in README.read_text("utf-8").splitlines() if line.startswith(rows[name]))
-        shown = re.findall(r"[\d.]+", row.split("|")[-2])[0]
-        assert shown == f"{float(error):.{len(shown) - 2}f}", row
-    assert len(measured) == len(rows)
+def test_errors_of_measured_arms_are_the_golden_numbers():
+    """Means over the folds, as many digits as the README shows."""
+    arms = {"UR10": ("ur10",), "UR5": ("ur5",), "WAM": ("wam",), "Panda 1": ("panda_1", "panda_3"),
+            "iiwa 14": ("iiwa14",)}  # fmt: skip
+    table = README.read_text("utf-8").partition("## Results on measured arms")[2]
+
+    def means(name: str) -> tuple[list[float], list[float]]:
+        """Of geometry: nominal and fitted, position and orientation; of effects: position and orientation."""
+        parts = (golden(f"{verb}/{name}") for verb in ("identify", "diagnose"))
+        alone, found = ({k: v for k, v in part.items() if k.startswith("fold")} for part in parts)
+        geometry = [
+            np.mean([v[i] for k, v in alone.items() if stage in k])
+            for i in ((0, 1) if name == "ur10" else (0,))
+            for stage in ("nominal", "geometry")
+        ]
+        names = ("position", "turned") if name == "ur10" else ("position",)
+        return geometry, [np.mean([v[part][2] for v in found.values()]) for part in names]
+
+    for title, names in arms.items():
+        *_, geometry, effects, _ = next(x for x in table.splitlines() if x.startswith(f"| {title}")).split(
+            "|"
+        )
+        for cell, which in ((geometry, 0), (effects, 1)):
+            shown, values = re.findall(r"\d+\.\d+", cell), [v for name in names for v in means(name)[which]]
+            for text, value in zip(shown, values, strict=True):
+                digits = len(text.partition(".")[2])
+                assert abs(float(text) - value) <= 0.5001 * 10**-digits, (title, text, value)
+
+
+def golden(part: str) -> dict[str, Any]:
+    return json.loads((TESTS / "benchmarks" / "golden.json").read_text("utf-8"))[part]["numbers"]
+
+
+def test_figures_of_the_peers_task_are_the_golden_numbers():
+    """Ours, on the page; those of the page, in the README."""
+    page, ours = PAGES["other-tools"], golden("peers")
+    for title, way in (("search alone (OPT2)", "OPT2"), ("`identify` with all checks", "identify")):
+        errors = (ours[f"{way}, {arm}"]["mm, deg"] for arm in ("plain", "tilted"))
+        cells = " | ".join(f"{mm:.3f} mm, {deg:.4f}°" for mm, deg in errors)
+        assert f"| workbench | {title} | {cells} |" in page
+    figures = re.findall(r"(\d\.\d{3}) mm", README.read_text("utf-8").partition("## Which tool")[2])
+    assert len(figures) > 3
+    assert not [figure for figure in figures if f"{figure} mm" not in page]
 
 
 def test_what_is_linked_exists():

@@ -6,8 +6,6 @@ Chromium has to be installed. In `assets/pictures` they make
   played, and every few commands the page is kept as it stands;
 - notebook: `notebook.png`, what an executed notebook shows;
 - drawing: `drawing-plate.png`, the drawing of Table 2, optimised.
-
-`error-budget.png` needs measured data: `tests/benchmarks/error_budget.py`.
 """
 
 import html

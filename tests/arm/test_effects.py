@@ -22,6 +22,7 @@ from workbench.arm.statics.load_derivatives import wrench_derivative
 from workbench.arm.urdf import read_urdf
 from workbench.arm.urdf_writer import write_urdf
 from workbench.base.errors import DataError, RobotError
+from workbench.base.types import Outcome
 
 KNOTS = tuple(np.linspace(-3.2, 3.2, 7))
 SIZES = {
@@ -196,6 +197,23 @@ def test_the_fixed_point_is_one(arms):
         law = effect.law(robot.chain, motion, again)
         shift[:, robot.chain.indices(effect.elements(robot.chain))] += law @ effect.coefficients
     np.testing.assert_allclose(shift, deflected.shift, atol=1e-12)
+
+
+def test_an_arm_too_soft_for_its_load_has_no_deflection():
+    """Upright it has one, and half as soft everywhere."""
+    robot = load_robot("ur10").with_effects(JointCompliance((1,), (0.02,)))
+    upright = [0.0, -np.pi / 2, 0.0, -np.pi / 2, 0.0, 0.0]
+    both = Motion(np.array([upright, [0.3, -1.2, 1.0, -0.5, 0.4, 0.2]]))
+    assert deflect(robot.with_effects(JointCompliance((1,), (0.01,))), both).outcome is Outcome.CONVERGED
+    deflected = deflect(robot, both)
+    assert deflected.outcome is Outcome.ITERATION_LIMIT
+    for found in (deflected.shift, deflected.wrenches):
+        assert np.isfinite(found[0]).all()
+        assert np.isnan(found[1]).all()
+    for predict in (forward.tool_poses, forward.link_frames, forward.identification_jacobian):
+        assert np.isfinite(predict(robot, both.q[0])[0]).all()
+        with refuses(DataError, row=1):
+            predict(robot, both)
 
 
 @pytest.mark.parametrize("arm", ["aria", "katana"])

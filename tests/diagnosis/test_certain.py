@@ -148,7 +148,7 @@ def test_a_law_of_a_joints_position_leads_only_where_it_stands_out_of_a_smooth_e
     case = make("none", 3)
     problem = geometric(case)
     arm, motion = problem.robot, Motion.of(case.data)
-    maps = [c for c in LocalJointError.own_offers(arm, motion) if c.effect.joints == (1,)]
+    maps = [c for c in LocalJointError.offers(arm, motion) if c.effect.joints == (1,)]
     searched = searched_with(problem, ECCENTRIC, maps, folds)
     assert maps
     assert lead_over_map(searched, searched.found.model) < np.log(CERTAIN)  # nothing is hidden

@@ -1,11 +1,11 @@
 """The benchmark of the diagnosis, run with the geometric fit alone: it names nothing, and is told so."""
 
-import json
 import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from arms import make
 
 from workbench.identification.identify import identify
 
@@ -28,11 +28,9 @@ def geometry(robot, data, held_out):
     )
 
 
-def test_geometry_alone_is_judged(tmp_path, capsys):
-    kept = tmp_path / "judged.jsonl"
+def test_geometry_alone_is_judged(capsys):
     arguments = [*ALONE, "--cases", "none,scale,dent,misseated", "--arms", "3", "--alarms", "ideal,masses10"]
-    arguments += ["--wrong", "--check", "--json", str(kept)]
-    assert zoo.main(arguments) == 1
+    assert zoo.main([*arguments, "--wrong", "--check"]) == 1
     printed = capsys.readouterr().out
     for line in (
         "✗ scale: right ≥ 95%: 0 % (0–56)",
@@ -45,12 +43,30 @@ def test_geometry_alone_is_judged(tmp_path, capsys):
     ):
         assert line in printed
     assert printed.count("encoder-scale ") == 3
-    (head, _), *records = (json.loads(line) for line in kept.read_text().splitlines())
-    assert head == "sources"
-    assert [key for key, _ in records[:3]] == ["none, ideal, 0", "none, masses10, 0", "scale, ideal, 0"]
-    assert {r["arm"] for key, r in records if key.startswith("none")} == {"aria", "three-parallel", "katana"}
-    assert all(r["good"] for key, r in records if key.startswith("none"))
-    assert not any(r["good"] for key, r in records if key.startswith("scale"))
+    judged = zoo.run(zoo.options(arguments))
+    assert list(judged)[:3] == [zoo.Task("none", "ideal", seed) for seed in range(3)]
+    assert {j.arm for task, j in judged.items() if task.kind == "none"} == {
+        "aria",
+        "three-parallel",
+        "katana",
+    }
+    assert all(j.good for task, j in judged.items() if task.kind == "none")
+    assert not any(j.good for task, j in judged.items() if task.kind == "scale")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (["--cases", "nonsense"], "--cases doesn't know nonsense; choose from none, compliance"),
+        (["--conditions", "rain"], "--conditions doesn't know rain"),
+        (["--on", "hexapod"], "--on doesn't know hexapod"),
+    ],
+)
+def test_unknown_words_are_refused(text, message, capsys):
+    with pytest.raises(SystemExit) as ended:
+        zoo.main(text)
+    assert ended.value.code == 2
+    assert message in capsys.readouterr().err
 
 
 def test_seeds_are_those_for_tuning_or_for_judging():
@@ -60,3 +76,12 @@ def test_seeds_are_those_for_tuning_or_for_judging():
     for seeds in ("9999:10001", "500000:500001"):
         with pytest.raises(ValueError, match="neither"):
             zoo.main([*ALONE, "--cases", "none", "--alarms", "ideal", "--seeds", seeds])
+
+
+def test_where_an_arm_shows_nothing_the_next_one_does(monkeypatch):
+    """A SCARA's slide always carries the same weight, which no play of it can tell."""
+    monkeypatch.setattr("arms.TRIES", 5)
+    with pytest.raises(ValueError, match="apart"):
+        make("backlash-moment", 2, "scara")
+    assert zoo.drawn(zoo.Task("backlash-moment", "ideal", 2), ("aria", "katana", "scara")).arm == "aria"
+    assert zoo.drawn(zoo.Task("backlash-moment", "ideal", 2), ("scara",)) is None

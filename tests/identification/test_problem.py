@@ -84,7 +84,7 @@ def test_unknowns_of_another_package_s_observation_are_none_of_the_arm(monkeypat
         unknowns = ("floor.z",)
 
         @classmethod
-        def own_rows(cls, data):
+        def applies(cls, data):
             return np.ones(len(data), bool)
 
         @classmethod

@@ -16,6 +16,7 @@ from workbench.arm.statics.deflection import shift_of
 from workbench.base.types import Freedom, Outcome
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.errors.expected_error import transfer
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
@@ -84,6 +85,24 @@ def test_an_effect_is_recovered_with_the_geometry(case, free, tmp_path):
     ]
     without = identify(robot.with_effects(), data, algorithms=("ols",), held_out=0.2)
     assert without.runs["ols"].held_out.position_mm.mean > 2.0 * run.runs["ols"].held_out.position_mm.mean
+
+
+def test_an_arm_too_soft_for_its_load_is_no_answer(tmp_path):
+    """A search that begins there ends at once, one that passes through comes back; a given arm is refused."""
+    rng = np.random.default_rng(3)
+    hidden = generator.aria()
+    data = rows_of(hidden, hidden.random(rng, 40), rng, compliance=about_the_axis(1, 4e-5))
+    robot = robot_of(hidden, tmp_path, EFFECTS["joint-compliance"]((1,)))
+    problem = Problem.build(robot, data, free=(), effects=["joint2.compliance"])
+    too_soft = np.array([0.2])
+    assert np.isnan(problem.residual(too_soft)).any()
+    lost = Opt2().search(problem, begin=too_soft)
+    assert (lost.outcome, lost.x) == (Outcome.DIVERGED, too_soft)
+    assert Opt2().search(problem).x == pytest.approx(4e-5, rel=0.1)
+    soft = robot.with_effects(EFFECTS["joint-compliance"]((1,), (0.2,)))
+    for verb in (identify, evaluate):
+        with refuses(DataError):
+            verb(soft, data)
 
 
 def test_the_payload_acts_through_the_moments(tmp_path):
