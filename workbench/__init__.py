@@ -53,32 +53,23 @@ def _loaded(entry):
 @cache
 def _checked(verb: Callable) -> Callable:
     """A verb that the package itself calls as it is, with its arguments checked or read."""
-    from workbench.base.argument_checks import checked_arguments
+    from workbench.base.arguments import checked_arguments
 
-    import_module("workbench.data.argument_types")  # what stands for an arm and for measurements
     return checked_arguments()(verb)
-
-
-@cache
-def _shown(record: type) -> type:
-    """A class as help should show it."""
-    from workbench.base.argument_checks import shown_plainly
-
-    return shown_plainly(record)
 
 
 def __getattr__(name: str):
     if name == "__all__":
         return __dir__()
+    if name == "__version__":
+        return import_module("workbench.base.installed_package").package_version()
     if name in _homes():
         part = getattr(import_module(_homes()[name]), name)
     elif name.startswith("_") or name not in _plugged_in():
         raise AttributeError(f"module 'workbench' has no attribute '{name}'")
     else:
         part = _loaded(_plugged_in()[name])
-    if isinstance(part, type):
-        return _shown(part)
-    return part if hasattr(part, "__signature__") else _checked(part)
+    return part if isinstance(part, type) or hasattr(part, "__signature__") else _checked(part)
 
 
 def __dir__() -> list[str]:

@@ -3,23 +3,21 @@
 import numpy as np
 
 import workbench.identification.report.table  # noqa: F401 how results are shown
-from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
+from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
-from workbench.data.dataset import Dataset
+from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.directions import with_drivers
 from workbench.data.plausibility import checked
 from workbench.identification.checks.arm_match import MISREAD_MISFIT, arm_match
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import choose_frames
 from workbench.identification.result import Evaluation
-from workbench.plate.argument_types import checked_arguments
 
 
 @checked_arguments()
 @one_thread()
-def evaluate(robot: Like[Robot], data: Like[Dataset], *, fit_frames: bool = False) -> Evaluation:
+def evaluate(robot: RobotLike, data: DatasetLike, *, fit_frames: bool = False) -> Evaluation:
     """Errors of a given model; nothing is fitted, or only base and tool.
 
     Args:

@@ -7,10 +7,11 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import LengthAndAngle, Like, Seed
+from workbench.base.arguments import LengthAndAngle, Like, Seed, checked_arguments
 from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
+from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.hidden_effects import hidden_effects, varied_state
 from workbench.data.simulation.instruments import Instrument, instrument_named
@@ -24,9 +25,8 @@ from workbench.data.simulation.simulate import (
     virtual_arm,
     without,
 )
-from workbench.plate.argument_types import checked_arguments
+from workbench.plate.arguments import PlateLike
 from workbench.plate.collision import hits
-from workbench.plate.plate import Plate
 from workbench.plate.poses.circle_points import circle_poses
 from workbench.plate.poses.iso_cube import iso_cube_poses
 from workbench.plate.poses.pose_choice import POSE_CHOICES
@@ -47,12 +47,12 @@ DESIGNED = "designed"
 @checked_arguments()
 @one_thread()
 def measure_poses(
-    robot: Like[Robot],
+    robot: RobotLike,
     number: int,
     *,
     index: str = RANDOM,
     instrument: str | Instrument = "tracker-6d",
-    actual: Like[Robot] | None = None,
+    actual: RobotLike | None = None,
     effects: Sequence[str | AbstractEffect] = (),
     errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     seed: Seed = 0,
@@ -98,12 +98,12 @@ def measure_poses(
 @checked_arguments()
 @one_thread()
 def measure_plate(
-    robot: Like[Robot],
-    plate: Like[Plate],
+    robot: RobotLike,
+    plate: PlateLike,
     *,
     branch: str = DESIGNED,
     instrument: str | Instrument = "plate",
-    actual: Like[Robot] | None = None,
+    actual: RobotLike | None = None,
     effects: Sequence[str | AbstractEffect] = (),
     errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     seed: Seed = 0,

@@ -33,7 +33,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base.argument_checks import admit
+from workbench.base.arguments import admit
 from workbench.base.errors import OptionError
 
 LIMITS = ((3e-3, 10e-6, -8e-6), (6e-3, 12e-6, -12e-6), (10e-3, 15e-6, -14e-6), (18e-3, 18e-6, -17e-6))

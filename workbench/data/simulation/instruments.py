@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.argument_checks import admit
+from workbench.base.arguments import admit
 from workbench.base.errors import OptionError
 from workbench.base.registry import Registry
 from workbench.base.types import Vector3, frozen

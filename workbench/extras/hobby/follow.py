@@ -23,6 +23,7 @@ import numpy as np
 from jaxtyping import Float
 from rich.console import RenderableType
 
+from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError, FileError
 from workbench.base.units import parse_heading
 from workbench.base.wording import listed
@@ -30,7 +31,6 @@ from workbench.data.readers.fields import decimal_of, to_numbers
 from workbench.data.readers.read import read_table
 from workbench.extras.hobby.data_set import ACTION, STATE, MotorLog, read_data_set, root_of
 from workbench.extras.hobby.layouts import COUNTS, TURN
-from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, document
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown

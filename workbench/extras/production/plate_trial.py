@@ -6,15 +6,16 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Angle, Length, LengthAndAngle, Like, Seed
+from workbench.base.arguments import Angle, Length, LengthAndAngle, Like, Seed, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
-from workbench.data.accuracy_requirement import Requirement, Wanted
+from workbench.data.accuracy_requirement import Requirement
+from workbench.data.arguments import RobotLike, WantedLike
 from workbench.data.simulation.simulate import ANGLE_ERROR, MAX_LENGTH_ERROR
 from workbench.extras.production.production_yield import ARMS, Yield, check_number, try_production
 from workbench.extras.production.yield_inputs import ErrorSizes, YieldJob, constrained_by
-from workbench.plate.argument_types import checked_arguments
+from workbench.plate.arguments import PlateLike
 from workbench.plate.plate import ANCHOR_SIGMA, Plate
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region_poses import plate_region_poses
@@ -29,8 +30,8 @@ JUDGED_POSES = 500
 @checked_arguments()
 @one_thread()
 def try_plate(
-    robot: Like[Robot],
-    plate: Like[Plate],
+    robot: RobotLike,
+    plate: PlateLike,
     *,
     arms: int = ARMS,
     sigma: Like[LengthAndAngle] | None = None,
@@ -39,8 +40,8 @@ def try_plate(
     undeclared: tuple[AbstractEffect, ...] = (),
     length: Like[Length] = MAX_LENGTH_ERROR,
     angle: Like[Angle] = ANGLE_ERROR,
-    wanted: Like[Wanted] | None = None,
-    towards: Like[Plate] | None = None,
+    wanted: WantedLike | None = None,
+    towards: PlateLike | None = None,
     poses: int = JUDGED_POSES,
     scheduler: str | None = None,
     seed: Seed = 0,

@@ -13,7 +13,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Seed
+from workbench.base.arguments import Seed
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, check_cancelled, part_of
 from workbench.data.accuracy_requirement import Wanted

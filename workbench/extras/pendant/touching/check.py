@@ -25,9 +25,10 @@ from scipy import special
 
 from workbench.arm.joint_units import shown_units, sliding
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Length, Like
+from workbench.base.arguments import Length, Like, checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.wording import in_mm, joint_list
+from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.extras.pendant.touching.causes import (
     FALSE_ALARM,
@@ -39,7 +40,6 @@ from workbench.extras.pendant.touching.causes import (
     tested,
 )
 from workbench.extras.pendant.touching.touches import EXACT_SCATTER, Touches, check_wanted, read_touches, tips
-from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, document
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
@@ -215,7 +215,7 @@ class Check(AbstractShown):
 
 @checked_arguments()
 def check(
-    robot: Like[Robot],
+    robot: RobotLike,
     touches: Path | Like[Dataset],
     *,
     reference: Path | Like[Dataset] | None = None,

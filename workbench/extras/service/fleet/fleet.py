@@ -11,9 +11,10 @@ import numpy as np
 import workbench.extras.service.fleet.report  # noqa: F401 how results are shown
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Length, Like
+from workbench.base.arguments import Length, Like
 from workbench.base.errors import OptionError
 from workbench.base.parallel import spread
+from workbench.data.arguments import RobotLike
 from workbench.data.simulation.hidden_effects import varied_state
 from workbench.extras.service.fleet.history import History, Unread, arms_of, read_histories, values_of
 from workbench.extras.service.fleet.movement import Movement, movements, scatter_factor, threshold
@@ -39,7 +40,7 @@ MAX_DAYS_AHEAD = 3650
 def compare_fleet(
     folder: Path | str,
     *,
-    robot: Like[Robot] | None = None,
+    robot: RobotLike | None = None,
     allowed: Like[Length] = ALLOWED,
     workers: int | None = None,
     scheduler: str | None = None,

@@ -8,19 +8,19 @@ from jaxtyping import Bool
 import workbench.extras.service.verification.report  # noqa: F401 how results are shown
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import unobserved_text
-from workbench.base.argument_checks import Angle, Like, Seed
+from workbench.base.arguments import Angle, Like, Seed, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
 from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
+from workbench.data.arguments import DatasetLike, RobotLike, WantedLike
 from workbench.data.dataset import Dataset
 from workbench.extras.service.verification.intervals import Bounds
 from workbench.extras.service.verification.iso9283 import SAME_POSE, cycle_text, pose_labels, repeated_poses
 from workbench.extras.service.verification.result import Verification
 from workbench.identification.evaluate import evaluate
 from workbench.identification.result import Evaluation
-from workbench.plate.argument_types import checked_arguments
 
 USUAL_POSES = 100
 """Poses that practitioners ask of a verification."""
@@ -29,11 +29,11 @@ USUAL_POSES = 100
 @checked_arguments()
 @one_thread()
 def verify(
-    robot: Like[Robot],
-    data: Like[Dataset],
+    robot: RobotLike,
+    data: DatasetLike,
     *,
-    wanted: Like[Wanted] | float | None = None,
-    used: Like[Dataset] | None = None,
+    wanted: WantedLike | float | None = None,
+    used: DatasetLike | None = None,
     same: Like[Angle] = SAME_POSE,
     fit_frames: bool = False,
     facts: dict[str, str] | None = None,
