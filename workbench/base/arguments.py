@@ -180,7 +180,7 @@ def _seen(hint: Any, is_finite: bool) -> Any:
         if issubclass(hint, AbstractArray):
             return Annotated[hint, WrapValidator(_array_reader(hint, is_finite).wrapped)]
         is_record = is_dataclass(hint) or hasattr(hint, "_fields")
-        return InstanceOf[hint] if is_record else hint  # into which pydantic would look
+        return InstanceOf[hint] if is_record else hint  # type: ignore[misc]
     if any(map(_is_enum, parts)):
         parts = tuple(part for part in parts if part is not str)
     inner = tuple(_seen(part, is_finite) for part in parts)

@@ -18,7 +18,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.files import check_folder, write_folder
 from workbench.base.progress import progress
-from workbench.base.registry import Registry
+from workbench.parts import Table
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import plate_text
 from workbench.plate.stock import Stock
@@ -63,11 +63,8 @@ class PlateFile:
     notes: Callable[[PlateJob], tuple[str, ...]] = lambda job: ()
 
 
-PLATE_FILES: Registry[PlateFile] = Registry(
-    "plate format",
-    PlateFile,
-    PlateFile("toml", lambda job: {OWN_FILE: plate_text(job.plate).encode()}),
-    group="workbench.plate_exports",
+PLATE_FILES: Table[PlateFile] = Table(
+    "plate_exports", PlateFile, PlateFile("toml", lambda job: {OWN_FILE: plate_text(job.plate).encode()})
 )
 """Formats by their names for `--formats`."""
 

@@ -30,7 +30,6 @@ from jaxtyping import Float
 
 from workbench.arm.linearisation import RANK_TOLERANCE, Linearisation
 from workbench.base.errors import OptionError
-from workbench.base.registry import Registry
 from workbench.base.types import frozen
 
 MIN_GRAM_INDEX = 1e-3
@@ -306,7 +305,7 @@ of all; O1 with one noise for all poses does not know that. It is of linearisati
 """
 OF_CAMERAS: Mapping[str, AbstractIndex] = MappingProxyType({OV1.name: OV1})
 """Indices for cameras only."""
-INDICES: Registry[AbstractIndex] = Registry("index", AbstractIndex, O(), *_OF_SETS, group="workbench.indices")
+INDICES: dict[str, AbstractIndex] = {index.name: index for index in (O(), *_OF_SETS)}
 """All indices that need no region, by name; `I` is created for one."""
 
 

@@ -29,7 +29,7 @@ from workbench.plate.arguments import PlateLike
 from workbench.plate.collision import hits
 from workbench.plate.poses.circle_points import circle_poses
 from workbench.plate.poses.iso_cube import iso_cube_poses
-from workbench.plate.poses.pose_choice import POSE_CHOICES
+from workbench.plate.poses.pose_choice import pose_choices
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable, plate_solutions
@@ -84,9 +84,9 @@ def measure_poses(
     elif index == ISO_CUBE:
         q = iso_cube_poses(robot, number, rng=rng).q
     else:
-        choice = next((c for c in POSE_CHOICES.values() if index in c.indices), None)
+        choice = next((c for c in pose_choices() if index in c.indices), None)
         if choice is None:
-            known = [RANDOM, ISO_CUBE, CIRCLE_POINTS, *(i for c in POSE_CHOICES.values() for i in c.indices)]
+            known = [RANDOM, ISO_CUBE, CIRCLE_POINTS, *(i for c in pose_choices() for i in c.indices)]
             raise OptionError(f"no choice of poses '{index}'; choose from {', '.join(known)}")
         q = choice.choose(robot, number, index=index, rng=rng)
     state = varied_state(actual, q, rng=rng)

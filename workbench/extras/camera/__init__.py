@@ -3,3 +3,24 @@
 `camera.py` projects, `target.py` holds the board or tags, `rig.py` both; `pixel_table.py` makes a `Dataset`
 of the corners that were found.
 """
+
+from workbench.parts import Parts
+
+PARTS = Parts(
+    commands={"board": "workbench.extras.camera.commands:board"},
+    root={
+        "read_pixels": "workbench.extras.camera.pixel_table:read_pixels",
+        "read_rig": "workbench.extras.camera.rig:read_rig",
+    },
+    observations=("workbench.extras.camera.observation:PixelObservation",),
+    preparations=("workbench.extras.camera.preparation:PicturePreparation",),
+    sources=("workbench.extras.camera.options:PixelSource",),
+    session_commands=("workbench.extras.camera.session_commands:LoadPictures",),
+    panels=(
+        "workbench.extras.camera.panels:CamerasPanel",
+        "workbench.extras.camera.panels:PictureCapturePanel",
+    ),
+    drawables=("workbench.extras.camera.drawables:cameras",),
+    page_drawables=("workbench.extras.camera.drawables:ellipsoid",),
+    watchers=("workbench.extras.camera.image_sources:PictureWatcher",),
+)

@@ -1,1 +1,19 @@
 """Files of drivers, controllers and simulators, and generated programs."""
+
+from workbench.parts import Parts
+
+PARTS = Parts(
+    exports=(
+        "workbench.extras.controllers.programs.forms:CHeader",
+        "workbench.extras.controllers.kinematics_yaml:FRANKA",
+        "workbench.extras.controllers.mjcf:Mjcf",
+        "workbench.extras.controllers.kinematics_yaml:OPENARM",
+        "workbench.extras.controllers.programs.forms:PythonModule",
+        "workbench.extras.controllers.into.form:SDF",
+        "workbench.extras.controllers.ur_calibration:UrCalibration",
+        "workbench.extras.controllers.kinematics_yaml:UR",
+        "workbench.extras.controllers.into.form:URDF",
+        "workbench.extras.controllers.into.form:XACRO",
+        "workbench.extras.controllers.kinematics_yaml:XARM",
+    )
+)

@@ -1,42 +1,21 @@
 """Command: poses."""
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.exit_status import in_section
-from workbench.cli.joined_options import AbstractAim
 from workbench.cli.options import option
 
 
-@dataclass(frozen=True)
-class SightOptions:
-    """What an instrument must see of poses; all options come from other packages."""
-
-    joined: tuple[AbstractAim, ...] = ()
-    joins: ClassVar = AbstractAim
-
-    @property
-    def sight(self):
-        """What must be visible; None for no condition."""
-        return next((found for aim in self.joined if (found := aim.sight()) is not None), None)
-
-
 @in_section("Calibrate")
-@opt.flattened
 def poses(
     robot: opt.RobotOption,
     number: Annotated[int, option("Number of poses.")],
-    seen: SightOptions,
     index: Annotated[
-        str | None,
-        option(
-            "Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region); "
-            "O1 if not given, Ov1 for a camera."
-        ),
-    ] = None,
+        str, option("Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region).")
+    ] = "O1",
     candidates: Annotated[Path | None, option("--from", "Choose from the rows of this file.")] = None,
     region: Annotated[
         str | None, option('Region for the tool: a plate\'s region, or "x,y,z:x,y,z" in m.')
@@ -59,10 +38,7 @@ def poses(
     from workbench.extras.poses.pose_limits import PoseLimits
 
     arm = wb.load_robot(robot)
-    view = seen.sight
     limits = PoseLimits(
-        view=view,
-        clearance=None if view is None else 0.0,
         region=None if region is None else opt.region_of(region),
         towards=None if towards is None else opt.orientations_of(towards),
         cone=opt.angle(cone),
@@ -70,8 +46,7 @@ def poses(
         spread=opt.length(spread),
         travel=None if travel is None else opt.angle(travel),
     )
-    index = index or ("O1" if view is None else "Ov1")
-    base, tool = opt.unknown_frames("base,tool" if view is not None and unknown is None else unknown)
+    base, tool = opt.unknown_frames(unknown)
     opt.check_writable(out, json)
     with opt.progress_bar("poses"):
         found = choose_poses(

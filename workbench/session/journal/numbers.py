@@ -1,7 +1,8 @@
 """The numbers of a session that the journal stores with every command and a replay must reproduce.
 
 Each subject says which parts of the session it depends on. Parts that a command did not touch stay the same
-objects, so only what changed is written. A new subject is one more entry of `SUBJECTS`, or is registered.
+objects, so only what changed is written. A new subject is one more entry of `SUBJECTS`, or stands in another
+package's record of parts.
 """
 
 import json
@@ -13,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect
-from workbench.base.registry import Registry, warn_of_broken
 from workbench.data.readers.layouts import PLAIN
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
+from workbench.parts import Table, warn_of_broken
 from workbench.plate.plate import Plate
 from workbench.report.json import Json, plain
 from workbench.session.live_score import PlateTrial
@@ -160,8 +161,8 @@ def _accepted(effects: tuple[AbstractEffect, ...]) -> Json:
     }
 
 
-SUBJECTS: Registry[Subject] = Registry(
-    "journal number",
+SUBJECTS: Table[Subject] = Table(
+    "journal_numbers",
     Subject,
     Subject("robot", lambda s: (s.robot,), lambda robot: robot.name),
     Subject("region", lambda s: (s.plate.region,), lambda r: {"min": r.min, "max": r.max, "cube": r.cube}),
@@ -194,6 +195,5 @@ SUBJECTS: Registry[Subject] = Registry(
         lambda s: (s.selected, s.playback.focus, s.results.row),
         lambda selected, focus, row: {"selected": selected, "focus": str(focus), "row": row},
     ),
-    group="workbench.journal_numbers",
 )
 """What a journal says, by subject."""

@@ -17,7 +17,7 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.installed_package import package_version
 from workbench.base.progress import progress
-from workbench.data.readers.layouts import LAYOUTS, PLAIN
+from workbench.data.readers.layouts import PLAIN, layout_names
 from workbench.session.command import AbstractChange, AbstractChore, AbstractTask, UnknownCommand
 from workbench.session.journal import codec
 from workbench.session.journal.compare_numbers import ROUNDING, Difference, compare
@@ -151,7 +151,7 @@ def _reason(recording: Recording, step: int) -> str:
     if missing:
         return f"the effect '{missing[0]}' is not installed here"
     layout = (recording.lines[step - 1].numbers.get("data") or {}).get("layout", PLAIN)
-    if layout not in (PLAIN, *LAYOUTS):
+    if layout not in layout_names():
         return f"what reads the layout '{layout}' is not installed here"
     then, now = recording.header.get("workbench", "unknown"), package_version()
     if then != now:
