@@ -138,7 +138,7 @@ def warn_of_broken(part: str, error: BaseException) -> None:
     warnings.warn(text, RuntimeWarning, stacklevel=3)
 
 
-class Table(Mapping[str, Part]):
+class PartTable(Mapping[str, Part]):
     """Parts by name: built-in ones, whose names nobody takes, and those of one field of all records."""
 
     def __init__(self, field: str, kind: Any, *built_in: Any, classes: bool = False):

@@ -11,12 +11,9 @@ from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
 from workbench.data.readings import AbstractReadings
 from workbench.identification.fit_choices import FitChoices
-from workbench.identification.instrument_preparation import (
-    PREPARATIONS,
-    AbstractIdentifiability,
-    AbstractPreparation,
-)
+from workbench.identification.instrument_preparation import AbstractIdentifiability, AbstractPreparation
 from workbench.identification.preparation import prepare
+from workbench.parts import Parts, register
 from workbench.plate.poses.sampling import random_poses
 
 
@@ -78,9 +75,9 @@ class Preparation(AbstractPreparation):
 
 @pytest.fixture
 def robot():
-    PREPARATIONS.register(Preparation())
+    forget = register(Parts(preparations=(Preparation(),)))
     yield load_robot("aria")
-    PREPARATIONS.remove("touches")
+    forget()
 
 
 def test_a_length_that_contacts_can_not_show_is_held(robot):

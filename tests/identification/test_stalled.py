@@ -69,20 +69,18 @@ def test_a_fit_that_did_not_converge_says_so_on_standard_error(command, run, mea
     assert "did not converge: stalled" in line
 
 
-def test_an_algorithm_from_elsewhere_is_chosen_by_name(run, measured):
+def test_an_algorithm_from_elsewhere_is_chosen_by_name(run, measured, monkeypatch):
     class Mine(AbstractIdentifier):
         name, title, summary = "mine", "Mine", "Ordinary least squares under another name."
 
         def search(self, problem):
             return Ols().search(problem)
 
-    ALGORITHMS.register(Mine())
-    try:
-        fit = wb.identify(wb.load_robot("aria"), wb.read_measurements(measured), algorithms=("mine",))
-        assert list(fit.runs) == ["mine"]
-        assert run("identify", measured, "--robot", "aria", "--algorithm", "mine")[0] == 0
-    finally:
-        ALGORITHMS.remove("mine")
+    monkeypatch.setitem(ALGORITHMS, "mine", Mine())
+    fit = wb.identify(wb.load_robot("aria"), wb.read_measurements(measured), algorithms=("mine",))
+    assert list(fit.runs) == ["mine"]
+    assert run("identify", measured, "--robot", "aria", "--algorithm", "mine")[0] == 0
+    del ALGORITHMS["mine"]
     with refuses(OptionError, "ols, opt1, opt2, influence", option="algorithms", found="mine"):
         wb.identify(wb.load_robot("aria"), wb.read_measurements(measured), algorithms=("mine",))
 

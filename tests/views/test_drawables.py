@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.parts import Parts, register
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
-from workbench.session.cube_fields import CUBE_FIELDS, AbstractCubeField, CubeValues
+from workbench.session.cube_fields import AbstractCubeField, CubeValues
 from workbench.session.live_score import PlateTrial
 from workbench.session.state import CubeView, Drag, Focus, Measurements, UndoStep
 from workbench.views.drawables.plate import plate, plate_before
@@ -167,8 +168,9 @@ class TrialErrorField(AbstractCubeField):
 
 @pytest.fixture
 def trial_errors():
-    yield CUBE_FIELDS.register(TrialErrorField())
-    CUBE_FIELDS.remove(TrialErrorField.name)
+    forget = register(Parts(cube_fields=(TrialErrorField(),)))
+    yield
+    forget()
 
 
 def test_cubes_follow_a_new_trial(session, trial_errors):

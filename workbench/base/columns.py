@@ -1,8 +1,8 @@
 """Columns of measurement files that hold one number, or one label, a row; or one number a joint.
 
 One entry is all that a new column needs: reading, writing, previews, mappings, trajectories, laws of effects,
-their plots and messages derive from it. Another package adds its own in its record of parts, or
-stands in the `brings` of its observation. Coordinates in groups (x y z, markers, sigma …) are known to
+their plots and messages derive from it. That of another package stands in its record of parts, or in the
+`brings` of its observation. Coordinates in groups (x y z, markers, sigma …) are known to
 `data/readers/headings.py`.
 """
 
@@ -13,7 +13,7 @@ from typing import final
 
 from workbench.base.errors import OptionError
 from workbench.base.units import Quantity
-from workbench.parts import Table
+from workbench.parts import PartTable
 
 _COORDINATE = re.compile(
     r"q(\d+|[wxyz])|[xyz]|r[xyz]|r[123]{2}|roll|pitch|yaw|m\d+[xyz]|sigma_r?[xyz]|tilt_[xy]\d+|"
@@ -96,7 +96,7 @@ class Column:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
 
-COLUMNS: Table[Column] = Table(
+COLUMNS: PartTable[Column] = PartTable(
     "columns",
     Column,
     Column(

@@ -1,9 +1,9 @@
 """All files of a plate in one folder: its own TOML, and workshop files added by extras.
 
-A format whose optional library is missing is skipped and reported; the rest is written. Further formats are
-entry points of `workbench.plate_exports`, or in a notebook
+A format whose optional library is missing is skipped and reported; the rest is written. Further formats stand
+in records of parts:
 
-    PLATE_FILES.register(PlateFile("summary", lambda job: {"summary.txt": job.plate.name.encode()}))
+    wb.register(wb.Parts(plate_exports=[PlateFile("name", lambda job: {"name.txt": job.plate.name.encode()})]))
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.files import check_folder, write_folder
 from workbench.base.progress import progress
-from workbench.parts import Table
+from workbench.parts import PartTable
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import plate_text
 from workbench.plate.stock import Stock
@@ -63,7 +63,7 @@ class PlateFile:
     notes: Callable[[PlateJob], tuple[str, ...]] = lambda job: ()
 
 
-PLATE_FILES: Table[PlateFile] = Table(
+PLATE_FILES: PartTable[PlateFile] = PartTable(
     "plate_exports", PlateFile, PlateFile("toml", lambda job: {OWN_FILE: plate_text(job.plate).encode()})
 )
 """Formats by their names for `--formats`."""

@@ -11,11 +11,11 @@ Their gradient comes from dσ_k = u_kᵀ dJ v_k. Choosing poses by O1 or D does 
 rows or columns multiplies them by a constant. O2 is the same for rows all scaled alike and for poses that
 are added again, and changes with single columns; added measurements never lower O3 and O5.
 
-I is of a set and a region. It comes with the robot and poses that matter, so it is made, not registered:
+I is of a set and a region. It comes with the robot and poses that matter, so it is made where it is needed:
 `I(position_weight(…))`.
 
-A new index of sets is a `SetIndex`, any other one a small class, with an entry in `INDICES`. An external one
-is registered there, or passed wherever a name is accepted.
+A new index of sets is a `SetIndex`, any other one a small class, with an entry in `INDICES`; an external one
+is passed wherever a name is accepted.
 """
 
 from abc import ABC, abstractmethod

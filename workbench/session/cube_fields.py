@@ -11,7 +11,7 @@ from jaxtyping import Float
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.identification.problem_blocks import Noise
-from workbench.parts import Table
+from workbench.parts import PartTable
 from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate
 from workbench.session.comparison import Comparison
@@ -194,7 +194,7 @@ class MeasuredErrorField(AbstractCubeField):
 
 
 PREDICTED, MEASURED, CHANGE = PredictedErrorField(), MeasuredErrorField(), PredictedChangeField()
-CUBE_FIELDS: Table[AbstractCubeField] = Table(
+CUBE_FIELDS: PartTable[AbstractCubeField] = PartTable(
     "cube_fields", AbstractCubeField, ReachabilityField(), BestIndexField(), PREDICTED, MEASURED
 )
 """What cubes can be coloured by."""

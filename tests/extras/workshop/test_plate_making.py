@@ -8,7 +8,8 @@ import pytest
 from refusals import mentions
 
 from workbench.base.errors import OptionError
-from workbench.plate.export import PLATE_FILES, PlateFile, export_plate, formats_named
+from workbench.parts import Parts, register
+from workbench.plate.export import PlateFile, export_plate, formats_named
 from workbench.plate.plate_toml import load_plate, write_plate
 from workbench.plate.stock import Stock
 
@@ -27,11 +28,11 @@ def test_every_format_is_written(tmp_path, aria):
 
 def test_a_format_of_another_package_is_written_with_the_usual_ones(tmp_path):
     theirs = PlateFile("theirs", lambda job: {"name.txt": f"{job.plate.name} {job.stock.play}".encode()})
-    PLATE_FILES.register(theirs)
+    forget = register(Parts(plate_exports=(theirs,)))
     try:
         files, *_ = export_plate(load_plate("table2"), tmp_path, formats=formats_named("theirs,csv"))
     finally:
-        PLATE_FILES.remove("theirs")
+        forget()
     assert "name.txt" in {path.name for path in files}
     assert (tmp_path / "name.txt").read_text() == f"Table 2 {Stock().play}"
 

@@ -25,7 +25,6 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.data.readers import read_measurements
-from workbench.data.readers.layouts import LAYOUTS
 from workbench.data.readers.layouts.layout import AbstractFileLayout
 from workbench.data.readers.preview import Preview
 from workbench.data.simulation.instruments import instrument_named
@@ -34,6 +33,7 @@ from workbench.data.writer import write_measurements
 from workbench.identification.algorithms import ALGORITHMS, AbstractIdentifier
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.checks.arm_match import ArmMatch
+from workbench.parts import Parts, register
 from workbench.plate.export import ExportedPlate
 from workbench.plate.plate_toml import load_plate, read_plate
 from workbench.plate.region import Region
@@ -65,7 +65,7 @@ from workbench.views.drawables.sink import Item
 from workbench.views.page import app as page_app
 from workbench.views.page import html
 from workbench.views.page.local_server import local_server
-from workbench.views.page.panels import PANELS, fit
+from workbench.views.page.panels import fit, panels
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.fit import read_rows
 from workbench.views.page.panels.header import Header
@@ -100,8 +100,7 @@ def test_what_a_reader_is_added_for_can_be_chosen_on_the_page(request):
         def read(self, path, naming):
             raise NotImplementedError
 
-    LAYOUTS.register(Ninth())
-    request.addfinalizer(lambda: LAYOUTS.remove("ninth"))
+    request.addfinalizer(register(Parts(layouts=(Ninth(),))))
     made = page_app.App(load_robot("aria"), load_plate("table2"))
     request.addfinalizer(made.close)
     taken = [h.mime_type.split(",") for h in controls(made.server.gui).values() if hasattr(h, "mime_type")]
@@ -496,25 +495,22 @@ def test_a_scene_that_raises_stops_no_panel(app, monkeypatch):
     assert any("no light" in message.text for message in app.worker.session.page.messages)
 
 
-def test_an_algorithm_that_was_registered_later_is_shown_like_the_others(app):
+def test_an_algorithm_that_was_added_later_is_shown_like_the_others(app, monkeypatch):
     class Late(AbstractIdentifier):
         name, title, summary = "late", "LATE", "Gauss-Newton under another name."
 
         def search(self, problem):
             return Ols().search(problem)
 
-    ALGORITHMS.register(Late())
-    try:
-        for command in (MeasureVirtualArm(2), Identify(("late", "opt2"))):
-            app.worker.submit(command)
-            assert app.worker.wait(60.0)
-        app.worker.submit(ShowFit("late"))
+    monkeypatch.setitem(ALGORITHMS, "late", Late())
+    for command in (MeasureVirtualArm(2), Identify(("late", "opt2"))):
+        app.worker.submit(command)
         assert app.worker.wait(60.0)
-        assert app.worker.session.results.fit == "late"
-        assert tuple(control(app, "Shown fit").options) == ("LATE", "OPT2")
-        assert control(app, "Shown fit").value == "LATE"
-    finally:
-        ALGORITHMS.remove("late")
+    app.worker.submit(ShowFit("late"))
+    assert app.worker.wait(60.0)
+    assert app.worker.session.results.fit == "late"
+    assert tuple(control(app, "Shown fit").options) == ("LATE", "OPT2")
+    assert control(app, "Shown fit").value == "LATE"
 
 
 def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_shown(app):
@@ -578,9 +574,7 @@ def test_a_page_that_comes_before_the_tabs_opens_the_first_one_once_they_are_the
 def test_panels_stand_in_the_order_of_their_numbers(app):
     """An extra's panel finds its place among ours by one number."""
     for tab in Tab:
-        orders = [
-            panel.order for panel in app.view._panels if panel.tab is tab and type(panel) in PANELS.values()
-        ]
+        orders = [panel.order for panel in app.view._panels if panel.tab is tab and type(panel) in panels()]
         assert orders
         assert orders == sorted(set(orders))
 

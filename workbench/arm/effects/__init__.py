@@ -17,9 +17,9 @@ from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.slide_extension import ExtensionClearance, ExtensionCompliance
 from workbench.arm.effects.thermal_growth import ThermalGrowth
 from workbench.arm.effects.uneven_compliance import UnevenCompliance
-from workbench.parts import Table
+from workbench.parts import PartTable
 
-EFFECTS: Table[type[AbstractEffect]] = Table(
+EFFECTS: PartTable[type[AbstractEffect]] = PartTable(
     "effects",
     AbstractEffect,
     JointCompliance,

@@ -13,9 +13,9 @@ from workbench.data.observations.observation import (
 from workbench.data.observations.point import PointObservation
 from workbench.data.observations.pose import PoseObservation
 from workbench.data.observations.tilt import TiltObservation
-from workbench.parts import Table
+from workbench.parts import PartTable
 
-OBSERVATIONS: Table[type[AbstractObservation]] = Table(
+OBSERVATIONS: PartTable[type[AbstractObservation]] = PartTable(
     "observations",
     AbstractObservation,
     PoseObservation,

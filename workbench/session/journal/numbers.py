@@ -19,7 +19,7 @@ from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
-from workbench.parts import Table, warn_of_broken
+from workbench.parts import PartTable, warn_of_broken
 from workbench.plate.plate import Plate
 from workbench.report.json import Json, plain
 from workbench.session.live_score import PlateTrial
@@ -161,7 +161,7 @@ def _accepted(effects: tuple[AbstractEffect, ...]) -> Json:
     }
 
 
-SUBJECTS: Table[Subject] = Table(
+SUBJECTS: PartTable[Subject] = PartTable(
     "journal_numbers",
     Subject,
     Subject("robot", lambda s: (s.robot,), lambda robot: robot.name),
