@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from workbench.session.journal.compare_numbers import Replayed, check
 from workbench.session.journal.reader import Recording, read_recording
+from workbench.session.journal.restore import Restored, restore
 
 SAMPLE = Path(__file__).resolve().parents[1] / "recordings" / "sample"
 
@@ -65,5 +65,5 @@ def sample() -> Recording:
 
 
 @pytest.fixture(scope="session")
-def replayed(sample) -> Replayed:
-    return check(sample)
+def replayed(sample) -> Restored:
+    return restore(sample, is_computed=True)

@@ -232,7 +232,7 @@ def pictures(visit: Visit, archive: Path, folder: Path) -> Path:
     visit.type("Square [mm]", "30")
     visit.shoot("asked")
     with visit.page.expect_file_chooser(timeout=LONG) as chooser:
-        visit.click(visit.page.locator(".mantine-Modal-body input[accept='.tar,.zip']"))
+        visit.click(visit.page.locator(".mantine-Modal-body input[accept='.zip']"))
     chooser.value.set_files(archive)
     visit.says("No target.toml", "question")
     visit.shoot("question")

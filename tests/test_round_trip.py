@@ -24,7 +24,7 @@ from tests.session.direct_commands import done
 from workbench.arm.robot_toml import robot_text
 from workbench.cli.exit_status import UNUSABLE
 from workbench.exports import FORMS, Job, export_robot
-from workbench.identification.errors.file_errors import file_errors, file_text, refitted_errors
+from workbench.identification.errors.file_errors import file_text, refitted_errors
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
@@ -143,7 +143,7 @@ def refitted_rows(found: Identification) -> np.ndarray | None:
 def to_the_last_digit(found: Identification, toml: Path, urdf: Path, rows: trip.Rows) -> None:
     """What is shown rounded, exactly; and the record in the file is the number that was shown."""
     saved = trip.Saved(toml, urdf, "", found.held_out_data.row, refitted_rows(found))
-    own = refitted_errors(found.best) or file_errors(found.best)
+    own = refitted_errors(found.best) or found.best.file_errors
     numbers = saved.held_out if saved.refitted is None else saved.refitted
     for name, path in (("TOML", toml), ("URDF", urdf)):
         file = trip.errors(saved.arm(path), rows.take(numbers))

@@ -45,7 +45,6 @@ HOMES = {
     "ezdxf": {"extras/workshop"},
     "OCP": {"extras/workshop"},
     "rosbags": {"extras/logs"},
-    "ezc3d": {"extras/logs"},
     "playwright": set(),
 }
 """With the order of the wings they keep viewers and the command line out of the numeric core."""

@@ -30,8 +30,6 @@ from workbench.diagnosis.identify_with_effects import identify as identify
 from workbench.diagnosis.result import Diagnosis as Diagnosis
 from workbench.extras.camera.pixel_table import read_pixels as read_pixels
 from workbench.extras.camera.rig import read_rig as read_rig
-from workbench.extras.hobby.follow import Following as Following
-from workbench.extras.hobby.follow import compare_leader as compare_leader
 from workbench.extras.hobby.motor_map import MotorMap as MotorMap
 from workbench.extras.hobby.motor_map import map_motors as map_motors
 from workbench.extras.pendant.extract import Extraction as Extraction
@@ -39,8 +37,6 @@ from workbench.extras.pendant.extract import extract as extract
 from workbench.extras.pendant.own_robot.find_convention import find_convention as find_convention
 from workbench.extras.pendant.own_robot.table_meanings import table_readings as table_readings
 from workbench.extras.pendant.own_robot.table_meanings import typed_readings as typed_readings
-from workbench.extras.pendant.touching.check import Check as Check
-from workbench.extras.pendant.touching.check import check as check
 from workbench.extras.pendant.touching.tool_tip import ToolTip as ToolTip
 from workbench.extras.pendant.touching.tool_tip import tcp as tcp
 from workbench.extras.pendant.touching.user_frame import UserFrame as UserFrame
@@ -48,11 +44,9 @@ from workbench.extras.pendant.touching.user_frame import frame as frame
 from workbench.extras.poses.choose_poses import choose_poses as choose_poses
 from workbench.extras.poses.pose_limits import PoseLimits as PoseLimits
 from workbench.extras.production.plate_trial import try_plate as try_plate
-from workbench.extras.service.fleet.fleet import compare_fleet as compare_fleet
-from workbench.extras.service.fleet.result import Fleet as Fleet
 from workbench.extras.service.rezero.moved_joints import rezero as rezero
-from workbench.extras.service.verification.result import Verification as Verification
-from workbench.extras.service.verification.verify import verify as verify
+from workbench.extras.service.verification import Verification as Verification
+from workbench.extras.service.verification import verify as verify
 from workbench.extras.trajectories.trajectory_files import compensate as compensate
 from workbench.identification.evaluate import evaluate as evaluate
 from workbench.identification.fit_choices import FitChoices as FitChoices

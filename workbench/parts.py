@@ -21,7 +21,7 @@ from traceback import walk_tb
 from typing import Any, TypeVar
 
 EXTRAS = (
-    *("camera", "controllers", "geometry", "hobby", "katana", "live", "logs", "pendant", "poses"),
+    *("camera", "controllers", "hobby", "katana", "live", "logs", "pendant", "poses"),
     *("production", "reports", "reproduce", "review", "service", "trajectories", "workshop"),
 )
 """Folders of `workbench/extras/`, in the order of their parts."""
@@ -52,11 +52,9 @@ class Parts:
     plate_exports: Sequence[Any] = ()
     result_pages: Sequence[Any] = ()
     session_commands: Sequence[Any] = ()
-    journal_numbers: Sequence[Any] = ()
     cube_fields: Sequence[Any] = ()
     panels: Sequence[Any] = ()
     drawables: Sequence[Any] = ()
-    page_drawables: Sequence[Any] = ()
     moving_drawables: Sequence[Any] = ()
     watchers: Sequence[Any] = ()
     companions: Sequence[Any] = ()

@@ -71,7 +71,7 @@ def test_found_saved_and_used(run, soft):
     assert 0.95 * expected < whole < expected  # the saved arm was fitted on all rows
     assert run("identify", data, "--robot", "c.toml", "--algorithm", "ols", "--json", "i.json")[0] == 0
     again = json.loads(Path("i.json").read_text())["algorithms"]["ols"]
-    assert again["held_out"]["position_mm"]["mean"] == pytest.approx(after, rel=0.05)
+    assert 0.8 * after < again["held_out"]["position_mm"]["mean"] < 1.05 * after  # its nominal is calibrated
 
 
 @pytest.mark.parametrize(

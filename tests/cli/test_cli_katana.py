@@ -32,7 +32,7 @@ def test_level_1_frees_the_offsets_alone(run, refused, tmp_path, rows):
 
 @pytest.mark.parametrize("instrument", ["laser-tracker-fixed", "inclinometer", "plane-probe"])
 def test_instruments_are_chosen_by_name(run, tmp_path, instrument):
-    options = "simulate --robot katana450 --poses 80 --index circle-points --out i.csv --instrument"
+    options = "simulate --robot katana450 --poses 80 --out i.csv --instrument"
     status, out, _ = run(*options.split(), instrument)
     assert status == 0
     assert mentions(out, "80 rows")

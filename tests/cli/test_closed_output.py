@@ -28,8 +28,6 @@ COMMANDS = (
 )
 OF_EXTRAS = {
     "new": "aria --poses typed.csv --out own.toml --json r.json",
-    "redundancy": "--robot aria --json r.json",
-    "axes": "turned.csv --robot aria --json r.json",
     "poses": "--robot aria --number 6 --index O1 --out q.csv --json r.json",
     "compensate": "circle.csv --robot given.toml --nominal aria --out q.csv --json r.json",
     "path": "circle --robot aria --through 0.4,0.1,0.4 --through 0.4,0,0.5 --through 0.4,-0.1,0.4 "
@@ -45,12 +43,10 @@ def inputs(tmp_path_factory) -> Path:
     """Rows of a virtual arm, its calibration, a circle."""
     folder = tmp_path_factory.mktemp("inputs")
     robot = wb.load_robot("aria")
-    actual, rows = wb.measure_poses(robot, 40, seed=1)
+    rows = wb.measure_poses(robot, 40, seed=1)[1]
     given = wb.identify(robot, rows, algorithms=("ols",), held_out=0.0).robot
     given.save(folder / "given.toml")
     wb.write_measurements(rows, folder / "rows.csv")
-    circles = wb.measure_poses(robot, 60, index="circle-points", actual=actual)[1]
-    wb.write_measurements(circles, folder / "turned.csv")
     wb.write_measurements(wb.measure_poses(robot, 4, actual=robot)[1], folder / "typed.csv")
     q = np.linspace([0.1, -0.4, 0.5, 0.2, 0.4, 0.1], [0.3, -0.5, 0.6, 0.3, 0.5, 0.2], 5)
     lines = [",".join(f"q{i}[rad]" for i in range(1, 7)), *(",".join(map(repr, row)) for row in q.tolist())]

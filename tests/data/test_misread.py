@@ -11,7 +11,6 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
-from workbench.data.plausibility import checked
 from workbench.identification.rows.row_selection import check_enough, hold_out_share
 
 NOTE = "orientation from the quaternion qw, qx, qy, qz"
@@ -34,27 +33,6 @@ def rows(aria):
         source="rows",
         notes=(NOTE,),
     )
-
-
-def misread(rows, order, signs):
-    quaternions = se3.matrix_to_quaternion(rows.rotation)[:, order] * signs
-    return replace(rows, rotation=se3.quaternion_to_matrix(quaternions))
-
-
-def test_what_is_right_passes(aria, rows):
-    assert checked(aria, rows) is not None
-
-
-@pytest.mark.parametrize(("order", "signs"), [([1, 2, 3, 0], [1, 1, 1, 1]), ([0, 1, 2, 3], [1, -1, -1, -1])])
-def test_quaternions_of_another_order_or_of_the_opposite_turn(aria, rows, order, signs):
-    with refuses(DataError, "0.0°", "x, y, z, w"):
-        checked(aria, misread(rows, order, signs))
-
-
-@pytest.mark.parametrize(("factor", "text"), [(1e-3, "m labelled mm"), (1e3, "mm labelled m")])
-def test_lengths_of_another_unit(aria, rows, factor, text):
-    with pytest.raises(DataError, match=text):
-        checked(aria, replace(rows, position=factor * rows.position))
 
 
 def test_copies_of_a_row_are_held_out_together(rows):

@@ -106,7 +106,7 @@ def test_a_distant_instrument_is_no_mistake():
         (dataset(q=dataset().q + np.array([0, 1.0, 0])), "joint 2 is outside its limits"),
         (dataset(angle=np.pi / 180), "rad labelled deg"),
         (dataset(length=1e-3), "m labelled mm"),
-        (dataset().take(np.array([*range(20), 3])), "data row 3 repeats data row 3"),
+        (dataset().take(np.array([*range(20), 3])), "1 duplicate row ignored"),
     ],
 )
 def test_what_is_odd_is_noted(data, word):

@@ -28,7 +28,7 @@ from workbench.diagnosis.search.event_search import changeable, promising
 from workbench.diagnosis.search.evidence import left_by, offer
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.timeline import Timeline, crowded
-from workbench.identification.errors.file_errors import file_errors, file_text, refitted_errors
+from workbench.identification.errors.file_errors import file_text, refitted_errors
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
@@ -174,7 +174,7 @@ def test_what_is_stated_of_the_files_is_what_they_leave(name, held_out, tmp_path
     """The arm with its events was stated: 0.045 mm with a warm-up of the frame where its file left 0.049."""
     made, found = diagnosed(name, held_out)
     run = found.identification().best
-    stated, left = refitted_errors(run) or file_errors(run), left_by_files(found.robot, made.data, tmp_path)
+    stated, left = refitted_errors(run) or run.file_errors, left_by_files(found.robot, made.data, tmp_path)
     shown = np.isin(made.data.row, run.fit.problem.data.row) & since(found, made.data)
     assert 0 < shown.sum() < len(run.fit.problem.data)
     for form, errors in stated.items():
@@ -304,13 +304,13 @@ def test_a_session_that_was_held_out_has_its_own_base_in_the_file(name, tmp_path
     found = diagnose(made.robot, data, held_out="session:A")
     run = found.identification().best
     stated = 1e3 * found.robot.calibration.error.position
-    assert stated == file_errors(run)["TOML"].position_mm.mean == found.after.held_out.position_mm.mean
+    assert stated == run.file_errors["TOML"].position_mm.mean == found.after.held_out.position_mm.mean
     left = left_by_files(found.robot, data, tmp_path)["TOML"]
     shown = np.isin(data.row, run.saved.valid_for(run.fit.problem.data).row)
     assert refitted_errors(run)["TOML"].position_mm.mean == pytest.approx(left[shown].mean(), abs=1e-6)
     assert max(stated, left[shown].mean()) < 0.1
     alone = identify(made.robot, data, held_out="session:A").best
-    assert file_errors(alone)["TOML"] == alone.held_out
+    assert alone.file_errors["TOML"] == alone.held_out
     for judged in (run, alone):
         shown = row_components(judged.as_measured, judged.held_out_data).position
         mean = 1e3 * np.linalg.norm(shown, axis=1).mean()
@@ -333,7 +333,7 @@ def test_rows_of_another_file_are_judged_by_the_arm_as_it_is_now(clock, tmp_path
     assert found.after.held_out.position_mm.mean < 0.15
     assert len(found.held_out_data) == len(other)
     left = left_by_files(found.robot, other, tmp_path)["TOML"].mean()
-    stated = file_errors(found.identification().best)["TOML"].position_mm.mean
+    stated = found.identification().best.file_errors["TOML"].position_mm.mean
     assert stated == pytest.approx(left, abs=1e-6)
     assert 1e3 * found.robot.calibration.error.position == pytest.approx(stated)
     shown = row_components(found.identification().best.as_measured, found.held_out_data).position

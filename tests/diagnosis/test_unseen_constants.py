@@ -10,7 +10,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import workbench as wb
-from workbench.identification.errors.file_errors import file_errors
 
 ORIGINS = np.array(
     [[0, 0, 0.166], [0, 0, 0.124], [0, 0, 0.27], [0.134, 0, 0.07], [0.168, 0, 0], [0.072, 0, 0]]
@@ -87,4 +86,4 @@ def test_frames_do_not_slide_along_their_axes_with_the_masses(own, held_out):
     run = found.identification().best
     judged = found.after.held_out or found.after.train
     assert (run.judged is None) == (held_out != 0.2)
-    assert file_errors(run)["TOML"].position_mm.mean == pytest.approx(judged.position_mm.mean, rel=1e-9)
+    assert run.file_errors["TOML"].position_mm.mean == pytest.approx(judged.position_mm.mean, rel=1e-9)

@@ -7,7 +7,7 @@ import pytest
 
 import workbench as wb
 from tests.exports import readers
-from workbench.identification.errors.file_errors import file_errors, file_text
+from workbench.identification.errors.file_errors import file_text
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_a_urdf_after_a_diagnosis_is_as_good_as_geometry_alone(diagnosed, tmp_pa
     assert diagnosed.after.held_out.position_mm.mean < 0.6 * geometry
     assert missed.mean() < 1.05 * geometry
     run = diagnosed.identification().best
-    shown = file_errors(run)
+    shown = run.file_errors
     assert shown["URDF"].position_mm.mean == pytest.approx(missed.mean(), rel=0.05)
     assert shown["TOML"].position_mm.mean == diagnosed.after.held_out.position_mm.mean
     text = file_text(run)

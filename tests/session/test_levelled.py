@@ -1,4 +1,4 @@
-"""What is said of the instrument's z axis reaches every fit, from the page and from the next step."""
+"""What is said of the instrument's z axis reaches every fit."""
 
 from tests.session.direct_commands import done
 from workbench.plate.plate_toml import write_plate
@@ -7,24 +7,14 @@ from workbench.session.commands.data import ForgetData, MeasureVirtualArm
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.identify import Identify, SetLevelled
 from workbench.session.commands.sessions import MakeSession
-from workbench.session.journal.codec import decode, encode
-from workbench.session.next_step import CAUSE, TAKE, NextStep, _levelled, next_step
 
 
 def test_fits_know_whether_the_instrument_is_levelled(first):
     session = done(first, MeasureVirtualArm(3, more=20))
     for levelled in (False, True):
-        found = done(session, Identify(("opt2",), levelled=levelled), Diagnose(levelled=levelled))
+        found = done(session, SetLevelled(levelled), Identify(("opt2",)), Diagnose())
         assert found.results.identification.best.fit.problem.frames.levelled is levelled
         assert found.results.diagnosis.final_fit.problem.frames.levelled is levelled
-
-
-def test_the_guides_buttons_say_what_the_box_says(first):
-    session = done(first, MeasureVirtualArm(3, more=20))
-    assert next_step(session).next.command == Identify()
-    session = done(session, SetLevelled(True))
-    assert next_step(session).next.command == Identify(levelled=True)
-    assert _levelled(NextStep("", next=TAKE, other=CAUSE), True).other.command == Diagnose(levelled=True)
 
 
 def test_it_is_said_of_these_measurements(first):
@@ -39,10 +29,3 @@ def test_another_plate_leaves_what_is_known_of_the_measurements(first, tmp_path)
     session = done(first, MeasureVirtualArm(3), SetLevelled(True), LoadModel("other.toml", content))
     assert session.measurements.loaded is not None
     assert session.measurements.levelled
-
-
-def test_recordings_from_before_there_was_a_box_open():
-    for command in (Identify(), Diagnose()):
-        written = encode(command)[0]
-        del written["levelled"]
-        assert decode(type(command).__name__, written, bytes) == command

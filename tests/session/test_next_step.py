@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from direct_commands import done
 from driven_effects import driven_file
-from refusals import mentions
 
 from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
@@ -34,11 +33,10 @@ from workbench.session.next_step import (
     NextStep,
     Tone,
     next_step,
-    share_of_noise,
-    stages,
 )
 from workbench.session.page_state import RunningJob, Tab
 from workbench.session.part import AbstractPart
+from workbench.session.stages import share_of_noise, stages
 from workbench.session.state import Drag, Focus, Session
 from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page.panels.result_card import numbers, result_card
@@ -167,13 +165,20 @@ STATES = [
         "first",
         lambda s: replace(with_plate_kept(s), score=replace(s.score, position=np.nan)),
         "reach the region",
-        PLAIN,
+        CAREFUL,
         ImprovePlate,
         LOAD,
     ),
     ("first", with_another_robot, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: unreached(s, reached=False), "9 of 10 targets", BAD, SelectTarget(2), ImprovePlate),
-    ("first", lambda s: unreached(s, hit="link 3"), "3 is blocked", BAD, SelectTarget(2), ImprovePlate),
+    (
+        "first",
+        lambda s: unreached(s, hit="link 3"),
+        "3 is blocked (link 3)",
+        BAD,
+        SelectTarget(2),
+        ImprovePlate,
+    ),
     ("first", lambda s: fallen_short(s), "better places", CAREFUL, ImprovePlate(seed=1), MAKE),
     (
         "first",
@@ -183,7 +188,7 @@ STATES = [
         ImprovePlate(1, 17),
         MAKE,
     ),
-    ("first", lambda s: fallen_short(crowded(s)), "the seat position", CAREFUL, MAKE, LOAD),
+    ("first", lambda s: fallen_short(crowded(s)), "No better plate", CAREFUL, MAKE, LOAD),
     ("first", lambda s: on_the_page(s, caption="A story."), "A story.", PLAIN, None, None),
     ("first", lambda s: on_the_page(s, job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
     ("first", lambda s: s.with_part(Following()).with_playback(focus=Focus.JOG), "real", PLAIN, LOAD, None),
@@ -196,13 +201,13 @@ STATES = [
     ("diagnosed", unchanged, "Joint 2 gives under load (certain)", GOOD, ADD, POSES),
     ("diagnosed", lambda s: as_diagnosed(s, causes=()), "No cause", CAREFUL, ADD, POSES),
     ("diagnosed", unsure, "cannot tell", CAREFUL, ADD, POSES),
-    ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED), "no effect", CAREFUL, POSES, TAKE),
+    ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED), "left", CAREFUL, POSES, TAKE),
     ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED, measure_next=NO_POSES), "", CAREFUL, MORE, TAKE),
     ("diagnosed", lambda s: without_request(as_diagnosed(s, **NOISE)), "noise", GOOD, TAKE, COMPARE),
     ("diagnosed", lambda s: as_diagnosed(s, **NOISE), "1 mm", BAD, TAKE, COMPARE),
     ("diagnosed", with_next_poses, "suggested poses", PLAIN, LOAD, FIT),
     ("added", unchanged, "describes the real arm", GOOD, TAKE, COMPARE),
-    ("added", lambda s: as_diagnosed(s, causes=()), "no cause is named", PLAIN, TAKE, COMPARE),
+    ("added", lambda s: as_diagnosed(s, causes=()), "no cause is certain", PLAIN, TAKE, COMPARE),
     ("added", unsure, "no cause is certain", PLAIN, TAKE, COMPARE),
     ("added", lambda s: as_diagnosed(s, verdict=Verdict.PARTLY), "", CAREFUL, TAKE, COMPARE),
 ]
@@ -235,16 +240,6 @@ def test_an_action_opens_the_tab_where_its_outcome_is_seen(walked):
         assert {action.tab for action in actions} == {tab}
     for session in (walked["first"], unreached(walked["first"], reached=False)):
         assert next_step(session).next.tab is Tab.PLATE
-
-
-def test_rows_that_are_too_few_for_the_arm_are_said_at_once(walked):
-    session = walked["loaded"]
-    loaded = session.measurements.loaded
-    few = replace(loaded, dataset=loaded.dataset.take(np.arange(3)))
-    step = next_step(replace(session, measurements=replace(session.measurements, loaded=few)))
-    assert mentions(step.sentence, "3 rows")
-    assert step.tone is Tone.CAREFUL
-    assert step.next.tab is Tab.MEASURE
 
 
 def test_what_its_buttons_do_makes_sense_there(walked):
@@ -301,10 +296,8 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
         calibrated = session.results.comparison.errors[:, 1]
         shown = session.results.comparison.stage_errors[:, 2 if session is added else 1]
         assert np.array_equal(shown, calibrated, equal_nan=True)  # beside the scene and on the Compare tab
-        assert (
-            next_step(replace(session, page=replace(session.page, caption="as_diagnosed"))).figure
-            == f"{' → '.join(figures)} mm"
-        )
+        figure = next_step(replace(session, page=replace(session.page, caption="as_diagnosed"))).figure
+        assert figure == f"{' → '.join(figures[: len(stages(session))])} mm"
     fitted = identified.results.identification.frames
     message = texts_of(result_card(identified))
     assert ("base" in message) is bool(fitted.base)

@@ -12,8 +12,7 @@ import subprocess
 import sys
 import time
 from dataclasses import fields, replace
-from functools import cache
-from pathlib import Path
+from functools import cache, partial
 from typing import get_type_hints
 
 import numpy as np
@@ -22,49 +21,33 @@ from hypothesis import given
 from hypothesis import strategies as st
 from refusals import mentions, refuses
 
+from recordings import Run, rewrite
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
+from workbench.arm.robot_toml import write_toml
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, OptionError
-from workbench.session import Worker
+from workbench.base.types import frozen
 from workbench.session.command import kinds
+from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.plate import SetNoise
+from workbench.session.commands.plate import FoundPlate, ImprovePlate, SetNoise
 from workbench.session.commands.undo import Undo
 from workbench.session.comparison import Overlay
 from workbench.session.journal import codec, replay
-from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.entry import Ending
-from workbench.session.journal.folder import begin, branch, resume
-from workbench.session.journal.reader import JOURNAL, ROBOT, read_recording
+from workbench.session.journal.folder import begin, branch, go_on, resume
+from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, read_recording
+from workbench.session.journal.restore import restore
 from workbench.session.page_state import Severity
 
 RPY = (-2.6, 0.0, 0.0)
-
-
-class Run:
-    """A recorded session that takes one command after the other."""
-
-    def __init__(self, begun):
-        self.begun, self.folder = begun, begun.folder
-        self.worker = Worker(
-            begun.session, keepers=begun.keepers, journal=begun.entries, opening=begun.opening
-        )
-
-    def __call__(self, *commands):
-        for command in commands:
-            self.worker.submit(command)
-            assert self.worker.wait(60.0)
-        return self.worker.session
-
-    @property
-    def lines(self):
-        return (self.folder / JOURNAL).read_bytes().splitlines()
+check = partial(restore, is_computed=True)
 
 
 @pytest.fixture
@@ -103,14 +86,6 @@ def whole(first, tmp_path_factory):
     return run.folder, session, run.worker.journal
 
 
-def earlier(folder, to):
-    """A copy of a recording as earlier versions wrote it: its lines have no checksum."""
-    shutil.copytree(folder, to)
-    path = to / JOURNAL
-    path.write_bytes(re.sub(rb', "check": "[0-9a-f]{8}"}\n', b"}\n", path.read_bytes()))
-    return to
-
-
 def test_the_recording_is_the_journal(whole):
     folder, _, journal = whole
     recording = read_recording(folder)
@@ -130,7 +105,7 @@ def test_a_replay_comes_to_the_same_numbers(whole):
     folder, session, _ = whole
     replayed = check(read_recording(folder))
     assert replayed.differences == ()
-    assert replayed.compared > 700
+    assert replayed.compared > 200
     again = replayed.session
     assert np.array_equal(
         again.results.identification.runs["ols"].fit.x, session.results.identification.runs["ols"].fit.x
@@ -143,16 +118,29 @@ def test_a_replay_comes_to_the_same_numbers(whole):
 
 
 def test_a_number_that_was_changed_is_named(whole, tmp_path):
-    folder = earlier(whole[0], tmp_path / "copy")
-    lines = (folder / JOURNAL).read_text().splitlines()
-    line = json.loads(lines[2])
-    q = line["numbers"]["targets"]["3"]["q"]
-    q[1] += 1e-6
-    lines[2] = json.dumps(line)
-    (folder / JOURNAL).write_text("\n".join(lines) + "\n")
-    replayed = check(read_recording(folder))
+    def change(line):
+        line["numbers"]["targets"]["3"]["q"][1] += 1e-6
+
+    replayed = check(read_recording(rewrite(shutil.copytree(whole[0], tmp_path / "copy"), 2, change)))
     assert [(d.step, d.name) for d in replayed.differences] == [(2, "targets.3.q.2")]
-    assert replayed.largest.size == pytest.approx(1e-6 / max(1.0, abs(q[1])), rel=0.01)
+    assert replayed.worst.size == pytest.approx(1e-6 / max(1.0, abs(replayed.worst.then)), rel=0.01)
+
+
+def test_plates_that_were_searched_for_are_taken_from_the_journal(record, first, tmp_path, monkeypatch):
+    found = first.plate.targets[0]
+    better = replace(
+        first.plate, targets=(replace(found, xyz=frozen(found.xyz + 0.01)), *first.plate.targets[1:])
+    )
+    monkeypatch.setattr(ImprovePlate, "compute", lambda self, session: FoundPlate(better, "narrow"))
+    run = record()
+    session = run(ImprovePlate(3))
+    run.worker.close()
+    monkeypatch.setattr(ImprovePlate, "compute", lambda self, session: 1 / 0)
+    restored = restore(read_recording(run.folder))
+    assert restored.differences == ()
+    assert [s.q.tolist() for s in restored.session.states] == [s.q.tolist() for s in session.states]
+    with refuses(OptionError, "step 1", "ZeroDivisionError"):
+        check(read_recording(run.folder))
 
 
 def test_a_session_goes_on(record, first, tmp_path):
@@ -323,23 +311,36 @@ def test_a_drag_that_was_cut_off_is_let_go(record, first):
     assert check(whole).differences == ()
 
 
+def resealed(line: bytes) -> bytes:
+    return codec.sealed(codec.CHECKSUM.sub(b"}", line).decode()).encode()
+
+
 @pytest.mark.parametrize(
     ("spoil", "text"),
     [
         (lambda lines: [*lines[:3], b"{oops", *lines[4:]], "step 3"),
         (lambda lines: lines[:3] + lines[4:], "it says step 4"),
         (lambda lines: [lines[0].replace(b"journal/1", b"journal/2"), *lines[1:]], "newer"),
+        (lambda lines: [lines[0].replace(b'"ARIA"', b'"Aria"', 1), *lines[1:]], "first line was changed"),
+        (lambda lines: [resealed(lines[0].replace(b'"inputs"', b'"outputs"')), *lines[1:]], "was changed"),
+        (lambda lines: [b'{"schema": "workbench.journal/1", "numbers": null}', *lines[1:]], "no table"),
         (lambda lines: [b"{}", *lines[1:]], "no schema"),
         (lambda lines: [b"[" * 5000, *lines[1:]], "no schema"),
         (lambda lines: [*lines[:3], b"[" * 5000, *lines[4:]], "step 3"),
-        (lambda lines: [*lines[:3], re.sub(rb'"fields": {[^}]*}', b'"fields": []', lines[3]), b""], "step 3"),
-        (lambda lines: [*lines[:3], re.sub(rb'"basis": \d+', b'"basis": Infinity', lines[3])], "step 3"),
+        (lambda lines: [*lines[:3], codec.CHECKSUM.sub(b"}", lines[3]), *lines[4:]], "step 3"),
+        (
+            lambda lines: [*lines[:3], resealed(re.sub(rb'"fields": {[^}]*}', b'"fields": []', lines[3]))],
+            "step 3",
+        ),
+        (
+            lambda lines: [*lines[:3], resealed(re.sub(rb'"basis": \d+', b'"basis": Infinity', lines[3]))],
+            "step 3",
+        ),
         (lambda lines: [b"\xff\xfe"], "no schema"),
-        (lambda lines: [lines[0], lines[1].replace(b'"target"', b'"aim"')], "no 'aim'"),
     ],
 )
 def test_damage_is_one_clear_sentence(whole, tmp_path, spoil, text):
-    folder = earlier(whole[0], tmp_path / "copy")
+    folder = shutil.copytree(whole[0], tmp_path / "copy")
     path = folder / JOURNAL
     path.write_bytes(b"\n".join(spoil(path.read_bytes().splitlines())) + b"\n")
     with pytest.raises(FileError, match=text) as found:
@@ -355,19 +356,149 @@ def test_up_to_the_damage_it_can_be_used(whole, tmp_path):
     assert len(read_recording(folder, to=5).lines) == 5
 
 
-def test_an_input_that_was_changed_or_lies_elsewhere_is_refused(whole, tmp_path):
-    folder = earlier(whole[0], tmp_path / "copy")
-    file = next((folder / "inputs").glob("*.csv"))
-    file.write_bytes(file.read_bytes() + b"9")
+@pytest.mark.parametrize("name", ["*.csv", "robot.toml", "plate.toml"])
+def test_an_input_that_was_changed_or_is_missing_is_refused(whole, tmp_path, name):
+    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    file = max((folder / "inputs").glob(name), key=lambda file: file.stat().st_size)
+    file.write_bytes(file.read_bytes() + b"\n")
     with pytest.raises(FileError, match="changed"):
         read_recording(folder)
     file.unlink()
-    with pytest.raises(FileError, match="missing"):
+    with pytest.raises(FileError, match=r"missing|can't be opened"):
         read_recording(folder)
-    path = folder / JOURNAL
-    path.write_text(path.read_text().replace(f"inputs/{file.name}", "inputs/../../../etc/passwd"))
+
+
+def test_an_input_that_lies_elsewhere_is_refused(whole, tmp_path):
+    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    rewrite(folder, 8, lambda line: line["fields"]["content"].update(file="inputs/../../../etc/passwd"))
     with refuses(FileError, "'inputs/../../../etc/passwd'", line=9):
         read_recording(folder)
+
+
+# -- a recording that somebody else has made -------------------------------------------------------
+
+
+def link(path, precious):
+    path.symlink_to(precious)
+
+
+def dangling(path, precious):
+    path.symlink_to(precious.with_name("new"))
+
+
+def pipe(path, precious):
+    os.mkfifo(path)
+
+
+@pytest.mark.parametrize("make", [link, dangling, pipe])
+@pytest.mark.parametrize(
+    "name", [".lock", *codec.PLACES, JOURNAL, str(ROBOT), f"{codec.INPUTS}/*.csv", codec.INPUTS]
+)
+def test_what_is_no_regular_file_of_a_recording_is_never_opened(whole, tmp_path, name, make):
+    """Nothing outside is read or written, and nothing waits for the other end of a pipe."""
+    folder, precious = shutil.copytree(whole[0], tmp_path / "copy"), tmp_path / "precious"
+    path = max(folder.glob(name), key=lambda file: file.stat().st_size, default=folder / name)
+    if path.is_dir():
+        shutil.copytree(path, precious)
+        shutil.rmtree(path)
+    else:
+        precious.write_bytes(path.read_bytes() if path.exists() else b"precious")
+        path.unlink(missing_ok=True)
+    make(path, precious)
+    before = {file: file.read_bytes() for file in (precious.rglob("*") if precious.is_dir() else [precious])}
+    try:
+        run = Run(go_on(restore(read_recording(folder)), root=tmp_path / "others"))
+    except FileError:
+        assert name not in (".lock", *codec.PLACES)
+    else:
+        session = run(*moves(run.worker.session, 3))
+        run.worker.close()
+        assert name == codec.PLACES[1] or session.page.messages
+    assert {file: file.read_bytes() for file in before} == before
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    "states",
+    [
+        {"1": "x"},
+        {"1": {}},
+        [],
+        None,
+        {"1": {"q": None, "reached": 1}},
+        {str(k): {"q": [9e9] * 6} for k in range(10)},
+    ],
+)
+def test_a_first_line_that_says_nonsense_of_the_targets_is_not_believed(whole, first, tmp_path, states):
+    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    rewrite(folder, 0, lambda header: header["numbers"].update(targets=states))
+    session = read_recording(folder).first
+    assert [s.q.tolist() for s in session.states] == [s.q.tolist() for s in first.states]
+
+
+def more_d(folder):
+    path = folder / ROBOT
+    path.write_text(path.read_text().replace("d = 0.205", "d = 0.305", 1))
+
+
+def moved_target(folder):
+    path = folder / PLATE
+    path.write_text(path.read_text().replace("0.566", "0.466", 1))
+
+
+def turned_joint(folder):
+    rewrite(folder, 0, lambda h: h["numbers"]["targets"]["1"]["q"].__setitem__(0, 0.9), is_sealed=False)
+
+
+@pytest.mark.parametrize("change", [more_d, moved_target, turned_joint])
+def test_a_changed_arm_plate_or_header_of_a_former_version_is_told(first, record, tmp_path, change):
+    """Their first lines have no checksum: the numbers and the arm's postures show it."""
+    run = record()
+    run(SelectTarget(1))
+    run.worker.close()
+    former = rewrite(run.folder, 0, lambda header: header.pop("inputs"), is_sealed=False)
+    assert not restore(read_recording(former)).warning
+    change(former)
+    restored = restore(read_recording(former))
+    assert restored.warning
+    arm, session = restored.session.robot, restored.session
+    for target, state in zip(session.plate.targets, session.states, strict=True):
+        tool = se3.inverse(arm.base.pose) @ tool_poses(arm, Motion(state.q[None]))[0]
+        assert not state.reached or np.abs(tool[:3, 3] - target.xyz).max() < 1e-6
+
+
+def test_a_journal_names_built_in_arms_alone(record, tmp_path):
+    """Whatever else it names may be anywhere on this machine."""
+    path = write_toml(load_robot("ur5"), tmp_path / "elsewhere.toml")
+    run = record()
+    session = run(ChooseRobot(str(path)))
+    assert session.robot.name == "ARIA"
+    assert mentions(session.page.messages[-1].text, "unknown arm", "ur5e")
+    run(ChooseRobot("ur5"))
+    run.worker.close()
+    rewrite(run.folder, 2, lambda line: line["fields"].update(name=str(path)))
+    with refuses(OptionError, "step 2", "--step 1"):
+        restore(read_recording(run.folder))
+
+
+def test_a_lock_that_was_removed_admits_no_second_writer(record, first):
+    run = record()
+    run(SelectTarget(1))
+    (run.folder / ".lock").unlink()
+    run(SelectTarget(2))  # nobody else came: it goes on
+    assert len(run.lines) == 3
+    (run.folder / ".lock").unlink()
+    recording = read_recording(run.folder)
+    second = record(resume(recording, replay(recording.first, recording.entries)))
+    second(SelectTarget(3), *list(moves(first, 2))[:-1])
+    message = run(SelectTarget(4)).page.messages[-1].text
+    assert mentions(message, "can't be recorded", f"process {os.getpid()}")
+    second.worker.close()
+    run(*moves(first, 2))
+    run.worker.close()
+    kept = [e.command for e in read_recording(run.folder).entries]
+    assert kept[:3] == [SelectTarget(1), SelectTarget(2), SelectTarget(3)]
+    assert SelectTarget(4) not in kept
 
 
 @pytest.mark.parametrize("name", ["nothing", "empty"])
@@ -395,14 +526,10 @@ def test_two_new_ones_at_once_have_folders_of_their_own(record, first, monkeypat
 
 
 def test_recordings_of_one_arm_and_plate_share_what_was_worked_out(record):
-    """And one whose files were changed does not."""
     one, other = (read_recording(record().folder) for _ in range(2))
     assert one.robot is other.robot
     assert one.plate is other.plate
     assert one.first.region.q is other.first.region.q
-    file = other.folder / ROBOT
-    file.write_text(file.read_text().replace("0.", "0.0", 1))
-    assert read_recording(other.folder).robot is not one.robot
 
 
 def test_no_place_for_recordings(record, first, tmp_path):
@@ -468,38 +595,52 @@ def test_the_wall_clock_may_jump(record, monkeypatch):
 
 
 SCRIPT = """
-import sys, itertools
+import itertools, os, sys, time
 from pathlib import Path
-sys.path.insert(0, sys.argv[2])
 from workbench.plate.plate_toml import load_plate
 from workbench.arm.built_in_arms import load_robot
 from workbench.session import Worker
-from workbench.session.commands.drag import MoveTarget
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.journal.folder import begin
+
+def torn(file, content, at):
+    half = len(content) // 2
+    written = whole(file, content[:half], at)
+    time.sleep(0.003)
+    return written + whole(file, content[half:], at + half)
+
 begun = begin(load_robot("aria"), load_plate("table2"), folder=Path(sys.argv[1]))
+whole, os.pwrite = os.pwrite, torn
 worker = Worker(begun.session, keepers=begun.keepers)
 for k in itertools.count():
-    worker.submit(MoveTarget(k % 10, (0.4, 0.2 + 0.001 * (k % 50), 0.25), (-2.6, 0.0, 0.0)))
-    worker.wait()
-    print(k + 1, flush=True)
+    moves = (MoveTarget(k % 10, (0.4, 0.2 + 0.001 * j, 0.25), (-2.6, 0.0, 0.0), 1) for j in range(4))
+    for command in (GrabTarget(k % 10, 1), *moves, DropTarget(1)):
+        worker.submit(command)
+        worker.wait()
+        y = worker.session.plate.targets[k % 10].xyz[1]
+        print(len(worker.journal), k % 10, y, flush=True)
 """
+KILLS = int(os.environ.get("KILLS", 2))
+"""How many there are; `KILLS=200` takes some minutes."""
 
 
-def test_a_kill_loses_at_most_the_last_command(tmp_path):
+@pytest.mark.parametrize("seed", range(KILLS))
+def test_a_kill_loses_at_most_the_last_command(tmp_path, seed):
+    """Wherever it comes, in the middle of a write above all: what was confirmed is there afterwards."""
     folder = tmp_path / "killed"
-    root = Path(__file__).resolve().parents[2]
-    process = subprocess.Popen(
-        [sys.executable, "-c", SCRIPT, folder, root], stdout=subprocess.PIPE, text=True
-    )
-    message = list(itertools.islice(process.stdout, 15))
+    process = subprocess.Popen([sys.executable, "-c", SCRIPT, folder], stdout=subprocess.PIPE, text=True)
+    message = list(itertools.islice(process.stdout, 5))
+    time.sleep(np.random.default_rng(seed).uniform(0.0, 0.5))
     os.kill(process.pid, signal.SIGKILL)
     message += process.stdout.readlines()
     process.wait()
     process.stdout.close()
-    recording = read_recording(folder)
-    done = int([line for line in message if line.endswith("\n")][-1])
-    assert done <= len(recording.lines) <= done + 1
-    assert check(recording.truncated_at(8)).differences == ()
+    restored = restore(read_recording(folder))
+    count, target, y = [line for line in message if line.endswith("\n")][-1].split()
+    assert int(count) <= len(restored.recording.lines) <= int(count) + 1
+    if len(restored.recording.lines) == int(count):  # a further place may have come
+        assert restored.session.plate.targets[int(target)].xyz[1] == pytest.approx(float(y), abs=1.1e-3)
+    assert restored.differences == ()
     lock = os.open(folder / ".lock", os.O_RDWR)
     fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the dead process holds nothing
     os.close(lock)

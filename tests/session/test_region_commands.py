@@ -101,24 +101,6 @@ def test_measured_errors_are_means_over_the_rows_in_each_cube(run):
     assert values(session).numbers[number] == pytest.approx(errors[inside.all(1)].mean())
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        SetRegion((0.5, 0.1, 0.1), (0.1, 0.5, 0.4), 0.1),
-        SetRegion(LOW, HIGH, 0.001),
-        SetRegion(LOW, HIGH, 0.0),
-        SetRegion(LOW, (np.inf, 0.5, 0.4), 0.1),
-        SetRegion(LOW, (30.0, 0.5, 0.4), 0.1),
-        ShowCubes(CubeView(field="measured")),
-        ShowCubes(CubeView(field="no such field")),
-    ],
-)
-def test_nonsense_is_refused(run, first, command):
-    session = after(run, command)
-    assert session.plate is first.plate
-    assert session.page.messages[-1].severity is Severity.ERROR
-
-
 class Stubborn(AbstractChore):
     """Wants target 1 selected; waits, or fails."""
 

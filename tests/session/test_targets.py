@@ -18,7 +18,6 @@ from workbench.session import replay, start
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.undo import Redo, ResetTargets, Undo
-from workbench.session.journal import Ending
 from workbench.session.page_state import Severity
 from workbench.session.start import default_plate
 from workbench.session.state import Focus
@@ -130,27 +129,6 @@ def test_no_target_in_reach_is_said_not_raised(do):
     assert session.score.measurable == session.score.rank == 0
     assert np.isinf(session.score.position)
     assert set(session.score.indices.values()) == {0.0}
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        MoveTarget(0, (np.nan, 0.0, 0.0), RPY),
-        MoveTarget(0, (0.0, 0.0, 1e30), RPY),
-        MoveTarget(0, (0.1, 0.1, 0.1), (np.inf, 0.0, 0.0)),
-        MoveTarget(12, (0.1, 0.1, 0.1), RPY),
-        SelectTarget(-1),
-        SetNoise(0.0, 1e-3),
-        SetNoise(1e-4, float("nan")),
-    ],
-)
-def test_nonsense_is_refused_and_the_session_stands(worker, do, first, command):
-    session = do(command)
-    assert session.plate is first.plate
-    assert session.selected == 0
-    assert session.noise == first.noise
-    assert session.page.messages[-1].severity is Severity.ERROR
-    assert worker.journal[-1].ending is Ending.REFUSED
 
 
 def test_noise_scales_the_prediction_of_now_and_then(do, first):

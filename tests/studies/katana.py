@@ -122,7 +122,6 @@ def reproduce_katana(
     pencil = pencil_check(tracking.paths[0], seed=seed)
     influences = influence(robot, Motion(cube.q), names=printed.CONSTANTS)
     errors, sheets = _errors(once, twice, as_bad, named, cube)
-    redundant, sheet = setup.redundant()
     return KatanaReproduction(
         arms=len(once.held_out),
         seed=seed,
@@ -135,9 +134,9 @@ def reproduce_katana(
             *setup.arm(),
             *setup.equations(),
             *setup.influences(influences, cube),
-            *redundant,
+            *setup.redundant(),
         ),
-        sheets=(*sheets, experiment_sheet(read), sheet),
+        sheets=(*sheets, experiment_sheet(read)),
         once=once,
         twice=twice,
         as_bad=as_bad,

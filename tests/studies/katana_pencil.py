@@ -21,12 +21,11 @@ from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows, Poses, Positions
+from workbench.extras.katana.pencil import draw, plotted_errors, plotted_profile, scan
 from workbench.extras.trajectories.compensation import CorrectionMethod
 from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.curves import Circle, circle_through
 from workbench.extras.trajectories.path import command_joints
-from workbench.extras.trajectories.pencil.reading import plotted_errors, plotted_profile
-from workbench.extras.trajectories.pencil.sheet import draw, scan
 from workbench.extras.trajectories.planning import Planned, plan
 from workbench.extras.trajectories.trajectory_files import taught_circle
 from workbench.report.colours import NOMINAL

@@ -4,14 +4,13 @@ import numpy as np
 
 from studies import katana_printed as printed
 from studies.finding import Finding, checked, judged
-from studies.page import Sheet
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import link_frames, tool_poses
+from workbench.arm.frame import FRAME_PARTS
+from workbench.arm.kinematics.forward import identification_jacobian, link_frames, tool_poses
 from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, Influence, influence
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.extras.geometry.redundant_constants import Redundancy, complete, redundancy
 from workbench.plate.poses.iso_cube import CubePoses
 from workbench.plate.poses.sampling import random_poses
 
@@ -148,45 +147,29 @@ def influences(found: Influence, cube: CubePoses) -> tuple[Finding, ...]:
     )  # fmt: skip
 
 
-def redundant() -> tuple[tuple[Finding, ...], Sheet]:
-    """Removal of redundant parameters in both forms (Meggiolaro and Dubowsky)."""
+def redundant() -> tuple[Finding, ...]:
+    """How many constants of both forms are independent, by poses all over the joint space."""
     craig, three = load_robot("katana450"), load_robot("katana450-three-rotation")
-    seventeen, twelve = redundancy(craig, printed.CONSTANTS), redundancy(three, three.default_free)
-    full, short = redundancy(craig, frames=True), redundancy(three, frames=True)
-    seen = redundancy(three, three.default_free, points=True)
-    findings = (
-        judged("Eq. (3.5)", "17 constants without redundancy", "17", f"{seventeen.rank} independent",
-               seventeen.rank == 17,
-               "by full poses; points leave "
-               f"{redundancy(craig, printed.CONSTANTS, points=True).combinations[0].text} open"),
+    frames = tuple(f"{frame}.{part}" for frame in ("base", "tool") for part in FRAME_PARTS)
+    seventeen, twelve = _rank(craig, printed.CONSTANTS), _rank(three, three.default_free)
+    full, short = (
+        _rank(r, tuple(e.name for e in r.elements if e.matrix is None) + frames) for r in (craig, three)
+    )
+    return (
+        judged("Eq. (3.5)", "17 constants without redundancy", "17", f"{seventeen} independent",
+               seventeen == 17, f"by full poses; by points {_rank(craig, printed.CONSTANTS, channels=3)}"),
         judged("§4.2", "three rotations a joint “without increasing redundancy”", "12 constants",
-               f"{twelve.rank} independent", twelve.rank == 12,
-               f"{twelve.combinations[0].text}: β4 turns about joint 5's own axis; from points, as "
-               f"measured, {seen.rank}"),
-        judged("§4.2", "both forms hold every error of the arm", f"{complete(craig)} with base and tool",
-               f"Craig and Hayati {full.rank}, three rotations {short.rank}", short.rank == full.rank,
+               f"{twelve} independent", twelve == 12,
+               "β4 turns about joint 5's own axis; from points, as measured, "
+               f"{_rank(three, three.default_free, channels=3)}"),
+        judged("§4.2", "both forms hold every error of the arm", f"{4 * craig.dof + 6} with base and tool",
+               f"Craig and Hayati {full}, three rotations {short}", short == full,
                "(4.3) and (4.4) have no turn between joints 3 and 4, so that their axes stay parallel"),
     )  # fmt: skip
-    cases = (
-        ("Craig and Hayati, 17 of eq. (3.5), poses", seventeen),
-        ("the same, points", redundancy(craig, printed.CONSTANTS, points=True)),
-        ("Craig and Hayati, all constants, poses", redundancy(craig)),
-        ("Craig and Hayati, all with base and tool", full),
-        ("three rotations, 12 of eqs. (4.2) to (4.5), poses", twelve),
-        ("the same, points", seen),
-        ("three rotations, all constants, poses", redundancy(three)),
-        ("three rotations, all with base and tool", short),
-    )
-    return findings, Sheet(
-        "Redundancy of both forms",
-        ("constants", "number", "independent", "removed"),
-        tuple(_row(title, case) for title, case in cases),
-        f"A complete model of the five joints with base and tool has {complete(craig)}. Removed are the "
-        "later ones of those that move the tool alike, constants that the form does not free first.",
-    )
 
 
-def _row(title: str, found: Redundancy) -> tuple[str, str, str, str]:
-    removed = ", ".join(found.redundant[:6]) or "none"
-    more = f" and {len(found.redundant) - 6} more" if len(found.redundant) > 6 else ""
-    return title, str(len(found.names)), str(found.rank), removed + more
+def _rank(robot: Robot, names: tuple[str, ...], *, channels: int = 6) -> int:
+    """How many constants poses (or places: three channels) tell apart."""
+    q = random_poses(robot, POSES, rng=np.random.default_rng(0))
+    twists = identification_jacobian(robot, Motion(q), names)[1][:, :channels]
+    return int(np.linalg.matrix_rank(twists.reshape(-1, len(names)), tol=1e-8 * np.linalg.norm(twists)))

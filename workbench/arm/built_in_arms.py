@@ -1,12 +1,8 @@
-"""The built-in arms, and a single loader for a built-in name or a file: TOML, URDF, or xacro, which is
-expanded with arguments like `xacro FILE name:=value`.
+"""The built-in arms, and a single loader for a built-in name or a file: TOML or URDF.
 
 And a substitute where only tool poses are known: three prismatic and three revolute joints.
 """
 
-import atexit
-import shutil
-import tempfile
 from functools import cache
 from pathlib import Path
 
@@ -14,7 +10,7 @@ from workbench.arm.chain import Axis, Element
 from workbench.arm.robot import Joint, JointKind, Robot
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.base.assets import built_in_robots
-from workbench.base.errors import FileError, MissingExtraError, OptionError
+from workbench.base.errors import FileError, OptionError, RobotError
 
 ORDER = (Axis.TX, Axis.TY, Axis.TZ, Axis.RZ, Axis.RY, Axis.RX)
 """Joints of the substitute: x y z [m], yaw pitch roll [rad]."""
@@ -37,9 +33,7 @@ def posed_arm() -> Robot:
 
 
 def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
-    """A robot from a TOML, URDF or xacro file, or a built-in arm by name (`aria`, `katana450`, …).
-
-    Arguments of a xacro follow its name: `ur.urdf.xacro ur_type:=ur5e name:=ur`.
+    """A robot from a TOML or URDF file, or a built-in arm by name (`aria`, `katana450`, …).
 
     Raises:
         FileError: neither a file nor a built-in name, or a file that is no robot.
@@ -48,28 +42,38 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
     if str(source).lower() in built_in:
         _refuse_tip(tip, source)
         return _built_in(built_in[str(source).lower()])
-    parts = str(source).split()
-    if parts and parts[0].lower().endswith(".xacro"):
-        path = expand_xacro(parts[0], dict(pair.split(":=", 1) for pair in parts[1:] if ":=" in pair))
-    else:
-        path = Path(source)
+    path = Path(source)
+    refuse_xacro(path)
     if path.suffix.lower() in (".urdf", ".xml"):
         from workbench.arm.urdf import read_urdf
 
         return read_urdf(path, tip=tip)
     if path.suffix.lower() != ".toml":
         raise FileError(
-            f"is not a .toml, .urdf or .xacro file or a built-in arm; built-in: {', '.join(built_in)}",
+            f"is not a .toml or .urdf file or a built-in arm; built-in: {', '.join(built_in)}",
             path=str(source),
         )
     _refuse_tip(tip, source)
     return read_toml(path)
 
 
+def refuse_xacro(path: Path) -> None:
+    """Raise for a xacro: it is a program, which only its owner should run."""
+    stem, xacro, arguments = str(path).partition(".xacro")
+    if xacro and arguments[:1] in ("", " "):
+        name = Path(stem).name
+        command, urdf = f"{name}.xacro{arguments}", f"{name.removesuffix('.urdf')}.urdf"
+        raise FileError(
+            f"is a xacro; expand it first: 'xacro {command} > {urdf}' (ROS), or 'xacrodoc {command} -o "
+            f"{urdf}' (from PyPI)",
+            path=str(path),
+        )
+
+
 def _refuse_tip(tip: str | None, source: Path | str) -> None:
     """Raise if the last link was named for a robot whose file has no links by name."""
     if tip is not None:
-        raise OptionError(f"tip names a link of a URDF or xacro; {source} is none", option="tip", found=tip)
+        raise OptionError(f"tip names a link of a URDF; {source} is none", option="tip", found=tip)
 
 
 @cache
@@ -78,14 +82,25 @@ def _built_in(path: Path) -> Robot:
     return read_toml(path)
 
 
-def save_robot(robot: Robot, path: Path | str) -> Path:
-    """Write a robot in the format of the file's extension: `.toml`, or `.urdf` for what it can represent."""
+def save_robot(robot: Robot, path: Path | str, *, force: bool = False) -> Path:
+    """Write a robot in the format of the file's extension: `.toml`, or `.urdf` for what it can represent.
+
+    Raises:
+        RobotError: its calibration says that such a file should not be used, and `force` is not given.
+    """
     path = check_robot_file(path)
+    if not force and (reason := refusal(robot, path.suffix)):
+        raise RobotError(f"{path} is not written: {reason}")
     if path.suffix.lower() == ".toml":
         return write_toml(robot, path)
     from workbench.arm.urdf_writer import write_urdf
 
     return write_urdf(robot, path)
+
+
+def refusal(robot: Robot, ending: str) -> str:
+    """Why a file of a calibrated arm should not be used, by its ending; empty if it may."""
+    return "" if robot.calibration is None else robot.calibration.refused.get(ending[1:].upper(), "")
 
 
 def check_robot_file(path: Path | str) -> Path:
@@ -95,28 +110,3 @@ def check_robot_file(path: Path | str) -> Path:
     if ending not in (".toml", ".urdf"):
         raise OptionError(f"{path}: a robot is saved as .toml or .urdf, got '{path.suffix}'")
     return path
-
-
-def expand_xacro(path: Path | str, arguments: dict[str, str]) -> Path:
-    """The URDF expanded from a xacro, in a temporary folder that is removed at exit.
-
-    Packages are searched beside the file, in the folders above it, and in ROS's paths.
-    """
-    try:
-        from xacrodoc import XacroDoc
-    except ImportError:
-        raise MissingExtraError("reading xacro", extra="xacro") from None
-    if not Path(path).is_file():
-        raise FileError("no such file; give a .xacro", path=str(path))
-    folder = Path(tempfile.mkdtemp(prefix="workbench-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    urdf = folder / Path(path).name.removesuffix(".xacro").removesuffix(".urdf")
-    urdf = urdf.with_suffix(".urdf")
-    try:
-        XacroDoc.from_file(str(path), subargs=arguments).to_urdf_file(str(urdf))
-    except Exception as error:  # xacro raises many types for a malformed file or a missing package
-        why = f"{type(error).__name__}: {error}"
-        raise FileError(
-            f"can't be expanded ({why}); give its arguments as name:=value", path=str(path)
-        ) from None
-    return urdf

@@ -113,6 +113,8 @@ class Calibration:
         nominal: Nominal values of the identified constants of arm and frames, SI; empty in older files.
         observed: Observability of the tool; None in older files.
         error: Mean error on held-out rows, or fitted ones if none were held out [m], [rad]; None if unknown.
+        reading: What its rows were taken to mean where that isn't what they say; its joints count so.
+        refused: Why the arm should not be used, by the file that holds it (TOML, URDF); empty if it may.
     """
 
     source: str
@@ -121,6 +123,8 @@ class Calibration:
     nominal: Mapping[str, float] = field(default_factory=dict)
     observed: Observed | None = None
     error: Expected | None = None
+    reading: str = ""
+    refused: Mapping[str, str] = field(default_factory=dict)
 
     def used(self, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which joint positions were among those of the calibration."""
@@ -134,6 +138,10 @@ class Calibration:
             table["nominal"] = dict(self.nominal)
         if self.error is not None:
             table["error"] = list(self.error)
+        if self.reading:
+            table["reading"] = self.reading
+        if self.refused:
+            table["refused"] = dict(self.refused)
         if self.observed is not None:
             table["observed"] = self.observed.table()
         return table
@@ -158,7 +166,7 @@ def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | Non
     if table is None:
         return None
     what = "[calibration]"
-    reader.keys(table, {"source", "poses", "std", "nominal", "error", "observed"}, what)
+    reader.keys(table, {"source", "poses", "std", "nominal", "error", "reading", "refused", "observed"}, what)
     poses = poses_of(str(table.get("poses", "")))
     if poses is None:
         raise reader.fail(f"{what} poses are damaged; use the file written by the calibration")
@@ -174,6 +182,8 @@ def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | Non
         nominal=named("nominal"),
         error=_expected(table, "error", what, reader) if "error" in table else None,
         observed=_observed(table["observed"], reader) if "observed" in table else None,
+        reading=str(table.get("reading", "")),
+        refused={k: str(v) for k, v in reader.table(table.get("refused", {}), f"{what} refused").items()},
     )
 
 

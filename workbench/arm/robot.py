@@ -118,12 +118,12 @@ class Robot:
 
         return read_urdf(path, tip=tip)
 
-    def save(self, path: Path | str) -> Path:
+    def save(self, path: Path | str, *, force: bool = False) -> Path:
         """Write the robot in the format of the extension: `.toml`, or `.urdf` for its best geometry without
-        effects."""
+        effects; one that is worse than nominal on its own rows only with `force`."""
         from workbench.arm.built_in_arms import save_robot
 
-        return save_robot(self, path)
+        return save_robot(self, path, force=force)
 
     def __repr__(self) -> str:
         free = plural(len(self.default_free), "constant")

@@ -4,6 +4,7 @@ import contextlib
 import errno
 import os
 import shutil
+import stat
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -22,16 +23,32 @@ STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1")
 _WAITING: ContextVar[list[Callable[[], None]] | None] = ContextVar("waiting", default=None)
 
 
-def read_bytes(path: Path | str, *, wanted: str, maximum: int = MAX_FILE_BYTES) -> bytes:
+def open_regular(path: Path | str, flags: int) -> int:
+    """Open a file that is neither a link nor a pipe or device, as in a folder that somebody else has made."""
+    handle = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+    if stat.S_ISREG(os.fstat(handle).st_mode):
+        return handle
+    os.close(handle)
+    raise OSError(errno.EINVAL, "it is no regular file")
+
+
+def read_bytes(
+    path: Path | str,
+    *,
+    wanted: str,
+    maximum: int = MAX_FILE_BYTES,
+    opener: Callable[[Path | str, int], int] | None = None,
+) -> bytes:
     """Contents of a file.
 
     Args:
         path: Which.
         wanted: What to give instead, such as "a measurement file".
         maximum: The largest size that is read [bytes].
+        opener: How it is opened; None: as usual.
     """
     try:
-        with open(path, "rb") as file:
+        with open(path, "rb", opener=opener) as file:
             content = _all_of(file, maximum + 1)
     except OSError as error:
         raise FileError(f"can't be opened ({error.strerror}); give {wanted}", path=str(path)) from None

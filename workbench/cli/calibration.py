@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import workbench as wb
 from workbench.base.errors import OptionError
@@ -58,7 +58,6 @@ def identify(
         raise OptionError("give --robot; it may be omitted only for rows with tool poses instead of joints")
     out.check()
     page = None if out.report is None else page_of("Identification")
-    fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
     with opt.progress_bar("identify"):
         run = wb.identify(
@@ -71,21 +70,25 @@ def identify(
             deviation=_deviation(deviation),
             prior=None if prior is None else read_prior(prior, renew=opt.whole_numbers(renew, "--renew")),
         )
-    opt.show(table.identification_tables(run, every=algorithm is not None))
-    if requested is not None:
-        opt.say(judge(run, requested).verdict)
-    opt.write_result(out.json, reports.identification_json(run))
-    if out.report is not None and page is not None:
-        opt.say(f"report: {page.write(run, out.report, wanted=requested)}")
-    if out.save is not None and run.identifiability is not None and run.identifiability.refused:
-        opt.fail(f"{out.save} is not written: {run.identifiability.refused}")
+    unknown = run.identifiability.refused if run.identifiability is not None else ""
     doubts = run.doubts(run.best)
-    if out.save is not None and (fit.force or not doubts):
-        opt.say(f"calibrated robot ({run.best.fit.title}): {opt.save_robot(run.robot, out.save)}")
-        opt.say(f"mean error of the files on {file_text(run.best)}")
-    if doubts:
-        kept = opt.not_written(out.save, forced=fit.force)
-        opt.fail(f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}{kept}")
+    reasons = [f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}"] if doubts else []
+    if unknown and out.save is not None:
+        saved = _Saved(None, f"{out.save} is not written: {unknown}", [])
+    else:
+        saved = _save(run, out.save, reasons, force=fit.force)
+    opt.write_result(out.json, reports.identification_json(run))
+    opt.describe("tables", lambda: opt.show(table.identification_tables(run, every=algorithm is not None)))
+    if requested is not None:
+        opt.describe("verdict", lambda: opt.say(judge(run, requested).verdict))
+    if page is not None:
+        opt.describe("report", lambda: opt.say(f"report: {page.write(run, out.report, wanted=requested)}"))
+    if saved.path is not None:
+        opt.say(f"calibrated robot ({run.best.fit.title}): {saved.path}")
+        opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(run.best)}"))
+    opt.say_notes(saved.notes)
+    if saved.reason or reasons:
+        opt.fail(saved.reason or "; ".join(reasons))
     opt.check_converged(run.best.fit)
 
 
@@ -127,20 +130,43 @@ def diagnose(
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     out.check()
     page = None if out.report is None else page_of("Diagnosis")
-    fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
     with opt.progress_bar("diagnose"):
         run = wb.diagnose(arm, rows, choices)
-    opt.show(diagnosis_tables(run))
-    if out.save is not None and (fit.force or run.harm is None):
-        opt.say(f"calibrated robot: {opt.save_robot(run.robot, out.save)}")
-        opt.say(f"mean error of the files on {file_text(run.identification().best)}")
+    whole = run.identification()
+    saved = _save(whole, out.save, [run.harm] if run.harm else [], force=fit.force)
     opt.write_result(out.json, diagnosis_json(run))
-    if out.report is not None and page is not None:
-        opt.say(f"report: {page.write(run, out.report)}")
+    opt.describe("tables", lambda: opt.show(diagnosis_tables(run)))
+    if page is not None:
+        opt.describe("report", lambda: opt.say(f"report: {page.write(run, out.report)}"))
+    if saved.path is not None:
+        opt.say(f"calibrated robot: {saved.path}")
+        opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(whole.best)}"))
+    opt.say_notes(saved.notes)
     opt.check_converged(run.final_fit)
-    if run.harm is not None:
-        opt.fail(run.harm + opt.not_written(out.save, forced=fit.force))
+    if saved.reason or run.harm is not None:
+        opt.fail(saved.reason or str(run.harm))
+
+
+class _Saved(NamedTuple):
+    """What became of a calibrated arm's file: its path, why it should not be used, and notes."""
+
+    path: Path | None
+    reason: str
+    notes: list[str]
+
+
+def _save(run, path: Path | None, reasons: list[str], *, force: bool) -> _Saved:
+    """Write the calibrated arm before anything is said of it, unless there are reasons not to."""
+    held = path.suffix[1:].upper() if path is not None else "TOML"
+    refused = run.refused(run.best)
+    reasons = [*reasons, *(text for form, text in refused.items() if form == held)]
+    notes = [text for form, text in refused.items() if form != held]
+    if path is None:
+        return _Saved(None, "; ".join(reasons), notes)
+    done = opt.save_robot(run.robot, path, force=True) if force or not reasons else None
+    kept = opt.not_written(path, forced=force)
+    return _Saved(done, "; ".join(reasons) + kept if reasons else "", notes)
 
 
 @opt.flattened
@@ -149,6 +175,7 @@ def evaluate(
     robot: opt.RobotOption,
     files: opt.FileOptions,
     frames: Annotated[str, option("given: fit nothing; fit: fit only base and tool.")] = "given",
+    reading: opt.ReadingOption = "auto",
     json: opt.JsonOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements, without fitting the arm."""
@@ -158,7 +185,7 @@ def evaluate(
     fit_frames = opt.fits_frames(frames)
     arm = wb.load_robot(robot)
     opt.check_writable(json)
-    found = wb.evaluate(arm, files.read(data, arm), fit_frames=fit_frames)
+    found = wb.evaluate(arm, files.read(data, arm), fit_frames=fit_frames, reading=reading)
     opt.show(table.evaluation_tables(found))
     opt.write_result(json, reports.evaluation_json(found))
 
@@ -203,6 +230,7 @@ def export(
     json: opt.JsonOption = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or a file for a controller, driver or program."""
+    from workbench.arm.built_in_arms import refusal
     from workbench.arm.usable_arm import carried_text
     from workbench.exports import FORMS, form_named
 
@@ -218,6 +246,8 @@ def export(
     if (form is None) != (out is None) or (source is not None and form is None):
         raise OptionError("--for NAME and --out FILE belong together; --into goes with them")
     chosen = None if form is None else form_named(form)
+    if form is not None and not chosen.takes_calibrated and (reason := refusal(arm, ".urdf")):
+        opt.fail(f"{reason}; {out} is not written")
     if controller is not None and nominal is None:
         raise OptionError("--controller needs --nominal ROBOT, the controller's own model")
     opt.check_writable(urdf, toml, controller, out, json)

@@ -16,7 +16,7 @@ def simulate(
     plate: opt.PlateOption = None,
     poses: Annotated[int | None, option("Number of poses, instead of a plate.")] = None,
     index: Annotated[
-        str, option("With --poses: random, iso-cube, circle-points, or an index to maximise: O, O1 … O5.")
+        str, option("With --poses: random, iso-cube, or an index to maximise: O, O1 … O5.")
     ] = "random",
     instrument: Annotated[
         str | None, option("Instrument: plate, laser-tracker, tracker-6d, optotrak …")

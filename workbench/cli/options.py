@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, NoReturn
 import typer
 
 import workbench as wb
-from workbench.base.errors import DataError, OptionError, UnitError
+from workbench.base.errors import OptionError, UnitError, WorkbenchError
 from workbench.base.progress import running
 from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
@@ -65,6 +65,9 @@ WantedOption = Annotated[str | None, option('Required error of every pose: "0.3m
 TipOption = Annotated[str | None, option("Last link of the chain, for a URDF with several end links.")]
 SchedulerOption = Annotated[
     str | None, option("Dask scheduler, such as tcp://host:8786; else this machine's cores.")
+]
+ReadingOption = Annotated[
+    str, option("What the rows mean: auto; found: accept signs, zeros, couplings, order; given.")
 ]
 SeedOption = Annotated[int, option("Seed of the random numbers.")]
 
@@ -145,20 +148,11 @@ class FitOptions:
     levelled: Annotated[
         bool, option("--levelled", "The measuring frame's z axis is vertical: a levelled instrument.")
     ] = False
+    reading: ReadingOption = "auto"
     seed: SeedOption = 0
     force: Annotated[
         bool, option("--force", "Continue although the rows fit another arm; save implausible results.")
     ] = False
-
-    def check_same_arm(self, arm, rows) -> None:
-        """Refuse rows that clearly belong to another arm, unless --force is given."""
-        from workbench.data.plausibility import checked
-        from workbench.identification.checks.arm_match import arm_match
-
-        arm.check_joints(rows.q, rows.source)
-        found = arm_match(arm, checked(arm, rows))
-        if found.is_foreign and not self.force:
-            raise DataError(f"{found.text}; {found.remedy}, or --force to continue anyway")
 
     def choices(self, arm, files: FileOptions):
         """These choices in SI."""
@@ -172,6 +166,7 @@ class FitOptions:
             region=None if self.region is None else wb.load_plate(self.region).region,
             noise=None if self.noise is None else noise_of(self.noise),
             levelled=self.levelled,
+            reading="given" if self.force else self.reading,
             seed=self.seed,
         )
 
@@ -354,11 +349,15 @@ def check_writable(*files: Path | None, folder: Path | None = None) -> None:
         check_writable(folder, folder=True)
 
 
-def save_robot(arm, path: Path) -> Path:
-    """Write a robot in the form given by the file's extension."""
+def save_robot(arm, path: Path, *, force: bool = False) -> Path:
+    """Write a robot in the form given by the file's extension; fail where its calibration says not to."""
+    from workbench.arm.built_in_arms import refusal
+
+    if not force and (reason := refusal(arm, path.suffix)):
+        fail(f"{reason}; {path} is not written")
     if path.suffix.lower() == ".urdf" and arm.sessions:
         say(f"note: a URDF has one base; {path} does not contain those of {len(arm.sessions)} sessions")
-    return arm.save(path)
+    return arm.save(path, force=force)
 
 
 def check_robot_file(path: Path | None) -> None:
@@ -367,6 +366,16 @@ def check_robot_file(path: Path | None) -> None:
 
     if path is not None:
         check(path)
+
+
+def describe(what: str, do: Callable[[], object]) -> None:
+    """Show or write what describes a result that is saved already; a mistake in it costs one warning."""
+    try:
+        do()
+    except (WorkbenchError, OSError):
+        raise
+    except Exception as error:
+        say_notes([f"the {what} could not be made ({type(error).__name__}: {error})"])
 
 
 def fail(sentence: str) -> NoReturn:

@@ -20,6 +20,7 @@ from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
 from workbench.data.known_columns import known_columns
+from workbench.data.orientations import WrittenOrientation
 from workbench.data.readings import AbstractReadings
 from workbench.data.rotation_form import RotationForm
 
@@ -48,8 +49,8 @@ def _marks(value: Any, given: Any) -> np.ndarray:
 Labels = Annotated[Shaped[np.ndarray, " rows"], Reads("text in every row", _labels)]
 Marks = Annotated[Bool[np.ndarray, " rows"], Reads("True or False in every row", _marks)]
 PER_JOINT = {"q", "torque", "direction"}
-UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason"}
-UNSHOWN |= {"source", "notes", "is_of_later", "joint_units"}
+UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "written"}
+UNSHOWN |= {"source", "notes", "read_as", "is_of_later", "joint_units"}
 """What is not named where a table is printed."""
 SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
 WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
@@ -86,10 +87,12 @@ class Dataset:
         wrench: [f; τ] that pulls at the tool from outside, in the axes of the robot's gravity [N, N m].
         more: Columns of other packages, by name (`base/columns.py`).
         readings: What an instrument of another package saw.
+        written: The file's own numbers of the orientation; None where it is known what they mean.
         exclude: Rows that the file keeps out.
         reason: Why, for such rows.
         source: Where the rows came from, for messages.
         notes: Each decision that the reader took, in one sentence.
+        read_as: What the rows were taken to mean where that isn't what their headings say.
         is_of_later: Whether they were measured after all that happened while others were, which then is over.
         joint_units: Unit of each joint's column in the file; empty where nothing says it.
     """
@@ -116,10 +119,12 @@ class Dataset:
     wrench: Float[np.ndarray, "rows 6"] | None = None
     more: Mapping[str, np.ndarray] = field(default_factory=dict)
     readings: AbstractReadings | None = None
+    written: WrittenOrientation | None = None
     exclude: Marks | None = None
     reason: Labels | None = None
     source: str = "data"
     notes: Annotated[tuple[str, ...], Reads("a list of sentences", _notes)] = field(default=())
+    read_as: str = ""
     is_of_later: bool = False
     joint_units: tuple[str, ...] = ()
 
@@ -244,7 +249,7 @@ class Dataset:
                 value = frozen(value[rows])
             elif name in ("tilt", "more") and value:
                 value = {key: frozen(values[rows]) for key, values in value.items()}
-            elif name == "readings" and value is not None:
+            elif name in ("readings", "written") and value is not None:
                 value = value.take(rows)
             object.__setattr__(taken, name, value)
         return taken
@@ -299,8 +304,13 @@ class Dataset:
         columns["row"] = np.concatenate([self.row, other.row + 1 + self.row.max(initial=-1)])
         sizes = len(self), len(other)
         tilt = _stacked_by_name(self.tilt or {}, other.tilt or {}, sizes)
+        written = None if self.written is None else self.written.joined(other.written)
         return replace(
-            self, **columns, tilt=tilt or None, more=_stacked_by_name(self.more, other.more, sizes)
+            self,
+            **columns,
+            written=written,
+            tilt=tilt or None,
+            more=_stacked_by_name(self.more, other.more, sizes),
         )
 
 

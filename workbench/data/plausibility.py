@@ -1,33 +1,22 @@
-"""Plausibility of measurements for a given arm: mislabelled units, misread rotations, repeated rows.
+"""Plausibility of measurements for a given arm: joints beyond limits, gross rows, copies.
 
 A quaternion in another order, or of the opposite turn, is a rotation all the same, and metres that are called
 millimetres are lengths: only an arm that can't have moved like that gives them away.
 """
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.built_in_arms import posed_arm
 from workbench.arm.joint_units import implausible_joint, sliding
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, ShapeError
-from workbench.base.hand_eye import nearest_rotation
 from workbench.base.units import Quantity, conversion
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
-
-WRONG, RIGHT = np.radians(20.0), np.radians(8.0)
-"""Turns farther than the first from the arm's are misread if another reading is nearer than the second."""
-MIN_CHECKED_ROWS = 5
-"""Rows that tell."""
-MAX_CHECKED_ROWS = 500
-"""Rows that are looked at."""
-MAX_TURN = np.radians(150.0)
-"""Turns beyond this are left out where a direction is sought: theirs is uncertain."""
 
 
 def checked(robot: Robot, dataset: Dataset) -> Dataset:
@@ -38,71 +27,15 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
             "can't be checked; give the joints, or identify only camera and target"
         )
     refuse_joint_quantities(dataset.joint_units, robot, dataset.source)
-    dataset = check_plausible(dataset, robot.limits, robot.reach)
-    rows = np.flatnonzero(dataset.included & dataset.in_session(dataset.sessions[0]))[:MAX_CHECKED_ROWS]
-    if len(rows) >= MIN_CHECKED_ROWS:
-        seen = dataset.take(rows)
-        # effects are far smaller than what is refused
-        poses = tool_poses(robot.with_effects(), Motion(seen.q))
-        _refuse_lengths(seen, poses[:, :3, 3])
-        _refuse_quaternions(seen, poses[:, :3, :3])
-    return dataset
-
-
-def _refuse_lengths(seen: Dataset, expected: Float[np.ndarray, "rows 3"]) -> None:
-    """Raise where the tool moved a thousand times less or more than the arm did."""
-    if seen.position is None or (there := ~np.isnan(seen.position).any(1)).sum() < MIN_CHECKED_ROWS:
-        return
-    measured, meant = (_extent(points[there]) for points in (seen.position, expected))
-    if meant == 0.0 or measured == 0.0:
-        return
-    for factor, text in ((1e-3, "m labelled mm"), (1e3, "mm labelled m")):
-        if 0.3 < measured / (factor * meant) < 3.0:
-            raise DataError(
-                f"{seen.source}: the tool moved {1e3 * measured:.3g} mm, but the arm moved "
-                f"{1e3 * meant:.3g} mm: these look like {text}; correct the headings"
-            )
-
-
-def _extent(points: Float[np.ndarray, "rows 3"]) -> float:
-    """Usual distance from the middle [m]."""
-    return float(np.median(np.linalg.norm(points - np.median(points, axis=0), axis=1)))
-
-
-def _refuse_quaternions(seen: Dataset, expected: Float[np.ndarray, "rows 3 3"]) -> None:
-    """Raise where the quaternions fit the arm in another reading only.
-
-    Up to the frames of base and tool, quaternions in the order x, y, z, w are those of the opposite turns.
-    """
-    if seen.rotation is None or not any("quaternion" in note for note in seen.notes):
-        return
-    there = ~np.isnan(seen.rotation).any((1, 2))
-    if there.sum() < MIN_CHECKED_ROWS:
-        return
-    given, expected = seen.rotation[there], expected[there]
-    off, left = _mismatch(given, expected), _mismatch(np.swapaxes(given, 1, 2), expected)
-    if off > WRONG and left < RIGHT:
-        raise DataError(
-            f"{seen.source}: the rotations differ by {np.degrees(off):.0f}° from the arm's, but by only "
-            f"{np.degrees(left):.1f}° if the quaternion is in the order x, y, z, w, or inverted: name "
-            "its columns qx, qy, qz, qw, or change the signs of qx, qy and qz"
-        )
-
-
-def _mismatch(measured: Float[np.ndarray, "rows 3 3"], expected: Float[np.ndarray, "rows 3 3"]) -> float:
-    """How far the turns from the first row are from the arm's [rad], whatever base and tool are."""
-    turned, meant = (turns @ turns[0].T for turns in (measured, expected))
-    before, after = se3.matrix_to_rotvec(meant), se3.matrix_to_rotvec(turned)
-    certain = (np.linalg.norm(before, axis=1) < MAX_TURN) & (np.linalg.norm(after, axis=1) < MAX_TURN)
-    frame = nearest_rotation(after[certain].T @ before[certain])
-    turns = se3.matrix_to_rotvec(np.swapaxes(turned, 1, 2) @ frame @ meant @ frame.T)
-    return float(np.median(np.linalg.norm(turns, axis=1)))
+    return check_plausible(dataset, robot.limits, robot.reach)
 
 
 REACH_FACTOR = 20.0
 """Points farther than this many times the reach from the session's median are a mistake of units."""
 SLACK = 0.05
 """How far beyond a limit a joint may be without a note [rad or m]."""
+UNCOMPARED = {"row", "group", "exclude", "reason"}
+"""Columns that tell nothing of what was measured."""
 NO_DIFFERENCE = 1e-6
 """Angles [rad] and lengths [m] below this are no difference."""
 
@@ -126,26 +59,26 @@ def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: f
         return dataset
     refuse_joint_units(dataset.q[dataset.included], limits, dataset.source)
     _refuse_length_units(dataset, reach)
-    notes = _joint_notes(dataset, limits) + _observation_notes(dataset, reach) + _repeat_notes(dataset)
+    dataset = _without_copies(dataset)
+    notes = _joint_notes(dataset, limits) + _observation_notes(dataset, reach)
     return replace(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
 
 
 def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
-    """Pairs (first, again) of rows with equal joints, observation, session and point, in order."""
-    arrays = [dataset.q, dataset.position, dataset.rotation, dataset.markers, dataset.distance]
-    arrays.append(None if dataset.readings is None else dataset.readings.numbers)
-    numbers = np.hstack([a.reshape(len(dataset), -1) for a in arrays if a is not None])
-    numbers = np.ascontiguousarray(numbers + 0.0)  # -0.0 and 0.0 are alike
-    labels = [
-        a.tolist() for a in (dataset.session, dataset.point, dataset.contact, dataset.anchor) if a is not None
-    ]
-    first: dict[tuple, int] = {}
-    pairs = []
-    for row in range(len(dataset)):
-        key = (numbers[row].tobytes(), *(column[row] for column in labels))
-        if (earlier := first.setdefault(key, row)) != row:
-            pairs.append((earlier, row))
-    return pairs
+    """Pairs (first, again) of rows that are equal to the last digit in all that was measured, in order.
+
+    Independent readings at equal joints differ in what was read, in its time, or in what drives an effect.
+    """
+    readings = () if dataset.readings is None else (dataset.readings.numbers,)
+    others = (*(dataset.tilt or {}).values(), *dataset.more.values(), *readings)
+    mine = (getattr(dataset, f.name) for f in fields(dataset) if f.name not in UNCOMPARED)
+    columns = [a for a in (*mine, *others) if isinstance(a, np.ndarray)]
+    numbers = [np.unique(a, return_inverse=True)[1] if a.dtype.kind in "UO" else a for a in columns]
+    whole = np.hstack([a.reshape(len(dataset), -1) for a in numbers]) + 0.0  # -0.0 and 0.0 are alike
+    first: dict[bytes, int] = {}
+    keys = (row.tobytes() for row in np.ascontiguousarray(whole))
+    pairs = [(first.setdefault(key, row), row) for row, key in enumerate(keys)]
+    return [pair for pair in pairs if pair[0] != pair[1]]
 
 
 def refuse_joint_units(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"], source: str) -> None:
@@ -257,13 +190,15 @@ def _observation_notes(dataset: Dataset, reach: float) -> list[str]:
     return notes
 
 
-def _repeat_notes(dataset: Dataset) -> list[str]:
-    """One sentence on equal rows, if any."""
-    if any(" repeats data row " in note for note in dataset.notes):
-        return []  # the reader has said it
-    pairs = [(a, b) for a, b in repeated_rows(dataset) if dataset.included[[a, b]].all()]
-    if not pairs:
-        return []
-    first, again = (int(dataset.row[i]) for i in pairs[0])
-    more = f", and {len(pairs) - 1} more" if len(pairs) > 1 else ""
-    return [f"data row {again} repeats data row {first}{more}: repeats without any noise are copies"]
+def _without_copies(dataset: Dataset) -> Dataset:
+    """The rows, with those kept out that repeat another to the last digit: they carry no information."""
+    included = np.flatnonzero(dataset.included)
+    pairs = included[np.array(repeated_rows(dataset.take(included)), np.int64).reshape(-1, 2)]
+    if not len(pairs):
+        return dataset
+    exclude = ~dataset.included
+    reason = np.full(len(dataset), "", object) if dataset.reason is None else dataset.reason.astype(object)
+    for first, again in pairs.tolist():
+        exclude[again], reason[again] = True, f"repeats data row {dataset.row[first]} to the last digit"
+    note = f"{plural(len(pairs), 'duplicate row')} ignored"
+    return replace(dataset, exclude=exclude, reason=reason.astype(str), notes=(*dataset.notes, note))

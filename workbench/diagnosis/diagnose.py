@@ -35,9 +35,10 @@ from workbench.diagnosis.undetectable import open_flanks_text
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
 from workbench.identification.errors.row_errors import degradation_warning
-from workbench.identification.fit_choices import ChoiceFields, FitChoices
+from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read
 from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.joint_reading_noise import readings
+from workbench.identification.meaning.as_read import as_read
 from workbench.identification.problem import Noise
 from workbench.identification.rows.excluded_outliers import GROSS_REASON, prepare_without_gross_outliers
 
@@ -71,6 +72,7 @@ def diagnose(
     if (own := preparation_of(data)) is not None:
         raise DataError(f"{data.source}: {own.undiagnosed}")
     began, choices = perf_counter(), with_fields(FitChoices, choices, fields)
+    data, choices = as_read(robot, data, choices.reading), choices_as_read(robot, choices)
     massed, rng, advice = with_assumed_masses(robot), np.random.default_rng(choices.seed), Advice()
     with part_of(0.0, 0.3):
         ready, gross = prepare_without_gross_outliers(

@@ -208,7 +208,7 @@ class Diagnosis(AbstractReported):
     @cached_property
     def calibrated(self) -> Robot:
         """The arm with identified geometry and accepted effects, fitted to all rows."""
-        return self.identification().best.calibrated
+        return self.identification().robot
 
     @property
     def robot(self) -> Robot:

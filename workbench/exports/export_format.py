@@ -14,6 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from workbench.arm.built_in_arms import refuse_xacro
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.kinematics.forward import tool_poses
@@ -97,6 +98,7 @@ class AbstractForm(ABC):
         """What it is, for a list."""
 
     def text_of(self, path: Path) -> str:
+        refuse_xacro(path)
         return read_bytes(path, wanted=f"a file for --for {self.name}").decode(errors="replace")
 
     @abstractmethod

@@ -1,30 +1,32 @@
 """Evaluation: errors of a given model on data, without fitting."""
 
-import numpy as np
-
 import workbench.identification.report.table  # noqa: F401 how results are shown
-from workbench.base.arguments import checked_arguments
+from workbench.base.arguments import Like, checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.directions import with_drivers
 from workbench.data.plausibility import checked
-from workbench.identification.checks.arm_match import MISREAD_MISFIT, arm_match
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import choose_frames
+from workbench.identification.meaning.as_read import ReadAs, as_read
 from workbench.identification.result import Evaluation
 
 
 @checked_arguments()
 @one_thread()
-def evaluate(robot: RobotLike, data: DatasetLike, *, fit_frames: bool = False) -> Evaluation:
+def evaluate(
+    robot: RobotLike, data: DatasetLike, *, fit_frames: bool = False, reading: Like[ReadAs] = ReadAs.AUTO
+) -> Evaluation:
     """Errors of a given model; nothing is fitted, or only base and tool.
 
     Args:
         robot: A nominal or calibrated arm.
         data: Measurements; rows that the file excludes are left out.
         fit_frames: Whether base and tool are fitted where the robot's file does not say they are fixed.
+        reading: What rows mean that fit far better in another reading, as in `FitChoices`.
     """
+    data = as_read(robot, data, reading)
     robot.check_joints(data.q, data.source)
     data = with_drivers(robot, checked(robot, data))
     notes = list(data.notes)
@@ -36,8 +38,4 @@ def evaluate(robot: RobotLike, data: DatasetLike, *, fit_frames: bool = False) -
         choice = choose_frames(robot, used, free=())
         robot, notes = choice.robot, [*notes, *choice.notes]
     errors = row_errors(robot, used)
-    misses = errors.position[np.isfinite(errors.position)]
-    if len(misses) and np.median(misses) > MISREAD_MISFIT * robot.reach:
-        match = arm_match(robot, used)
-        notes[:0] = [f"{match.text}; {match.remedy}"] if match.is_foreign else []
     return Evaluation(robot, used, errors, tuple(notes))

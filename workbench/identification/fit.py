@@ -119,6 +119,7 @@ class Fit(AbstractReported):
             std={name: value for name, value in std if name not in hidden and np.isfinite(value)},
             nominal={p.name: p.nominal for p in self.parameters if p.is_plain and not p.is_instrument},
             observed=observed_by(self),
+            reading=self.problem.data.read_as,
         )
         return replace(self.arm, calibration=calibration)
 

@@ -1,16 +1,18 @@
 """Choices for a fit, for identification and diagnosis: rows, frames, free constants, noise."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
+from workbench.arm.robot import Robot
 from workbench.base.arguments import Reads, Seed, admit, pair_of
 from workbench.base.errors import OptionError
 from workbench.data.arguments import as_dataset
 from workbench.data.dataset import Dataset
 from workbench.identification.frames import Sessions
+from workbench.identification.meaning.as_read import ReadAs, as_read
 from workbench.identification.problem import Noise
 from workbench.plate.arguments import RegionOf
 from workbench.plate.plate import Plate
@@ -92,6 +94,9 @@ class FitChoices:
         levelled: Whether the z axis of the measuring frame is vertical, so that the base's orientation in it
             gives the direction of gravity.
         known: Known places of anchors or contacts [m], such as `anchor[A].x`.
+        reading: What rows mean that fit far better in another reading: `auto` applies conventions of
+            orientation and refuses other signs, zeros, couplings, orders and units; `found` applies these,
+            too; `given` takes the rows as they are.
         seed: Chooses the held-out rows (and the folds of a diagnosis).
     """
 
@@ -103,10 +108,21 @@ class FitChoices:
     noise: NoiseLike | None = None
     levelled: bool = False
     known: Mapping[str, float] = field(default_factory=dict)
+    reading: ReadAs | str = ReadAs.AUTO
     seed: Seed = 0
 
     def __post_init__(self):
         admit(self)
+
+
+def choices_as_read(robot: Robot, choices: FitChoices) -> FitChoices:
+    """The choices with the rows of another file, if those are held out, in the reading that is theirs."""
+    held = choices.held_out
+    return (
+        replace(choices, held_out=as_read(robot, held, choices.reading))
+        if isinstance(held, Dataset)
+        else choices
+    )
 
 
 class ChoiceFields(TypedDict, total=False):
@@ -120,6 +136,7 @@ class ChoiceFields(TypedDict, total=False):
     noise: Noise | tuple[float, float] | float | str | None
     levelled: bool
     known: Mapping[str, float]
+    reading: ReadAs | str
     seed: int
 
 

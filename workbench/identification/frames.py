@@ -6,7 +6,7 @@ of the residuals). Unobservable parts are never freed.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -96,7 +96,7 @@ def choose_frames(
     if chosen.base:
         notes += _where_the_base_is(robot, aligned)
     else:
-        _check_known_base(robot, trial, noise, known)
+        _check_known_base(robot, aligned, chosen, trial, noise, known)
     return FrameChoice(aligned, chosen, tuple(notes))
 
 
@@ -211,15 +211,29 @@ def _trial(robot, data, freedom, text, noise, free, effects, prior, known) -> _F
     return _FrameTrial(aligned, freedom, text, 2.0 * search.history[-1], factor.rank, size, strangeness)
 
 
-def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: Mapping[str, float]) -> None:
-    """Refuse a base declared as known that is elsewhere, and report where it is."""
+def _check_known_base(
+    robot: Robot,
+    held: Robot,
+    freedom: FrameFreedom,
+    data: Dataset,
+    noise: Noise | None,
+    known: Mapping[str, float],
+) -> None:
+    """Refuse a base declared as known that is elsewhere, and report where it is.
+
+    Args:
+        held: The arm aligned by its tool, as far as that is free, with the base as given.
+        freedom: Of that arm.
+    """
     base, tool = visible_parts(data, known)
     if not base:
         return
-    freedom = FrameFreedom(base, tool if robot.tool.free is not Freedom.FIXED else ())
-    aligned = align(robot, data, freedom, noise=noise, known=known)
+    freer = replace(
+        freedom, base=base, tool=freedom.tool or (tool if robot.tool.free is not Freedom.FIXED else ())
+    )
+    aligned = align(robot, data, freer, noise=noise, known=known)
     found = []
-    for arm in (robot, aligned):
+    for arm in (held, aligned):
         problem = Problem.build(arm, data, free=(), known=known)
         components = problem.physical(problem.residual(problem.start))[~problem.component_channels]
         found.append(float(np.sqrt(3.0 * (components**2).mean())))

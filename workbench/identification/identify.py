@@ -22,8 +22,9 @@ from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS, 
 from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit import Fit
-from workbench.identification.fit_choices import ChoiceFields, FitChoices, option
+from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read, option
 from workbench.identification.instrument_preparation import Seek
+from workbench.identification.meaning.as_read import as_read
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
@@ -82,6 +83,7 @@ def identify(
         raise OptionError(f"choose at least one algorithm from {', '.join(ALGORITHMS)}")
     weighting = option(Loss, loss, "loss")
     choices = with_fields(FitChoices, choices, fields)
+    data, choices = as_read(robot, data, choices.reading), choices_as_read(robot, choices)
     sound = prepare_without_outliers if weighting is Loss.SET_APART else _all_rows
     with part_of(0.0, 0.4):
         ready, outlying = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects, seek=seek)

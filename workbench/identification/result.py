@@ -14,7 +14,7 @@ from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
-from workbench.identification.checks.arm_match import RIVAL_MISFIT, ArmMatch, arm_match
+from workbench.identification.checks.arm_match import ArmMatch, arm_match
 from workbench.identification.errors.expected_error import WARNING_RATIO, Transfer, transfer, transfer_note
 from workbench.identification.errors.row_errors import (
     Errors,
@@ -22,11 +22,13 @@ from workbench.identification.errors.row_errors import (
     degradation_warning,
     errors_frame,
     explains_little,
+    refusal,
     residuals_frame,
 )
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import MAX_NAMED_ROWS, Fit
 from workbench.identification.instrument_preparation import AbstractIdentifiability
+from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.excluded_outliers import suspect_note
@@ -129,6 +131,16 @@ class Run(AbstractShown):
         if not self.saved.events or self.new_sessions:
             return judged(self)
         return SavedArm(self.as_measured, self.fit.problem.data).errors(self.judging, self.places)
+
+    @cached_property
+    def file_errors(self) -> dict[str, Errors]:
+        """Errors of each format's arm on the judging rows.
+
+        A format is omitted where its error is unknown: held-out sessions without any fitted row.
+        """
+        if self.new_sessions:
+            return {"TOML": judged(self)}
+        return SavedArm(self.as_measured, self.fit.problem.data).format_errors(self.judging, self.places)
 
     @property
     def places(self) -> dict[str, float]:
@@ -265,10 +277,24 @@ class Identification(AbstractReported):
         others = (run for run in self.runs.values() if run is not best and not run.agrees_with(best))
         return [(run.fit.title, run) for run in (best, *others)]
 
-    @property
+    @cached_property
     def robot(self) -> Robot:
-        """The calibrated arm of the best run."""
-        return self.best.calibrated
+        """The calibrated arm of the best run, with the reasons on record not to use its files."""
+        arm = self.best.calibrated
+        if arm.calibration is None:
+            return arm
+        return replace(arm, calibration=replace(arm.calibration, refused=self.refused(self.best)))
+
+    def refused(self, run: Run) -> dict[str, str]:
+        """Why a file of a run's arm should not be used, by format; without those that may."""
+        held = run.judging is run.held_out_data
+        rows, shown = self.nominal_rows[held], run.judging
+        if not run.new_sessions:
+            rows = rows.take(run.saved.is_valid_for(shown))
+        nominal, reach = Errors.of(rows), self.nominal_robot.reach
+        count = len(rows.position)
+        found = {name: refusal(e, nominal, reach, rows=count) for name, e in run.file_errors.items()}
+        return {name: f"the {name} is {text}" for name, text in found.items() if text}
 
     @property
     def error(self) -> BeforeAfter:
@@ -289,7 +315,7 @@ class Identification(AbstractReported):
     def match(self) -> ArmMatch | None:
         """Match between rows and nominal arm; None if its errors are too small for a check."""
         errors = judged(self.nominal).position_mm
-        suspicious = errors.median > 1e3 * RIVAL_MISFIT * self.nominal_robot.reach
+        suspicious = errors.median > 1e3 * FITS * self.nominal_robot.reach
         return arm_match(self.nominal_robot, self.data) if suspicious else None
 
     def to_frame(self) -> "DataFrame":

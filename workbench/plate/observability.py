@@ -22,8 +22,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from types import MappingProxyType
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
@@ -195,16 +194,13 @@ def _ends(spectrum: Float[np.ndarray, " p"], minimum: float, maximum: float = 0.
     return slope
 
 
-_VOLUME: Mapping[str, Any] = {
-    "of_spectrum": lambda s, m: np.exp(np.log(s).mean(-1)) / np.sqrt(m),
-    "by_value": lambda value, s, m: value / (len(s) * s),
-}
 _OF_SETS = (
     SetIndex(  # the volume of the ellipsoid that the parameters' unit ball becomes
         "O1",
         "geometric mean of the singular values: overall information (D-optimality)",
         "Borm & Menq, Int. J. Robotics Research 10(1), 1991",
-        **_VOLUME,
+        of_spectrum=lambda s, m: np.exp(np.log(s).mean(-1)) / np.sqrt(m),
+        by_value=lambda value, s, m: value / (len(s) * s),
     ),
     SetIndex(  # bounds how much relative errors of the measurements can grow in the parameters
         "O2",
@@ -292,19 +288,6 @@ def _root(linearisation: Linearisation) -> Float[np.ndarray, "p p"]:
     return vt.T / values
 
 
-OV1 = SetIndex(
-    "Ov1",
-    "O1 with the uncertainty of each picture: for cameras",
-    "Visual-Biased Observability Index for Camera-Based Robot Calibration, J. Mech. Robot. 16(5), 2024",
-    **_VOLUME,
-)
-"""O1 of poses that a camera measured, each whitened by the covariance that its picture gives it.
-
-Where the target is far, small in the picture or seen flatly, the pose that it gives is uncertain, depth most
-of all; O1 with one noise for all poses does not know that. It is of linearisations by an `AbstractSight`.
-"""
-OF_CAMERAS: Mapping[str, AbstractIndex] = MappingProxyType({OV1.name: OV1})
-"""Indices for cameras only."""
 INDICES: dict[str, AbstractIndex] = {index.name: index for index in (O(), *_OF_SETS)}
 """All indices that need no region, by name; `I` is created for one."""
 
@@ -313,10 +296,9 @@ def index_named(name: str | AbstractIndex, indices: Mapping[str, AbstractIndex] 
     """The index of that name; an index itself is returned unchanged."""
     if isinstance(name, AbstractIndex):
         return name
-    known = {**indices, **OF_CAMERAS}
-    if name not in known:
-        raise OptionError(f"unknown index '{name}'; known: {', '.join(known)}", option="index", found=name)
-    return known[name]
+    if name not in indices:
+        raise OptionError(f"unknown index '{name}'; known: {', '.join(indices)}", option="index", found=name)
+    return indices[name]
 
 
 def evaluate(

@@ -27,7 +27,6 @@ from workbench.data.simulation.simulate import (
 )
 from workbench.plate.arguments import PlateLike
 from workbench.plate.collision import hits
-from workbench.plate.poses.circle_points import circle_poses
 from workbench.plate.poses.iso_cube import iso_cube_poses
 from workbench.plate.poses.pose_choice import pose_choices
 from workbench.plate.poses.sampling import random_poses
@@ -36,8 +35,6 @@ from workbench.plate.target_branches import choose_branches, measurable, plate_s
 
 RANDOM = "random"
 """Name of the choice of poses that chooses nothing."""
-CIRCLE_POINTS = "circle-points"
-"""Name of the choice of poses that turns one joint after the other."""
 ISO_CUBE = "iso-cube"
 """Name of the choice of poses by ISO 9283."""
 DESIGNED = "designed"
@@ -62,8 +59,8 @@ def measure_poses(
     Args:
         robot: Nominal arm.
         number: How many poses.
-        index: `random`; `iso-cube` (ISO 9283, Katana §3.4); `circle-points` (one joint turned at a time);
-            or the observability index to maximise (ARIA eqs. 17, 18): `O`, `O1` … `O5`.
+        index: `random`; `iso-cube` (ISO 9283, Katana §3.4); or the observability index to maximise (ARIA
+            eqs. 17, 18): `O`, `O1` … `O5`.
         instrument: What measures.
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
@@ -79,14 +76,12 @@ def measure_poses(
     actual, notes = _hidden(robot, actual, effects, rng, errors)
     if index == RANDOM:
         q = random_poses(robot, number, rng=rng)
-    elif index == CIRCLE_POINTS:
-        q = circle_poses(robot, number, rng=rng)
     elif index == ISO_CUBE:
         q = iso_cube_poses(robot, number, rng=rng).q
     else:
         choice = next((c for c in pose_choices() if index in c.indices), None)
         if choice is None:
-            known = [RANDOM, ISO_CUBE, CIRCLE_POINTS, *(i for c in pose_choices() for i in c.indices)]
+            known = [RANDOM, ISO_CUBE, *(i for c in pose_choices() for i in c.indices)]
             raise OptionError(f"no choice of poses '{index}'; choose from {', '.join(known)}")
         q = choice.choose(robot, number, index=index, rng=rng)
     state = varied_state(actual, q, rng=rng)

@@ -17,8 +17,8 @@ LEFT, FOOT, MARGIN = 44.0, 16.0, 6.0
 """Room for the numbers of an upright axis, and below a chart; free room inside the frame."""
 ROW, THICK = 26.0, 14.0
 """Height of a row with a bar, and of the bar."""
-TALLEST, LINE, AT_END = 46.0, 22.0, 128.0
-"""Height of the largest column; of a row with an interval, and the room for its words behind it."""
+TALLEST = 46.0
+"""Height of the largest column."""
 LONGEST_BAR = 0.5
 """Of the width, beside its number."""
 SIZE = 12
@@ -43,21 +43,6 @@ class UprightBar:
     colour: str
     above: str
     title: str
-
-
-@dataclass(frozen=True)
-class BarWithEnds:
-    """A value with so much on either side, beside its name; `label` stands at the end of its row.
-
-    Without a value nothing is drawn. Values of one `unit` share a scale.
-    """
-
-    name: str
-    value: float | None
-    half: float
-    unit: str
-    colour: str
-    label: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,26 +178,6 @@ def columns(drawn: Sequence[UprightBar], *, testid: str = "bars") -> str:
             f"{text(middle, foot + 13, one.name, anchor='middle')}</g>"
         )
     return framed(foot + 17, parts, testid)
-
-
-def intervals(rows: Sequence[BarWithEnds], *, testid: str = "intervals") -> str:
-    """Values about zero with their intervals, one below another."""
-    middle, parts, longest = LEFT + 0.5 * (WIDTH - LEFT - AT_END), [], dict[str, float]()
-    for row in rows:
-        reach = 0.0 if row.value is None else abs(row.value) + row.half
-        longest[row.unit] = max(longest.get(row.unit, 1e-9), reach)
-    for k, row in enumerate(rows):
-        y, scale = (k + 0.5) * LINE, 0.5 * (WIDTH - LEFT - AT_END) / longest[row.unit]
-        parts.append(text(0, y + 4, row.name))
-        parts.append(text(WIDTH, y + 4, row.label, anchor="end", colour=row.colour))
-        if row.value is not None:
-            a, x, b = (middle + scale * (row.value + side * row.half) for side in (-1.0, 0.0, 1.0))
-            parts.append(
-                f'<g style="stroke:{row.colour};fill:{row.colour}"><path d="M{a:.1f} {y:.1f}H{b:.1f}" '
-                f'stroke-width="2"/><circle cx="{x:.1f}" cy="{y:.1f}" r="3.5"/></g>'
-            )
-    parts.append(f'<path d="M{middle} 0V{LINE * len(rows)}" {_ink("stroke", 0.4)}/>')
-    return framed(LINE * len(rows), parts, testid)
 
 
 def framed(height: float, parts: Sequence[str], testid: str) -> str:

@@ -7,13 +7,12 @@ journal writes that name and the fields, so both stay as they are.
 
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform
 
 from workbench.parts import parts
-from workbench.session.page_state import Severity
 from workbench.session.state import Session
 
 Result = TypeVar("Result")
@@ -72,18 +71,9 @@ class AbstractChange(AbstractCommand):
         """
         return None
 
-    def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session | None:
-        """The session afterwards by the numbers of the journal; None if they are not enough.
-
-        Args:
-            session: The session before.
-            numbers: What the journal holds of the session afterwards, by subject.
-        """
-        return None
-
 
 class UnknownCommand(AbstractChange):
-    """A command of a recording that no installed package knows: nothing is done in its place.
+    """A command of a recording that no installed package takes as it was recorded: it is skipped.
 
     Args:
         name: Its name.
@@ -95,14 +85,8 @@ class UnknownCommand(AbstractChange):
 
     title = computed(lambda self: self.recorded)
 
-    @property
-    def note(self) -> str:
-        left_out = f"'{self.recorded}' and what needs it are left out"
-        why = "its extra isn't installed, or only an earlier version had it"
-        return f"{left_out}: the command '{self.name}' is unknown here; {why}"
-
     def apply(self, session: Session) -> Session:
-        return session.with_message(Severity.WARNING, self.note)
+        return session
 
 
 class AbstractTask(AbstractCommand, Generic[Result]):
@@ -110,6 +94,9 @@ class AbstractTask(AbstractCommand, Generic[Result]):
 
     Other commands go on meanwhile; what was computed is put into the session as it is at the end.
     """
+
+    stored: ClassVar[type | None] = None
+    """Type of the result, a frozen record, if the journal keeps it; None: it is computed again."""
 
     @abstractmethod
     def compute(self, session: Session) -> Result:

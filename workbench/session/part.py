@@ -26,11 +26,6 @@ class AbstractPart:
     is_mode: ClassVar[bool] = False
     """Whether the page is its own until it ends: panels without a tab stand in place of the tabs."""
 
-    @property
-    def real_arm(self) -> str:
-        """Address of a connected arm where the jogged one in the scene stands; empty if there is none."""
-        return ""
-
     def step(self, session: "Session") -> "NextStep | None":
         """The next step while it stands; None: as without it. That of a mode goes first."""
         return None

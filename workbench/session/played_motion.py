@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
@@ -29,10 +29,6 @@ class AbstractMotion(ABC):
     @abstractmethod
     def at(self, time: float) -> Float[np.ndarray, " n"]:
         """Joint positions at a time [rad or m]."""
-
-    @abstractmethod
-    def numbers(self) -> dict[str, Any]:
-        """What the journal says of it."""
 
 
 @final

@@ -292,7 +292,7 @@ class Worker:
             if failure is not None:
                 raise failure
             self._session = _checked(task.finish(self._session, result), f"{type(task).__name__}.finish")
-            self._note(task, Ending.DONE, basis, seconds)
+            self._note(task, Ending.DONE, basis, seconds, result=result if task.stored else None)
         except Exception as error:
             if is_chore and isinstance(error, Cancelled):
                 return
@@ -312,10 +312,17 @@ class Worker:
         self._note(command, ending, basis, seconds, text)
 
     def _note(
-        self, command: AbstractCommand, ending: Ending, basis: int, seconds: float, text: str = ""
+        self,
+        command: AbstractCommand,
+        ending: Ending,
+        basis: int,
+        seconds: float,
+        text: str = "",
+        *,
+        result: Any = None,
     ) -> None:
         at = time.monotonic() - self._origin
-        entry = Entry(command, ending, basis, time.time(), seconds, text, at)
+        entry = Entry(command, ending, basis, time.time(), seconds, text, at, result)
         self._journal.append(entry)
         for keeper in self._keepers:
             try:

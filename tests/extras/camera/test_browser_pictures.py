@@ -1,4 +1,4 @@
-"""A folder of what a camera saw, chosen on the page, to a calibrated URDF."""
+"""A folder of what a camera saw, given to the page as a ZIP, to a calibrated URDF."""
 
 import shutil
 
@@ -10,7 +10,6 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.urdf import read_urdf
 from workbench.extras.camera.rig import rig_of
 from workbench.plate.plate_toml import load_plate
-from workbench.session.state import Focus
 from workbench.views.page.app import App
 
 cv2 = pytest.importorskip("cv2")
@@ -26,20 +25,27 @@ def app():
     running.close()
 
 
-def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
+def test_a_folder_in_an_archive_is_identified_and_saved(app, look, aria, tmp_path):
+    """As a file manager packs it; a broken archive is one sentence, and what was there stays."""
     from board_on_tool import tabulate
 
     folder = tmp_path / "knocked"
     folder.mkdir()
     tabulate(aria, SHIFTS, folder, count=24)
+    packed = shutil.make_archive(str(tmp_path / "shots"), "zip", tmp_path, "knocked")
+    broken = tmp_path / "broken.zip"
+    broken.write_bytes(b"no archive")
     screen = look()
     screen.tab("Measure")
-    screen.page.locator('[data-testid="folder"] input').set_input_files(folder)
-    screen.wait_text("camera_0", "image 0")
-    session = screen.until(lambda s: s.measurements.loaded is not None and s.page.job is None)
-    assert session.measurements.loaded.name == "knocked"
-    expect(screen.page.locator('[data-testid="camera_0"] img[data-testid="picture"]')).to_have_count(1)
-    screen.wait_node("/camera/target", np.zeros(3))
+    for path, message in ((packed, "24 pictures read from shots"), (broken, "as a ZIP archive")):
+        screen.give("Pictures in a folder (ZIP)", path)
+        screen.page.get_by_text(message).first.wait_for()
+    session = screen.until(lambda s: s.page.job is None)
+    assert session.measurements.loaded.name == "shots"
+    side = 1e3 * rig_of(session.measurements.loaded.dataset).targets[0].charuco.square
+    expect(screen.page.get_by_label("Square [mm]", exact=True)).to_have_value(f"{side:g}")
+    screen.wait_text("camera_0", "% of the picture used")
+    expect(screen.page.locator('[data-testid="thumbnails"] img')).to_have_count(24)
     screen.shoot("pictures-loaded")
     screen.press("Identify the geometry")
     screen.until(lambda s: s.results.identification is not None and s.page.job is None, timeout=120.0)
@@ -50,7 +56,6 @@ def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
     assert abs(change - 0.6) < 5.0 * error < 0.3
     screen.tab("Measure")
     screen.wait_text("gate", "Identified: joint zeros")
-    screen.wait_node("/camera/target", np.zeros(3))
     box = screen.box("steps")
     assert box["x"] + box["width"] < screen.page.viewport_size["width"]
     screen.shoot("pictures-identified")
@@ -62,34 +67,7 @@ def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
     turns = [arm.predict(q)[:, :3, :3] for arm in (read_urdf(tmp_path / "arm.urdf"), aria)]
     off = np.swapaxes(turns[0], 1, 2) @ turns[1]
     assert 0.3 < np.rad2deg(np.arccos((np.trace(off, axis1=1, axis2=2).mean() - 1.0) / 2.0)) < 1.0
-
-
-def test_an_archive_of_the_folder_is_chosen_with_the_button(app, look, aria, tmp_path):
-    """A folder in a ZIP, as a file manager packs it; a broken one is said, and what was there stays."""
-    from board_on_tool import tabulate
-
-    folder = tmp_path / "knocked"
-    folder.mkdir()
-    tabulate(aria, SHIFTS, folder, count=6)
-    packed = shutil.make_archive(str(tmp_path / "shots"), "zip", tmp_path, "knocked")
-    broken = tmp_path / "broken.zip"
-    broken.write_bytes(b"no archive")
-    screen = look()
     screen.tab("Measure")
-    for path, message in ((packed, "6 pictures read from shots"), (broken, "as a ZIP or tar archive")):
-        screen.give("… or an archive of it (ZIP)", path)
-        screen.page.get_by_text(message).first.wait_for()
-    session = screen.until(lambda s: s.page.job is None)
-    assert session.measurements.loaded.name == "shots"
-    assert len(session.measurements.loaded.dataset) == 6
-    side = 1e3 * rig_of(session.measurements.loaded.dataset).targets[0].charuco.square
-    expect(screen.page.get_by_label("Square [mm]", exact=True)).to_have_value(f"{side:g}")
-    screen.wait_text("camera_0", "image 0")
-    expect(screen.page.locator('[data-testid="camera_0"] img[data-testid="picture"]')).to_have_count(1)
-    screen.page.locator('[data-testid="thumbnails"] a').nth(2).click()
-    screen.wait_text("camera_0", "image 2")
-    assert screen.until(lambda s: s.results.row == 2).playback.focus is Focus.ROW
-    screen.shoot("pictures-archive")
     screen.choose("Board is", "in the cell")
     with screen.page.expect_download() as saved:
         screen.press("Board (PDF)")

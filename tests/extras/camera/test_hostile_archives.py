@@ -1,12 +1,10 @@
 """Archives and pictures that are made to do harm: each is one sentence, and nothing leaves the folder."""
 
-import gzip
 import io
 import os
 import struct
 import subprocess
 import sys
-import tarfile
 import zipfile
 import zlib
 from pathlib import Path
@@ -80,14 +78,7 @@ def test_what_macos_packs_beside_each_file_is_left_out():
     assert inside(zipped(*((name, "x") for name in names))) == ["shots/0.png", "shots/joints.csv"]
 
 
-def test_links_and_devices_are_left_out(tmp_path):
-    out = io.BytesIO()
-    with tarfile.open(fileobj=out, mode="w") as archive:
-        for kind in (tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.CHRTYPE, tarfile.FIFOTYPE):
-            info = tarfile.TarInfo(f"kind{kind.decode()}")
-            info.type, info.linkname = kind, "/etc/passwd"
-            archive.addfile(info)
-    assert inside(out.getvalue()) == []
+def test_a_link_is_a_file_of_its_text():
     link = zipfile.ZipInfo("link")
     link.external_attr = 0xA1ED0000
     with unpacked("shots.zip", zipped((link, "/etc/passwd"))) as place:
@@ -102,7 +93,7 @@ def test_links_and_devices_are_left_out(tmp_path):
         (marked(zipped(("a.csv", "x" * 90)), 8, 99), "can't be unpacked"),
         (zipped(("a", "x"), ("a/b", "y")), "exists"),
         (zipped(("n" * 300, "x")), "too long"),
-        (zipped(("a.csv", "x" * 90))[:40], "ReadError"),
+        (zipped(("a.csv", "x" * 90))[:40], "BadZipFile"),
     ],
     # the bytes hold the time when they were made, and every worker must collect the same names
     ids=["encrypted", "unknown compression", "file and folder", "long name", "torn"],
@@ -121,15 +112,9 @@ def test_as_many_files_as_the_bound_are_unpacked_and_one_more_is_not(monkeypatch
         inside(zipped(*((f"{k}.png", "") for k in range(21))))
 
 
-@pytest.mark.parametrize("kind", ["zip", "tar"])
-def test_a_bomb_is_stopped_at_its_bound_in_little_memory(kind, monkeypatch):
+def test_a_bomb_is_stopped_at_its_bound_in_little_memory(monkeypatch):
     monkeypatch.setattr(folders, "LARGEST", 8 * MEBIBYTE)
-    if kind == "zip":
-        content = zipped(*((f"{k}.png", bytes(6 * MEBIBYTE)) for k in range(40)))
-    else:
-        info = tarfile.TarInfo("a.png")
-        info.size = 240 * MEBIBYTE
-        content = gzip.compress(info.tobuf() + bytes(info.size), 9)
+    content = zipped(*((f"{k}.png", bytes(6 * MEBIBYTE)) for k in range(40)))
     assert len(content) < MEBIBYTE
     written = []
     monkeypatch.setattr(folders, "CHUNK", MEBIBYTE)

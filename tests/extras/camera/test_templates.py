@@ -139,7 +139,7 @@ def test_poses_of_the_tool_in_place_of_joints_give_camera_and_board_alone(first,
     (tmp_path / "poses.csv").write_text("\n".join(lines) + "\n")
     for path in (source / "images").iterdir():
         shutil.copy(path, tmp_path)
-    command = LoadPictures("pics.tar", packed(tmp_path), Board(9, 9, 0.036195))  # 5 × 7 are counted
+    command = LoadPictures("pics.zip", packed(tmp_path), Board(9, 9, 0.036195))  # 5 × 7 are counted
     result = command.compute(first)
     session = command.finish(first, result)
     alone = session.part(CameraAlone)

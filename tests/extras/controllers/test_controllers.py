@@ -29,7 +29,7 @@ MOTORS = json.dumps({
 
 def refusing(nominal: Robot) -> set[str]:
     """Forms that have no place for such an arm."""
-    out = {"urdf", "xacro", "sdf"}  # which bring a file up to date, and write no new one
+    out = {"urdf"}  # which brings a file up to date, and writes no new one
     turning = all(joint.kind == "revolute" for joint in nominal.moving)
     for name, dofs in (("ur", (6,)), ("xarm", (5, 6, 7)), ("franka", (7,)), ("openarm", (7,))):
         if nominal.dof not in dofs or not turning:

@@ -1,9 +1,6 @@
-"""Generated programs against the package: forward kinematics with every effect, corrections pose by pose."""
+"""The generated program against the package: poses with every effect, corrections pose by pose."""
 
-import ctypes
 import importlib.util
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
@@ -26,32 +23,6 @@ from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.path import command_joints
 
 STATE = {"payload": 1.5, "temperature": 31.0}
-GLUE = """
-#include "arm.h"
-int correct(const double *q, int rows, double payload, double temperature, const double *direction,
-            double *out, double *left) {
-    int bad = 0;
-    for (int r = 0; r < rows; r++) {
-        arm_state state = {payload, temperature, direction + r * ARM_N};
-        bad += arm_correct(q + r * ARM_N, &state, out + r * ARM_N, left + 2 * r) != 0;
-    }
-    return bad;
-}
-int forward(const double *q, int rows, double payload, double temperature, const double *direction,
-            double *out) {
-    int bad = 0;
-    for (int r = 0; r < rows; r++) {
-        arm_state state = {payload, temperature, direction + r * ARM_N};
-        bad += arm_forward(q + r * ARM_N, &state, out + 12 * r);
-    }
-    return bad;
-}
-int without_state(const double *q, double *out) { return arm_forward(q, 0, out); }
-"""
-
-
-def pointer(array: np.ndarray) -> ctypes.c_void_p:
-    return array.ctypes.data_as(ctypes.c_void_p)
 
 
 def in_python(robot: Robot, nominal: Robot, folder):
@@ -61,32 +32,6 @@ def in_python(robot: Robot, nominal: Robot, folder):
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-class InC:
-    """The header, compiled with every warning as an error."""
-
-    def __init__(self, robot: Robot, nominal: Robot, folder, optimised="-Og"):
-        export_robot(FORMS["c-header"], folder / "arm.h", Job(robot=robot, nominal=nominal))
-        (folder / "glue.c").write_text(GLUE)
-        compiler = shutil.which("cc") or shutil.which("gcc")
-        assert compiler, "this test needs a C compiler: install gcc"
-        flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", optimised, "-shared", "-fPIC"]
-        out = folder / "arm.so"
-        subprocess.run([compiler, *flags, "-o", out, folder / "glue.c", "-lm"], check=True)
-        self.library = ctypes.CDLL(str(out))
-
-    def correct(self, q, direction):
-        out, left = np.empty_like(q), np.empty((len(q), 2))
-        state = (ctypes.c_double(STATE["payload"]), ctypes.c_double(STATE["temperature"]), pointer(direction))
-        bad = self.library.correct(pointer(q), len(q), *state, pointer(out), pointer(left))
-        return out, left, bad
-
-    def forward(self, q, direction):
-        out = np.empty((len(q), 3, 4))
-        state = (ctypes.c_double(STATE["payload"]), ctypes.c_double(STATE["temperature"]), pointer(direction))
-        assert self.library.forward(pointer(q), len(q), *state, pointer(out)) == 0
-        return out
 
 
 def calibrated(name: str, *effects: AbstractEffect) -> tuple[Robot, Robot]:
@@ -156,7 +101,7 @@ def _settings(effect: AbstractEffect) -> dict:
 @pytest.mark.parametrize(
     "name", [n for n, e in EFFECTS.items() if e.moves_arm and not n.startswith(("extension-", "uneven-"))]
 )
-def test_programs_bend_as_the_law_of_every_effect_does(name, tmp_path):
+def test_the_program_bends_as_the_law_of_every_effect_does(name, tmp_path):
     nominal, plain = calibrated("ur10")
     effects = examples(name, plain)
     q, direction = poses(plain, 40)
@@ -170,26 +115,18 @@ def test_programs_bend_as_the_law_of_every_effect_does(name, tmp_path):
         assert np.abs(wanted - tool_poses(robot.with_effects(), Motion(q))).max() > 1e-5
         found = in_python(robot, nominal, folder).forward(q, direction=direction, **STATE)
         np.testing.assert_allclose(found, wanted, atol=1e-12)
-        if number == len(effects) - 1:
-            np.testing.assert_allclose(
-                InC(robot, nominal, folder).forward(q, direction), wanted[:, :3], atol=1e-12
-            )
 
 
 def check(name: str, rows: int, folder, effects) -> None:
-    """Both programs against `compensate`."""
+    """The program against `compensate`; a joint too many leaves a choice, which need not be the same."""
     nominal, robot = calibrated(name, *effects)
     q, direction = poses(robot, rows)
     state = {key: np.full(rows, value) for key, value in STATE.items()}
     wanted = correct(command_joints(robot, nominal, q), motion=Motion(q, direction=direction, **state))
     assert np.abs(wanted.q - q).max() > 1e-3
     found, left = in_python(robot, nominal, folder).correct(q, direction=direction, **STATE)
-    np.testing.assert_allclose(found, wanted.q, atol=1e-9, rtol=0.0)
+    np.testing.assert_allclose(found, wanted.q, atol=1e-9 if robot.dof < 7 else 1e-4, rtol=0.0)
     np.testing.assert_allclose(left[:, 0], wanted.after.position, atol=1e-11)
-    found, left, bad = InC(robot, nominal, folder, "-O2").correct(q, direction)
-    np.testing.assert_allclose(found, wanted.q, atol=1e-9, rtol=0.0)
-    np.testing.assert_allclose(left[:, 0], wanted.after.position, atol=1e-11)
-    assert bad == int((wanted.after.position > 1e-6).sum())
 
 
 def test_programs_correct_as_compensate_does(tmp_path):
@@ -236,17 +173,15 @@ def test_what_drives_an_arm_must_be_given(tmp_path):
         module.forward(np.zeros(6))
     with pytest.raises(ValueError, match="direction"):
         module.forward(np.zeros(6), temperature=20.0)
-    program = InC(robot, nominal, tmp_path)
-    assert program.library.without_state(pointer(np.zeros(6)), pointer(np.zeros(12))) == 2
 
 
 def test_what_a_program_can_not_hold_is_refused(tmp_path):
     nominal, robot = calibrated("iiwa14", EFFECTS["joint-compliance"]((1,), (2e-5,)))
-    for form in ("python-module", "c-header"):
-        with refuses(OptionError, "mass", option="--for", found=form):
-            export_robot(FORMS[form], tmp_path / "x", Job(robot=robot, nominal=nominal))
-        with refuses(OptionError, form, option="--nominal"):
-            export_robot(FORMS[form], tmp_path / "x", Job(robot=robot))
+    form = FORMS["python-module"]
+    with refuses(OptionError, "mass", option="--for", found=form.name):
+        export_robot(form, tmp_path / "x", Job(robot=robot, nominal=nominal))
+    with refuses(OptionError, form.name, option="--nominal"):
+        export_robot(form, tmp_path / "x", Job(robot=robot))
 
     from dataclasses import dataclass
 
@@ -262,7 +197,7 @@ def test_what_a_program_can_not_hold_is_refused(tmp_path):
 
     strange = robot.with_effects(Foreign((0,), (1.0,)))
     with refuses(OptionError, option="--for", found="foreign"):
-        export_robot(FORMS["python-module"], tmp_path / "x", Job(robot=strange, nominal=nominal))
+        export_robot(form, tmp_path / "x", Job(robot=strange, nominal=nominal))
     drifting = robot.with_effects(EFFECTS["base-drift"]((), (1e-6,) * 6))
-    done = export_robot(FORMS["python-module"], tmp_path / "x.py", Job(robot=drifting, nominal=nominal))
+    done = export_robot(form, tmp_path / "x.py", Job(robot=drifting, nominal=nominal))
     assert any("base-drift" in note for note in done.notes)

@@ -1,6 +1,4 @@
-"""Forms and programs of a saved calibration are the arm of its file, evaluated by other code."""
-
-import ctypes
+"""Forms and the program of a saved calibration are the arm of its file, evaluated by other code."""
 
 import numpy as np
 import pytest
@@ -10,7 +8,7 @@ from test_round_trip import MICRON, TURN, at_observed, check_form, measured, sav
 import workbench as wb
 from tests.exports import readers
 from tests.extras.controllers.test_controllers import refusing
-from tests.extras.controllers.test_programs import InC, in_python, pointer
+from tests.extras.controllers.test_programs import in_python
 from workbench.arm.robot_toml import robot_text
 from workbench.base.errors import OptionError, RobotError
 from workbench.exports import FORMS, Job, export_robot
@@ -44,26 +42,17 @@ def test_a_form_is_as_far_from_the_calibrated_arm_as_it_says(saved, form, tmp_pa
         assert form in refusing(nominal)
 
 
-@pytest.mark.parametrize("kind", ["python", "c"])
-def test_programs_compute_the_arm_of_the_file(saved, kind, tmp_path):
-    """In their own base; where orientations were not measured, at the point that was, on the best base."""
+def test_the_program_computes_the_arm_of_the_file(saved, tmp_path):
+    """In its own base; where orientations were not measured, at the point that was, on the best base."""
     measured, files = saved
     arm, nominal = wb.load_robot(str(files.toml)), wb.load_robot(measured.robot)
-    form = FORMS["python-module" if kind == "python" else "c-header"]
+    form = FORMS["python-module"]
     maximum = export_robot(form, tmp_path / "any", Job(robot=arm, nominal=nominal)).position or 0.0
     rows, (_, wanted) = at_observed(files)
     still = np.zeros_like(rows.q)
-    if kind == "python":
-        found = in_python(arm, nominal, tmp_path).forward(rows.q, temperature=20.0, direction=still)
-    else:
-        found = np.empty((len(rows), 3, 4))
-        state = (ctypes.c_double(0.0), ctypes.c_double(20.0), pointer(still))
-        library = InC(arm, nominal, tmp_path).library
-        assert library.forward(pointer(np.ascontiguousarray(rows.q)), len(rows), *state, pointer(found)) == 0
+    found = in_python(arm, nominal, tmp_path).forward(rows.q, temperature=20.0, direction=still)
     base = trip.aligned(found[:, :3, 3], wanted[:, :3, 3])
-    placed = base @ np.concatenate(
-        [found[:, :3], np.tile([[[0.0, 0.0, 0.0, 1.0]]], (len(rows), 1, 1))], axis=1
-    )
+    placed = base @ found
     missed = np.linalg.norm(placed[:, :3, 3] - wanted[:, :3, 3], axis=1)
     assert np.sqrt((missed**2).mean()) < maximum + MICRON
     if measured.rows.rotation is not None:

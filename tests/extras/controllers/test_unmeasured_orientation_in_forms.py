@@ -1,4 +1,4 @@
-"""Programs and model files of an arm measured with one reflector spoil nothing that it did not observe."""
+"""The program and model files of an arm measured with one reflector spoil nothing that it did not observe."""
 
 import xml.etree.ElementTree as ET
 
@@ -8,7 +8,7 @@ import pytest
 import workbench as wb
 from tests.exports import readers
 from tests.exports.test_unmeasured_orientation import cell, missed
-from tests.extras.controllers.test_programs import InC, in_python
+from tests.extras.controllers.test_programs import in_python
 from workbench.arm.usable_arm import usable_arm
 from workbench.base.wording import in_mm
 from workbench.exports import FORMS, Job, export_robot
@@ -16,13 +16,9 @@ from workbench.exports import FORMS, Job, export_robot
 assert cell  # a fixture
 
 
-@pytest.mark.parametrize("kind", ["python", "c"])
-def test_generated_programs_do_the_same(cell, kind, tmp_path):
+def test_the_generated_program_does_the_same(cell, tmp_path):
     arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
-    if kind == "python":
-        q = in_python(arm, nominal, tmp_path).correct(cell.q)[0]
-    else:
-        q = InC(arm, nominal, tmp_path).correct(np.ascontiguousarray(cell.q), np.zeros_like(cell.q))[0]
+    q = in_python(arm, nominal, tmp_path).correct(cell.q)[0]
     cell.judge_corrected(q, np.append(usable_arm(arm).robot.tool.xyz, 1.0))
 
 

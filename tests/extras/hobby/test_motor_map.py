@@ -171,6 +171,16 @@ def files(tmp_path):
     return arm
 
 
+def test_tables_with_lerobots_headings_are_joints(tmp_path):
+    motors = np.random.default_rng(6).uniform(-90.0, 90.0, (30, 6))
+    heads = [*(f"{name}.pos" for name in (*NAMES, "gripper")), "x[mm]", "y[mm]", "z[mm]"]
+    rows = np.column_stack([motors, np.ones((30, 3))]).tolist()
+    (tmp_path / "t.csv").write_text("\n".join([",".join(heads), *(",".join(map(repr, row)) for row in rows)]))
+    np.testing.assert_allclose(
+        np.rad2deg(wb.read_measurements(tmp_path / "t.csv").q), motors[:, :5], atol=1e-9
+    )
+
+
 def test_counts_become_a_urdf_and_a_lerobot_calibration(run, files, tmp_path):
     """Counts that pass 4095, homing offsets, and the model whose joints are what LeRobot then reads."""
     options = ("--robot", "so101", "--calibration", "follower.json", "--json", "map.json")

@@ -119,9 +119,6 @@ def test_pictures_become_the_map_of_the_motors(run, here, arm):
 
 
 def test_the_commands_of_the_page(run, here):
-    from test_following import recorded, write_table
-
-    write_table(here / "teleop.csv", *recorded(1))
     shown = re.findall(r"^workbench .*", PAGE.read_text(encoding="utf-8").replace("\\\n", " "), re.MULTILINE)
-    assert len(shown) >= 5
+    assert len(shown) >= 4
     run_lines(run, [line for line in shown if " board " not in line])

@@ -1,98 +1,69 @@
-"""A virtual arm is driven, captured and identified; what these commands refuse."""
+"""A virtual source: what its arm does, and what its command refuses."""
 
-import io
-import json
-import os
 import subprocess
 import sys
-from pathlib import Path
+from dataclasses import replace
 
+import numpy as np
 import pytest
-from refusals import mentions
 
-from workbench import cli
-from workbench.data.readers import read_measurements
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.extras.live.driver import JOINT_NOISE, TURNING, drive, drive_plate
+from workbench.extras.live.sample import parse_sample
 from workbench.plate.plate_toml import load_plate
 
-
-def test_a_driven_arm_is_captured_and_identified(run):
-    """The line of the README: drive | capture, then identify, with real processes for the pipe."""
-    program = [sys.executable, "-m", "workbench"]
-    where = ["--robot", "aria", "--plate", "table2"]
-    environment = os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[2])}
-    driver = subprocess.Popen(
-        [*program, "drive", *where, "--speed", "0", "--rate", "20"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        env=environment,
-    )
-    taken = subprocess.run(
-        [*program, "capture", *where, "--from", "-", "--out", "d.csv"],
-        stdin=driver.stdout,
-        capture_output=True,
-        text=True,
-        env=environment,
-        timeout=120,
-        start_new_session=True,  # no terminal: only the source's own requests store
-    )
-    driver.stdout.close()
-    with driver.stderr as message:
-        assert message.read() == b""
-    assert (taken.returncode, driver.wait(60)) == (0, 0), taken.stderr
-    assert taken.stderr.splitlines()[1] == "target 1 stored"
-    assert len(read_measurements("d.csv", joints=6)) == 10
-    status, _, _ = run("identify", "d.csv", "--robot", "aria", "--json", "r.json")
-    assert status == 0
-    assert json.loads(Path("r.json").read_text())["algorithms"]["opt2"]["converged"]
+ARM, PLATE = load_robot("aria"), load_plate("table2")
 
 
-def test_an_incomplete_capture_says_so_by_its_status(run, monkeypatch):
-    first = load_plate("table2").targets[0].xyz.tolist()
-    line = {"time": 0.0, "q": [0, 0, 0, 0, 0, 0], "xyz": first, "capture": True}
-    monkeypatch.setattr(sys, "stdin", io.StringIO(f"{json.dumps(line)}\n"))
-    status, out, _ = run("capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv")
-    assert status == 2
-    assert out.startswith("1 of 10 targets")
-    assert len(read_measurements("d.csv", joints=6)) == 1
+def test_lines_of_a_virtual_source_through_a_pipe(tmp_path):
+    """The arm stands at its targets whenever it asks; whoever reads no further ends it without a word."""
+    program = [sys.executable, "-m", "workbench", "drive", "--robot", "aria", "--plate", "table2"]
+    options = ["--speed", "0", "--rate", "20", "--actual", str(tmp_path / "hidden.toml")]
+    done = subprocess.run([*program, *options], capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    sent = [parse_sample(line, line=1, joints=6) for line in done.stdout.splitlines()]
+    assert np.all(np.diff([sample.time for sample in sent]) > 0.0)
+    kept = [sample for sample in sent if sample.capture]
+    predicted = tool_poses(load_robot(str(tmp_path / "hidden.toml")), Motion(np.stack([s.q for s in kept])))
+    np.testing.assert_allclose([s.position for s in kept], predicted[:, :3, 3], atol=4e-4)
+    assert np.abs(se3.pose_error(predicted, PLATE.poses)).max() < 3e-3
+    with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as cut:
+        cut.stdout.readline()
+        cut.stdout.close()
+        assert cut.stderr.read() == b""
+    assert cut.returncode == 0
 
 
-def test_a_capture_books_nothing_for_a_target_where_the_tool_is_not(run, monkeypatch):
-    fourth = load_plate("table2").targets[3].xyz.tolist()
-    line = {"time": 0.0, "q": [0, 0, 0, 0, 0, 0], "xyz": fourth, "capture": True}
-    monkeypatch.setattr(sys, "stdin", io.StringIO(f"{json.dumps(line)}\n"))
-    status, _, message = run("capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv")
-    assert status != 0
-    assert mentions(message, "target 4")
-    assert not Path("d.csv").exists()
+def test_the_same_seed_is_the_same_stream():
+    first = [next(drive_plate(ARM, PLATE, branch="auto", seed=seed)[1]).q.tolist() for seed in (5, 5, 6)]
+    assert first[0] == first[1] != first[2]
+    assert next(drive_plate(ARM, PLATE, branch="auto", instrument="plate")[1]).position is None
 
 
-REFUSED = {
-    "unknown source": (
-        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--from", "nowhere"],
-        ["nowhere", "host:port"],
-    ),
-    "silent source": (
-        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--from", "localhost:1"],
-        ["localhost:1"],
-    ),
-    "open to the network": (
-        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--from", "listen:0.0.0.0:0"],
-        ["0.0.0.0"],
-    ),
-    "unwritable capture": (
-        ["capture", "--robot", "aria", "--plate", "table2", "--out", "/proc/nowhere/d.csv"],
-        ["/proc/nowhere/d.csv"],
-    ),
-    "slow driver": (["drive", "--robot", "aria", "--plate", "table2", "--rate", "0"], ["rate"]),
-    "backward driver": (["drive", "--robot", "aria", "--plate", "table2", "--speed", "-1"], ["speed"]),
-    "blind driver": (
-        ["drive", "--robot", "aria", "--plate", "table2", "--instrument", "ball-bar"],
-        ["ball-bar"],
-    ),
-}
+def test_the_arm_moves_smoothly_and_within_its_speed():
+    rate, targets = 100.0, np.array([[0.5, 0.2, 0.0, -1.0, 0.3, 0.1], [0.0, 0.4, 0.1, 1.0, 0.3, 0.1]])
+    samples = list(drive(ARM, targets, rng=np.random.default_rng(0), rate=rate))
+    q = np.stack([sample.q for sample in samples])
+    speed = np.abs(np.diff(q, axis=0)).max() * rate
+    assert 0.98 * TURNING < speed <= TURNING + 10.0 * JOINT_NOISE * rate
+    assert np.abs(np.diff(q, n=2, axis=0)).max() * rate**2 < 5.0
+    kept = [sample.q for sample in samples if sample.capture]
+    np.testing.assert_allclose(kept, targets, atol=6.0 * JOINT_NOISE)
 
 
-@pytest.mark.parametrize("case", REFUSED)
-def test_live_commands_refuse(refused, case):
-    command, text = REFUSED[case]
-    refused(text, *command)
+def test_a_plate_without_targets_is_refused():
+    with pytest.raises(OptionError):
+        drive_plate(ARM, replace(PLATE, targets=()))
+
+
+@pytest.mark.parametrize(
+    "options",
+    [("--rate", "0"), ("--speed", "-1"), ("--instrument", "ball-bar"), ("--to", "nowhere")],
+    ids=["rate", "speed", "instrument", "address"],
+)
+def test_drive_refuses(refused, options):
+    refused([options[1]], "drive", "--robot", "aria", "--plate", "table2", *options)

@@ -22,6 +22,7 @@ from workbench.extras.live.session import (
     UseRows,
 )
 from workbench.extras.live.sources import VirtualDriver
+from workbench.extras.live.standstill import ArmState
 from workbench.session import Worker, replay
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.journal import Ending
@@ -30,20 +31,12 @@ from workbench.session.next_step import Tone, next_step
 from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Focus
 
-STILL = np.linspace(0.0, 0.6, 13)
 
-
-def samples(measuring, q, *, begin, shift=0.0):
-    """What an exact instrument says of the arm that stands for 0.6 s, or moves."""
-    for time in STILL:
-        now = q + shift * time
-        pose = tool_poses(measuring.virtual.actual, Motion(now[None]))[0]
-        yield TakeSample(
-            float(begin + time),
-            tuple(now.tolist()),
-            tuple(pose[:3, 3].tolist()),
-            tuple(se3.matrix_to_quaternion(pose[:3, :3]).tolist()),
-        )
+def sample(measuring, q, *, time, state=ArmState.STILL):
+    """What an exact instrument says of the arm."""
+    pose = tool_poses(measuring.virtual.actual, Motion(q[None]))[0]
+    xyz, quat = pose[:3, 3], se3.matrix_to_quaternion(pose[:3, :3])
+    return TakeSample(time, *(tuple(part.tolist()) for part in (q, xyz, quat)), arm_state=state)
 
 
 @pytest.fixture
@@ -53,19 +46,19 @@ def begun(do):
 
 def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker):
     for k, q in enumerate(begun.virtual.postures):
-        session = do(DriveArm(), *samples(begun, q, begin=10.0 * k))
+        session = do(DriveArm(), sample(begun, q, time=10.0 * k))
         assert session.playback.focus is Focus.JOG
-        assert session.selected == begun.numbers[k]
-        off = session.part(Measuring).acquisition.status().position
-        wanted = first.robot.base.pose @ first.plate.targets[begun.numbers[k]].pose
+        assert session.selected == begun.acquisition.targets[k].number
+        off, _ = session.part(Measuring).acquisition.deviation()
+        wanted = first.robot.base.pose @ first.plate.targets[begun.acquisition.targets[k].number].pose
         tool = tool_poses(begun.virtual.actual, Motion(q[None]))[0]
         assert np.allclose(off, (tool - wanted)[:3, 3], atol=1e-12)
         assert np.linalg.norm(off) < 3e-3
-        assert do(StoreRow()).part(Measuring).acquisition.rows == k + 1
+        assert len(do(StoreRow()).part(Measuring).acquisition.rows) == k + 1
     complete = worker.session
     step = next_step(complete)
     assert (step.tone, step.next.command, step.next.tab) == (Tone.GOOD, UseRows(), Tab.CALIBRATE)
-    shown = _status(complete.part(Measuring).acquisition.status(), complete.part(Measuring))
+    shown = _status(complete.part(Measuring).acquisition)
     assert "All targets are stored" in shown
     assert "off_mm" not in shown  # there is no target to go to any more
     session = do(UseRows())
@@ -83,44 +76,39 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
 def test_a_moving_arm_is_not_stored_nor_the_same_place_twice(do, begun):
     assert do(StoreRow()).page.messages[-1].severity is Severity.ERROR
     q = begun.virtual.postures[0]
-    assert do(*samples(begun, q, begin=0.0, shift=0.1), StoreRow()).part(Measuring).acquisition.rows == 0
-    assert do(*samples(begun, q, begin=1.0), StoreRow()).part(Measuring).acquisition.rows == 1
-    session = do(*samples(begun, q, begin=2.0), StoreRow())
-    assert session.part(Measuring).acquisition.rows == 1
+    assert (
+        do(sample(begun, q, time=0.0, state=ArmState.MOVING), StoreRow()).part(Measuring).acquisition.rows
+        == {}
+    )
+    assert len(do(sample(begun, q, time=1.0), StoreRow()).part(Measuring).acquisition.rows) == 1
+    session = do(sample(begun, q, time=2.0), StoreRow())
+    assert len(session.part(Measuring).acquisition.rows) == 1
     assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_the_last_row_is_taken_again_and_a_target_left_for_later(do, begun):
     for k in range(2):
-        do(*samples(begun, begun.virtual.postures[k], begin=10.0 * k), StoreRow())
+        do(sample(begun, begun.virtual.postures[k], time=10.0 * k), StoreRow())
     acquisition = do(TakeAgain()).part(Measuring).acquisition
-    assert (acquisition.current, acquisition.rows) == (1, 1)
-    session = do(NextWanted(), *samples(begun, begun.virtual.postures[2], begin=30.0), StoreRow())
-    assert [row is not None for row in session.part(Measuring).acquisition.taken[:3]] == [True, False, True]
+    assert (acquisition.current, [*acquisition.rows]) == (1, [0])
+    session = do(NextWanted(), sample(begun, begun.virtual.postures[2], time=30.0), StoreRow())
+    assert [*session.part(Measuring).acquisition.rows] == [0, 2]
     kept = do(UseRows()).measurements.loaded.dataset
     assert kept.row.tolist() == [0, 2]
 
 
 def test_a_row_is_kept_for_the_target_at_which_the_arm_stands(do, begun):
-    session = do(*samples(begun, begun.virtual.postures[3], begin=0.0), StoreRow())
-    assert session.part(Measuring).acquisition.rows == 0
+    session = do(sample(begun, begun.virtual.postures[3], time=0.0), StoreRow())
+    assert session.part(Measuring).acquisition.rows == {}
     assert mentions(session.page.messages[-1].text, "target 4")
     assert next_step(session).next.command == StoreRow(target=3)
-    assert do(StoreRow(target=5)).part(Measuring).acquisition.rows == 0
-    assert do(StoreRow(target=99)).part(Measuring).acquisition.rows == 0
-    assert do(StoreRow(target=3)).part(Measuring).target == 4
-    session = do(*samples(begun, begun.virtual.postures[4], begin=10.0), StoreRow())
-    taken = session.part(Measuring).acquisition.taken
-    assert [i for i, row in enumerate(taken) if row is not None] == [3, 4]
-    session = do(*samples(begun, begun.virtual.postures[2], begin=20.0), StoreRow(anywhere=True), UseRows())
+    assert do(StoreRow(target=5)).part(Measuring).acquisition.rows == {}
+    assert do(StoreRow(target=99)).part(Measuring).acquisition.rows == {}
+    assert do(StoreRow(target=3)).part(Measuring).acquisition.current == 4
+    session = do(sample(begun, begun.virtual.postures[4], time=10.0), StoreRow())
+    assert [*session.part(Measuring).acquisition.rows] == [3, 4]
+    session = do(sample(begun, begun.virtual.postures[2], time=20.0), StoreRow(anywhere=True), UseRows())
     assert session.measurements.loaded.dataset.group.tolist() == ["target 4", "target 5", "target 6"]
-
-
-def test_a_snapshot_stays_as_it_was(do, begun):
-    before = do(*samples(begun, begun.virtual.postures[0], begin=0.0)).part(Measuring)
-    do(StoreRow(), *samples(begun, begun.virtual.postures[1], begin=5.0, shift=1.0))
-    assert before.acquisition.rows == 0
-    assert before.acquisition.copy().store().changed
 
 
 def test_what_makes_no_sense_is_said(do):
@@ -166,10 +154,10 @@ def test_the_virtual_arm_comes_to_rest_at_the_target(first):
 
 def test_news_stay_until_the_user_goes_on(do, begun):
     """A late sample of the arm is nobody's doing."""
-    do(*samples(begun, begun.virtual.postures[0], begin=0.0), StoreRow())
+    do(sample(begun, begun.virtual.postures[0], time=0.0), StoreRow())
     warnings = do(UseRows()).page.messages[-1].text
     assert "the session's data: 1 measured row" in warnings
-    session = do(*samples(begun, begun.virtual.postures[1], begin=9.0))
+    session = do(sample(begun, begun.virtual.postures[1], time=9.0))
     assert session.page.messages[-1].text == warnings
     assert warnings not in [m.text for m in do(SelectTarget(3)).page.messages]
 

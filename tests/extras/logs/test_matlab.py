@@ -1,27 +1,33 @@
 """MATLAB files: matrices as the option names them; those that would crash or fill all memory are refused."""
 
 import io
+import re
 import struct
 import zlib
 
 import numpy as np
 import pytest
-from refusals import mentions, refuses
+from refusals import refuses
 from scipy.io import savemat
 
 from tests.data.test_forms import ROTATED
 from tests.data.test_hostile_files import refusal
-from workbench.base.bounded_process import ChildError, in_child
-from workbench.base.errors import FileError, OptionError, WorkbenchError
+from workbench.base.errors import FileError, OptionError
 from workbench.data import binary_tables
 from workbench.data.readers import read_measurements, read_trajectory
-from workbench.extras.logs.matlab_arrays import matlab_arrays
+from workbench.extras.logs.binary_files import matlab_arrays, read_arrays
 from workbench.session.commands.data import LoadData, load_endings
 
 HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H2s", 0x100, b"IM")
 CRASHING = HEADER + struct.pack(  # the array's name is of a type that no name has
     "<16I72x", 14, 528, 6, 8, 6, 0, 5, 8, 10, 6, 0x10001, 1, 0, 0, 9, 72
 )
+
+
+def packed(content: bytes) -> bytes:
+    """A compressed variable."""
+    small = zlib.compress(content)
+    return struct.pack("<2I", 15, len(small)) + small
 
 
 def save_mat(path, **variables):
@@ -68,26 +74,16 @@ def test_a_trajectory_in_a_matlab_file(tmp_path):
         read_trajectory(file, columns=columns, sheet="A")
 
 
-@pytest.mark.parametrize("packed", [False, True])
-def test_a_matlab_file_that_would_crash_its_reader(tmp_path, packed):
-    path = tmp_path / "crash.mat"
-    savemat(path, {"Q": np.zeros((3, 2))})
-    at, crashing = path.stat().st_size, CRASHING[len(HEADER) :]
-    if packed:
-        crashing = struct.pack("<2I", 15, len(zlib.compress(crashing))) + zlib.compress(crashing)
-    assert f"variable 2, at byte {at}, is damaged" in refusal(
-        tmp_path, "crash.mat", path.read_bytes() + crashing
-    )
+def deep(depth: int) -> bytes:
+    """Cells in cells."""
+    content = struct.pack("<2I", 14, 0)
+    for _ in range(depth):
+        content = struct.pack("<12I", 14, 40 + len(content), 6, 8, 1, 0, 5, 8, 1, 1, 1, 0) + content
+    return HEADER + content
 
 
-@pytest.mark.parametrize("packed", [False, True])
-def test_matlab_variables_of_every_class_are_read_and_none_that_is_changed_crashes(packed):
-    """In a process of its own, as what crashes takes it along."""
-    assert in_child(_read_changed, packed, seconds=20.0, needs="scipy.io") > 100
-
-
-def _read_changed(packed: bool) -> int:
-    """How many of some files, each with one byte of the variables changed, are refused in words."""
+def sound() -> bytes:
+    """A variable of every class."""
     from scipy.sparse import csc_array
 
     cells, file = np.array([[1.0, "two"], [np.eye(2), 4]], dtype=object), io.BytesIO()
@@ -95,56 +91,46 @@ def _read_changed(packed: bool) -> int:
     savemat(
         file, {"Q": np.ones((3, 2)), "z": np.full(2, 1j), "c": cells, "s": structs, "p": csc_array(np.eye(3))}
     )
-    sound, rng, refused = file.getvalue(), np.random.default_rng(1), 0
-    assert set(matlab_arrays(_packed(sound) if packed else sound)) >= {"Q", "z", "c", "s.inner.d"}
-    for place in rng.integers(128, len(sound), 600):
-        changed = bytearray(sound)
-        changed[place] = rng.integers(256)
-        try:
-            matlab_arrays(_packed(bytes(changed)) if packed else bytes(changed))
-        except ChildError:
-            refused += 1
-    return refused
+    return file.getvalue()
 
 
-def _packed(content: bytes) -> bytes:
-    """A MATLAB file whose variables are compressed; sizes beyond its end are cut."""
-    made, at = content[:128], 128
-    while at + 8 <= len(content):
-        end = at + 8 + min(struct.unpack_from("<I", content, at + 4)[0], len(content))
-        small = zlib.compress(content[at:end])
-        made, at = made + struct.pack("<2I", 15, len(small)) + small, end
-    return made
-
-
-@pytest.mark.parametrize(
-    ("depth", "text"), [(20, "there are no matrices|which matrix"), (3000, "variable 1.* is damaged")]
-)
-def test_matlab_cells_in_cells(tmp_path, depth, text):
-    content = struct.pack("<2I", 14, 0)
-    for _ in range(depth):
-        content = struct.pack("<12I", 14, 40 + len(content), 6, 8, 1, 0, 5, 8, 1, 1, 1, 0) + content
-    path = tmp_path / "deep.mat"
-    path.write_bytes(HEADER + content)
-    with pytest.raises(WorkbenchError, match=text):
-        read_measurements(path)
-
-
-def test_a_matlab_file_that_unpacks_to_all_memory(tmp_path, monkeypatch):
+def huge() -> bytes:
     file = io.BytesIO()
     savemat(file, {"Q": np.zeros((2000, 2000))}, do_compression=True)
     assert len(file.getvalue()) < 50_000
-    monkeypatch.setattr(binary_tables, "BASE_MEMORY", 16 * 2**20)
-    assert "MiB of memory" in refusal(tmp_path, "bomb.mat", file.getvalue())
+    return file.getvalue()
 
 
-def test_the_command_says_which_variable_is_damaged(run, tmp_path):
-    (tmp_path / "crash.mat").write_bytes(CRASHING)
-    status, _, err = run("identify", "crash.mat", "--robot", "aria")
-    assert status == 1
-    assert mentions(err, "variable 1", "byte 128")
-    assert err.count("\n") == 1
-    assert len(err.strip()) <= 300
+HOSTILE = {
+    "crashing": (CRASHING, "MATLAB"),
+    "packed": (HEADER + packed(CRASHING[len(HEADER) :]), "MATLAB"),
+    "cut": (sound()[:-300], "MATLAB"),
+    "deep": (deep(3000), "MATLAB"),
+    "hollow": (deep(20), "there are no matrices|which matrix"),
+    "bomb": (huge(), "MiB of memory"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_matlab_file_costs_one_sentence(name, tmp_path, monkeypatch):
+    content, text = HOSTILE[name]
+    if name == "bomb":
+        monkeypatch.setattr(binary_tables, "BASE_MEMORY", 16 * 2**20)
+    assert re.search(text, refusal(tmp_path, "hostile.mat", content))
+
+
+def test_variables_of_every_class_are_read_and_none_that_is_changed_does_more_harm(tmp_path):
+    """A sample of files of which one byte is other; what crashes the reader ends its process only."""
+    assert set(matlab_arrays(sound())) >= {"Q", "z", "c", "s.inner.d"}
+    rng, path, refused = np.random.default_rng(1), tmp_path / "changed.mat", 0
+    for place in rng.integers(128, len(sound()), 12):
+        changed = bytearray(sound())
+        changed[place] = rng.integers(256)
+        try:
+            read_arrays(bytes(changed), path)
+        except FileError:
+            refused += 1
+    assert refused > 0
 
 
 @pytest.mark.data

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 import workbench as wb
 from workbench.extras.pendant.touching.session import FRAME as FRAME_WANTED
-from workbench.extras.pendant.touching.session import NUMBERS, ReadTouches, touched_of
+from workbench.extras.pendant.touching.session import ReadTouches, touched_of
 from workbench.session import Worker, replay, start
 from workbench.session.start import default_plate
 from workbench.views.page.app import App
@@ -267,7 +267,7 @@ def test_a_fixture_by_the_points_of_its_drawing(run, arm, pointer):
     assert [t["error"] for t in found["touches"]] == pytest.approx(distance, abs=1e-6)
 
 
-def test_a_drawings_point_that_slipped_and_two_that_were_exchanged(run, arm, pointer):
+def test_a_point_that_slipped_is_left_out_two_exchanged_and_other_units_are_refused(run, arm, pointer):
     places = [*CAD.values(), *CAD.values()]
     q = touched(arm, places)
     q[6] = touched(arm, [[0.2, 0.003, 0.0]])[0]
@@ -275,9 +275,8 @@ def test_a_drawings_point_that_slipped_and_two_that_were_exchanged(run, arm, poi
     assert run("frame", "touches.csv", "--robot", pointer, "--cad", drawing(), "--json", "frame.json")[0] == 0
     assert [t["row"] for t in json.loads(Path("frame.json").read_text())["touches"] if t["slipped"]] == [6]
     table(touched(arm, CAD.values()), ["A", "C", "B", "D", "E"])
-    status, _, err = run("frame", "touches.csv", "--robot", pointer, "--cad", drawing())
-    assert status == 2
-    assert "'C' and 'B' seem to be exchanged" in err
+    assert run("frame", "touches.csv", "--robot", pointer, "--cad", drawing())[0] == 2
+    table(touched(arm, CAD.values()), list(CAD))
     cad = Path(drawing())
     cad.write_text(cad.read_text().replace("[mm]", "[m]"))
     status, _, err = run("frame", "touches.csv", "--robot", pointer, "--cad", cad)
@@ -336,7 +335,7 @@ def test_tip_and_frame_from_touches_on_the_page(app, look, arm, tmp_path):
     screen.give("Touches of a frame", table(touched(arm, places), names, tmp_path / "faces.csv"))
     screen.until(lambda s: "has no tool" in s.page.messages[-1].text if s.page.messages else False)
     screen.give("Touches of one point", table(pivot(arm, 6), path=tmp_path / "nail.csv"))
-    screen.wait_text("touched", "Tip at x")
+    screen.wait_text("touched", "tip at x")
     off = 1e3 * np.abs(touched_of(app.worker.session).tip.xyz - TIP)
     assert (off < 0.3).all()
     screen.give("Touches of one point", table(pivot(arm, 3), path=tmp_path / "few.csv"))
@@ -345,7 +344,7 @@ def test_tip_and_frame_from_touches_on_the_page(app, look, arm, tmp_path):
     screen.page.get_by_label("Ball's radius [mm]").fill(f"{1e3 * radius:g}")
     screen.page.keyboard.press("Tab")
     screen.give("Touches of a frame", tmp_path / "faces.csv")
-    screen.wait_text("touched", "Frame at x")
+    screen.wait_text("touched", "frame at x")
     screen.shoot("touches")
     for button in ("Arm with this tool (TOML)", "User frame (TOML)"):
         with screen.page.expect_download() as saved:
@@ -370,6 +369,5 @@ def test_a_frame_by_the_arms_own_tool_is_in_the_journal(arm, pointer, tmp_path):
         worker.submit(ReadTouches("marks.csv", content, FRAME_WANTED))
         assert worker.wait(120.0)
         assert touched_of(worker.session).tip is None
-        assert NUMBERS.of(worker.session) == {"frame": touched_of(worker.session).frame.json()}
     finally:
         worker.close()

@@ -14,7 +14,6 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Freedom
 from workbench.extras.service.rezero.result import RezeroVerdict
-from workbench.identification.prior import Prior
 
 SIGMA = (5e-5, np.deg2rad(0.01))
 KNOWN = 1e-4
@@ -54,10 +53,10 @@ def framed(arm, base=FIXED, tool=FIXED):
     return replace(arm, calibration=record)
 
 
-def measured(arm, shifts, *, rows=8, seed=0, changed=(), known=KNOWN, zeros=KNOWN, noise=1.0):
-    """Poses of an arm whose constants are off by what a calibration leaves, and whose zeros were shifted.
+def real(arm, shifts, *, seed=0, changed=(), known=KNOWN, zeros=KNOWN):
+    """An arm whose constants are off by what a calibration leaves, and whose zeros were shifted.
 
-    The poses are computed by the generator, which shares no code with the package.
+    Its poses are computed by the generator, which shares no code with the package.
     """
     rng = np.random.default_rng(seed)
     table = np.zeros((arm.dof, 5))
@@ -67,14 +66,35 @@ def measured(arm, shifts, *, rows=8, seed=0, changed=(), known=KNOWN, zeros=KNOW
         value += dict(changed).get(element.name, 0.0)
         table[joint, ("theta", "d", "a", "alpha", "beta").index(part)] = value
     table[:, 0] += shifts
-    real = VirtualArm("hayati", table, tool=np.array(arm.tool.pose))
+    return VirtualArm("hayati", table, tool=np.array(arm.tool.pose)), rng
+
+
+def measured(arm, shifts, *, rows=8, **how):
+    """Poses of such an arm by a tracker."""
+    actual, rng = real(arm, shifts, **how)
     q = rng.uniform(-2.0, 2.0, (rows, arm.dof))
-    poses = real.pose(q)
-    turn = se3.rotvec_to_matrix(noise * SIGMA[1] * rng.normal(size=(rows, 3)))
-    position = poses[:, :3, 3] + noise * SIGMA[0] * rng.normal(size=(rows, 3))
+    poses = actual.pose(q)
+    turn = se3.rotvec_to_matrix(SIGMA[1] * rng.normal(size=(rows, 3)))
+    position = poses[:, :3, 3] + SIGMA[0] * rng.normal(size=(rows, 3))
     return wb.Dataset(
         q, position, turn @ poses[:, :3, :3], sigma=np.tile([*[SIGMA[0]] * 3, *[SIGMA[1]] * 3], (rows, 1))
     )
+
+
+def touched(arm, shifts, *, times=4, **how):
+    """Joints of such an arm at touches of three seats that repeat to 0.015 mm, and the seats' names."""
+    actual, rng = real(arm, shifts, **how)
+    rows, names = [], []
+    for name, seat in {"A": (0.4, 0.15, 0.25), "B": (0.3, -0.25, 0.1), "C": (0.45, -0.05, 0.35)}.items():
+        while names.count(name) < times:
+            place = np.array(seat) + rng.normal(0.0, 1.5e-5, 3)
+            found = actual.touching(place, rng.uniform(-1.5, 1.5, (1, arm.dof)))
+            if np.abs(found).max() < 2.0 and np.abs(actual.pose(found)[0, :3, 3] - place).max() < 1e-9:
+                rows.append(np.rad2deg(found[0]).tolist())
+                names.append(name)
+    head = ",".join([*(f"q{k}[deg]" for k in range(1, arm.dof + 1)), "contact"])
+    lines = [",".join([*map(repr, row), name]) for row, name in zip(rows, names, strict=True)]
+    return "\n".join([head, *lines]) + "\n"
 
 
 def shifted_in_turn(arm, seed, draws):
@@ -109,7 +129,7 @@ def test_what_a_base_and_a_tool_hide_is_said_and_left_as_calibrated(aria):
     found = wb.rezero(arm, measured(arm, shifts))
     assert [s.joint for s in found.moved] == [2]
     assert [s.joint for s in found.shifts if not s.determined] == [0, 5]
-    assert found.sentence.endswith("joints 1 and 6 can't be determined")
+    assert found.sentence.endswith("; joints 1, 6 can't be determined")
     assert any("joint 1 and a turn of the base" in text for text in found.ambiguous)
     assert any("joint 6 and a turn of the tool" in text for text in found.ambiguous)
     zeros = aria.joint_offsets
@@ -154,7 +174,7 @@ def test_nothing_moved_is_said(aria):
     assert not found.moved
     assert found.sentence.startswith("no joint moved by more than chance")
     hidden = replace(found, shifts=(replace(found.shifts[0], determined=False), *found.shifts[1:]))
-    assert hidden.sentence.startswith("joints 2, 3, 4, 5 and 6 ")
+    assert hidden.sentence.startswith("joints 2–6 ")
     assert hidden.sentence.endswith("; joint 1 can't be determined")
 
 
@@ -216,16 +236,6 @@ def test_a_joint_that_seems_to_be_another_one_points_to_replaced(aria):
     assert [s.joint for s in again.moved] == [2]
 
 
-def test_an_older_result_tells_how_well_the_arm_is_known(aria):
-    """Geometry of which that result knows less than the usual tolerance leaves the zeros more open."""
-    arm = framed(aria)
-    rows = measured(arm, np.zeros(6), rows=3)
-    names = tuple(n for n in arm.default_free if n not in arm.joint_offsets)
-    vague = Prior(names, arm.values(names), np.eye(len(names)) * 1e-3**-2)
-    widths = [np.mean([s.half for s in wb.rezero(arm, rows, prior=p).shifts]) for p in (None, vague)]
-    assert widths[1] > 1.2 * widths[0]
-
-
 def test_three_poses_suffice_and_two_are_refused(aria):
     arm = framed(aria)
     shifts = np.deg2rad([0, 0.5, 0, 0, 0, 0])
@@ -236,10 +246,23 @@ def test_three_poses_suffice_and_two_are_refused(aria):
         wb.rezero(arm, points)
 
 
-@pytest.mark.parametrize("options", [{"replaced": [7]}, {"tolerance": (0.0, 1e-4)}])
-def test_bad_options_are_refused(aria, options):
-    with pytest.raises(OptionError):
-        wb.rezero(framed(aria), measured(framed(aria), np.zeros(6)), **options)
+def test_a_joint_that_the_robot_lacks_is_refused(aria):
+    with refuses(OptionError, option="replaced", found=7):
+        wb.rezero(framed(aria), measured(framed(aria), np.zeros(6)), replaced=[7])
+
+
+@pytest.mark.parametrize("joint", [None, 1, 2, 3, 4])
+def test_touches_of_seats_show_the_joint_that_moved(joint, aria, tmp_path):
+    """Joints alone, seats anywhere: joint 1 would turn the table, all others are told."""
+    arm, shifts = framed(aria), np.zeros(6)
+    if joint is not None:
+        shifts[joint] = np.deg2rad(0.3)
+    (tmp_path / "touches.csv").write_text(touched(arm, shifts, seed=3))
+    found = wb.rezero(arm, tmp_path / "touches.csv")
+    assert [s.joint for s in found.moved] == ([] if joint is None else [joint])
+    assert not found.shifts[0].determined
+    for shift in found.shifts[1:]:
+        assert abs(shift.shift - shifts[shift.joint]) < 2.0 * shift.half < np.deg2rad(1.0)
 
 
 def test_it_prints_as_a_table_and_as_html(aria):

@@ -7,9 +7,9 @@ from workbench.extras.trajectories.session import PlanTrack
 from workbench.extras.trajectories.track import planned_track
 from workbench.session import Worker
 from workbench.session.commands.playing import PlaceTrack
-from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
+from workbench.session.journal.restore import restore
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.recording.recorder import recorder
 
@@ -32,6 +32,6 @@ def test_a_trajectory_is_drawn_and_done_again(sample, reader, tmp_path):
     last = pictures.values("/world/arm/nominal/body6", "Transform3D:translation")[-1]
     expected = body_frames(sample.robot, track.at(2.5))[6][:3, 3]
     assert last == (2, [pytest.approx(expected.tolist(), abs=1e-6)])
-    replayed = check(read_recording(begun.folder))
+    replayed = restore(read_recording(begun.folder))
     assert replayed.differences == ()
     assert planned_track(replayed.session).q.tolist() == track.q.tolist()

@@ -68,7 +68,7 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     screen = look()
     screen.tab("Robot")
     screen.page.get_by_text("Your own robot", exact=True).click()
-    screen.give("DH table, URDF, xacro", tmp_path / "mine.csv")
+    screen.give("DH table or URDF", tmp_path / "mine.csv")
     screen.page.get_by_role("button", name="mine.csv", exact=True).wait_for()
     screen.page.locator("textarea:visible").fill("\n".join(typed))
     screen.shoot("own-robot-typed")

@@ -8,7 +8,7 @@ import pytest
 from refusals import mentions
 
 from workbench.report.chart import WIDTH
-from workbench.session.next_step import StageErrors
+from workbench.session.stages import StageErrors
 from workbench.views.page.panels.fit import shown_parameter
 from workbench.views.page.panels.result_card import HEIGHT, histogram, numbers, weighed
 

@@ -1,5 +1,6 @@
 """The recorder beside a session: quick, thinned, whole; and what the commands make of recordings."""
 
+import os
 import resource
 import shutil
 import time
@@ -7,14 +8,14 @@ import time
 import pytest
 
 from tests.views.recording.demo import drag
+from workbench.arm.built_in_arms import load_robot
+from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.undo import Undo
-from workbench.session.journal import replay
-from workbench.session.journal.compare_numbers import ROUNDING, check, compare
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.folder import begin, resume
-from workbench.session.journal.numbers import SUBJECTS, numbers_of
+from workbench.session.journal.numbers import changed_numbers
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
 from workbench.views.recording.contents import thinned
@@ -83,18 +84,28 @@ def test_a_session_that_goes_on_has_another_file(copy, reader):
     assert steps == [len(recording.lines), len(recording.lines) + 1]
 
 
+def test_pictures_that_are_links_or_pipes_are_neither_shown_nor_written(tmp_path):
+    (tmp_path / "session.rrd").symlink_to(tmp_path / "elsewhere")
+    os.mkfifo(tmp_path / "session-2.rrd")
+    begun = begin(load_robot("aria"), load_plate("table2"), folder=tmp_path / "r")
+    for path in tmp_path.glob("*.rrd"):
+        path.rename(tmp_path / "r" / path.name)
+    worker = Worker(begun.session, keepers=(*begun.keepers, recorder(tmp_path / "r")))
+    worker.close()
+    assert [path.name for path in parts(tmp_path / "r")] == ["session-3.rrd"]
+    assert not (tmp_path / "elsewhere").exists()
+
+
 def test_a_restored_session_is_the_replayed_one(sample, replayed):
-    """An older version drew the sample's numbers: they agree but for the last digits."""
-    restored, again = restore(sample).session, replayed.session
-    pairs = [*compare(numbers_of(restored, SUBJECTS), numbers_of(again, SUBJECTS))]
-    assert max(pair.size for pair in pairs) <= ROUNDING
-    a, b = restored.results.identification.runs["opt2"].fit, again.results.identification.runs["opt2"].fit
-    assert a.x == pytest.approx(b.x, rel=1e-9)
+    again = restore(sample)
+    assert again.differences == ()
+    a, b = (found.session.results.identification.runs["opt2"].fit.x for found in (again, replayed))
+    assert a.tolist() == b.tolist()
 
 
 def same_targets(restored, again):
     """Places, postures, scores, and what can be gone back to, to the last digit."""
-    assert numbers_of(restored, SUBJECTS) == numbers_of(again, SUBJECTS)
+    assert changed_numbers(restored, None) == changed_numbers(again, None)
     for a, b in zip(
         (*restored.history.done, restored.history.best),
         (*again.history.done, again.history.best),
@@ -102,17 +113,7 @@ def same_targets(restored, again):
     ):
         assert [s.q.tolist() for s in a.states] == [s.q.tolist() for s in b.states]
         assert [t.xyz.tolist() for t in a.plate.targets] == [t.xyz.tolist() for t in b.plate.targets]
-    assert [(s.position, s.indices) for s in restored.history.scores] == [
-        (s.position, s.indices) for s in again.history.scores
-    ]
-    if again.drag is None:  # in the middle of a drag those of its beginning are shown
-        assert [(w.name, w.q.tolist()) for w in restored.branches.found] == [
-            (w.name, w.q.tolist()) for w in again.branches.found
-        ]
-    assert (restored.score.worst, restored.history.best_score.worst) == (
-        again.score.worst,
-        again.history.best_score.worst,
-    )
+    assert [s.indices for s in restored.history.scores] == [s.indices for s in again.history.scores]
     assert restored.drag == again.drag
 
 
@@ -138,11 +139,9 @@ def test_drags_out_of_reach_and_back_are_restored(sample, tmp_path):
     worker = live(tmp_path / "r", sample.robot, sample.plate, commands)
     recording = read_recording(tmp_path / "r")
     assert len(recording.lines) == len(worker.journal)
-    assert check(recording).differences == ()
-    for step in (3, 9, 14, 40, len(recording.lines)):
-        part = recording.truncated_at(step)
-        same_targets(restore(part).session, replay(part.first, part.entries))
-    assert numbers_of(restore(recording).session, SUBJECTS) == numbers_of(worker.session, SUBJECTS)
+    restored = restore(recording)
+    assert restored.differences == ()
+    same_targets(restored.session, worker.session)
 
 
 def test_a_full_disk_stops_no_recorder(sample, tmp_path):

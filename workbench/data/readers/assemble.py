@@ -23,7 +23,7 @@ from workbench.data.plausibility import repeated_rows
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields, in_base
 from workbench.data.readers.headings import column_of
-from workbench.data.readers.orientation import read_orientation
+from workbench.data.readers.orientation import read_orientation, written_orientation
 
 _CHECKED = {"distance", "direction", "exclude", "reason"}
 """Columns that are read by a function of their own."""
@@ -69,6 +69,7 @@ def assemble(
         row=np.arange(fields.rows),
         position=position,
         rotation=rotation,
+        written=None if moved else written_orientation(fields),
         markers=markers,
         distance=_distance(fields),
         direction=_signs(fields, q.shape[1]),

@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float
 
 from workbench.base import se3
 from workbench.base.errors import FileError
+from workbench.data.orientations import WrittenOrientation
 from workbench.data.readers.columns_option import GROUPS
 from workbench.data.readers.fields import Fields
 
@@ -32,6 +33,7 @@ class Form(NamedTuple):
     """One way to write an orientation."""
 
     name: str
+    convention: str
     keys: tuple[str, ...]
     to_matrices: Callable[[np.ndarray, Fields, np.ndarray], tuple[np.ndarray, tuple[str, ...]]]
 
@@ -60,6 +62,15 @@ def read_orientation(
             blank = np.isnan(result).any((1, 2))
             result[blank] = matrices[blank]
     return result, notes
+
+
+def written_orientation(fields: Fields) -> WrittenOrientation | None:
+    """The numbers of the first form that a file gives, as they stand there."""
+    forms = [form for form in FORMS if any(key in fields.values for key in form.keys)]
+    if fields.rotation is not None or not forms:
+        return None
+    raw = fields.stacked(forms[0].keys)
+    return None if raw is None else WrittenOrientation(forms[0].convention, raw)
 
 
 def _matrices(form: Form, fields: Fields, usable: Rows) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -150,10 +161,12 @@ def _from_matrix(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.
 
 
 FORMS = (
-    Form("the matrix r11 … r33", GROUPS["matrix"], _from_matrix),
-    Form("the quaternion qw, qx, qy, qz", ("qw", "qx", "qy", "qz"), _from_quaternion),
-    Form("the rotation vector rx, ry, rz", ("rx", "ry", "rz"), _simply(se3.rotvec_to_matrix)),
-    Form("roll, pitch, yaw (R = Rz(yaw) Ry(pitch) Rx(roll))", GROUPS["rpy"], _simply(se3.rpy_to_matrix)),
-    Form("ZXZ Euler angles (R = Rz(Φ) Rx(θ) Rz(Ψ))", GROUPS["zxz"], _simply(se3.zxz_to_matrix)),
+    Form("the matrix r11 … r33", "matrix", GROUPS["matrix"], _from_matrix),
+    Form("the quaternion qw, qx, qy, qz", "wxyz", ("qw", "qx", "qy", "qz"), _from_quaternion),
+    Form("the rotation vector rx, ry, rz", "rotvec", ("rx", "ry", "rz"), _simply(se3.rotvec_to_matrix)),
+    Form(
+        "roll, pitch, yaw (R = Rz(yaw) Ry(pitch) Rx(roll))", "xyz", GROUPS["rpy"], _simply(se3.rpy_to_matrix)
+    ),
+    Form("ZXZ Euler angles (R = Rz(Φ) Rx(θ) Rz(Ψ))", "ZXZ", GROUPS["zxz"], _simply(se3.zxz_to_matrix)),
 )
 """The most exact form first: it is the one that counts where a file gives several."""

@@ -16,10 +16,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.data.dataset import Dataset
+from workbench.data.postures import pose_units
 from workbench.identification.fit import Fit
 
-SAME_POSTURE = 1e-3
-"""Joint positions [rad or m] with smaller differences count as one posture."""
 MIN_PLACES = 20
 """Minimum number of places to estimate shared errors."""
 MIN_ROWS = 1.5
@@ -83,9 +82,5 @@ def dependence(fit: Fit) -> Float[np.ndarray, " p"]:
 
 
 def places(data: Dataset) -> Int[np.ndarray, " rows"]:
-    """Number of every row's place: its group, or else its posture within its session."""
-    if data.group is not None:
-        return np.unique(data.group, return_inverse=True)[1]
-    session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
-    key = np.column_stack([session, np.round(data.q / SAME_POSTURE)])
-    return np.unique(key, axis=0, return_inverse=True)[1].ravel()
+    """Number of every row's place: its posture within its session, or the group around it."""
+    return pose_units(data)

@@ -21,6 +21,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
     return document(
         DIAGNOSIS,
         robot=result.robot.name,
+        reading=result.data.read_as or "as given",
         measurements={
             "used": len(result.after_fit.problem.data),
             "held_out": len(result.held_out_data),

@@ -15,6 +15,7 @@ from workbench.arm.motion import Motion
 from workbench.base.progress import cancelled, progress
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
+from workbench.data.postures import pose_units
 from workbench.diagnosis.search.backlash_flanks import holding_likeliest
 from workbench.diagnosis.search.candidates import Catalogue, catalogue
 from workbench.diagnosis.search.event_search import Changeable, changeable, promising
@@ -249,10 +250,10 @@ def _coefficients(model: Model) -> int:
 
 
 def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"]:
-    """Fold of every row, whole groups together; by row if all belong to one group."""
-    groups = np.arange(len(data))
-    if data.group is not None and len(names := np.unique(data.group)) > 1:
-        groups = np.searchsorted(names, data.group)
+    """Fold of every row, whole postures and groups together; by posture if all belong to one group."""
+    groups = pose_units(data)
+    if groups.max(initial=0) == 0:
+        groups = pose_units(replace(data, group=None))
     count = min(FOLDS, int(groups.max()) + 1)
     order = rng.permutation(int(groups.max()) + 1)
     return (np.argsort(order) % count)[groups]

@@ -16,11 +16,5 @@ PARTS = Parts(
     preparations=("workbench.extras.camera.preparation:PicturePreparation",),
     sources=("workbench.extras.camera.options:PixelSource",),
     session_commands=("workbench.extras.camera.session_commands:LoadPictures",),
-    panels=(
-        "workbench.extras.camera.panels:CamerasPanel",
-        "workbench.extras.camera.panels:PictureCapturePanel",
-    ),
-    drawables=("workbench.extras.camera.drawables:cameras",),
-    page_drawables=("workbench.extras.camera.drawables:ellipsoid",),
-    watchers=("workbench.extras.camera.image_sources:PictureWatcher",),
+    panels=("workbench.extras.camera.panels:CamerasPanel",),
 )

@@ -9,7 +9,6 @@ import io
 import itertools
 import os
 import re
-import tarfile
 import tempfile
 import tomllib
 import zipfile
@@ -118,21 +117,18 @@ def small_jpeg(picture: Picture) -> bytes:
 
 
 def packed(place: Path | str) -> bytes:
-    """A folder as a tar archive: pictures, tables and TOML files."""
+    """A folder as a ZIP archive: pictures, tables and TOML files."""
     out = io.BytesIO()
-    with tarfile.open(fileobj=out, mode="w") as archive:
+    with zipfile.ZipFile(out, "w") as archive:
         for path in sorted(Path(place).rglob("*")):
             if path.suffix.lower() in (*ENDINGS, *TABLES, ".toml"):
-                archive.add(path, arcname=str(path.relative_to(place)))
+                archive.write(path, path.relative_to(place))
     return out.getvalue()
 
 
 @contextmanager
 def unpacked(name: str, content: bytes) -> Iterator[Path]:
-    """The folder that a ZIP or tar archive holds, as long as it is looked at.
-
-    Links and devices in it are left out, and nothing is written outside the folder.
-    """
+    """The folder that a ZIP archive holds, as long as it is looked at; nothing is written outside of it."""
     with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
         try:
             _unpack(name, content, Path(folder))
@@ -140,7 +136,7 @@ def unpacked(name: str, content: bytes) -> Iterator[Path]:
             raise
         except Exception as error:  # a broken archive raises nearly anything
             why = (isinstance(error, OSError) and error.strerror) or type(error).__name__
-            text = f"can't be unpacked as a ZIP or tar archive ({why}); pack it again, without a password"
+            text = f"can't be unpacked as a ZIP archive ({why}); pack it again, without a password"
             raise FileError(text, path=name) from None
         yield Path(folder)
 
@@ -162,18 +158,11 @@ def _unpack(name: str, content: bytes, folder: Path) -> None:
 
 def _members(content: bytes) -> Iterator[tuple[str, IO[bytes]]]:
     """Files of an archive by name, opened; what macOS packs beside each of them is left out."""
-    if zipfile.is_zipfile(io.BytesIO(content)):
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            for info in archive.infolist():
-                if not info.is_dir() and not _is_of_macos(info.filename):
-                    with archive.open(info) as file:
-                        yield info.filename, file
-        return
-    with tarfile.open(fileobj=io.BytesIO(content)) as archive:
-        for member in archive:
-            found = None if _is_of_macos(member.name) or not member.isfile() else archive.extractfile(member)
-            if found is not None:
-                yield member.name, found
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        for info in archive.infolist():
+            if not info.is_dir() and not _is_of_macos(info.filename):
+                with archive.open(info) as file:
+                    yield info.filename, file
 
 
 def _is_of_macos(name: str) -> bool:

@@ -1,4 +1,4 @@
-"""Pictures on the page: with their corners as found and predicted, small ones of all, and what they cover."""
+"""Pictures on the page: small ones of all with their corners, and what they cover."""
 
 import base64
 from collections.abc import Mapping
@@ -14,12 +14,12 @@ from workbench.extras.camera.rig import PictureReadings
 from workbench.extras.camera.session_commands import Previews
 from workbench.views.page.html import BAD, CAREFUL, GOOD, badge, text
 
-FOUND, MODEL, FAR = (94, 197, 34), (94, 63, 244), (11, 158, 245)
-"""Colours (blue, green, red) of corners as found, as the model puts them, and of what lies between."""
-LARGE, SMALL = 720, 160
-"""Widths of pictures [px]."""
-ARROWS = 20.0
-"""How many times residuals are drawn."""
+FOUND = (94, 197, 34)
+"""Colour (blue, green, red) of corners as found."""
+WIDTH = 160
+"""Of a picture [px]."""
+COLUMNS, ROWS = 8, 6
+"""Cells into which a picture is divided to say how much of it was used."""
 WELL_USED_SHARE = 0.6
 """Part of the picture that is well used."""
 TELLING_CORNERS = 8
@@ -30,41 +30,16 @@ SUBPIXEL = 4
 """Binary digits of parts of a pixel in OpenCV's drawings."""
 
 
-def drawn(
-    picture: bytes | None,
-    size: tuple[int, int],
-    found: Float[np.ndarray, "points 2"],
-    model: Float[np.ndarray, "points 2"] | None = None,
-    *,
-    width: int = LARGE,
-) -> str:
-    """A picture, or an empty one, with corners as found (rings) and as the model has them (crosses)."""
-    cv2, scale = opencv(), width / size[0]
-    image = np.full((round(size[1] * scale), width, 3), (55, 41, 31), np.uint8)
+def _drawn(picture: bytes | None, size: tuple[int, int], found: Float[np.ndarray, "points 2"]) -> str:
+    """A picture, or an empty one, with rings about its corners."""
+    cv2, scale = opencv(), WIDTH / size[0]
+    image = np.full((round(size[1] * scale), WIDTH, 3), (55, 41, 31), np.uint8)
     if picture is not None:
         read = cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)
         image = cv2.resize(read, image.shape[1::-1], interpolation=cv2.INTER_AREA)
-    rings = found * scale
-    crosses = np.full_like(rings, np.nan) if model is None else model * scale
-    for ring, cross in zip(rings, crosses, strict=True):
-        is_found, is_predicted = np.isfinite(ring).all(), np.isfinite(cross).all()
-        if is_predicted:
-            cv2.drawMarker(image, _near(cross), MODEL, cv2.MARKER_CROSS, 9)
-        if is_found:
-            place = _near(ring * 2.0**SUBPIXEL)
-            cv2.circle(image, place, 4 << SUBPIXEL, FOUND, 1, cv2.LINE_AA, SUBPIXEL)
-        if is_found and is_predicted:
-            end = _near((ring + ARROWS * (ring - cross)) * 2.0**SUBPIXEL)
-            cv2.line(image, place, end, FAR, 1, cv2.LINE_AA, SUBPIXEL)
-    caption = "rings: found"
-    if model is not None and np.isfinite(model).any():
-        caption += f"; crosses: by the model; lines: the difference × {ARROWS:g}"
-    return _image(image, caption, "picture", "width:100%;border-radius:4px;display:block")
-
-
-def _near(place: Float[np.ndarray, "2"]) -> tuple[int, int]:
-    u, v = np.clip(np.round(place), -30_000, 30_000).astype(int).tolist()
-    return u, v
+    for u, v in np.round(found[np.isfinite(found).all(1)] * scale * 2.0**SUBPIXEL).astype(int).tolist():
+        cv2.circle(image, (u, v), 4 << SUBPIXEL, FOUND, 1, cv2.LINE_AA, SUBPIXEL)
+    return _image(image, "rings: corners", "picture", "width:100%;border-radius:4px;display:block")
 
 
 def _image(image: np.ndarray, caption: str, testid: str, style: str) -> str:
@@ -88,11 +63,20 @@ def thumbnails(data: Dataset, previews: Previews | None) -> Mapping[str, str]:
         pixels = own.pixels[rows[image], c] if image in rows else np.zeros((0, 2))
         count = int(np.isfinite(pixels).all(1).sum())
         colour = GOOD if count >= TELLING_CORNERS else CAREFUL if count else BAD
-        small = drawn(known.get((name, image)), own.rig.cameras[c].size, pixels, width=SMALL)
+        small = _drawn(known.get((name, image)), own.rig.cameras[c].size, pixels)
         frame = f"outline:2px solid {colour};border-radius:4px"
         label = f'<div style="font-size:12px;text-align:center">{text(image)} · {count}</div>'
         found[image] = f'{found.get(image, "")}<div style="{frame}">{small}</div>{label}'
     return found
+
+
+@lru_cache(maxsize=4)
+def cells(data: Dataset, camera: int) -> Float[np.ndarray, "rows columns"]:
+    """How many corners each cell of a camera's pictures has, over all of them."""
+    own = PictureReadings.of(data)
+    seen, (width, height) = own.pixels[:, camera][own.seen[:, camera]], own.rig.cameras[camera].size
+    ends = (0.0, height), (0.0, width)
+    return np.histogram2d(seen[:, 1], seen[:, 0], bins=(ROWS, COLUMNS), range=ends)[0]
 
 
 def covered(cells: Float[np.ndarray, "rows columns"]) -> str:

@@ -4,16 +4,13 @@ from workbench.parts import Parts
 
 PARTS = Parts(
     exports=(
-        "workbench.extras.controllers.programs.forms:CHeader",
         "workbench.extras.controllers.kinematics_yaml:FRANKA",
         "workbench.extras.controllers.mjcf:Mjcf",
         "workbench.extras.controllers.kinematics_yaml:OPENARM",
-        "workbench.extras.controllers.programs.forms:PythonModule",
-        "workbench.extras.controllers.into.form:SDF",
+        "workbench.extras.controllers.program.form:PythonModule",
         "workbench.extras.controllers.ur_calibration:UrCalibration",
         "workbench.extras.controllers.kinematics_yaml:UR",
-        "workbench.extras.controllers.into.form:URDF",
-        "workbench.extras.controllers.into.form:XACRO",
+        "workbench.extras.controllers.into:Urdf",
         "workbench.extras.controllers.kinematics_yaml:XARM",
     )
 )

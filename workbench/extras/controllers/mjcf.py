@@ -1,4 +1,4 @@
-"""MuJoCo's MJCF: the frames of the calibrated joints, and masses; or a file of the user's own (`into/`).
+"""MuJoCo's MJCF: the frames of the calibrated joints, and masses; or a file of the user's own (`into.py`).
 
 Bodies are nested, each at its joint's frame: position and quaternion in the body before, the
 joint's axis, its range. The base is the first body, flange and tool are sites of the last. Inertia is that of
@@ -21,8 +21,9 @@ from workbench.arm.urdf_writer import numbers_text as _text
 from workbench.base import se3
 from workbench.base.types import Matrix4
 from workbench.exports.export_format import AbstractForm, Job
-from workbench.extras.controllers.into.form import MJCF
+from workbench.extras.controllers.into import notes_of, read_back, write_into
 from workbench.extras.controllers.joint_names import joint_names
+from workbench.extras.controllers.model_files import MJCF
 
 MIN_MASS, MIN_INERTIA = "0.001", "1e-06"
 
@@ -37,7 +38,7 @@ class Mjcf(AbstractForm):
 
     def write(self, job: Job) -> str:
         if job.source is not None:
-            return MJCF.write(job)
+            return write_into(MJCF, job)
         robot, frames = job.robot, job.frames
         root = ET.Element("mujoco", model=robot.name)
         ET.SubElement(root, "compiler", angle="radian", boundmass=MIN_MASS, boundinertia=MIN_INERTIA)
@@ -61,7 +62,7 @@ class Mjcf(AbstractForm):
 
     def read(self, text: str, job: Job) -> Robot:
         if job.source is not None:
-            return MJCF.read(text, job)
+            return read_back(MJCF, text, job)
         root, frames = ET.fromstring(text), job.frames
         poses, (flange, _) = ([_pose(node) for node in root.iter(kind)] for kind in ("body", "site"))
         own = zip(frames.joints, poses[1:], strict=True)
@@ -69,7 +70,7 @@ class Mjcf(AbstractForm):
 
     def notes(self, job: Job) -> Iterable[str]:
         if job.source is not None:
-            yield from MJCF.notes(job)
+            yield from notes_of(MJCF, job)
         elif not job.robot.has_masses:
             yield "masses are unknown: links have MuJoCo's minimum mass, enough for kinematics only"
 

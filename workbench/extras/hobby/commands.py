@@ -1,4 +1,4 @@
-"""Commands: hobby map, hobby follow."""
+"""Command: hobby map."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,11 +9,7 @@ from workbench.cli import options as opt
 from workbench.cli.exit_status import group
 from workbench.cli.options import argument, option
 
-hobby = group(
-    "hobby",
-    "Servo arms such as SO-101: motors against the URDF, follower against leader.",
-    section="Calibrate",
-)
+hobby = group("hobby", "Servo arms such as SO-101: motors against the URDF.", section="Calibrate")
 
 
 @hobby.command("map")
@@ -71,17 +67,3 @@ def map_(
         if found.reversed:
             names = ", ".join(found.reversed)
             opt.say(f"LeRobot's degrees can't reverse {names}: change their sign, or use the arm of --save")
-
-
-@hobby.command("follow")
-def follow(
-    recording: Annotated[
-        Path, argument("A LeRobot data set, or a table with time[s], leader.NAME and follower.NAME.")
-    ],
-    json: opt.JsonOption = None,
-) -> None:
-    """How a follower follows its leader: offset, direction, scale and lag of each joint."""
-    opt.check_writable(json)
-    found = wb.compare_leader(recording)
-    opt.show(found.summary())
-    opt.write_result(json, found.json())

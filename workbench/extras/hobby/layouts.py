@@ -1,4 +1,4 @@
-"""Motors as joints: tables with LeRobot's headings or counts, and LeRobot data sets.
+"""Motors as joints: tables with LeRobot's headings or counts.
 
     shoulder_pan.pos                  degrees, as LeRobot has them with `use_degrees`
     shoulder_pan[counts], q1[counts]  positions of 4096 a turn; 2048 is 0°
@@ -8,18 +8,17 @@ in every other table.
 """
 
 from dataclasses import replace
-from pathlib import Path
 from typing import final
 
 import numpy as np
 
 from workbench.base.units import parse_heading
-from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields, decimal_of, fields_of, to_numbers
-from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
+from workbench.data.readers.layouts.layout import AbstractTableLayout
 from workbench.data.readers.table import Table
-from workbench.extras.hobby.data_set import GRIPPER, read_data_set, root_of
 
+GRIPPER = "gripper"
+"""The motor that is no joint of the arm."""
 COUNTS = {"counts", "count", "ticks", "steps", "raw"}
 TURN, ZERO = 4096, 2048
 COUNTED = f"motor counts: {TURN} to a turn, {ZERO} is 0°"
@@ -78,29 +77,3 @@ def _joints(headings: list[str]) -> list[tuple[int, str, bool]]:
     """Place, name and unit of each motor's column but the gripper's."""
     found = [(k, *m) for k, heading in enumerate(headings) if (m := motor_of(heading)) is not None]
     return [each for each in found if each[1] != GRIPPER]
-
-
-@final
-class LeRobot(AbstractFileLayout):
-    """A data set of LeRobot as joints over time, for `--joints`."""
-
-    name = "lerobot"
-
-    def matches(self, path: Path, head: bytes) -> bool:
-        return root_of(path) is not None
-
-    def read(self, path: Path, naming: Naming | None) -> Fields:
-        log = read_data_set(path)
-        later = np.append(0.0, np.where(np.diff(log.episode), log.time[:-1] + 10.0, 0.0)).cumsum()
-        values = {f"q{k}": np.deg2rad(log.state[:, j]) for k, j in enumerate(log.joints, 1)}
-        return Fields(
-            source=log.source,
-            lines=tuple(range(1, len(log.time) + 1)),
-            values=values | {"time": log.time + later},
-            headings={f"q{k}": log.names[j] for k, j in enumerate(log.joints, 1)},
-            units=dict.fromkeys(values, "deg") | {"time": "s"},
-            notes=(
-                f"{NAMED}{', '.join(log.names[j] for j in log.joints)}",
-                "motors in degrees (use_degrees)",
-            ),
-        )

@@ -1,4 +1,4 @@
-"""What the Katana thesis did with little equipment: a load test with inclinometers."""
+"""What the Katana thesis did with little equipment: a load test with inclinometers, pencil and paper."""
 
 from workbench.parts import Parts
 

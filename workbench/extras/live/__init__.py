@@ -1,14 +1,10 @@
-"""Guided measurement in a terminal, from a live source, and a virtual arm in place of one."""
+"""Guided measurement from a live source, and a virtual arm in place of one."""
 
 from workbench.parts import Parts
 
 PARTS = Parts(
-    commands={
-        "capture": "workbench.extras.live.commands:capture",
-        "drive": "workbench.extras.live.commands:drive",
-    },
+    commands={"drive": "workbench.extras.live.commands:drive"},
     session_commands=("workbench.extras.live.session:BeginMeasuring",),
-    journal_numbers=("workbench.extras.live.session:NUMBERS",),
     panels=("workbench.extras.live.panels:GuidedPanel", "workbench.extras.live.panels:MeasuringPanel"),
     watchers=("workbench.extras.live.sources:VirtualDriver",),
     companions=("workbench.extras.live.options:LiveOption",),

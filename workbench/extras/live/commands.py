@@ -1,4 +1,4 @@
-"""Commands: capture, drive."""
+"""The command of a virtual source: drive."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -10,47 +10,7 @@ import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.exit_status import at_once, in_section
 from workbench.cli.options import option
-from workbench.extras.live.options import lines_of, waiting
-
-
-@in_section("Calibrate")
-def capture(
-    robot: opt.RobotOption,
-    plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
-    out: Annotated[Path, option("Write the measurements here (.csv), row by row.")],
-    source: Annotated[str, option("--from", "- (standard input), HOST:PORT, or listen:HOST:PORT.")] = "-",
-    session: Annotated[str, option("Name of this placement of robot and instrument.")] = "",
-) -> None:
-    """Guided measurement: move the arm to each target of a plate and store a row by a key or from the source.
-
-    The source sends one JSON object per line. A tool more than 30 mm or 5° from its target is not stored.
-    Keys: Enter or space stores, y stores for the target that the tool is at, f stores although the arm moves
-    or is elsewhere, r retakes the shown target's row or else the last one, n and p go to the next and the
-    previous target, q ends.
-    """
-    from rich.console import Console
-
-    from workbench.extras.live import guided_measurement
-    from workbench.extras.live.acquisition import Acquisition, plate_targets
-
-    arm, fixture = wb.load_robot(robot), wb.load_plate(plate)
-    opt.check_writable(out)
-    taken = Acquisition(plate_targets(arm, fixture), robot=arm, session=session)
-    console = Console(stderr=True)
-    with lines_of(source) as lines, guided(console) as (keys, draw):
-        done = guided_measurement.capture(
-            taken,
-            arm,
-            lines,
-            out,
-            keys=keys,
-            show=draw,
-            say=lambda text: console.print(text, markup=False, highlight=False),
-            source="stdin" if source == "-" else source,
-        )
-    opt.say(f"{len(done.data)} of {len(fixture)} targets, {taken.source}: {out}")
-    if not done.is_complete and not done.is_by_hand:
-        opt.fail(f"the source ended before all targets were measured: {len(done.data)} of {len(fixture)}")
+from workbench.extras.live.options import waiting
 
 
 @in_section("Calibrate")
@@ -70,7 +30,7 @@ def drive(
 ) -> None:
     """A virtual arm in place of a real driver: JSON lines of an arm moving from target to target."""
     from workbench.extras.live.connection import send_samples
-    from workbench.extras.live.driver import DrivePace, drive_plate
+    from workbench.extras.live.driver import drive_plate
 
     at_once()
     opt.check_writable(actual)
@@ -80,7 +40,7 @@ def drive(
         branch=branch,
         instrument=instrument,
         actual=None if of is None else wb.load_robot(of),
-        pace=DrivePace(rate=rate),
+        rate=rate,
         seed=seed,
     )
     if actual is not None:
@@ -90,31 +50,15 @@ def drive(
 
 
 @contextmanager
-def guided(console) -> Iterator[tuple]:
-    """Keys and live view if the terminal supports both, otherwise neither."""
-    from workbench.extras.live.display import keyboard, live_view
-
-    if not console.is_terminal:
-        yield None, None
-        return
-    with keyboard() as keys:
-        if keys is None:
-            yield None, None
-            return
-        with live_view(console) as show:
-            yield keys, show
-
-
-@contextmanager
 def receiver(to: str) -> Iterator[Callable[[str], object]]:
     """Destination of the lines: standard output, or the first client that connects."""
     import os
 
-    from workbench.extras.live.connection import first_listener
+    from workbench.extras.live.connection import accept_one
 
     if to != "-":
-        with first_listener(to, ready=waiting) as send:
-            yield send
+        with accept_one(to, ready=waiting) as connection:
+            yield lambda line: connection.sendall(line.encode())
         return
 
     def write(line: str) -> None:

@@ -1,4 +1,4 @@
-"""Transport of samples: text streams and TCP sockets."""
+"""Transport of samples: lines of text over TCP sockets."""
 
 import ipaddress
 import socket
@@ -9,6 +9,12 @@ from typing import TextIO
 
 from workbench.base.errors import FileError, OptionError
 from workbench.extras.live.sample import LONGEST_LINE, Sample, format_sample
+
+TIMEOUT = 5.0
+"""Longest wait for a connection [s]; lines may then come at any pace."""
+
+Ready = Callable[[int], None]
+"""Told the port as soon as it can be connected to."""
 
 
 def parse_address(text: str) -> tuple[str, int]:
@@ -41,15 +47,10 @@ def _lines(file: TextIO) -> Iterator[str]:
 
 
 @contextmanager
-def connect(address: str, *, timeout: float = 5.0) -> Iterator[Iterator[str]]:
-    """Lines of a source that listens at 'host:port'.
-
-    Args:
-        address: Where the source listens.
-        timeout: Longest wait for the connection [s]; lines may then come at any pace.
-    """
+def connect(address: str) -> Iterator[Iterator[str]]:
+    """Lines of a source that listens at 'host:port'."""
     try:
-        connection = socket.create_connection(parse_address(address), timeout=timeout)
+        connection = socket.create_connection(parse_address(address), timeout=TIMEOUT)
     except OSError as error:
         raise FileError(
             f"nothing answers there ({error.strerror or error}): start the source first", path=address
@@ -59,43 +60,27 @@ def connect(address: str, *, timeout: float = 5.0) -> Iterator[Iterator[str]]:
 
 
 @contextmanager
-def listen(
-    address: str, *, timeout: float | None = None, ready: Callable[[int], None] | None = None
-) -> Iterator[Iterator[str]]:
-    """Lines of the first source that connects to 'host:port' of this machine; as `accept_one`."""
+def listen(address: str, *, ready: Ready) -> Iterator[Iterator[str]]:
+    """Lines of the first source that connects to 'host:port' of this machine."""
     host, _ = parse_address(address)
     if not _is_loopback(host):
         raise OptionError(
             f"'{host}' is not this machine: listen at localhost, or connect to the source instead"
         )
-    with lines_from(accept_one(address, timeout=timeout, ready=ready)) as lines:
+    with lines_from(accept_one(address, ready=ready)) as lines:
         yield lines
 
 
-def accept_one(
-    address: str, *, timeout: float | None = None, ready: Callable[[int], None] | None = None
-) -> socket.socket:
-    """The first connection that comes to an address; the port is then free again.
-
-    Args:
-        address: HOST:PORT; port 0 for any free one.
-        timeout: How long to wait [s]; None: for ever.
-        ready: Told the port as soon as it can be connected to.
-    """
+def accept_one(address: str, *, ready: Ready) -> socket.socket:
+    """The first connection that comes to 'host:port' (0: any free port); the port is then free again."""
     try:
         with socket.create_server(parse_address(address)) as server:
-            server.settimeout(timeout)
-            if ready is not None:
-                ready(server.getsockname()[1])
-            connection, _ = server.accept()
-    except TimeoutError:
-        raise FileError(f"nobody connected within {timeout:g} s", path=address) from None
+            ready(server.getsockname()[1])
+            return server.accept()[0]
     except OSError as error:
         raise FileError(
             f"can't listen there ({error.strerror or error}): choose another port", path=address
         ) from None
-    connection.settimeout(None)
-    return connection
 
 
 def _is_loopback(host: str) -> bool:
@@ -107,35 +92,19 @@ def _is_loopback(host: str) -> bool:
         return False
 
 
-def send_samples(samples: Iterable[Sample], write: Callable[[str], object], *, speed: float = 1.0) -> int:
-    """Write samples as lines, each when its time has come.
+def send_samples(samples: Iterable[Sample], write: Callable[[str], object], *, speed: float = 1.0) -> None:
+    """Write samples as lines, each when its time has come, until the other side goes away.
 
     Args:
         samples: In the order of their times.
         write: Takes a line with its end.
         speed: How many times faster than the samples' clock; 0: without waiting.
-
-    Returns:
-        How many were written; fewer than all when the other side went away.
     """
     if not speed >= 0.0:
         raise OptionError(f"--speed must be at least 0 (0: without waiting), got {speed:g}")
-    began, count = time.monotonic(), 0
-    for sample in samples:
-        if speed > 0.0:
-            time.sleep(max(began + sample.time / speed - time.monotonic(), 0.0))
-        try:
+    began = time.monotonic()
+    with suppress(BrokenPipeError, ConnectionError):
+        for sample in samples:
+            if speed > 0.0:
+                time.sleep(max(began + sample.time / speed - time.monotonic(), 0.0))
             write(format_sample(sample) + "\n")
-        except (BrokenPipeError, ConnectionError):
-            break
-        count += 1
-    return count
-
-
-@contextmanager
-def first_listener(
-    address: str, *, timeout: float | None = None, ready: Callable[[int], None] | None = None
-) -> Iterator[Callable[[str], object]]:
-    """A `write` for the first client that connects to 'host:port'; arguments and errors as `accept_one`."""
-    with accept_one(address, timeout=timeout, ready=ready) as connection:
-        yield lambda line: connection.sendall(line.encode())

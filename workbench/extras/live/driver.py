@@ -38,30 +38,12 @@ STEERING = (3e-4, float(np.deg2rad(0.03)))
 """How near an operator steers to a target's pose: standard deviations [m], [rad]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class DrivePace:
-    """How the arm moves and how often it is sampled.
-
-    Args:
-        rate: Samples a second.
-        turning: Peak speed of a revolute joint [rad/s].
-        sliding: Peak speed of a prismatic joint [m/s].
-        dwell: How long the arm stands at each target [s]; its last sample asks to be captured.
-        joint_noise: Standard deviation of a joint reading [rad or m].
-    """
-
-    rate: float = 50.0
-    turning: float = 1.0
-    sliding: float = 0.25
-    dwell: float = 1.0
-    joint_noise: float = 1e-5
-
-    def __post_init__(self):
-        for name in ("rate", "turning", "sliding", "dwell"):
-            if not 0.0 < getattr(self, name) < np.inf:
-                raise OptionError(f"{name} must be above 0, got {getattr(self, name):g}")
-        if not 0.0 <= self.joint_noise < np.inf:
-            raise OptionError(f"joint_noise must be at least 0, got {self.joint_noise:g}")
+TURNING, SLIDING = 1.0, 0.25
+"""Peak speeds of revolute [rad/s] and prismatic joints [m/s]."""
+DWELL = 1.0
+"""How long the arm stands at each target [s]; its last sample asks to be captured."""
+JOINT_NOISE = 1e-5
+"""Standard deviation of a joint reading [rad or m]."""
 
 
 def drive(
@@ -70,7 +52,7 @@ def drive(
     *,
     rng: np.random.Generator,
     instrument: Instrument | None = None,
-    pace: DrivePace | None = None,
+    rate: float = 50.0,
     start: Float[np.ndarray, " n"] | None = None,
     clock: float = 0.0,
 ) -> Iterator[Sample]:
@@ -81,32 +63,32 @@ def drive(
         targets: Joint positions at the targets [rad or m].
         rng: Source of the noise.
         instrument: What sees the tool all the while; None: nothing does, and samples have no pose.
-        pace: How it moves; unhurried if None.
+        rate: Samples a second.
         start: Where it stands at first [rad or m]; with all joints at zero, or as near as their limits allow,
             if None.
         clock: Time of the first sample [s].
     """
-    pace = pace or DrivePace()
-    actual.check_joints(targets, "targets")
+    if not 0.0 < rate < np.inf:
+        raise OptionError(f"the rate must be above 0, got {rate:g}", option="rate")
     if instrument is not None and instrument.observes not in (Observes.POSE, Observes.POINT):
         raise OptionError(
             f"instrument '{instrument.name}' measures neither pose nor position of the tool; "
             "choose one that does, such as tracker-6d or laser-tracker"
         )
     start = np.clip(0.0, *actual.search_limits.T) if start is None else start
-    return _samples(actual, targets, rng, instrument, pace, start, clock)
+    return _samples(actual, targets, rng, instrument, rate, start, clock)
 
 
-def _samples(actual, targets, rng, instrument, pace, here, clock) -> Iterator[Sample]:
-    count, dwell = 0, max(int(np.ceil(pace.dwell * pace.rate)), 1)
+def _samples(actual, targets, rng, instrument, rate, here, clock) -> Iterator[Sample]:
+    count, dwell = 0, max(int(np.ceil(DWELL * rate)), 1)
     for target in targets:
-        path = np.concatenate([_approach(actual, here, target, pace), np.tile(target, (dwell, 1))])
+        path = np.concatenate([_approach(actual, here, target, rate), np.tile(target, (dwell, 1))])
         poses = None if instrument is None else tool_poses(actual, Motion(path))
         for k, q in enumerate(path):
             position, rotation = _seen(None if poses is None else poses[k], instrument, rng)
             yield Sample(
-                time=clock + count / pace.rate,
-                q=frozen(q + rng.normal(0.0, pace.joint_noise, len(q))),
+                time=clock + count / rate,
+                q=frozen(q + rng.normal(0.0, JOINT_NOISE, len(q))),
                 position=position,
                 rotation=rotation,
                 capture=k == len(path) - 1,
@@ -115,12 +97,11 @@ def _samples(actual, targets, rng, instrument, pace, here, clock) -> Iterator[Sa
         here = target
 
 
-def _approach(actual: Robot, start: np.ndarray, end: np.ndarray, pace: DrivePace) -> np.ndarray:
-    fastest = np.array(
-        [pace.sliding if j.kind is JointKind.PRISMATIC else pace.turning for j in actual.moving]
-    )
+def _approach(actual: Robot, start: np.ndarray, end: np.ndarray, rate: float) -> np.ndarray:
+    fastest = np.array([SLIDING if j.kind is JointKind.PRISMATIC else TURNING for j in actual.moving])
     lasts = max(PEAK * float((np.abs(end - start) / fastest).max()), MIN_MOTION_TIME)
-    s = np.arange(1, int(np.ceil(lasts * pace.rate)) + 1) / np.ceil(lasts * pace.rate)
+    steps = int(np.ceil(lasts * rate))
+    s = np.arange(1, steps + 1) / steps
     return start + (end - start) * (s**3 * (10.0 - 15.0 * s + 6.0 * s**2))[:, None]
 
 
@@ -176,7 +157,7 @@ def drive_plate(
     branch: str = DESIGNED,
     instrument: str | Instrument = "tracker-6d",
     actual: Robot | None = None,
-    pace: DrivePace | None = None,
+    rate: float = 50.0,
     seed: int = 0,
 ) -> tuple[Robot, Iterator[Sample]]:
     """A virtual arm with hidden errors, steered to every target of a plate (ARIA 5.1).
@@ -188,7 +169,7 @@ def drive_plate(
         instrument: What sees the tool: an operator then steers until the target's pose shows, more or less.
             `plate`: nothing does, and the seat constrains the tool.
         actual: The arm that moves; one with hidden manufacturing errors if None.
-        pace: How it moves and how often it is sampled.
+        rate: Samples a second.
         seed: Of the hidden errors, the steering and the noise.
 
     Returns:
@@ -204,7 +185,7 @@ def drive_plate(
     exact = INSTRUMENTS["ideal"]
     _, rows = measure_plate(robot, plate, branch=branch, instrument=exact, actual=actual, seed=seed)
     q = simulate_targets(actual, beside(plate.poses, spread, rng), instrument=exact, rng=rng, near=rows.q).q
-    return actual, drive(actual, q, rng=rng, instrument=None if seated else instrument, pace=pace)
+    return actual, drive(actual, q, rng=rng, instrument=None if seated else instrument, rate=rate)
 
 
 def beside(poses: np.ndarray, spread: tuple[float, float], rng: np.random.Generator) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Where samples come from: the option of `serve`, and the lines that it and `capture` read."""
+"""Where samples come from: the option of `serve`."""
 
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -43,7 +43,7 @@ def lines_of(source: str) -> Iterator[Iterable[str]]:
 
     if source == "-":
         if sys.stdin.isatty():
-            raise OptionError("nothing is piped in; give --from HOST:PORT, or pipe a source into the command")
+            raise OptionError("nothing is piped in; give --source HOST:PORT, or pipe a source in")
         yield sys.stdin
     elif source.startswith("listen:"):
         address = source.removeprefix("listen:")

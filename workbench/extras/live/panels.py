@@ -3,9 +3,10 @@
 import numpy as np
 import viser
 
+from workbench.base.errors import WorkbenchError
 from workbench.base.wording import capital
 from workbench.data.simulation.simulate import LIKELY_ERRORS
-from workbench.extras.live.acquisition import ALIGNED, MAX_ANGLE, MAX_DISTANCE, NEAR, Status
+from workbench.extras.live.acquisition import MAX_ANGLE, MAX_DISTANCE, Acquisition
 from workbench.extras.live.session import (
     USE,
     BeginMeasuring,
@@ -26,6 +27,8 @@ from workbench.session.state import Session
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, text
 from workbench.views.page.panels.panel import AbstractPanel
 
+NEAR, ALIGNED = 5e-3, float(np.deg2rad(1.0))
+"""A tool nearer to its target than this is shown in green [m], [rad]."""
 LIGHTS = {ArmState.STILL: GOOD, ArmState.MOVING: CAREFUL, ArmState.UNKNOWN: BAD}
 SPACE = "The space bar stores the row; the next target follows."
 COMPLETE = "Use the rows, then identify the arm from them; or retake the last one."
@@ -71,94 +74,103 @@ class MeasuringPanel(AbstractPanel):
 
     tab = None
     depends = (lambda session: session.part(Measuring), lambda session: session.part(Source))
-    _seen: int | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
         """Buttons shown during a measurement."""
         self.html(_measuring)
         self._space: viser.CommandHandle | None = None
         button, icon = self.button, viser.Icon
-        self._drive = button(
+        button(
             "Drive the virtual arm there",
             DriveArm,
             icon.ROBOT,
             "With the accuracy of an operator.",
             main=True,
+            visible=lambda s: _goes_on(s) and s.part(Measuring).virtual is not None,
         )
-        self._store = button(
-            "Store", StoreRow, icon.CHECK, "Store joint readings and pose as this target's row.", main=True
-        )
-        self._store_as = button(
+        button(
             "Store",
-            lambda: StoreRow(target=self._seen),
+            StoreRow,
+            icon.CHECK,
+            "Store joint readings and pose as this target's row.",
+            main=True,
+            visible=_goes_on,
+            disabled=lambda s: not _can(s, StoreRow()),
+        )
+        button(
+            "Store as",
+            lambda: StoreRow(target=_other_target(self._worker.session)),
             icon.TARGET_ARROW,
             "The arm is at that target, not at the current one: store its row and continue from there.",
             main=True,
+            visible=lambda s: _other_target(s) is not None,
+            label=lambda s: f"Store as target {(_other_target(s) or 0) + 1}",
+            disabled=lambda s: not _can(s, StoreRow(target=_other_target(s))),
         )
-        self._store_anyway = button(
+        button(
             "Store anyway",
             lambda: StoreRow(anywhere=True),
             icon.ALERT_TRIANGLE,
             "Store the row for the current target although the tool is not there.",
+            visible=lambda s: _goes_on(s) and not _acquisition(s).place().is_known,
+            disabled=lambda s: not _can(s, StoreRow(anywhere=True)),
         )
-        self._again = button(
-            "Retake", TakeAgain, icon.ROTATE, "Discard this target's row, or the last one, and measure again."
-        )
-        self._next = button("Next target", NextWanted, icon.ARROW_RIGHT, "Skip this target for now.")
-        self._use = button(USE, UseRows, icon.DATABASE, "End here; the rows become the measurements.")
-        self._stop = button(
-            EndMeasuring.title, EndMeasuring, icon.X, "Stop here and discard the stored rows."
-        )
+        hint = "Discard this target's row, or the last one, and measure again."
+        button("Retake", TakeAgain, icon.ROTATE, hint, visible=_is_on, disabled=_has_no_row)
+        button("Next target", NextWanted, icon.ARROW_RIGHT, "Skip this target for now.", visible=_goes_on)
+        hint = "End here; the rows become the measurements."
+        button(USE, UseRows, icon.DATABASE, hint, visible=_is_on, disabled=_has_no_row)
+        hint = "Stop here and discard the stored rows."
+        button(EndMeasuring.title, EndMeasuring, icon.X, hint, visible=_is_on)
 
     def show(self, session: Session) -> None:
-        measuring = session.part(Measuring)
-        self._hear_space(measuring is not None)
-        for button in (self._drive, self._store, self._again, self._next, self._use, self._stop):
-            button.visible = measuring is not None
-        for button in (self._store_as, self._store_anyway):
-            button.visible = False
-        if measuring is None:
-            return
-        self._drive.visible = measuring.virtual is not None
-        acquisition = measuring.acquisition
-        status = acquisition.status()
-        self._store.disabled = not acquisition.copy().store().changed
-        self._drive.color = None if self._store.disabled else "gray"
-        if not status.place.is_known:
-            self._offer(measuring, status)
-        self._again.disabled = self._use.disabled = not acquisition.rows
-        is_complete = all(status.stored)
-        self._use.color = None if is_complete else "gray"
-        if is_complete:
-            for button in (self._drive, self._store, self._store_as, self._store_anyway, self._next):
-                button.visible = False
-
-    def _hear_space(self, is_heard: bool) -> None:
-        """Only now: elsewhere the space bar presses the button that has the focus."""
-        if is_heard and self._space is None:
+        """The space bar stores now alone: elsewhere it presses the button that has the focus."""
+        if _is_on(session) and self._space is None:
             self._space = self._gui.add_command("Store the row", hotkey="space")
             self._space.on_trigger(lambda _: self._store_here())
-        elif not is_heard and self._space is not None:
+        elif not _is_on(session) and self._space is not None:
             self._space.remove()
             self._space = None
 
     def _store_here(self) -> None:
-        """What the space bar does: store for the current target, or for the one where the tool is."""
-        for button, command in ((self._store, StoreRow()), (self._store_as, StoreRow(target=self._seen))):
-            if button.visible and not button.disabled:
+        """Store for the current target, or for the one where the tool is."""
+        session = self._worker.session
+        for command in (StoreRow(), StoreRow(target=_other_target(session))):
+            if _can(session, command):
                 self._worker.submit(command)
                 return
 
-    def _offer(self, measuring: Measuring, status: Status) -> None:
-        """Ask for which target a row is to be kept while the tool is not at the current one."""
-        acquisition, index = measuring.acquisition, status.place.looks_like
-        self._store_anyway.visible = True
-        self._store_anyway.disabled = not acquisition.copy().store(anywhere=True).changed
-        if index is not None:
-            self._seen = measuring.numbers[index]
-            self._store_as.visible = True
-            self._store_as.label = f"Store as target {self._seen + 1}"
-            self._store_as.disabled = not acquisition.copy().store_as(index).changed
+
+def _is_on(session: Session) -> bool:
+    return session.part(Measuring) is not None
+
+
+def _acquisition(session: Session) -> Acquisition:
+    measuring = session.part(Measuring)
+    assert measuring is not None  # a mode's controls are asked while it is on
+    return measuring.acquisition
+
+
+def _goes_on(session: Session) -> bool:
+    return _is_on(session) and not _acquisition(session).is_done
+
+
+def _has_no_row(session: Session) -> bool:
+    return not _acquisition(session).rows
+
+
+def _other_target(session: Session) -> int | None:
+    """The plate's target at which the tool is instead of the current one, counted from 0."""
+    index = _acquisition(session).place().looks_like if _goes_on(session) else None
+    return None if index is None else _acquisition(session).targets[index].number
+
+
+def _can(session: Session, command: StoreRow) -> bool:
+    try:
+        command.check(session)
+    except WorkbenchError:
+        return False
+    return True
 
 
 def _is_followed(session: Session) -> bool:
@@ -171,7 +183,7 @@ def _measuring(session: Session) -> str:
     if measuring is None:
         return ""
     where = "" if measuring.virtual is not None or source is None else _source(source)
-    return where + _status(measuring.acquisition.status(), measuring)
+    return where + _status(measuring.acquisition)
 
 
 def _source(source: Source | None) -> str:
@@ -189,8 +201,8 @@ def _source(source: Source | None) -> str:
     return block(content, testid="source", style="margin:2px 0 6px")
 
 
-def _status(status: Status, measuring: Measuring) -> str:
-    count, stored = len(status.stored), sum(status.stored)
+def _status(now: Acquisition) -> str:
+    count, stored = len(now.targets), len(now.rows)
     share = 100.0 * stored / count
     bar = (
         f'<div style="height:8px;border-radius:4px;background:{LINE};margin:4px 0 12px">'
@@ -198,31 +210,25 @@ def _status(status: Status, measuring: Measuring) -> str:
     )
     progress = f'<div data-testid="progress">{stored} of {count} rows stored</div>{bar}'
     large = "font-size:40px;font-weight:650;line-height:1.2"
-    if stored == count:
+    if now.is_done:
         end = f'<div style="{large}">All targets are stored</div><div style="color:{MUTED}">{COMPLETE}</div>'
         return block(progress + end, testid="measuring", style="margin:10px 0")
-    message = f'<div style="color:{MUTED};margin-top:10px">{text(capital(status.message))}</div>'
+    place = ", ".join(f"{1e3 * v:.1f}" for v in now.target.pose[:3, 3])
+    small = f"color:{MUTED};margin-top:10px"
     return block(
         progress
-        + f'<div style="{large}">Target {measuring.target + 1}</div>'
-        + _place(status)
-        + _deviation(status, measuring)
-        + f'<div style="font-size:18px">{_light(status.arm_state)}</div>'
-        + (message if status.message else "")
-        + f'<div style="color:{MUTED};margin-top:10px">{SPACE}</div>',
+        + f'<div style="{large}">{capital(now.target.name)}</div>'
+        + f'<div style="color:{MUTED}">at {place} mm</div>'
+        + _deviation(now)
+        + f'<div style="font-size:18px">{_light(now)}</div>'
+        + (f'<div style="{small}">{text(capital(now.message))}</div>' if now.message else "")
+        + f'<div style="{small}">{SPACE}</div>',
         testid="measuring",
         style="margin:10px 0;min-height:36vh",
     )
 
 
-def _place(status: Status) -> str:
-    if status.target is None:
-        return ""
-    place = ", ".join(f"{1e3 * v:.1f}" for v in status.target[:3, 3])
-    return f'<div style="color:{MUTED}">at {place} mm</div>'
-
-
-def _deviation(status: Status, measuring: Measuring) -> str:
+def _deviation(now: Acquisition) -> str:
     """How far off, large and coloured; a dash before the first sample; and at which target it looks to be."""
 
     def part(testid: str, vector: np.ndarray | None, scale: float, unit: str, near: float, far: float) -> str:
@@ -232,25 +238,23 @@ def _deviation(status: Status, measuring: Measuring) -> str:
         shown = "–" if vector is None else f"{scale * size:.1f}"  # finer ones change with every sample
         return f'<span data-testid="{testid}" style="{style}">{shown}{unit}</span>'
 
+    (position, rotation), place = now.deviation(), now.place()
     content = (
         f'<div style="display:flex;align-items:baseline;gap:16px;margin:10px 0" '
         'title="Measured pose and target pose compared."><span>Off by</span>'
-        f"{part('off_mm', status.position, 1e3, ' mm', NEAR, MAX_DISTANCE)}"
-        f"{part('off_deg', status.rotation, np.rad2deg(1.0), '°', ALIGNED, MAX_ANGLE)}</div>"
+        f"{part('off_mm', position, 1e3, ' mm', NEAR, MAX_DISTANCE)}"
+        f"{part('off_deg', rotation, np.rad2deg(1.0), '°', ALIGNED, MAX_ANGLE)}</div>"
     )
-    if status.place.is_known:
+    if place.is_known:
         return content
-    index = status.place.looks_like
-    sentence = (
-        "The tool is not at a target."
-        if index is None
-        else f"This looks like target {measuring.numbers[index] + 1}."
-    )
+    sentence = "The tool is not at a target."
+    if place.looks_like is not None:
+        sentence = f"This looks like {now.targets[place.looks_like].name}."
     return content + f'<div data-testid="place" style="color:{BAD};font-weight:600">{sentence}</div>'
 
 
-def _light(arm_state: ArmState | None) -> str:
-    if arm_state is None:
+def _light(now: Acquisition) -> str:
+    if now.latest is None:
         return badge("No sample yet: move the arm", MUTED)
-    standing = STILL_MOVES if arm_state is ArmState.MOVING else str(arm_state)
-    return f'<span data-testid="standing">{badge(capital(standing), LIGHTS[arm_state])}</span>'
+    standing = STILL_MOVES if now.arm_state is ArmState.MOVING else str(now.arm_state)
+    return f'<span data-testid="standing">{badge(capital(standing), LIGHTS[now.arm_state])}</span>'

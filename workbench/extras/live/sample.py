@@ -126,24 +126,12 @@ def samples(
     *,
     joints: int | None = None,
     source: str = "stdin",
-    on_error: Callable[[WorkbenchError], None] | None = None,
+    on_error: Callable[[WorkbenchError], None],
 ) -> Iterator[Sample]:
-    """Samples of a source, as they come; blank lines are passed over.
-
-    Args:
-        lines: Lines of text.
-        joints: Number of joints of the robot; None: any.
-        source: Name of the source, for messages.
-        on_error: Is told of a bad line, which is then passed over; None: a bad line raises.
-    """
+    """Samples of a source, as they come; blank lines are passed over, bad ones told."""
     for number, text in enumerate(lines, start=1):
-        if not text.strip():
-            continue
-        try:
-            sample = parse_sample(text, line=number, joints=joints, source=source)
-        except WorkbenchError as error:
-            if on_error is None:
-                raise
-            on_error(error)
-            continue
-        yield sample
+        if text.strip():
+            try:
+                yield parse_sample(text, line=number, joints=joints, source=source)
+            except WorkbenchError as error:
+                on_error(error)

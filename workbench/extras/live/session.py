@@ -1,6 +1,5 @@
 """Guided measurement: the arm moves from target to target, and rows are stored one by one (ARIA 5.1)."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,12 +9,12 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import progress
 from workbench.base.types import frozen
 from workbench.base.wording import plural
-from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
+from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate_targets, virtual_arm
-from workbench.extras.live.acquisition import Acquisition, CaptureTarget, Event, plate_targets
+from workbench.extras.live.acquisition import Acquisition, plate_targets
 from workbench.extras.live.driver import STEERING, VirtualArm, VirtualMotion, beside
 from workbench.extras.live.sample import Sample
-from workbench.extras.live.standstill import ORIENTATION_STILL, POSITION_STILL, StandstillDetector, continues
+from workbench.extras.live.standstill import ArmState
 from workbench.session.command import AbstractChange, AbstractCommand, AbstractTask, computed
 from workbench.session.commands.data import (
     EARLIER_ERRORS,
@@ -26,7 +25,6 @@ from workbench.session.commands.data import (
     reached_postures,
     with_other_data,
 )
-from workbench.session.journal.numbers import Subject
 from workbench.session.judgement import Tone
 from workbench.session.loaded_measurements import Loaded, observation_text
 from workbench.session.next_step import LOAD, Action, NextStep
@@ -36,8 +34,6 @@ from workbench.session.state import Focus, Session
 from workbench.session.target_steps import with_branches
 
 USE = "Use the rows"
-NOISY = 10.0
-"""Extent of an instrument's noise in a window of standstill, in standard deviations, at most."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,8 +41,7 @@ class Measuring(AbstractPart):
     """A guided measurement.
 
     Args:
-        acquisition: Rows and standstill; never changed, a command works on a copy.
-        numbers: Which targets of the plate are measured, counted from 0.
+        acquisition: Targets and rows.
         virtual: The virtual arm that is measured; None: a live source tells of a real one.
         motion: The last motion requested of the virtual arm.
     """
@@ -54,32 +49,26 @@ class Measuring(AbstractPart):
     is_mode = True
 
     acquisition: Acquisition
-    numbers: tuple[int, ...]
     virtual: VirtualArm | None = None
     motion: VirtualMotion | None = None
 
-    @property
-    def target(self) -> int:
-        """The target of the plate that is wanted, counted from 0."""
-        return self.numbers[self.acquisition.current]
-
     def step(self, session: Session) -> NextStep:
         """Where the arm stands, and the rows stored so far."""
-        acquisition, stored = self.acquisition, self.acquisition.rows
-        is_complete = stored == len(self.numbers)
-        done = Action(USE, Tab.CALIBRATE if is_complete else Tab.MEASURE, UseRows()) if stored else None
-        if is_complete:
+        acquisition, stored = self.acquisition, len(self.acquisition.rows)
+        tab = Tab.CALIBRATE if acquisition.is_done else Tab.MEASURE
+        done = Action(USE, tab, UseRows()) if stored else None
+        if acquisition.is_done:
             return NextStep(
                 f"All {stored} targets are stored. Use their rows to calibrate the arm.", Tone.GOOD, done
             )
         seen = acquisition.place().looks_like
-        if seen is not None and acquisition.copy().store_as(seen).changed:
-            number = self.numbers[seen]
-            text = f"The arm is at target {number + 1}, not at the current target {self.target + 1}."
-            here = Action(f"Store it as target {number + 1}", Tab.MEASURE, StoreRow(target=number))
+        if seen is not None:
+            other = acquisition.targets[seen]
+            text = f"The arm is at {other.name}, not at the current {acquisition.target.name}."
+            here = Action(f"Store it as {other.name}", Tab.MEASURE, StoreRow(target=other.number))
             return NextStep(text, Tone.CAREFUL, here, done)
         text = "Drive the arm to the current target, wait until it is still, store the row"
-        return NextStep(f"{text}; {stored} of {len(self.numbers)} stored.", next=done)
+        return NextStep(f"{text}; {stored} of {len(acquisition.targets)} stored.", next=done)
 
 
 @dataclass(frozen=True)
@@ -99,10 +88,6 @@ class Source(AbstractPart):
     is_open: bool = True
     silence: float = 0.0
     is_followed: bool = True
-
-    @property
-    def real_arm(self) -> str:
-        return self.name if self.is_open else ""
 
     def step(self, session: Session) -> NextStep | None:
         if not self.is_followed or session.playback.focus is not Focus.JOG:
@@ -139,8 +124,9 @@ class BeginMeasuring(AbstractTask[Measuring]):
         rows = simulate_targets(actual, steered, instrument=exact, rng=rng, near=near)
         instrument = instrument_of(session)
         return Measuring(
-            acquisition=acquisition_of(session, numbers, instrument),
-            numbers=tuple(numbers),
+            acquisition=Acquisition(
+                targets=plate_targets(session.robot, session.plate, numbers), robot=session.robot
+            ),
             virtual=VirtualArm(seed=self.seed, actual=actual, instrument=instrument, postures=rows.q),
         )
 
@@ -170,9 +156,10 @@ class DriveArm(AbstractChange):
             clock=0.0 if latest is None else latest.time + 1e-3,
         )
         session = session.with_part(replace(measuring, motion=motion))
-        if session.drag is not None or measuring.target >= len(session.plate):
+        target = measuring.acquisition.target.number
+        if session.drag is not None or target >= len(session.plate):
             return session
-        return with_branches(replace(session, selected=measuring.target))
+        return with_branches(replace(session, selected=target))
 
 
 class TakeSample(AbstractChange):
@@ -184,7 +171,8 @@ class TakeSample(AbstractChange):
         xyz: Measured position of the tool, measuring frame [m]; None where it is not seen.
         quat: Measured orientation [w, x, y, z]; None where it is not seen.
         capture: Whether the source asks to store it.
-        before: Samples before this one that standstill is judged by, where the journal has one step for all.
+        arm_state: Whether the arm stands still.
+        before: In journals of earlier versions.
     """
 
     is_automatic = True
@@ -195,23 +183,27 @@ class TakeSample(AbstractChange):
     xyz: tuple[float, float, float] | None = None
     quat: tuple[float, float, float, float] | None = None
     capture: bool = False
+    arm_state: ArmState = ArmState.UNKNOWN
     before: tuple["TakeSample", ...] = ()
 
     key = computed(lambda self: None if self.capture else "sample")
 
     def check(self, session: Session) -> None:
-        for taken in (*self.before, self):
-            session.robot.check_joints(np.array([taken.q]))
-            numbers = (taken.time, *taken.q, *(taken.xyz or ()), *(taken.quat or (1.0,)))
-            if not np.isfinite(numbers).all() or not any(taken.quat or (1.0,)):
-                raise DataError("a sample with numbers that are not finite was dropped")
+        session.robot.check_joints(np.array([self.q]))
+        numbers = (self.time, *self.q, *(self.xyz or ()), *(self.quat or (1.0,)))
+        if not np.isfinite(numbers).all() or not any(self.quat or (1.0,)):
+            raise DataError("a sample with numbers that are not finite was dropped")
 
     def apply(self, session: Session) -> Session:
         if (measuring := session.part(Measuring)) is not None:
-            acquisition = measuring.acquisition.copy()
-            for taken in (*self.before, self):
-                acquisition.update(taken._sample())
-            session = session.with_part(replace(measuring, acquisition=acquisition))
+            sample = Sample(
+                time=self.time,
+                q=frozen(np.array(self.q)),
+                position=None if self.xyz is None else frozen(np.array(self.xyz)),
+                rotation=None if self.quat is None else frozen(se3.quaternion_to_matrix(np.array(self.quat))),
+                capture=self.capture,
+            )
+            session = _with(session, measuring.acquisition.with_sample(sample, self.arm_state))
         elif (source := session.part(Source)) is None or not source.is_followed:
             return session
         if session.drag is not None:
@@ -219,26 +211,9 @@ class TakeSample(AbstractChange):
         return session.with_playback(focus=Focus.JOG, jogged=frozen(np.array(self.q)))
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "TakeSample | None":
-        """Only the last place of the arm counts, and in a measurement what standstill is judged by."""
-        if not isinstance(previous, TakeSample) or previous.capture or self.capture:
-            return None
-        if (measuring := session.part(Measuring)) is None:
-            return self
-        judged = measuring.acquisition.judged
-        if not judged or not continues(judged[-1], self._sample()):
-            return None
-        times = {sample.time for sample in judged}
-        earlier = (*previous.before, replace(previous, before=()))
-        return replace(self, before=tuple(taken for taken in earlier if taken.time in times))
-
-    def _sample(self) -> Sample:
-        return Sample(
-            time=self.time,
-            q=frozen(np.array(self.q)),
-            position=None if self.xyz is None else frozen(np.array(self.xyz)),
-            rotation=None if self.quat is None else frozen(se3.quaternion_to_matrix(np.array(self.quat))),
-            capture=self.capture,
-        )
+        """Only the last place of the arm counts."""
+        is_plain = isinstance(previous, TakeSample) and not previous.capture and not self.capture
+        return self if is_plain else None
 
 
 class StoreRow(AbstractChange):
@@ -255,20 +230,18 @@ class StoreRow(AbstractChange):
     anywhere: bool = False
 
     def check(self, session: Session) -> None:
-        measuring = _measurement(session)
-        if self.target is not None and self.target not in measuring.numbers:
-            raise OptionError(f"target {self.target + 1} is not being measured")
-        stored = self._store(measuring, measuring.acquisition.copy())
-        if not stored.changed:
-            raise DataError(stored.message)
+        self._stored(session)
 
     def apply(self, session: Session) -> Session:
-        return _after(session, lambda acquisition: self._store(_measurement(session), acquisition))
+        return _with(session, self._stored(session))
 
-    def _store(self, measuring: Measuring, acquisition: Acquisition) -> Event:
-        if self.target is None:
-            return acquisition.store(anywhere=self.anywhere)
-        return acquisition.store_as(measuring.numbers.index(self.target))
+    def _stored(self, session: Session) -> Acquisition:
+        acquisition = _measurement(session).acquisition
+        numbers = [target.number for target in acquisition.targets]
+        if self.target is not None and self.target not in numbers:
+            raise OptionError(f"target {self.target + 1} is not being measured")
+        index = None if self.target is None else numbers.index(self.target)
+        return acquisition.stored(index, anywhere=self.anywhere)
 
 
 class TakeAgain(AbstractChange):
@@ -277,11 +250,10 @@ class TakeAgain(AbstractChange):
     title = "Retake a row"
 
     def check(self, session: Session) -> None:
-        if not _measurement(session).acquisition.rows:
-            raise DataError("there is no row to retake; store one first")
+        _measurement(session).acquisition.again()
 
     def apply(self, session: Session) -> Session:
-        return _after(session, Acquisition.again)
+        return _with(session, _measurement(session).acquisition.again())
 
 
 class NextWanted(AbstractChange):
@@ -292,7 +264,7 @@ class NextWanted(AbstractChange):
     by: int = 1
 
     def apply(self, session: Session) -> Session:
-        return _after(session, lambda acquisition: acquisition.step(self.by))
+        return _with(session, _measurement(session).acquisition.step(self.by))
 
 
 class UseRows(AbstractChange):
@@ -310,7 +282,7 @@ class UseRows(AbstractChange):
         arm = measuring.virtual
         name = "Real arm, live" if arm is None else f"Virtual arm {arm.seed}, step by step"
         rows = measuring.acquisition.dataset(source=name)
-        wanted = len(measuring.numbers)
+        wanted = len(measuring.acquisition.targets)
         facts = (
             ("Measured at", f"{len(rows)} of {wanted} targets, stored one by one"),
             ("Measured", observation_text(rows)),
@@ -346,21 +318,8 @@ def _measurement(session: Session) -> Measuring:
     return measuring
 
 
-def _after(session: Session, ask: Callable[[Acquisition], Event]) -> Session:
-    measuring = _measurement(session)
-    acquisition = measuring.acquisition.copy()
-    ask(acquisition)
-    return session.with_part(replace(measuring, acquisition=acquisition))
-
-
-def acquisition_of(session: Session, numbers: list[int], instrument: Instrument) -> Acquisition:
-    """Nothing stored yet; standstill is judged with the instrument's noise in mind."""
-    detector = StandstillDetector(
-        position=max(POSITION_STILL, NOISY * instrument.sigma_position),
-        orientation=max(ORIENTATION_STILL, NOISY * (instrument.sigma_rotation or 0.0)),
-    )
-    targets = plate_targets(session.robot, session.plate, numbers)
-    return Acquisition(targets, robot=session.robot, detector=detector)
+def _with(session: Session, acquisition: Acquisition) -> Session:
+    return session.with_part(replace(_measurement(session), acquisition=acquisition))
 
 
 class TellSource(AbstractChange):
@@ -387,9 +346,7 @@ class TellSource(AbstractChange):
         session = session.with_part(Source(self.name, self.is_open, self.silence, is_followed))
         measuring = session.part(Measuring)
         if measuring is not None and measuring.virtual is None and self.silence:
-            acquisition = measuring.acquisition.copy()
-            acquisition.silence = self.silence
-            session = session.with_part(replace(measuring, acquisition=acquisition))
+            session = _with(session, replace(measuring.acquisition, silence=self.silence))
         if self.is_open:
             return session
         text = f"the live source {self.name} has ended; restart it, then the page with --source"
@@ -426,24 +383,11 @@ class MeasureLive(AbstractChange):
         _check_not_measuring(session)
 
     def apply(self, session: Session) -> Session:
-        numbers = list(range(len(session.plate)))
-        acquisition = acquisition_of(session, numbers, instrument_of(session))
-        return session.with_part(Measuring(acquisition=acquisition, numbers=tuple(numbers)))
+        targets = plate_targets(session.robot, session.plate, range(len(session.plate)))
+        return session.with_part(Measuring(acquisition=Acquisition(targets=targets, robot=session.robot)))
 
 
 def _source(session: Session) -> Source:
     if (source := session.part(Source)) is None:
         raise OptionError("no arm is connected; start the page with workbench serve --source HOST:PORT")
     return source
-
-
-def _parts(session: Session) -> tuple[tuple[Sample | None, ...] | None, CaptureTarget | None]:
-    measuring = session.part(Measuring)
-    return (None, None) if measuring is None else (measuring.acquisition.taken, measuring.acquisition.target)
-
-
-NUMBERS = Subject(
-    "measuring",
-    _parts,
-    lambda taken, target: {"target": target.name, "rows": sum(row is not None for row in taken)},
-)

@@ -4,21 +4,22 @@ import threading
 import time
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
 from workbench.base import se3
-from workbench.extras.live.driver import DrivePace, VirtualArm, VirtualMotion, drive
+from workbench.extras.live.driver import VirtualArm, VirtualMotion, drive
 from workbench.extras.live.sample import Sample, samples
 from workbench.extras.live.session import Measuring, Source, TakeSample, TellSource
+from workbench.extras.live.standstill import ArmState, StandstillDetector
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 
-PACE = DrivePace(rate=20.0)
-"""How the arm moves, and how often it is looked at."""
+RATE = 20.0
+"""Samples that are passed on in a second, at most."""
 
 
 @final
@@ -55,14 +56,17 @@ class VirtualDriver(AbstractView):
             motion.end[None],
             rng=np.random.default_rng([arm.seed, motion.number]),
             instrument=arm.instrument,
-            pace=PACE,
+            rate=RATE,
             start=motion.start,
             clock=motion.clock,
         )
+        detector = StandstillDetector()
+        noise = arm.instrument.sigma_position, arm.instrument.sigma_rotation or 0.0
         for sample in samples:
-            if stop.wait(1.0 / (PACE.rate * self._hurry)):
+            if stop.wait(1.0 / (RATE * self._hurry)):
                 return
-            self._worker.submit(command_of(sample))
+            asked_by_page = replace(sample, capture=False)
+            self._worker.submit(_command_of(asked_by_page, detector.update(sample, noise)))
 
 
 def _newest_motion(session: Session) -> VirtualMotion | None:
@@ -70,20 +74,15 @@ def _newest_motion(session: Session) -> VirtualMotion | None:
     return None if measuring is None else measuring.motion
 
 
-def command_of(sample: Sample) -> TakeSample:
-    """The sample as a command; whether its row is stored is asked for on the page."""
-    xyz = quat = None
-    if sample.position is not None:
-        x, y, z = sample.position.tolist()
-        xyz = (x, y, z)
-    if sample.rotation is not None:
-        a, b, c, d = se3.matrix_to_quaternion(sample.rotation).tolist()
-        quat = (a, b, c, d)
-    return TakeSample(sample.time, tuple(sample.q.tolist()), xyz, quat)
+def _command_of(sample: Sample, arm_state: ArmState) -> TakeSample:
+    def plain(numbers: np.ndarray | None) -> Any:
+        return None if numbers is None else tuple(numbers.tolist())
+
+    quat = None if sample.rotation is None else se3.matrix_to_quaternion(sample.rotation)
+    q, xyz = plain(sample.q), plain(sample.position)
+    return TakeSample(sample.time, q, xyz, plain(quat), sample.capture, arm_state)
 
 
-RATE = 20.0
-"""Samples that are passed on in a second, at most."""
 MOVED = 1e-4
 """Change of a joint that is worth showing while nothing is measured [rad or m]."""
 SILENT = 2.0
@@ -92,7 +91,7 @@ SILENT = 2.0
 
 @final
 class LiveSource(AbstractView):
-    """One thread reads, another passes the newest sample on, and at the same rate those to be stored.
+    """One thread reads and judges standstill, another passes the newest sample on.
 
     Args:
         worker: Who gets the samples.
@@ -102,10 +101,11 @@ class LiveSource(AbstractView):
 
     def __init__(self, worker: Worker, lines: Iterable[str], *, name: str):
         self._worker, self._lines, self._name = worker, lines, name
-        self._newest: Sample | None = None
+        self._newest: TakeSample | None = None
+        self._shown: TakeSample | None = None
         self._heard = time.monotonic()
         self._requested = -np.inf
-        self._shown: np.ndarray | None = None
+        self._detector = StandstillDetector()
         self._mistakes = 0
         self._stop = threading.Event()
         worker.submit(TellSource(name))
@@ -125,12 +125,15 @@ class LiveSource(AbstractView):
             self._heard = time.monotonic()
             if not self._fits(sample):
                 continue
-            is_wanted = sample.capture and self._worker.session.part(Measuring) is not None
+            session = self._worker.session
+            noise = session.noise.position, session.noise.rotation
+            command = _command_of(sample, self._detector.update(sample, noise))
+            is_wanted = sample.capture and session.part(Measuring) is not None
             if is_wanted and self._heard - self._requested >= 1.0 / RATE:
                 self._requested = self._heard
-                self._worker.submit(replace(command_of(sample), capture=True))
+                self._worker.submit(command)
             else:
-                self._newest = sample
+                self._newest = replace(command, capture=False)
         if not self._stop.is_set():
             self._stop.set()
             self._worker.submit(TellSource(self._name, is_open=False))
@@ -153,20 +156,21 @@ class LiveSource(AbstractView):
     def _pass_on(self) -> None:
         is_silent = False
         while not self._stop.wait(1.0 / RATE):
-            sample, self._newest = self._newest, None
+            newest, self._newest = self._newest, None
             silence = time.monotonic() - self._heard
             if (silence > SILENT) is not is_silent:
                 is_silent = silence > SILENT
                 self._worker.submit(TellSource(self._name, silence=round(silence, 1) if is_silent else 0.0))
-            if sample is not None and self._is_news(sample):
-                self._shown = sample.q
-                self._worker.submit(command_of(sample))
+            if newest is not None and self._is_news(newest):
+                self._shown = newest
+                self._worker.submit(newest)
 
-    def _is_news(self, sample: Sample) -> bool:
-        """A measurement needs every sample to judge standstill; a picture needs those that move it."""
-        if self._worker.session.part(Measuring) is not None or self._shown is None:
+    def _is_news(self, newest: TakeSample) -> bool:
+        """A measurement needs every sample, a picture those that move it."""
+        shown = self._shown
+        if self._worker.session.part(Measuring) is not None or shown is None or len(shown.q) != len(newest.q):
             return True
-        return len(self._shown) != len(sample.q) or bool(np.abs(sample.q - self._shown).max() > MOVED)
+        return bool(np.abs(np.subtract(newest.q, shown.q)).max() > MOVED)
 
 
 def end_former(worker: Worker) -> None:

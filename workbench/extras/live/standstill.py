@@ -1,6 +1,5 @@
 """Whether an arm stands still, by the samples of a live source."""
 
-import copy
 from collections import deque
 from enum import StrEnum
 from typing import final
@@ -10,10 +9,18 @@ import numpy as np
 from workbench.base import se3
 from workbench.extras.live.sample import Sample
 
+WINDOW = 0.5
+"""Time that the arm must have stood [s]."""
+JOINT_STILL = 2e-4
+"""Maximum range of any joint of an arm that stands still [rad or m]."""
 POSITION_STILL = 1e-3
-"""Maximum range of positions that a noisy instrument measures of an arm that stands still [m]."""
+"""Maximum range of its measured positions [m], beyond the instrument's noise."""
 ORIENTATION_STILL = float(np.deg2rad(0.2))
-"""Likewise of orientations [rad]; the joints decide more sharply."""
+"""Maximum angle from the first of its measured orientations [rad], likewise."""
+NOISY = 10.0
+"""Extent of an instrument's noise in a window, in standard deviations, at most."""
+THINNED = 0.02
+"""Samples that follow the last one sooner than this are not looked at [s]."""
 
 
 class ArmState(StrEnum):
@@ -26,66 +33,45 @@ class ArmState(StrEnum):
 
 @final
 class StandstillDetector:
-    """Decides from the samples of the last window whether the arm stands still.
+    """Decides from the samples of the last window whether the arm stands still."""
 
-    Args:
-        window: Time that the arm must have stood [s].
-        joint: Largest range of any joint [rad or m].
-        position: Largest distance of two measured positions' extremes [m].
-        orientation: Largest angle from the window's first orientation [rad].
-    """
-
-    def __init__(
-        self,
-        *,
-        window: float = 0.5,
-        joint: float = 2e-4,
-        position: float = POSITION_STILL,
-        orientation: float = ORIENTATION_STILL,
-    ):
-        self.window, self.joint = window, joint
-        self.position, self.orientation = position, orientation
+    def __init__(self) -> None:
         self._seen: deque[Sample] = deque()
+        self._state = ArmState.UNKNOWN
 
-    def update(self, sample: Sample) -> bool:
-        """Take in a sample; True when all samples of the last window are alike and span it.
+    def update(self, sample: Sample, noise: tuple[float, float] = (0.0, 0.0)) -> ArmState:
+        """Take in a sample: the arm stands still if all of the last window are alike and span it.
 
-        A step back in time (the source was restarted), another number of joints, or a pose that comes or
-        goes begins a new window.
+        Args:
+            noise: Standard deviations of the measured position [m] and orientation [rad].
         """
-        if self._seen and not continues(self._seen[-1], sample):
+        last = self._seen[-1] if self._seen else None
+        if last is not None and 0.0 <= sample.time - last.time < THINNED and not sample.capture:
+            return self._state
+        if last is not None and not _continues(last, sample):
             self._seen.clear()
         self._seen.append(sample)
-        while len(self._seen) > 1 and sample.time - self._seen[1].time >= self.window:
+        while len(self._seen) > 1 and sample.time - self._seen[1].time >= WINDOW:
             self._seen.popleft()
-        return sample.time - self._seen[0].time >= self.window and self._alike()
+        if sample.time - self._seen[0].time >= WINDOW and self._are_alike(*noise):
+            self._state = ArmState.STILL
+        else:
+            seldom = last is None or sample.time - last.time > WINDOW / 2.0
+            self._state = ArmState.UNKNOWN if seldom else ArmState.MOVING
+        return self._state
 
-    @property
-    def seen(self) -> tuple[Sample, ...]:
-        """The samples of the last window."""
-        return tuple(self._seen)
-
-    def copy(self) -> "StandstillDetector":
-        """One with the same tolerances and the same memory, which goes on by itself."""
-        other = copy.copy(self)
-        other._seen = self._seen.copy()
-        return other
-
-    def _alike(self) -> bool:
-        q = np.stack([sample.q for sample in self._seen])
-        if np.ptp(q, axis=0).max() > self.joint:
+    def _are_alike(self, sigma_position: float, sigma_rotation: float) -> bool:
+        if np.ptp([sample.q for sample in self._seen], axis=0).max() > JOINT_STILL:
             return False
         points = [sample.position for sample in self._seen if sample.position is not None]
-        if points and np.linalg.norm(np.ptp(np.stack(points), axis=0)) > self.position:
+        if points and np.linalg.norm(np.ptp(points, axis=0)) > max(POSITION_STILL, NOISY * sigma_position):
             return False
         turns = [sample.rotation for sample in self._seen if sample.rotation is not None]
-        if not turns:
-            return True
-        away = se3.matrix_to_rotvec(np.stack(turns) @ turns[0].T)
-        return bool(np.linalg.norm(away, axis=-1).max() <= self.orientation)
+        away = se3.matrix_to_rotvec(np.stack(turns) @ turns[0].T) if turns else np.zeros((1, 3))
+        return bool(np.linalg.norm(away, axis=-1).max() <= max(ORIENTATION_STILL, NOISY * sigma_rotation))
 
 
-def continues(last: Sample, sample: Sample) -> bool:
+def _continues(last: Sample, sample: Sample) -> bool:
     """Whether a sample follows the last one in the same stream."""
     return (
         sample.time > last.time

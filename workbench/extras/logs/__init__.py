@@ -1,10 +1,9 @@
-"""ROS bags, motion capture, C3D, logs of controllers, and layouts of public data sets."""
+"""ROS bags, MATLAB files, motion capture, logs of controllers, and layouts of public data sets."""
 
 from workbench.parts import Parts
 
 PARTS = Parts(
     layouts=(
-        "workbench.extras.logs.c3d:C3d",
         "workbench.extras.logs.ipa_grid:IpaGrid",
         "workbench.extras.logs.matlab:Matlab",
         "workbench.extras.logs.mocap:Mocap",

@@ -15,9 +15,10 @@ from workbench.data.readers.file_kind import kind_of, read_bytes
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.layouts.layout import AbstractFileLayout
 from workbench.data.readers.table import Grid, with_headings
-from workbench.extras.logs.matlab_arrays import read_arrays
+from workbench.extras.logs.binary_files import read_arrays
 
-_LABELS = ("U", "O", "S")
+BY_JOINT = ("q", "torque", "direction")
+"""Names of as many columns as there are joints."""
 
 
 @final
@@ -43,9 +44,10 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     variables = read_arrays(data, path)
     if not variables:
         raise FileError("there are no matrices in this MATLAB file", path=str(path))
+    holds = ", ".join(f"{name} ({' x '.join(map(str, value.shape))})" for name, value in variables.items())
     if naming is None or not naming.pairs:
         raise OptionError(
-            f"{path}: a MATLAB file doesn't state what its matrices are; it holds {_contents(variables)}: "
+            f"{path}: a MATLAB file doesn't state what its matrices are; it holds {holds}: "
             + remedy(
                 "write e.g. columns='q[rad|column]=Q,xyz[mm|column]=P' (--columns), 'column' where one "
                 "measurement is a column",
@@ -57,116 +59,84 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     columns: list[list[str]] = []
     notes: list[str] = []
     for pair in naming.pairs:
-        name, side, wanted = _file_side(pair, variables, path)
-        table, how = _one_row_each(variables[name], name, side, wanted, path)
-        keys = _headings(wanted, table.shape[1], name, path)
+        sides = _sides(pair, variables)
+        if sides is None:
+            names = f"neither '{pair.left.name}' nor '{pair.right[0].name}' is in the file"
+            raise OptionError(f"{path}: {names}, which contains {holds}")
+        side, wanted = sides
+        table, how = _one_row_each(variables[side.name], side, wanted, path)
+        keys = _headings(wanted, table.shape[1], path)
+        if (width := table.shape[1]) != len(keys):
+            raise OptionError(
+                f"{path}: '{side.name}' has {width} values per measurement but {len(keys)} are named: "
+                "change 'row' to 'column' or name them all",
+                option="columns",
+                found=width,
+            )
+        if columns and len(table) != len(columns[0]):
+            raise FileError(
+                f"'{keys[0]}' has {len(table)} measurements but '{headings[0]}' has {len(columns[0])}: "
+                "check 'row' and 'column'",
+                path=str(path),
+            )
         headings += keys
-        columns += [[_text(value) for value in column] for column in table.T]
-        notes.append(f"'{name}' is read as {keys[0]} … {keys[-1]}, one measurement per {how}")
-    _same_length(columns, headings, path)
-    rows = [headings, *(list(row) for row in zip(*columns, strict=True))]
+        columns += [[_text(cell) for cell in cells] for cells in table.T]
+        notes.append(f"'{side.name}' is read as {keys[0]} … {keys[-1]}, one measurement per {how}")
+    rows = [headings, *map(list, zip(*columns, strict=True))]
     return Grid(source=str(path), rows=rows, lines=list(range(len(rows))), notes=tuple(notes))
 
 
-def _contents(variables: dict[str, np.ndarray]) -> str:
-    """'Q (7 x 20), P (3 x 20)'."""
-    return ", ".join(f"{name} ({' x '.join(map(str, value.shape))})" for name, value in variables.items())
-
-
-def _file_side(
-    pair: Pair, variables: dict[str, np.ndarray], path: Path
-) -> tuple[str, NamedUnit, tuple[NamedUnit, ...]]:
-    """The name in the file, the item that carries it, and what it means."""
+def _sides(pair: Pair, variables: dict[str, np.ndarray]) -> tuple[NamedUnit, tuple[NamedUnit, ...]] | None:
+    """The item that names a matrix, and those that say what it means, with its unit."""
+    wanted: tuple[NamedUnit, ...] = (pair.left,)
     if len(pair.right) == 1 and pair.right[0].name in variables:
-        side, item = pair.right[0], pair.left
-        return side.name, side, (replace(item, unit=side.unit) if item.unit is None else item,)
-    if pair.left.name in variables:
-        wanted = (replace(i, unit=pair.left.unit) if i.unit is None else i for i in pair.right)
-        return pair.left.name, pair.left, tuple(wanted)
-    raise OptionError(
-        f"{path}: neither '{pair.left.name}' nor '{pair.right[0].name}' is in the file, "
-        f"which contains {_contents(variables)}"
-    )
+        side = pair.right[0]
+    elif pair.left.name in variables:
+        side, wanted = pair.left, pair.right
+    else:
+        return None
+    return side, tuple(replace(item, unit=side.unit) if item.unit is None else item for item in wanted)
 
 
 def _one_row_each(
-    array: np.ndarray, name: str, side: NamedUnit, wanted: tuple[NamedUnit, ...], path: Path
+    array: np.ndarray, side: NamedUnit, wanted: tuple[NamedUnit, ...], path: Path
 ) -> tuple[np.ndarray, str]:
     """The matrix with one measurement a row, and how it stood in the file."""
-    if array.ndim == 3 and array.shape[:2] in ((3, 3), (4, 4)):
-        return _from_stack(array), "page"
-    if array.ndim != 2 or array.dtype.kind not in "fiub" + "".join(_LABELS):
-        raise FileError(f"'{name}' is not a matrix of numbers", path=str(path))
-    orientation = side.orientation or next((item.orientation for item in wanted if item.orientation), None)
-    if orientation is None and 1 in array.shape and _count(wanted) == 1:
+    if array.ndim == 3 and array.shape[:2] in ((3, 3), (4, 4)):  # pages of rotations or poses
+        turns = np.moveaxis(array, 2, 0)[:, :3, :3].reshape(-1, 9)
+        return turns if len(array) == 3 else np.hstack([array[:3, 3, :].T, turns]), "page"
+    if array.ndim != 2 or array.dtype.kind not in "fiubUOS":
+        raise FileError(f"'{side.name}' is not a matrix of numbers", path=str(path))
+    given = [item.orientation for item in (side, *wanted) if item.orientation]
+    is_open = any(item.name.lower() in BY_JOINT for item in wanted)
+    count = -1 if is_open else len(_headings(wanted, 0, path))
+    fitting = [how for how, size in (("row", array.shape[1]), ("column", array.shape[0])) if size == count]
+    if not given and count == 1 and 1 in array.shape:
         return array.reshape(-1, 1), "row" if array.shape[1] == 1 else "column"
-    if orientation is None and (count := _count(wanted)) is not None and array.shape[0] != array.shape[1]:
-        if array.shape[1] == count:
-            orientation = "row"
-        elif array.shape[0] == count:
-            orientation = "column"
-    if orientation is None:
+    if not given and len(fitting) != 1:
         raise OptionError(
-            f"{path}: say whether one measurement is a row or a column of '{name}' "
-            f"({array.shape[0]} x {array.shape[1]}), e.g. columns='{wanted[0].name}[rad|column]={name}'",
+            f"{path}: say whether one measurement is a row or a column of '{side.name}' "
+            f"({array.shape[0]} x {array.shape[1]}), e.g. columns='{wanted[0].name}[rad|column]={side.name}'",
             option="columns",
-            found=name,
+            found=side.name,
         )
-    return (array.T if orientation == "column" else array), orientation
+    how = (given or fitting)[0]
+    return (array.T if how == "column" else array), how
 
 
-def _from_stack(array: np.ndarray) -> np.ndarray:
-    """Rows x, y, z, r11 … r33 (or r11 … r33) from pages of 4x4 or 3x3 matrices."""
-    rotation = np.moveaxis(array, 2, 0)[:, :3, :3].reshape(-1, 9)
-    return rotation if array.shape[0] == 3 else np.hstack([array[:3, 3, :].T, rotation])
-
-
-def _keys(wanted: tuple[NamedUnit, ...]) -> tuple[str, ...] | None:
-    """Keys that the items name; None when the number of joints is open."""
-    keys: list[str] = []
-    for item in wanted:
-        if item.name.lower() in ("q", "torque", "direction"):
-            return None
-        keys += group_keys(item.name) or (item.name,)
-    return tuple(keys)
-
-
-def _count(wanted: tuple[NamedUnit, ...]) -> int | None:
-    keys = _keys(wanted)
-    return len(keys) if keys is not None else None
-
-
-def _headings(wanted: tuple[NamedUnit, ...], width: int, name: str, path: Path) -> list[str]:
-    """Headings of the matrix's columns, with the unit of the item."""
+def _headings(wanted: tuple[NamedUnit, ...], width: int, path: Path) -> list[str]:
+    """Headings of a matrix's columns, with the unit of the item."""
     headings: list[str] = []
     for item in wanted:
-        many = item.name.lower() in ("q", "torque", "direction")
-        keys = [f"{item.name.lower()}{i}" for i in range(1, width + 1)] if many else group_keys(item.name)
+        name = item.name.lower()
+        keys = [f"{name}{i}" for i in range(1, width + 1)] if name in BY_JOINT else group_keys(item.name)
         if keys is None and meaning(item.name) is None:
             raise OptionError(
                 f"{path}: '{item.name}' is not a known column: write q, xyz, quat, rpy, x, time, …"
             )
-        for key in keys or (item.name,):
-            plain = re.fullmatch(r"r\d\d|q[wxyz]|direction\d+", key)
-            headings.append(key if plain else item.heading(key))
-    if len(headings) != width:
-        raise OptionError(
-            f"{path}: '{name}' has {width} values per measurement but {len(headings)} are named: "
-            "change 'row' to 'column' or name them all",
-            option="columns",
-            found=width,
-        )
+        unitless = re.compile(r"r\d\d|q[wxyz]|direction\d+")
+        headings += [key if unitless.fullmatch(key) else item.heading(key) for key in keys or (item.name,)]
     return headings
-
-
-def _same_length(columns: list[list[str]], headings: list[str], path: Path) -> None:
-    for heading, column in zip(headings, columns, strict=True):
-        if len(column) != len(columns[0]):
-            raise FileError(
-                f"'{heading}' has {len(column)} measurements but '{headings[0]}' has {len(columns[0])}: "
-                "check 'row' and 'column'",
-                path=str(path),
-            )
 
 
 def _text(value) -> str:

@@ -19,7 +19,7 @@ from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.layouts.layout import AbstractFileLayout
-from workbench.extras.logs.binary_recordings import read_bag
+from workbench.extras.logs.binary_files import read_bag
 from workbench.extras.logs.recording import Logged, choice, chosen
 from workbench.extras.logs.standstills import join_by_time
 

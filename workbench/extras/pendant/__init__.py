@@ -4,18 +4,15 @@ from workbench.parts import Parts
 
 PARTS = Parts(
     commands={
-        "check": "workbench.extras.pendant.commands:check",
         "extract": "workbench.extras.pendant.commands:extract",
         "frame": "workbench.extras.pendant.commands:frame",
         "new": "workbench.extras.pendant.commands:new",
         "tcp": "workbench.extras.pendant.commands:tcp",
     },
     root={
-        "Check": "workbench.extras.pendant.touching.check:Check",
         "Extraction": "workbench.extras.pendant.extract:Extraction",
         "ToolTip": "workbench.extras.pendant.touching.tool_tip:ToolTip",
         "UserFrame": "workbench.extras.pendant.touching.user_frame:UserFrame",
-        "check": "workbench.extras.pendant.touching.check:check",
         "extract": "workbench.extras.pendant.extract:extract",
         "find_convention": "workbench.extras.pendant.own_robot.find_convention:find_convention",
         "frame": "workbench.extras.pendant.touching.user_frame:frame",
@@ -25,7 +22,6 @@ PARTS = Parts(
     },
     robot_checks=("workbench.extras.pendant.own_robot.check:robot_that_gives",),
     session_commands=("workbench.extras.pendant.touching.session:ReadTouches",),
-    journal_numbers=("workbench.extras.pendant.touching.session:NUMBERS",),
     panels=(
         "workbench.extras.pendant.touching.panel:TouchesPanel",
         "workbench.extras.pendant.own_robot.panel:OwnRobotPanel",

@@ -1,4 +1,4 @@
-"""Commands: new, extract, tcp, frame, check."""
+"""Commands: new, extract, tcp, frame."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -126,32 +126,6 @@ def frame(
         opt.say(f"frame: {found.save(save)}")
 
 
-@in_section("Calibrate")
-def check(
-    touches: TouchesArgument,
-    robot: opt.RobotOption,
-    reference: Annotated[
-        Path | None, option("Touches from when the arm was good: the same seats, the same postures.")
-    ] = None,
-    wanted: Annotated[str, option("--wanted", "Displacement of the tip to detect.")] = "0.05mm",
-    save: Annotated[Path | None, option("Write the robot with the zero that moved here (.toml).")] = None,
-    json: opt.JsonOption = None,
-) -> None:
-    """The morning check: six to twelve touches of two or three seats show what moved since the reference."""
-    from workbench.extras.pendant.touching.check import Health
-
-    arm = wb.load_robot(robot)
-    opt.check_robot_file(save)
-    opt.check_writable(save, json)
-    found = wb.check(arm, touches, reference=reference, wanted=opt.length(wanted))
-    opt.show(found.summary())
-    opt.write_result(json, found.json())
-    if save is not None and found.best and found.health is Health.MOVED and found.best.cause.kind == "joint":
-        opt.say(f"robot with the zero found: {opt.save_robot(found.robot, save)}")
-    if found.health is not Health.GOOD:
-        opt.fail(found.sentence)
-
-
 def _wanted(text: str | None) -> float | None:
     return None if text is None else opt.length(text)
 
@@ -166,7 +140,7 @@ def _show(found: "ToolTip | UserFrame", json: Path | None, save: Path | None) ->
 
 @in_section("Calibrate")
 def new(
-    source: Annotated[str, argument("A DH table (.csv), a .urdf, a .xacro (name:=value …), or a known arm.")],
+    source: Annotated[str, argument("A DH table (.csv), a .urdf, or a known arm.")],
     out: Annotated[Path, option("Write the robot here (.toml).")],
     pose: Annotated[
         list[str] | None,

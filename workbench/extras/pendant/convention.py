@@ -24,7 +24,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.plausibility import refuse_joint_units
 from workbench.extras.pendant.own_robot.displayed_poses import SIZES, DisplayedPoses, Orientation, meanings
 from workbench.extras.pendant.readings import PendantReadings
-from workbench.identification.checks.arm_match import RIVAL_MISFIT, SAME_ARM_MISFIT, arm_match
+from workbench.identification.checks.arm_match import arm_match
 
 MIN_POSES = 5
 """Poses that distinguish one convention from another."""
@@ -32,6 +32,8 @@ TURNED = float(np.deg2rad(3.0))
 """Median angle that the right convention leaves at most [rad]."""
 MIN_SECOND_TURN = 0.1
 """Root mean square angle about a second axis that the poses need [rad]."""
+MAX_MISFIT, SMALL_MISFIT = 0.045, 0.004
+"""Shares of the reach beyond which readings are of no such arm, and below which no other arm is tried."""
 CLEARLY = 3.0
 """The right convention fits this many times better than any that means other poses."""
 UNIFORM = 1.0 / np.sqrt(12.0)
@@ -81,7 +83,7 @@ def find_convention(robot: Robot, readings: PendantReadings) -> Convention:
             "add poses with the tool turned about all axes (if the joints are in rad, head them q1[rad] …)"
         )
     best = found[0]
-    if best.rotation > TURNED or best.position > RIVAL_MISFIT * robot.reach:
+    if best.rotation > TURNED or best.position > MAX_MISFIT * robot.reach:
         raise DataError(_why_not(robot, readings, best))
     rival = next((c for c in found[1:] if not _same(c, best)), None)
     if rival is not None and rival.cost(robot) < CLEARLY * max(best.cost(robot), 1e-6):
@@ -90,8 +92,8 @@ def find_convention(robot: Robot, readings: PendantReadings) -> Convention:
             f"{rival.meaning.text}; add "
             "poses with the tool turned about all axes"
         )
-    if best.position > SAME_ARM_MISFIT * robot.reach:
-        match = arm_match(robot, _positions(best.meaning, readings), some=SAME_ARM_MISFIT)
+    if best.position > SMALL_MISFIT * robot.reach:
+        match = arm_match(robot, _positions(best.meaning, readings))
         if match.is_foreign:
             raise DataError(f"{readings.source}: {match.text}; {match.remedy}")
     return best
@@ -110,7 +112,7 @@ def with_displayed_frames(robot: Robot, convention: Convention) -> Robot:
 def _is_set(pose: np.ndarray, reach: float) -> bool:
     """Whether a frame is farther from none than production errors explain."""
     turn = np.linalg.norm(se3.matrix_to_rotvec(pose[:3, :3]))
-    return bool(turn > TURNED or np.linalg.norm(pose[:3, 3]) > RIVAL_MISFIT * reach)
+    return bool(turn > TURNED or np.linalg.norm(pose[:3, 3]) > MAX_MISFIT * reach)
 
 
 def as_dataset(robot: Robot, readings: PendantReadings, meaning: DisplayedPoses) -> Dataset:
@@ -181,7 +183,7 @@ def _same(a: Convention, b: Convention) -> bool:
 
 def _why_not(robot: Robot, readings: PendantReadings, best: Convention) -> str:
     """What is wrong with readings that fit under no meaning."""
-    match = arm_match(robot, _positions(best.meaning, readings), some=SAME_ARM_MISFIT)
+    match = arm_match(robot, _positions(best.meaning, readings))
     if match.is_foreign:
         return f"{readings.source}: {match.text}; {match.remedy}"
     off = f"{in_mm(best.position)} and {np.rad2deg(best.rotation):.2g}° off"

@@ -19,7 +19,6 @@ from workbench.base.types import Outcome
 from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.free_constants import visible
 from workbench.plate.observability import AbstractIndex
-from workbench.plate.poses.sight import AbstractSight
 
 DIFFERENCE = 1e-5
 """Half-width of the central differences of the Jacobian [rad or m]; their error is about 1e-10."""
@@ -41,18 +40,14 @@ class PoseClimb:
         index: The index to maximise.
         options: Of `linearise`: names, standard deviations.
         basis: Combinations of constants that the index is of, see `plate.free_constants`.
-        view: What the instrument sees; full poses or points everywhere if None.
     """
 
     robot: Robot
     index: AbstractIndex
     options: dict
     basis: Float[np.ndarray, "p r"] | None = None
-    view: AbstractSight | None = None
 
     def at(self, q: Float[np.ndarray, "rows n"]) -> Linearisation:
-        if self.view is not None:
-            return visible(self.view.linearise(self.robot, q, self.options["names"]), self.basis)
         return visible(linearise(self.robot, q, **self.options), self.basis)
 
     def value(self, q: Float[np.ndarray, "rows n"]) -> float:

@@ -28,7 +28,7 @@ from workbench.extras.poses.measurement_order import measuring_order, travels
 from workbench.extras.poses.pose_limits import PoseLimits, feasible_start, folded, sample_poses, walks
 from workbench.plate.exchange import Exchanged, exchange
 from workbench.plate.free_constants import visible_basis
-from workbench.plate.observability import INDICES, OV1, AbstractIndex, O
+from workbench.plate.observability import INDICES, AbstractIndex, O
 from workbench.plate.optimality_criterion import criterion_of, goal_index
 from workbench.plate.poses.pose_choice import AbstractPoseChoice
 from workbench.plate.poses.sampling import in_base, random_poses
@@ -39,7 +39,7 @@ LIMITED_CANDIDATES = 1000
 """Number of random candidates if pairs of poses are limited."""
 WALK = 25
 """Steps of the random walks that generate candidates if the travel is limited."""
-D_OPTIMAL = ("O1", "Ov1", "D")
+D_OPTIMAL = ("O1", "D")
 """Indices maximised by the D-optimal choice."""
 
 
@@ -147,8 +147,7 @@ def informative_poses(
     """Choose joint positions with a large observability index.
 
     Args:
-        index: `O`, `O1` … `O5`, `A`, `D`, `Ov1` where limits have a view, or `I`: the predicted error at
-            `evaluation_poses`.
+        index: `O`, `O1` … `O5`, `A`, `D`, or `I`: the predicted error at `evaluation_poses`.
         candidates: Joint positions to choose from, such as those of a `Dataset`; the result is then among
             them. Without, random ones, and the result is improved continuously within the limits.
         names: Constants to be identified, `base.…` and `tool.…` among them where these are unknown; the
@@ -181,14 +180,7 @@ def informative_poses(
     middle = linearise(robot, robot.search_limits.mean(1)[None], names=names)
     goal = index if evaluation_poses is None or index != "I" else evaluation_poses
     aim = goal_index(goal, robot, middle, basis)
-    if aim is OV1 and limits.view is None:
-        raise OptionError(
-            "index Ov1 needs an instrument's view, such as --camera with --target and --camera-at; or "
-            "use index O1",
-            option="index",
-            found=OV1.name,
-        )
-    climb = PoseClimb(robot, aim, options, basis, limits.view)
+    climb = PoseClimb(robot, aim, options, basis)
     task = PoseTask(climb, number, limits, candidates, method, rng)
     if isinstance(climb.index, O):
         return _single(task)

@@ -25,7 +25,6 @@ from workbench.plate.collision import solid_clear
 from workbench.plate.optimiser.clearance import Surroundings, arm_shape
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base, poses_satisfying, random_poses
-from workbench.plate.poses.sight import AbstractSight
 from workbench.plate.region import Region
 
 
@@ -41,7 +40,6 @@ class PoseLimits:
         dexterity: Minimum singular value of the geometric Jacobian, lengths in units of the arm's reach.
         spread: Minimum distance between the tool's places in two poses [m].
         travel: Maximum travel of any joint from one pose to the next [rad or m]; any if None.
-        view: What the instrument must see; no condition if None.
         clearance: Minimum distance of the arm from itself, and from the table [m]; not checked if None.
         floor: Height of the table that the arm stands on, in the robot's base [m]; none if None.
         solid: A plate whose solid the arm must not touch; none if None.
@@ -57,7 +55,6 @@ class PoseLimits:
     dexterity: float = 0.0
     spread: float = 0.0
     travel: float | None = None
-    view: AbstractSight | None = None
     clearance: float | None = None
     floor: float | None = None
     solid: Plate | None = None
@@ -76,8 +73,7 @@ class PoseLimits:
     @property
     def single(self) -> bool:
         placed = self.region is not None or self.towards is not None
-        seen = self.view is not None or self.clearance is not None
-        return placed or seen or self.margin > 0 or self.dexterity > 0
+        return placed or self.clearance is not None or self.margin > 0 or self.dexterity > 0
 
     @property
     def pairs(self) -> bool:
@@ -86,8 +82,6 @@ class PoseLimits:
     def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         kept = self.inside(in_base(robot, q))
         kept[kept] = self._has_room(robot, q[kept])
-        if self.view is not None:
-            kept[kept] = self.view.admits(robot, q[kept])
         if self.clearance is not None and kept.any():
             shape = arm_shape(robot, self.clearance)
             room = Surroundings(shape, (), self.floor)
@@ -197,13 +191,6 @@ def walks(
 
 def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str:
     """Which limits conflict, by the number of random poses that keep each alone."""
-    if limits.view is not None:
-        q = random_poses(robot, tries, rng=np.random.default_rng(0))
-        seen = int(limits.view.admits(robot, q).sum())
-        return (
-            f"of {tries} random joint positions of robot '{robot.name}' {seen} {limits.view.condition}, "
-            f"{found} keep the other limits too; {limits.view.remedy}"
-        )
     region, cone = limits.region, f"orientation cone of {np.rad2deg(limits.cone):.3g}°"
     if region is None:
         return (

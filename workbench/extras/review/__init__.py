@@ -1,4 +1,4 @@
-"""Recordings looked at again: in the rerun viewer, two compared, replayed with all numbers, as a report."""
+"""Recordings looked at again: in the rerun viewer, or replayed with all numbers."""
 
 from workbench.parts import Parts
 

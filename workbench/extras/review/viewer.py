@@ -18,59 +18,46 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 os.environ.setdefault("RERUN_ANALYTICS_ENABLED", "false")
-import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_bytes
-from workbench.base.progress import part_of, progress
-from workbench.extras.review.compare_sessions import ComparedSessions, compare
+from workbench.base.progress import progress
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
 from workbench.session.page_state import Severity
-from workbench.views.recording.blueprint import blueprint, side_by_side
+from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.canvas import STEP, Canvas
 from workbench.views.recording.contents import MomentDrawing, thinned
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.recorder import parts
 from workbench.views.recording.rerun_output import FileOutlet
-from workbench.views.recording.rerun_sink import markdown
 
 ADDRESS = "127.0.0.1"
 BEHIND = 5
 """Steps by which pictures may lag behind the journal, as the end of a drag that was cut off."""
 
 
-def show_recordings(
-    recordings: Sequence[Recording],
+def show_recording(
+    recording: Recording,
     *,
-    compared: ComparedSessions | None = None,
     out: Path | None = None,
     web: bool = False,
     say: Callable[[str], None] = lambda text: None,
-) -> Path | None:
-    """Open one recording, or two side by side; returns when the viewer is closed.
+) -> None:
+    """Open a recording in the viewer, returning when it is closed; or write one file for it.
 
     Args:
-        recordings: One or two.
-        compared: Of two, where that is known already.
-        out: Write one file here, which is returned, instead of opening a viewer.
+        out: Write one file here instead of opening a viewer.
         web: Whether to open the viewer in the browser.
         say: Told what is done besides.
     """
-    if len(recordings) > 2:
-        raise OptionError(f"{len(recordings)} recordings can't be shown side by side; give one or two")
     with tempfile.TemporaryDirectory(prefix="workbench-") as room:
-        if len(recordings) == 2:
-            path = Path(room) / "compared.rrd"
-            first, second = recordings
-            files = [write_comparison(first, second, path, compared=compared)]
+        files = pictures_of(recording, Path(room), say=say)
+        if out is None:
+            _open(files, web)
         else:
-            files = pictures_of(recordings[0], Path(room), say=say)
-        if out is not None:
-            return _join(files, out, Path(room))
-        _open(files, web)
-    return None
+            _join(files, out, Path(room))
 
 
 def pictures_of(
@@ -206,33 +193,20 @@ def opened(files: Sequence[Path]) -> Iterator[list[str]]:
 
 def write_pictures(recording: Recording, path: Path) -> Path:
     """Do all commands again and draw them into a file for the viewer."""
-    outlet = _outlet(path, recording.folder.name, blueprint(recording.first))
-    draw_all(recording, Canvas([outlet]))
-    return _finish(outlet, path)
-
-
-def _outlet(path: Path, name: str, layout: rrb.Blueprint) -> FileOutlet:
     try:
-        return FileOutlet(path, name, blueprint=layout)
+        outlet = FileOutlet(path, recording.folder.name, blueprint=blueprint(recording.first))
     except OSError as error:
         raise FileError(
             f"can't be written ({error.strerror}); choose another place", path=str(path)
         ) from None
-
-
-def _finish(outlet: FileOutlet, path: Path) -> Path:
+    drawing = MomentDrawing(Canvas([outlet]))
+    for moment in thinned(moments(recording)):
+        drawing.draw(moment)
+        progress(moment.step / max(len(recording.lines), 1), "drawing")
     outlet.close()
     if outlet.trouble:
         raise FileError(f"{outlet.trouble}; choose another place", path=str(path))
     return path
-
-
-def draw_all(recording: Recording, canvas: Canvas) -> None:
-    """Draw every step of a recording onto a canvas."""
-    drawing = MomentDrawing(canvas)
-    for moment in thinned(moments(recording)):
-        drawing.draw(moment)
-        progress(moment.step / max(len(recording.lines), 1), "drawing")
 
 
 def moments(recording: Recording) -> Iterator[Moment]:
@@ -245,17 +219,3 @@ def moments(recording: Recording) -> Iterator[Moment]:
             if all(m.text != text for m in shown.page.messages):
                 shown = shown.with_message(Severity.INFO, text)
         yield Moment(step, line.entry.at, shown, line.entry)
-
-
-def write_comparison(
-    first: Recording, second: Recording, path: Path, *, compared: ComparedSessions | None = None
-) -> Path:
-    """Two sessions in one file, below `A/` and `B/`, with the table of what differs."""
-    layout = side_by_side(first.first, second.first)
-    outlet = _outlet(path, f"{first.folder.name} with {second.folder.name}", layout)
-    for begun, prefix, recording in ((0.0, "A/", first), (0.5, "B/", second)):
-        with part_of(begun, 0.5):
-            draw_all(recording, Canvas([outlet], prefix=prefix))
-    found = compare([first, second]) if compared is None else compared
-    Canvas([outlet]).log("differences", markdown(found.markdown()), static=True)
-    return _finish(outlet, path)

@@ -1,4 +1,4 @@
-"""Trajectories: planned, played on both arms, corrected, and checked with pencil and paper."""
+"""Trajectories: planned, played on both arms, and corrected."""
 
 from workbench.parts import Parts
 
@@ -6,7 +6,6 @@ PARTS = Parts(
     commands={
         "compensate": "workbench.extras.trajectories.commands:compensate",
         "path": "workbench.extras.trajectories.commands:path",
-        "pencil": "workbench.extras.trajectories.pencil.commands:pencil",
     },
     root={"compensate": "workbench.extras.trajectories.trajectory_files:compensate"},
     session_commands=("workbench.extras.trajectories.session:PlanTrack",),

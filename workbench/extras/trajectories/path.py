@@ -22,8 +22,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
-from workbench.base.types import frozen
-from workbench.identification.errors.comparable_arms import comparable
+from workbench.base.types import JointRows, Poses, frozen
+from workbench.identification.errors.comparable_arms import ComparedArms, comparable
 
 SINGULAR = 1e-3
 """Dimensionless singular value below which an arm is at a singularity."""
@@ -31,6 +31,14 @@ TOGETHER = 0.3
 """Minimum motion of a joint, relative to the largest one, to be part of a singularity."""
 JUMP = 0.5
 """Change of a joint between two rows above which it is a jump to another branch [rad or m]."""
+
+MET = {
+    Task.POSITION_AXIS: (
+        "five joints: position and direction of the tool's z axis are met, rotation about it is free"
+    ),
+    Task.POSITION: "only positions are met, orientations are free",
+}
+"""What of a pose is met, where it is not all of it."""
 
 Times = Float[np.ndarray, " rows"] | None
 
@@ -80,16 +88,7 @@ def command_joints(
     arms = comparable(calibrated, nominal, positions_only=positions_only)
     arms.nominal.check_joints(q, "trajectory")
     refuse_beyond(arms.nominal, q, time)
-    return Commanded(
-        calibrated=arms.calibrated,
-        nominal=arms.nominal,
-        poses=frozen(tool_poses(arms.nominal, Motion(q))),
-        q=frozen(q),
-        task=arms.task,
-        notes=(*arms.away, *arms.notes, *_text(arms.task)),
-        expected=arms.expected,
-        time=time,
-    )
+    return _commanded(arms, tool_poses(arms.nominal, Motion(q)), q, time)
 
 
 def command_poses(
@@ -125,21 +124,7 @@ def command_poses(
     for start in starts:
         q, reached = _followed(planned, poses, start.q, task)
         if reached == len(poses):
-            return Commanded(
-                calibrated=arms.calibrated,
-                nominal=planned,
-                poses=frozen(poses),
-                q=frozen(q),
-                task=task,
-                expected=arms.expected,
-                notes=(
-                    *arms.away,
-                    *arms.notes,
-                    f"the path is followed in the branch '{start.name}'",
-                    *_text(task),
-                ),
-                time=time,
-            )
+            return _commanded(arms, poses, q, time, f"the path is followed in the branch '{start.name}'")
         if reached >= furthest:
             furthest, longest = reached, q[max(reached - 1, 0)]
     why = inverse.solve(planned, poses[furthest], task=task).reason
@@ -151,14 +136,18 @@ def command_poses(
     )
 
 
-def _text(task: Task) -> tuple[str, ...]:
-    if task is Task.POSITION_AXIS:
-        return (
-            "five joints: position and direction of the tool's z axis are met, rotation about it is free",
-        )
-    if task is Task.POSITION:
-        return ("only positions are met, orientations are free",)
-    return ()
+def _commanded(arms: ComparedArms, poses: Poses, q: JointRows, time: Times, *notes: str) -> Commanded:
+    met = [MET[arms.task]] if arms.task in MET else []
+    return Commanded(
+        calibrated=arms.calibrated,
+        nominal=arms.nominal,
+        poses=frozen(poses),
+        q=frozen(q),
+        task=arms.task,
+        notes=(*arms.away, *arms.notes, *notes, *met),
+        expected=arms.expected,
+        time=time,
+    )
 
 
 def _followed(robot: Robot, poses: np.ndarray, start: np.ndarray, task: Task) -> tuple[np.ndarray, int]:

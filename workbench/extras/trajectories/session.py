@@ -5,7 +5,7 @@ thesis (§5.5.1), the line being a diameter of the circle.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -53,21 +53,6 @@ KATANA = 1e-3 * np.array(
 """Four points of the Katana thesis's circle on the plane at 45° (§5.5.1) [m]."""
 
 
-@dataclass(frozen=True)
-class CirclePlace:
-    """Where a trajectory runs.
-
-    Args:
-        centre: Its middle, base frame [m].
-        radius: Of the circle, or half the length of the line [m].
-        plane: Name of the plane that it lies in.
-    """
-
-    centre: tuple[float, float, float]
-    radius: float
-    plane: str
-
-
 def deviating_robot(session: Session) -> Robot | None:
     """The arm that deviates from the nominal one: the shown fit, or the opened arm with its own effects."""
     return session.results.calibrated or bending_robot(session)
@@ -92,29 +77,9 @@ def default_trajectory_circle(session: Session) -> Circle:
     return found
 
 
-def chosen_curve(kind: str, place: CirclePlace) -> Curve:
-    """The curve of a kind about a centre: a circle, or a straight line through it, in a plane."""
-    along, across = PLANES[place.plane]
-    centre = np.array(place.centre)
-    if kind == CIRCLE:
-        return Circle(centre=frozen(centre), along=along, across=across, radius=place.radius)
-    return line(centre - place.radius * along, centre + place.radius * along)
-
-
-def make_track(
-    session: Session, kind: str, *, duration: float, is_corrected: bool, place: CirclePlace | None = None
-) -> Track:
-    """Plan a trajectory, and see where the tools go.
-
-    Args:
-        session: Arm, region and fit.
-        kind: `circle` or `line`.
-        duration: Time from beginning to end [s].
-        is_corrected: Whether the joints are corrected with the erring arm.
-        place: Where; as usual for the arm and its region if None.
-    """
-    curve = curves(session)[kind] if place is None else chosen_curve(kind, place)
-    planned = plan(session.robot, curve, duration=duration, rows=TRAJECTORY_ROWS)
+def make_track(session: Session, command: "PlanTrack") -> Track:
+    """Plan a trajectory, and see where the tools go."""
+    planned = plan(session.robot, command.curve(session), duration=command.duration, rows=TRAJECTORY_ROWS)
     erring, nominal = deviating_robot(session), session.robot.with_effects()
     before, actual, own, notes, q = None, None, None, planned.notes, planned.q
     wanted = reached = planned.poses[:, :3, 3]
@@ -124,13 +89,13 @@ def make_track(
         actual, wanted, own = sent.calibrated, sent.poses[:, :3, 3], sent.expected
         notes = tuple(dict.fromkeys([*notes, *sent.notes]))
         before = frozen(np.linalg.norm(tool_poses(actual, Motion(planned.q))[:, :3, 3] - wanted, axis=1))
-        q = correct(sent).q if is_corrected else planned.q
+        q = correct(sent).q if command.is_corrected else planned.q
         reached = tool_poses(actual, Motion(q))[:, :3, 3]
     return Track(
-        kind=kind,
+        kind=command.kind,
         robot=session.robot,
         actual=actual,
-        is_corrected=is_corrected and actual is not None,
+        is_corrected=command.is_corrected and actual is not None,
         time=planned.time,
         q=frozen(q),
         wanted=frozen(wanted),
@@ -186,11 +151,16 @@ class PlanTrack(AbstractTask[tuple[Robot, Track]]):
 
     def compute(self, session: Session) -> tuple[Robot, Track]:
         progress(0.2, "solving for joint positions along it")
-        place = None if self.centre is None else CirclePlace(self.centre, self.radius, self.plane)
-        track = make_track(
-            session, self.kind, duration=self.duration, is_corrected=self.is_corrected, place=place
-        )
-        return session.robot, track
+        return session.robot, make_track(session, self)
+
+    def curve(self, session: Session) -> Curve:
+        """Where the tool is sent."""
+        if self.centre is None:
+            return curves(session)[self.kind]
+        (along, across), centre = PLANES[self.plane], np.array(self.centre)
+        if self.kind == CIRCLE:
+            return Circle(centre=frozen(centre), along=along, across=across, radius=self.radius)
+        return line(centre - self.radius * along, centre + self.radius * along)
 
     def finish(self, session: Session, result: tuple[Robot, Track]) -> Session:
         robot, track = result

@@ -1,7 +1,7 @@
 """A planned trajectory: the commanded joints, and the resulting nominal and calibrated tool poses."""
 
 from dataclasses import dataclass, field
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
@@ -58,10 +58,6 @@ class Track(AbstractMotion):
 
     def looks_like(self, other: AbstractMotion) -> bool:
         return isinstance(other, Track) and (other.kind, other.robot) == (self.kind, self.robot)
-
-    def numbers(self) -> dict[str, Any]:
-        errors = self.errors.mean()
-        return {"kind": self.kind, "rows": len(self.q), "q_mean": self.q.mean(0), "errors": errors}
 
 
 def planned_track(session: Session) -> Track | None:

@@ -31,9 +31,9 @@ from workbench.identification.undetermined_combinations import RANK_TOLERANCE, F
 
 AUTO: Final = "auto"
 """Option value: estimate the expected deviation from the rows."""
-MIN_DEVIATION, MAX_DEVIATION = 1e-4, 0.1
-"""Range of expected deviations [rad, m], from better than any arm is made to hand assembly."""
-TRIED_DEVIATIONS = 60
+MIN_DEVIATION, MAX_DEVIATION = 1e-6, 0.1
+"""Range of expected deviations [rad, m], from an arm that is calibrated already to hand assembly."""
+TRIED_DEVIATIONS = 100
 """Number of expected deviations compared in this range, evenly spaced in their logarithm."""
 
 

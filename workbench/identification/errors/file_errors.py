@@ -1,53 +1,27 @@
-"""Held-out errors of saved files: a TOML holds the whole model, a URDF the best purely geometric one."""
+"""Held-out errors of saved files, for display, and why a file should not be used."""
 
 import numpy as np
 
 from workbench.arm.calibration_record import MAX_POSITION, MAX_ROTATION
-from workbench.arm.robot import Robot
-from workbench.arm.usable_arm import unobserved_text, usable_arm
+from workbench.arm.usable_arm import unobserved_text
 from workbench.base.wording import in_mm
-from workbench.data.dataset import Dataset
 from workbench.identification.errors.row_errors import Errors
-from workbench.identification.errors.saved_arm import SavedArm
-from workbench.identification.result import Run, judged
-
-
-def file_errors(run: Run) -> dict[str, Errors]:
-    """Errors of each format's arm on the judging rows.
-
-    A format is omitted where its error is unknown: held-out sessions without any fitted row.
-    """
-    if run.new_sessions:
-        return {"TOML": judged(run)}
-    return _errors(run, SavedArm(run.as_measured, run.fit.problem.data), run.judging)
+from workbench.identification.result import Run
 
 
 def refitted_errors(run: Run) -> dict[str, Errors]:
     """Errors of the files after the final fit to all rows, on these rows; empty if there was none."""
-    return {} if run.judged is None else _errors(run, run.saved, run.fit.problem.data)
-
-
-def _errors(run: Run, saved: SavedArm, data: Dataset) -> dict[str, Errors]:
-    """Errors of each format's arm on those of some rows for which it is valid."""
-    arm, whole = saved.robot, saved.errors(data, run.places)
-    carried = _files(arm)["URDF"]
-    if carried.elements == arm.elements and not arm.effects:
-        return {"TOML": whole, "URDF": whole}
-    return {"TOML": whole, "URDF": saved.errors(data, run.places, carried)}
-
-
-def _files(arm: Robot) -> dict[str, Robot]:
-    return {"TOML": arm, "URDF": usable_arm(arm, effects=False).robot}
+    return {} if run.judged is None else run.saved.format_errors(run.fit.problem.data, run.places)
 
 
 def file_text(run: Run) -> str:
     """Which rows these are, the errors, and notes, in one line."""
-    errors = " · ".join(sizes(file_errors(run)).values())
+    errors = " · ".join(sizes(run.file_errors).values())
     return "; ".join((f"{judging_text(run)}: {errors or 'not known'}", *file_notes(run)))
 
 
 def judging_text(run: Run) -> str:
-    """The rows on which `file_errors` are: `24 held-out rows`."""
+    """The rows on which `Run.file_errors` are: `24 held-out rows`."""
     kind = "held-out row" if run.judging is run.held_out_data else "fitted row"
     return run.saved.rows_text(run.judging, kind)
 
@@ -67,7 +41,7 @@ def file_notes(run: Run) -> list[str]:
         known = f"flange uncertain by {in_mm(at.flange.position)} and {np.rad2deg(at.flange.rotation):.2g}°"
         if at.flange.position > MAX_POSITION or at.flange.rotation > MAX_ROTATION:
             known = "the flange could not be observed separately from the tool"
-        notes += unobserved_text(arm, _files(arm)) or [known]
+        notes += unobserved_text(arm, run.saved.formats) or [known]
     return notes
 
 

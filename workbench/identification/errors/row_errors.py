@@ -188,6 +188,42 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
     return found.main.rms > max(limit, unit * SUSPICIOUS_FLOOR)
 
 
+MAX_SHARE_OF_REACH, MAX_TURN = 0.01, 3.0
+"""Mean errors beyond this share of the reach, or this angle [deg], are of no calibrated arm."""
+CHANCE, NOTHING = 0.5, 1e-6
+"""A channel is worse if its mean rises by more than this over the root of the number of rows, as it may by
+chance where the nominal arm is exact; errors below the second [mm or deg] are none."""
+
+
+def refusal(found: Errors, nominal: Errors, reach: float, *, rows: int) -> str:
+    """Why a model should not be used, as the end of a sentence; empty if it may.
+
+    It is off further than any calibrated arm, or worse than the nominal arm.
+
+    Args:
+        found: Its errors.
+        nominal: Errors of the nominal arm on the same rows.
+        reach: Reach of the arm [m].
+        rows: Their number.
+    """
+    if found.own is not None:
+        return ""  # readings in a unit of their own decide themselves what may be identified
+    kinds = (
+        ("position_mm", " mm", 1e3 * MAX_SHARE_OF_REACH * reach),
+        ("orientation_deg", "°", MAX_TURN),
+        ("tilt_deg", "°", MAX_TURN),
+    )
+    pairs = [(getattr(nominal, name), getattr(found, name), unit, limit) for name, unit, limit in kinds]
+    known = [(b.mean, a.mean, u, limit) for b, a, u, limit in pairs if b and a and np.isfinite(a.mean)]
+    for _, after, unit, limit in known:
+        if after > limit:
+            return f"off by {after:.3g}{unit} on average, more than any calibrated arm ({limit:.3g}{unit})"
+    for before, after, unit, _ in known:
+        if after > (1.0 + CHANCE / np.sqrt(rows)) * before + NOTHING:
+            return f"worse than nominal: {after:.4g}{unit} on average, nominal {before:.4g}{unit}"
+    return ""
+
+
 UNKNOWN = Errors(Spread.of(np.zeros(0)), None)
 """Placeholder for errors that could not be computed."""
 

@@ -17,6 +17,7 @@ from workbench.arm.calibration_record import Expected
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.arm.usable_arm import usable_arm
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.identification.errors.row_errors import UNKNOWN, Errors, row_errors
@@ -51,7 +52,7 @@ class SavedArm:
         return after_events(self.measured, self._sessions)
 
     def recorded(self, errors: Errors) -> Robot:
-        """That arm with its mean errors on record."""
+        """The arm of its file with its mean errors on record."""
         robot = self.robot
         if robot.calibration is None:
             return robot
@@ -61,11 +62,31 @@ class SavedArm:
 
     def valid_for(self, data: Dataset) -> Dataset:
         """Those of some rows for which it is valid; all of them without events."""
+        return data.take(self.is_valid_for(data))
+
+    def is_valid_for(self, data: Dataset) -> Bool[np.ndarray, " rows"]:
+        """Whether it is valid for each of some rows."""
         motion, shown = Motion.of(data), np.zeros(len(data), bool)
         for name in data.sessions:
             mine = data.in_session(name)
             shown[mine] = is_valid_after(self.measured, motion.take(mine), self._sessions.get(name))
-        return data.take(shown)
+        return shown
+
+    def format_errors(self, data: Dataset, known: Mapping[str, float]) -> dict[str, Errors]:
+        """Errors of each format's arm on those of some rows for which it is valid.
+
+        A TOML holds the whole model, a URDF the best purely geometric one. Arguments as of `errors`.
+        """
+        arm, whole = self.robot, self.errors(data, known)
+        carried = self.formats["URDF"]
+        if carried.elements == arm.elements and not arm.effects:
+            return {"TOML": whole, "URDF": whole}
+        return {"TOML": whole, "URDF": self.errors(data, known, carried)}
+
+    @cached_property
+    def formats(self) -> dict[str, Robot]:
+        """The arm that a file of each format holds."""
+        return {"TOML": self.robot, "URDF": usable_arm(self.robot, effects=False).robot}
 
     def errors(self, data: Dataset, known: Mapping[str, float], arm: Robot | None = None) -> Errors:
         """Its errors on those of some rows for which it is valid.

@@ -28,6 +28,7 @@ def identification_json(result: Identification) -> Json:
         {
             "schema": IDENTIFICATION,
             "robot": result.robot.name,
+            "reading": result.data.read_as or "as given",
             "measurements": {
                 "used": len(result.train_rows),
                 "held_out": len(result.held_out_data),
@@ -55,6 +56,7 @@ def evaluation_json(result: Evaluation) -> Json:
     return document(
         EVALUATION,
         robot=result.robot.name,
+        reading=result.data.read_as or "as given",
         errors=errors_json(result.errors),
         rows=[
             {"row": row, "position_mm": position, "orientation_deg": angle}

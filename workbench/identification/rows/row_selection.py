@@ -15,6 +15,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
 from workbench.data.plausibility import repeated_rows
+from workbench.data.postures import first_of_each, pose_units, repeats_text
 from workbench.identification.errors.row_errors import count_measured
 from workbench.plate.region import Region
 
@@ -90,9 +91,9 @@ def without_fitted_rows(held_out: Dataset, fitted: Dataset) -> tuple[Dataset, li
 def hold_out_share(
     data: Dataset, fraction: float, *, rng: np.random.Generator
 ) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
-    """Hold out a fraction of the rows, whole groups where the data have them, duplicates together.
+    """Hold out a fraction of the rows, whole postures and groups together.
 
-    The units (rows, or means of groups) are divided by medians of their widest joint into as many cells as
+    The units (means of their rows) are divided by medians of their widest joint into as many cells as
     are to be held out, session by session; one random unit of each cell is held out. The held-out rows thus
     cover the same joint space as the others, whatever the order of measurement.
 
@@ -106,10 +107,10 @@ def hold_out_share(
     everything = np.arange(len(data))
     if fraction == 0.0:
         return everything, everything[:0]
-    labels = _units(data)
+    labels = pose_units(data)
     count = int(labels.max()) + 1 if len(labels) else 0
     if count < 2:
-        raise DataError(f"{data.source}: {count} rows or groups are too few to hold some out; use share 0")
+        raise DataError(f"{data.source}: {count} poses or groups are too few to hold some out; use share 0")
     weight = np.bincount(labels)
     centre = np.stack([np.bincount(labels, column) / weight for column in data.q.T], axis=1)
     centre = centre / np.maximum(np.ptp(data.q, axis=0), 1e-9)
@@ -124,15 +125,6 @@ def hold_out_share(
             held[rng.choice(cell)] = True
     mask = held[labels]
     return np.flatnonzero(~mask), np.flatnonzero(mask)
-
-
-def _units(data: Dataset) -> Int[np.ndarray, " rows"]:
-    """Number of each row's unit: its group, or the row itself; duplicates of a row are one unit."""
-    labels = np.arange(len(data)) if data.group is None else np.unique(data.group, return_inverse=True)[1]
-    copies = repeated_rows(data)
-    for first, again in copies:
-        labels[labels == labels[again]] = labels[first]
-    return np.unique(labels, return_inverse=True)[1] if copies else labels
 
 
 def hold_out_sessions(
@@ -175,16 +167,15 @@ def cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray]
 
 
 def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> None:
-    """Refuse a fit with more parameters than measured numbers; duplicate rows count once."""
-    copies = [again for _, again in repeated_rows(data)]
-    data = data.take(np.delete(np.arange(len(data)), copies))
+    """Refuse a fit with more parameters than measured numbers; rows of one posture count once."""
+    repeats, data = repeats_text(data), data.take(first_of_each(data))
     count = len(robot.default_free if free is None else free)
     measured = count_measured(data)
     if measured < count:
         need = int(np.ceil(count / (measured / len(data))))
         raise DataError(
-            f"{data.source}: {len(data)} rows give {measured} numbers for {count} parameters of the "
-            f"arm; measure at least {need} poses, hold fewer out, or free fewer parameters",
+            f"{data.source}: {repeats or f'{len(data)} rows'} give {measured} numbers for {count} "
+            f"parameters of the arm; measure at least {need} poses, hold fewer out, or free fewer parameters",
             found=(len(data), measured),
         )
 

@@ -1,9 +1,10 @@
 """Commands for the arm and the plate as a whole: changing the arm or plate, jogging."""
 
+import atexit
 import shutil
 import tempfile
-import weakref
 from dataclasses import field, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,12 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.solve import follow
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.progress import progress
 from workbench.base.types import frozen
 from workbench.parts import parts
+from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
@@ -57,6 +60,10 @@ class ChooseRobot(AbstractTask[Session]):
 
     def compute(self, session: Session) -> Session:
         progress(0.2, "solving inverse kinematics for the targets")
+        if self.name.lower() not in (known := built_in_robots()):  # a journal may say anything
+            raise OptionError(
+                f"unknown arm '{self.name}'; built-in: {', '.join(known)}", option="name", found=self.name
+            )
         robot = _robot_that_gives(self.name, self.poses) if self.poses else load_robot(self.name)
         if self.keep and (file := self._unread(session)) is not None:
             begun = start_with(robot, session)
@@ -104,38 +111,40 @@ class LoadModel(AbstractTask[Session]):
 
     def compute(self, session: Session) -> Session:
         progress(0.1, "reading")
-        folder, source = tempfile.mkdtemp(prefix="workbench-"), None
-        path = Path(folder) / safe_name(self.name)
+        path = Path(tempfile.mkdtemp(dir=_uploads()), safe_name(self.name))
+        path.write_bytes(self.content)
         try:
-            path.write_bytes(self.content)
             if b"[[target]]" in self.content:
-                plate = read_plate(path)
-                noise = instrument_for(session, plate)
-                given = start(session.robot, plate, is_given=True, noise=noise)
-                # measurements of the same arm, and what was found from them, stay
-                return replace(
-                    given,
-                    choices=session.choices,
-                    measurements=session.measurements,
-                    results=session.results,
-                    parts=session.with_parts(GoesWith.MEASUREMENTS).parts,
-                )
+                return _on_plate(read_plate(path), session)
             robot = _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
-            source = robot.urdf
-            return start_with(robot, session)
         except WorkbenchError as error:
-            raise OptionError(str(error).replace(f"{folder}/", "")) from error
-        finally:
-            if source is None:
-                shutil.rmtree(folder)
-            else:  # a calibrated URDF is a copy of this file, made later
-                weakref.finalize(source, shutil.rmtree, folder, ignore_errors=True)
+            raise OptionError(str(error).replace(f"{path.parent}/", "")) from error
+        return start_with(robot, session)
 
     def finish(self, session: Session, result: Session) -> Session:
         opened = _in_the_page(session, result)
         if result.robot.urdf is None or b"<mesh" not in self.content:
             return opened
         return opened.with_message(Severity.INFO, f"{opened.page.messages[-1].text}; {NO_MESHES}")
+
+
+@cache
+def _uploads() -> str:
+    """Folder of the uploaded files, there as long as the program: a calibrated URDF is a copy of one."""
+    folder = tempfile.mkdtemp(prefix="workbench-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+def _on_plate(plate: Plate, session: Session) -> Session:
+    """A session on another plate; measurements of the same arm, and what was found from them, stay."""
+    return replace(
+        start(session.robot, plate, is_given=True, noise=instrument_for(session, plate)),
+        choices=session.choices,
+        measurements=session.measurements,
+        results=session.results,
+        parts=session.with_parts(GoesWith.MEASUREMENTS).parts,
+    )
 
 
 NO_MESHES = (

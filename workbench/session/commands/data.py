@@ -23,6 +23,7 @@ from workbench.data.simulation.hidden_effects import hidden_effects, surprise
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
+from workbench.identification.meaning.as_read import ReadAs, as_read
 from workbench.plate.region import Region
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import (
@@ -70,11 +71,13 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
         name: Its name, of which only the ending matters.
         content: Its bytes.
         mapping: What its columns are (TOML); empty: as its headings say.
+        accept: Whether another reading of the rows is accepted if it is clearly theirs.
     """
 
     name: str
     content: bytes = field(repr=False)
     mapping: bytes = field(default=b"", repr=False)
+    accept: bool = False
 
     title = computed(lambda self: f"Read {safe_name(self.name)}")
 
@@ -100,7 +103,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             progress(0.5, "comparing the rows with the arm")
             facts = facts_of(dataset, understood)
             found = Loaded(dataset, path.name, facts, read=dataset, file=file)
-            return matched_to_arm(session.robot, found)
+            return matched_to_arm(session.robot, found, accept=self.accept)
 
     def _other_arm(self, path: Path, robot: Robot, understood: Preview) -> ArmMatch | None:
         """Which built-in arm rows are of that can't be the session's, by their number of joints."""
@@ -248,11 +251,15 @@ def check_measurable(session: Session) -> None:
         )
 
 
-def matched_to_arm(robot: Robot, loaded: Loaded) -> Loaded:
-    """Measurements of a file with all notes for this arm."""
+def matched_to_arm(robot: Robot, loaded: Loaded, *, accept: bool = False) -> Loaded:
+    """Measurements of a file, read as they are this arm's, with all notes."""
     assert loaded.read is not None
-    dataset = checked(robot, loaded.read)
-    return replace(loaded, dataset=dataset, notes=dataset.notes, match=arm_match(robot, dataset))
+    match = arm_match(robot, loaded.read)
+    rows = loaded.read
+    if not match.is_foreign or (accept and match.has_reading):
+        rows, match = as_read(robot, rows, ReadAs.FOUND), replace(match, meaning=None)
+    dataset = checked(robot, rows)
+    return replace(loaded, dataset=dataset, notes=dataset.notes, match=match)
 
 
 def measurements(session: Session) -> Loaded:

@@ -12,6 +12,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.instrument_preparation import preparation_of
+from workbench.identification.meaning.as_read import ReadAs
 from workbench.plate.collision import allows_target
 from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import Target
@@ -40,7 +41,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
         held_out: Share of the rows that is kept for judging; they choose nothing.
         seed: Of the held-out rows and the folds.
         anyway: Whether to go on though the rows are clearly another arm's.
-        levelled: Whether the z axis of the measuring frame is vertical.
+        levelled: As of `Identify`.
     """
 
     title = "Diagnose"
@@ -72,7 +73,8 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             free=tuple(n for n in session.robot.default_free if n not in session.choices.fixed),
             exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
-            levelled=self.levelled,
+            levelled=self.levelled or session.measurements.levelled,
+            reading=ReadAs.GIVEN,
             seed=self.seed,
             measurable=_on_the_plate(session) if loaded.virtual else None,
         )

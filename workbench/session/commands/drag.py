@@ -7,9 +7,7 @@ The arm is followed from place to place. Of the places of a drag the journal kee
 from which posture the arm came to it, so that it leads alone to the same session to the last digit.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +15,6 @@ from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractCommand, computed
-from workbench.session.restored_targets import recall_targets
 from workbench.session.state import Drag, Focus, Session
 from workbench.session.target_postures import follow_target, with_branch_name
 from workbench.session.target_state import TargetState
@@ -27,7 +24,6 @@ from workbench.session.target_steps import (
     check_unlocked,
     commit_step,
     with_branches,
-    with_history,
     with_item,
     with_targets,
 )
@@ -55,9 +51,6 @@ class SelectTarget(AbstractChange):
     def apply(self, session: Session) -> Session:
         return with_branches(replace(session, selected=self.target).with_playback(focus=Focus.TARGET))
 
-    def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:
-        return replace(session, selected=self.target).with_playback(focus=Focus.TARGET)
-
 
 class GrabTarget(AbstractChange):
     """Start dragging a target: nobody else can move it until it is dropped."""
@@ -76,9 +69,6 @@ class GrabTarget(AbstractChange):
         drag = Drag(self.client, self.target)
         session = begin_step(session).with_playback(focus=Focus.TARGET)
         return replace(session, drag=drag, selected=self.target)
-
-    def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:
-        return self.apply(session)
 
 
 @dataclass(frozen=True)
@@ -150,17 +140,6 @@ class MoveTarget(AbstractChange):
             return None
         return replace(self, start=Posture.of(session.states[self.target]))
 
-    def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:
-        drag = session.drag
-        if drag is not None and not self._is_part_of(drag):
-            return session
-        targets = with_item(session.plate.targets, self.target, self._moved(session))
-        session = session if drag is not None else begin_step(session)
-        plate = replace(session.plate, targets=targets)
-        session = replace(session, plate=plate, selected=self.target).with_playback(focus=Focus.TARGET)
-        session = recall_targets(session, numbers)
-        return session if drag is not None else with_history(session)
-
     def _is_part_of(self, drag: Drag) -> bool:
         return (drag.client, drag.target) == (self.client, self.target)
 
@@ -186,12 +165,6 @@ class DropTarget(AbstractChange):
         session = with_branches(session, index)
         state = with_branch_name(session.plate.targets[index], session.states[index], session.branches.found)
         return commit_step(replace(session, states=with_item(session.states, index, state)))
-
-    def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:
-        drag = session.drag
-        if drag is None or drag.client != self.client or session.history.done[-1].plate is session.plate:
-            return self.apply(session)
-        return with_history(recall_targets(replace(session, drag=None), numbers))
 
 
 def check_place(number: int, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> None:

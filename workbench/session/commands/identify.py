@@ -9,6 +9,7 @@ from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.identify_with_effects import identify
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
+from workbench.identification.meaning.as_read import ReadAs
 from workbench.identification.result import Identification, judged
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask, computed
@@ -31,7 +32,7 @@ class Identify(AbstractTask[IdentifiedRows]):
         frames: `auto`, `shared` or `per-session`: whether base and tool differ between sessions.
         seed: Of the choice of held-out rows.
         anyway: Whether to go on though the rows are clearly another arm's.
-        levelled: Whether the z axis of the measuring frame is vertical.
+        levelled: Whether the z axis of the measuring frame is vertical, if `SetLevelled` did not say so.
     """
 
     title = "Identify the parameters"
@@ -65,7 +66,8 @@ class Identify(AbstractTask[IdentifiedRows]):
             free=tuple(n for n in session.robot.default_free if n not in session.choices.fixed),
             exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
             effects=tuple(name for effect in added for name in effect.names),
-            levelled=self.levelled,
+            levelled=self.levelled or session.measurements.levelled,
+            reading=ReadAs.GIVEN,  # the rows were read when they were loaded
             seed=self.seed,
         )
         return loaded, found

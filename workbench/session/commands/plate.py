@@ -1,15 +1,15 @@
 """Commands for whole plates: smallest error, trials on virtual arms."""
 
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from workbench.base.errors import DataError, OptionError
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Plate
+from workbench.plate.plate_toml import plate_text
 from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.commands.target_placement import place_plate
 from workbench.session.judgement import Tone, plate_judgement
@@ -28,11 +28,23 @@ ROOM_FACTOR = 1.3
 """How much more than the minimum distance of targets there is to be where more are advised."""
 
 
-class ImprovePlate(AbstractTask[PlateDesign | str]):
+@dataclass(frozen=True, eq=False)
+class FoundPlate:
+    """The result of a search.
+
+    Args:
+        plate: None if no plate keeps the constraints.
+        note: Why, or what the plate lacks; empty if nothing.
+    """
+
+    plate: Plate | None
+    note: str = ""
+
+
+class ImprovePlate(AbstractTask[FoundPlate]):
     """Let the program place all targets but the locked ones for the smallest predicted error in the region.
 
-    The plate itself is moved, too, where it is the one that the arm began on, or not good enough. Where no
-    plate keeps the constraints, the result is why.
+    The plate itself is moved, too, where it is the one that the arm began on, or not good enough.
 
     Args:
         seed: Of the search.
@@ -41,6 +53,7 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
 
     title = "Improve this plate"
     is_plate_search = True
+    stored = FoundPlate
 
     seed: int = 0
     targets: int | None = None
@@ -50,7 +63,7 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
         if all(target.locked for target in session.plate.targets):
             raise OptionError("all targets are locked; unlock those that may be moved")
 
-    def compute(self, session: Session) -> PlateDesign | str:
+    def compute(self, session: Session) -> FoundPlate:
         from workbench.plate.design import optimise_plate
 
         noise, judged = session.noise, plate_judgement(session)
@@ -69,15 +82,16 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
         wrong = ""
         for number in dict.fromkeys((self.targets, fewer)):
             try:
-                return search(number=number)
+                design = search(number=number)
+                return FoundPlate(design.plate, design.narrowed)
             except DataError as error:  # so many don't go together, or no target keeps what it must
                 wrong = wrong or str(error)
-        return wrong
+        return FoundPlate(None, wrong)
 
-    def finish(self, session: Session, result: PlateDesign | str) -> Session:
+    def finish(self, session: Session, result: FoundPlate) -> Session:
         check_free(session)
-        if isinstance(result, str):
-            return _searched(session, MAX_ADVISED).with_message(Severity.WARNING, result)
+        if result.plate is None:
+            return _searched(session, MAX_ADVISED).with_message(Severity.WARNING, result.note)
         old = session.plate
         kept = {i: target for i, target in enumerate(old.targets) if target.locked}
         targets = tuple(kept.get(i, target) for i, target in enumerate(result.plate.targets))
@@ -93,8 +107,8 @@ class ImprovePlate(AbstractTask[PlateDesign | str]):
         is_shown = session.measurements.loaded is None  # by the strip
         if moved := _moved(old, found):
             text, is_shown = f"the plate was moved {moved}; {text}", False
-        if result.narrowed:
-            text, is_shown = f"{text}; little room: {result.narrowed}", False
+        if result.note:
+            text, is_shown = f"{text}; little room: {result.note}", False
         return _searched(better, len(found)).with_message(Severity.LOG if is_shown else Severity.INFO, text)
 
 
@@ -137,7 +151,11 @@ def more_targets(session: Session) -> int | None:
 class AbstractPlateTrial(AbstractTask[PlateTrial]):
     """Try the plate on virtual arms, as an extra does: the next step is the first such command."""
 
+    stored = PlateTrial
+
     def finish(self, session: Session, result: PlateTrial) -> Session:
+        if plate_text(result.plate) == plate_text(session.plate):  # of a journal it is another object
+            result = replace(result, plate=session.plate)
         return session.with_part(result).with_message(Severity.LOG, result.text)
 
 

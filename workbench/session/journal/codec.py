@@ -1,8 +1,9 @@
 """Commands as plain data and back, by their field's types; files in them go beside the journal.
 
-A command is a frozen record of plain values, so every command is written and read by the same few rules. A
-field that an older journal lacks has its default, one that was renamed its value, and any other is refused. A
-line ends with a checksum of what comes before it; lines of older versions have none.
+A command is a frozen record of plain values, so every command is written and read by the same few rules; what
+a task computed may hold arrays besides. A field that an older journal lacks has its default, one that was
+renamed its value. A command that this version doesn't know, or whose fields it can't read, is an
+`UnknownCommand`. A line ends with a checksum of what comes before it.
 """
 
 import dataclasses
@@ -18,7 +19,11 @@ from enum import Enum
 from pathlib import PurePosixPath
 from typing import Any
 
-from workbench.session.command import AbstractCommand, UnknownCommand, kinds
+import numpy as np
+
+from workbench.base.errors import WorkbenchError
+from workbench.base.types import frozen
+from workbench.session.command import AbstractCommand, AbstractTask, UnknownCommand, kinds
 
 INPUTS = "inputs"
 """Folder of the files that commands brought."""
@@ -38,6 +43,11 @@ FORMER = {
 }
 """Fields that have another name in journals of earlier versions."""
 
+
+class LostFile(Exception):
+    """A file of a command is not there, or not as it was recorded."""
+
+
 Load = Callable[[str], bytes]
 Read = Callable[[Any, Load], Any]
 
@@ -53,36 +63,59 @@ def encode(command: AbstractCommand) -> tuple[dict[str, Any], dict[str, bytes]]:
 
 
 def decode(name: str, values: Mapping[str, Any], load: Load, *, title: str = "") -> AbstractCommand:
-    """The command of a line; an `UnknownCommand` where its package isn't installed.
+    """The command of a line; an `UnknownCommand` where no installed package takes it as it was recorded.
 
     Args:
         name: Of the command.
         values: Its fields.
-        load: Gives the content of a file by its place in the recording.
+        load: Gives the content of a file by its place in the recording, or raises `LostFile`.
         title: Of the command, as it was recorded.
     """
     kind = kinds().get(name)
-    if kind is None:
-        if not name.isidentifier():
-            raise ValueError(f"'{name}' is not the name of a command")
+    if kind is None and not name.isidentifier():
+        raise ValueError(f"'{name}' is not the name of a command")
+    if name == "LoadModel" and str(values.get("name")).lower().endswith(".xacro"):
+        return UnknownCommand("open a xacro", title)  # earlier versions expanded them
+    try:
+        return UnknownCommand(name, title) if kind is None else _build(kind, values, load)
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, WorkbenchError):
         return UnknownCommand(name, title)
-    return _build(kind, values, load)
+
+
+def encode_result(result: Any) -> Any:
+    """What a task computed as plain data; None where reopening computes it again."""
+    return None if result is None else _record(result, {}, "")
+
+
+def decode_result(command: AbstractCommand, stored: Any) -> Any:
+    """What a task computed by what was stored of it; None if it is to be computed again."""
+    kind = command.stored if isinstance(command, AbstractTask) else None
+    return None if kind is None or stored is None else _build(kind, stored, _no_file)
+
+
+def _no_file(name: str) -> bytes:
+    raise ValueError(f"'{name}' is of no command")
+
+
+def digest(content: bytes) -> str:
+    """By which a file's content is known."""
+    return hashlib.sha256(content).hexdigest()[:20]
 
 
 def file_name(content: bytes, ending: str) -> str:
     """Place of a file in a recording, from its content."""
-    return f"{INPUTS}/{hashlib.sha256(content).hexdigest()[:20]}{ending}"
+    return f"{INPUTS}/{digest(content)}{ending}"
 
 
 def sealed(line: str) -> str:
-    """A line of the journal, a JSON object, with its checksum."""
+    """A line of the journal, a JSON object, with its checksum as the last value."""
     return f'{line[:-1]}, "{CHECK}": "{zlib.crc32(line[:-1].encode()):08x}"}}'
 
 
 def is_whole(line: bytes) -> bool:
-    """Whether a line is as it was written, as far as it can tell."""
+    """Whether a line is as it was written."""
     found = CHECKSUM.search(line)
-    return found is None or zlib.crc32(line[: found.start()]) == int(found[1], 16)
+    return found is not None and zlib.crc32(line[: found.start()]) == int(found[1], 16)
 
 
 def _record(value: Any, files: dict[str, bytes], ending: str) -> dict[str, Any]:
@@ -96,6 +129,8 @@ def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
         return str(value)
     if value is None or isinstance(value, bool | int | float | str):
         return value
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     if isinstance(value, tuple | list):
         return [_plain(v, files, ending) for v in value]
     if isinstance(value, bytes):
@@ -128,6 +163,11 @@ def _reader(hint: Any) -> Read:
         return lambda value, load: None if value is None else some(value, load)
     if typing.get_origin(hint) in (tuple, list):
         return _items_reader(typing.get_args(hint))
+    if getattr(hint, "array_type", None) is np.ndarray:
+        return lambda value, load: frozen(np.array(value, float))
+    if isinstance(hint, type) and issubclass(hint, tuple):
+        each = tuple(map(_reader, typing.get_type_hints(hint).values()))
+        return lambda value, load: hint(*(read(v, load) for read, v in zip(each, value, strict=True)))
     if hint is bytes:
         return lambda value, load: load(value["file"])
     if dataclasses.is_dataclass(hint):

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 from workbench.session.command import AbstractCommand
 
@@ -27,6 +28,7 @@ class Entry:
         seconds: How long it took [s].
         text: Its message, if any.
         at: When it ended, in seconds of the session: a clock that never goes back [s].
+        result: What was computed, if the journal keeps it.
     """
 
     command: AbstractCommand
@@ -36,3 +38,4 @@ class Entry:
     seconds: float
     text: str = ""
     at: float = 0.0
+    result: Any = None

@@ -7,7 +7,7 @@
         session.rrd       pictures for the rerun viewer
 
 A session begins from the recording's own copies of robot and plate, so that a replay has the same beginning
-to the last digit.
+to the last digit. The header holds their digests, and like every line a checksum.
 """
 
 import contextlib
@@ -29,9 +29,10 @@ from workbench.plate.plate_toml import write_plate
 from workbench.report.json import document
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.drag import DropTarget
+from workbench.session.journal import codec
 from workbench.session.journal.entry import Entry
 from workbench.session.journal.numbers import changed_numbers
-from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording, inputs
+from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording, inputs, read_own
 from workbench.session.journal.restore import Restored
 from workbench.session.journal.writer import Appender, Logbook
 from workbench.session.page_state import Severity
@@ -98,7 +99,7 @@ def begin(
         write_plate(plate, folder / PLATE)
         session = start(*inputs(folder), is_given=is_given)
         file = Appender(folder / JOURNAL)
-        file.add(json.dumps(_header(session), ensure_ascii=False))
+        file.add(_sealed(_header(session), folder))
     except (OSError, WorkbenchError) as error:
         session = start(robot, plate, is_given=is_given)
         return _without_folder(session, "this session is not recorded", error, folder or root)
@@ -163,8 +164,10 @@ def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> Star
     folder = None
     try:
         folder = _make(None, root, session.robot.name)
-        shutil.copytree(recording.folder / ROBOT.parent, folder / ROBOT.parent, dirs_exist_ok=True)
-        lines = [json.dumps(header, ensure_ascii=False), *(line.text for line in recording.lines)]
+        shutil.copytree(
+            recording.folder / ROBOT.parent, folder / ROBOT.parent, symlinks=True, dirs_exist_ok=True
+        )
+        lines = [_sealed(header, folder), *(line.text for line in recording.lines)]
         write_text(folder / JOURNAL, "".join(f"{line}\n" for line in lines))
         file = Appender(folder / JOURNAL, length=(folder / JOURNAL).stat().st_size)
     except (OSError, WorkbenchError) as error:
@@ -190,6 +193,12 @@ def _header(session: Session) -> dict[str, Any]:
         plate_given=session.is_plate_given,
         numbers=changed_numbers(session, None),
     )
+
+
+def _sealed(header: dict[str, Any], folder: Path) -> str:
+    """The first line of a journal, with the digests of the inputs as they stand."""
+    digests = {path.name: codec.digest(read_own(folder / path)) for path in (ROBOT, PLATE)}
+    return codec.sealed(json.dumps(header | {"inputs": digests}, ensure_ascii=False))
 
 
 def _make(folder: Path | None, root: Path, robot: str) -> Path:

@@ -4,6 +4,8 @@ A last line that has no line end, is not valid JSON, or contradicts its checksum
 stopped or lost power while writing it: it is skipped with a note. Any other damage is refused, with the last
 step up to which the recording can be used. A program that was stopped in a drag left its last place beside
 the journal, and that stands for the last line.
+
+A recording may come from anybody: of its folder only regular files are opened, never what a link leads to.
 """
 
 import contextlib
@@ -14,23 +16,33 @@ from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml
-from workbench.base.errors import FileError, OptionError
-from workbench.base.files import read_bytes
+from workbench.base import se3
+from workbench.base.errors import FileError, OptionError, WorkbenchError
+from workbench.base.files import open_regular, read_bytes
+from workbench.base.types import frozen
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import UnknownCommand
 from workbench.session.journal import codec
 from workbench.session.journal.entry import Ending, Entry
-from workbench.session.restored_targets import recalled_state
 from workbench.session.start import start
 from workbench.session.state import Session
+from workbench.session.target_state import TargetState
 
 NAME, NUMBER = "workbench.journal", 1
 SCHEMA = f"{NAME}/{NUMBER}"
 JOURNAL = "journal.jsonl"
 ROBOT, PLATE = Path(codec.INPUTS, "robot.toml"), Path(codec.INPUTS, "plate.toml")
+MET = 1e-6
+"""Maximum distance of the tool from a target that a recorded posture reaches [m]."""
+MALFORMED = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)
+"""What reading a line raises that is not as it was written."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +51,6 @@ class _Input:
 
     content: bytes
     path: Path = field(compare=False)
-
-    @classmethod
-    def of(cls, path: Path) -> "_Input":
-        return cls(read_bytes(path, wanted="the whole folder of the recording"), path)
 
 
 @lru_cache(maxsize=8)
@@ -55,12 +63,20 @@ def _plate(file: _Input) -> Plate:
     return read_plate(file.path)
 
 
+def read_own(path: Path) -> bytes:
+    """Content of a file of a recording."""
+    if path.parent.is_symlink():
+        raise FileError("is a link; give the recording itself", path=str(path.parent))
+    return read_bytes(path, wanted="the whole folder of the recording", opener=open_regular)
+
+
 def inputs(folder: Path) -> tuple[Robot, Plate]:
     """Nominal robot and first fixture of a recording, the same objects for the same files.
 
     What was worked out of them, the poses of a region above all, is then known in the next recording too.
     """
-    return _robot(_Input.of(folder / ROBOT)), _plate(_Input.of(folder / PLATE))
+    robot, plate = folder / ROBOT, folder / PLATE
+    return _robot(_Input(read_own(robot), robot)), _plate(_Input(read_own(plate), plate))
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +97,6 @@ class JournalLine:
     numbers: dict[str, Any]
     text: str
 
-    @property
-    def is_sealed(self) -> bool:
-        """Whether it has a checksum; earlier versions wrote none."""
-        return codec.CHECKSUM.search(self.text.encode()) is not None
-
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -94,17 +105,21 @@ class Recording:
     Args:
         folder: Where it is.
         header: Its first line.
+        robot: Nominal robot.
+        plate: First fixture.
         lines: Its commands, in order.
         length: Bytes of the journal that are whole lines and stay.
+        is_torn: Whether an incomplete last line was left out.
         unsettled: The last line, if it stands beside the journal: it takes its place there.
-        notes: What a reader should know, one sentence each.
     """
 
     folder: Path
     header: dict[str, Any]
+    robot: Robot
+    plate: Plate
     lines: tuple[JournalLine, ...]
     length: int
-    notes: tuple[str, ...] = ()
+    is_torn: bool = False
     unsettled: str = ""
 
     @property
@@ -115,19 +130,29 @@ class Recording:
     def seconds(self) -> float:
         return self.lines[-1].entry.at if self.lines else 0.0
 
-    @cached_property
-    def robot(self) -> Robot:
-        return _robot(_Input.of(self.folder / ROBOT))
+    @property
+    def skipped(self) -> str:
+        """Which commands are skipped, in one sentence; empty if none is."""
+        steps: dict[str, list[str]] = {}
+        for number, entry in enumerate(self.entries, start=1):
+            if isinstance(entry.command, UnknownCommand):
+                steps.setdefault(entry.command.name, []).append(str(number))
+        if not steps:
+            return ""
+        named = "; ".join(f"{name} (step {', '.join(numbers)})" for name, numbers in steps.items())
+        why = "an extra isn't installed, or only another version has them"
+        return f"skipped, with what needs them, as commands unknown here: {named}; {why}"
 
-    @cached_property
-    def plate(self) -> Plate:
-        return _plate(_Input.of(self.folder / PLATE))
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader should know, one sentence each."""
+        torn = f"the last line of {self.folder / JOURNAL} is incomplete and was ignored"
+        return tuple(filter(None, (torn if self.is_torn else "", self.skipped)))
 
     @cached_property
     def first(self) -> Session:
         """The session in which nothing has happened yet, the arm in the branches of that time."""
-        stood = self.header.get("numbers", {}).get("targets", {}).values()
-        states = tuple(recalled_state(numbers) for numbers in stood)
+        states = _first_states(self.header, self.robot, self.plate)
         return start(self.robot, self.plate, is_given=bool(self.header.get("plate_given")), states=states)
 
     def truncated_at(self, step: int) -> "Recording":
@@ -148,14 +173,9 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
     """
     folder = Path(folder)
     path = folder / JOURNAL
-    try:
-        content = read_bytes(path, wanted="a recording")
-    except FileError as error:
-        if path.exists():
-            raise error from None
-        raise FileError(
-            f"has no {JOURNAL}; give a folder recorded by 'workbench serve'", path=str(folder)
-        ) from None
+    if not path.exists() and not path.is_symlink():
+        raise FileError(f"has no {JOURNAL}; give a folder recorded by 'workbench serve'", path=str(folder))
+    content = read_bytes(path, wanted="a recording", opener=open_regular)
     *whole, rest = content.split(b"\n")
     if not rest and len(whole) > 1 and _is_torn(whole[-1]):
         rest = whole.pop() + b"\n"
@@ -172,11 +192,8 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
             unsettled, rest = text, b""
     wanted = whole[1:] if to is None else whole[1 : max(to, 0) + 1]
     lines = tuple(_line(text, number, path) for number, text in enumerate(wanted, start=1))
-    notes = tuple(line.entry.command.note for line in lines if isinstance(line.entry.command, UnknownCommand))
-    if rest:
-        torn = f"the last line of {path} is incomplete and was ignored: the program was stopped there"
-        notes = (torn, *notes)
-    found = Recording(folder, header, lines, length, notes, unsettled.decode())
+    robot, plate = inputs(folder)
+    found = Recording(folder, header, robot, plate, lines, length, bool(rest), unsettled.decode())
     return found if to is None else found.truncated_at(to)
 
 
@@ -184,9 +201,9 @@ def _last_place(folder: Path) -> tuple[int, bytes] | None:
     """Step and line of the newest place of a drag that stands beside the journal whole."""
     found = []
     for name in codec.PLACES:
-        with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
-            text = (folder / name).read_bytes().partition(b"\n")[0]
-            if codec.CHECKSUM.search(text) and codec.is_whole(text):
+        with contextlib.suppress(FileError, *MALFORMED):
+            text = read_bytes(folder / name, wanted="", opener=open_regular).partition(b"\n")[0]
+            if codec.is_whole(text):
                 line = json.loads(text)
                 found.append((float(line["at"]), max(int(line["step"]), 1), text))
     return max(found)[1:] if found else None
@@ -195,26 +212,61 @@ def _last_place(folder: Path) -> tuple[int, bytes] | None:
 def _is_torn(text: bytes) -> bool:
     """Whether this can only be what a kill or a loss of power left of a line."""
     try:
-        return not codec.is_whole(text) or _is_mixed(json.loads(text))
+        json.loads(text)
     except (ValueError, RecursionError):
         return True
-    except (KeyError, TypeError, AttributeError):  # another kind of damage
-        return False
+    return not codec.is_whole(text)
 
 
 def _header(text: bytes, path: Path) -> dict[str, Any]:
+    """The first line; that of earlier versions has neither a checksum nor the digests of the inputs."""
     try:
         header = json.loads(text)
         name, _, number = header["schema"].partition("/")
         kind = int(number)
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+    except MALFORMED:
         raise FileError("is not a journal: its first line names no schema", path=str(path)) from None
     if name != NAME or kind > NUMBER:
         raise FileError(
             f"has the schema {header['schema']}, and this version reads {SCHEMA}; install a newer workbench",
             path=str(path),
         )
+    if not isinstance(header.get("numbers"), dict):
+        raise FileError("the first line has no table of numbers", path=str(path), line=1)
+    if header.pop(codec.CHECK, None) is None:
+        return header
+    digests = header.get("inputs")
+    if not codec.is_whole(text) or not isinstance(digests, dict):
+        raise FileError("the first line was changed after it was recorded", path=str(path), line=1)
+    for file in (ROBOT, PLATE):
+        if codec.digest(read_own(path.parent / file)) != digests.get(file.name):
+            raise FileError("was changed after it was recorded", path=str(path.parent / file))
     return header
+
+
+def _first_states(header: dict[str, Any], robot: Robot, plate: Plate) -> tuple[TargetState, ...]:
+    """How the arm stood at the beginning; nothing where these are no postures of this arm at this plate."""
+    try:
+        written = header["numbers"]["targets"].values()
+        states = tuple(
+            TargetState(
+                q=frozen(np.array(one["q"], float)),
+                missing=(float(one["missing"][0]), float(one["missing"][1])),
+                **{name: kind(one[name]) for name, kind in STATE.items()},
+            )
+            for one in written
+        )
+        reached = [i for i, state in enumerate(states) if state.reached]
+        tools = tool_poses(robot, Motion(np.array([states[i].q for i in reached]).reshape(-1, robot.dof)))
+        places = (se3.inverse(robot.base.pose) @ tools)[:, :3, 3]
+        is_met = np.abs(places - plate.poses[reached, :3, 3]).max(initial=0.0) < MET
+    except (*MALFORMED, IndexError, WorkbenchError):
+        return ()
+    return states if is_met and len(states) == len(plate) else ()
+
+
+STATE = {"reached": bool, "branch": str, "reason": str, "hit": str}
+"""Plain fields of how the arm stands at a target."""
 
 
 def _line(text: bytes, step: int, path: Path) -> JournalLine:
@@ -226,8 +278,6 @@ def _line(text: bytes, step: int, path: Path) -> JournalLine:
             raise ValueError(f"it says step {found['step']}")
         if not isinstance(found["numbers"], dict) or not isinstance(found["fields"], dict):
             raise ValueError("its fields and numbers must be tables")
-        if _is_mixed(found):
-            raise ValueError("its start and end are of different positions of a drag")
         load = partial(_load, path.parent)
         command = codec.decode(found["command"], found["fields"], load, title=found["title"])
         entry = Entry(
@@ -238,9 +288,10 @@ def _line(text: bytes, step: int, path: Path) -> JournalLine:
             seconds=float(found["seconds"]),
             text=found["text"],
             at=float(found["at"]),
+            result=codec.decode_result(command, found.get("result")),
         )
         return JournalLine(entry, found["title"], tuple(found["says"]), found["numbers"], text.decode())
-    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
+    except (*MALFORMED, WorkbenchError, codec.LostFile) as error:
         why = f"'{error.args[0]}' is missing" if isinstance(error, KeyError) else str(error)
         raise FileError(
             f"step {step} can't be read ({why}); --step {step - 1} opens the session before it",
@@ -249,27 +300,15 @@ def _line(text: bytes, step: int, path: Path) -> JournalLine:
         ) from None
 
 
-def _is_mixed(line: dict[str, Any]) -> bool:
-    """Whether a line begins with one place of a drag and ends with another.
-
-    Earlier versions wrote places over one another, and a kill could leave half of each.
-    """
-    if line["command"] != "MoveTarget":
-        return False
-    fields = line["fields"]
-    place = line["numbers"].get("targets", {}).get(str(fields.get("target", -1) + 1))
-    return place is not None and any(place[name] != fields[name] for name in ("xyz", "rpy"))
-
-
 def _load(folder: Path, name: str) -> bytes:
     """A file of the recording, exactly as it was then."""
     place = Path(name)
     if place.is_absolute() or place.parts[:1] != (codec.INPUTS,) or ".." in place.parts:
-        raise ValueError(f"'{name}' lies outside the recording")
+        raise codec.LostFile(f"'{name}' lies outside the recording")
     try:
-        content = read_bytes(folder / place, wanted="the recording's own files")
+        content = read_own(folder / place)
     except FileError:
-        raise ValueError(f"the file '{name}' is missing") from None
+        raise codec.LostFile(f"the file '{name}' is missing") from None
     if codec.file_name(content, place.suffix) != name:
-        raise ValueError(f"the file '{name}' was changed since")
+        raise codec.LostFile(f"the file '{name}' was changed since")
     return content

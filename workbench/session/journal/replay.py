@@ -7,10 +7,17 @@ Once a command is unknown here, what it did is missing: later commands that can'
 """
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from workbench.base.errors import OptionError
 from workbench.base.progress import running
-from workbench.session.command import AbstractChange, AbstractCommand, AbstractTask, UnknownCommand
+from workbench.session.command import (
+    AbstractChange,
+    AbstractChore,
+    AbstractCommand,
+    AbstractTask,
+    UnknownCommand,
+)
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
 
@@ -23,41 +30,46 @@ def replay(session: Session, entries: Iterable[Entry]) -> Session:
 
 
 def steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
-    entries = tuple(entries)
+    """The session after every command, all of them computed."""
+    return _steps(session, [replace(entry, result=None) for entry in entries])
+
+
+def stored_steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
+    """Likewise, by the results that the journal keeps; what the session asks for by itself is left to it."""
+
+    def is_left(command: AbstractCommand) -> bool:
+        return isinstance(command, AbstractChore) and command.is_redone
+
+    entries = [replace(e, ending=Ending.CANCELLED) if is_left(e.command) else e for e in entries]
+    return _steps(session, entries)
+
+
+def _steps(session: Session, entries: list[Entry]) -> Iterator[Session]:
     wanted = {entry.basis for entry in entries if isinstance(entry.command, AbstractTask)}
     bases, is_lacking = {0: session}, False
     for number, entry in enumerate(entries, start=1):
         if entry.ending is Ending.DONE:
             is_lacking |= isinstance(entry.command, UnknownCommand)
-            session = do_again(session, entry, bases, step=number, is_lacking=is_lacking)
+            try:
+                session = _do_again(session, entry, bases.get(entry.basis))
+            except Exception as error:  # a command that was changed raises nearly anything
+                if not is_lacking:
+                    raise OptionError(
+                        f"step {number} ({entry.command.title}) can't be replayed ({type(error).__name__}: "
+                        f"{error}); --step {number - 1} opens the session before it"
+                    ) from error
         if number in wanted:
             bases[number] = session
         yield session
 
 
-def do_again(
-    session: Session, entry: Entry, bases: dict[int, Session], *, step: int, is_lacking: bool
-) -> Session:
-    """Execute one recorded command, a task from the session that it started from.
-
-    Args:
-        is_lacking: Whether a command before was unknown: one that now can't be carried out is left out.
-    """
-    try:
-        return _do_again(session, entry.command, bases.get(entry.basis))
-    except Exception as error:  # a command that was changed raises nearly anything
-        if is_lacking:
-            return session
-        raise OptionError(
-            f"step {step} ({entry.command.title}) can't be replayed ({type(error).__name__}: {error}); "
-            f"--step {step - 1} opens the session before it"
-        ) from error
-
-
-def _do_again(session: Session, command: AbstractCommand, basis: Session | None) -> Session:
+def _do_again(session: Session, entry: Entry, basis: Session | None) -> Session:
+    command = entry.command
     if isinstance(command, AbstractChange):
         return command.apply(session)
     assert isinstance(command, AbstractTask)
+    if entry.result is not None:
+        return command.finish(session, entry.result)
     assert basis is not None, "it starts from a step that is missing"
     with running():
         result = command.compute(basis)

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.base.errors import OptionError, WorkbenchError
-from workbench.base.files import sync_folder, write_bytes
+from workbench.base.files import open_regular, sync_folder, write_bytes
 from workbench.session.journal import codec
 from workbench.session.journal.entry import Entry
 from workbench.session.journal.numbers import changed_numbers
@@ -50,10 +50,11 @@ class Appender:
         self._slots: list[int] = []
         self._lock = _lock(path.parent)
         try:
-            self._file = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
+            self._file = open_regular(path, os.O_WRONLY | os.O_CREAT)
         except OSError:
             os.close(self._lock)
             raise
+        self._size = os.fstat(self._file).st_size
         for folder in (path.parent, path.parent.absolute().parent):
             sync_folder(folder)
 
@@ -81,7 +82,7 @@ class Appender:
         while self._waiting:
             content, needed = self._waiting[0]
             for name, data in needed.items():
-                if not (self._folder / name).exists():
+                if not os.path.lexists(self._folder / name):
                     write_bytes(self._folder / name, data)
             self._append(content, is_synced=len(self._waiting) == 1)
             self._waiting.popleft()
@@ -90,6 +91,7 @@ class Appender:
         """Write what waits, if there is room, and let others append."""
         self._flush_place()
         with contextlib.suppress(OSError, WorkbenchError):  # it was told when it began
+            self._keep_lock()
             self.write_waiting()
             for name in codec.PLACES:
                 (self._folder / name).unlink(missing_ok=True)
@@ -98,9 +100,10 @@ class Appender:
 
     def _keep_place(self) -> None:
         """Write the newest place of a drag over the one before the last."""
+        self._keep_lock()
         if not self._slots:
             self._slots = [
-                os.open(self._folder / name, os.O_WRONLY | os.O_CREAT, 0o666) for name in codec.PLACES
+                open_regular(self._folder / name, os.O_WRONLY | os.O_CREAT) for name in codec.PLACES
             ]
         _write_whole(self._slots[0], self._place, 0)
         self._slots.reverse()
@@ -111,17 +114,35 @@ class Appender:
             self._waiting.append((self._place, {}))
             self._place, self._length = b"", self._last
 
+    def _keep_lock(self) -> None:
+        """Take the lock again where its file was removed, unless another session has begun here meanwhile."""
+        path = self._folder / LOCK
+        if os.path.lexists(path) and os.path.samestat(os.lstat(path), os.fstat(self._lock)):
+            return
+        lock = _lock(self._folder)
+        if os.fstat(self._file).st_size != self._size:
+            os.close(lock)
+            raise OptionError(f"another session was recorded in {self._folder}", option="folder")
+        os.close(self._lock)
+        self._lock = lock
+
     def _append(self, content: bytes, *, is_synced: bool) -> None:
-        if os.fstat(self._file).st_size != self._length:
-            os.ftruncate(self._file, self._length)
+        self._keep_lock()
+        self._cut()
         try:
             _write_whole(self._file, content, self._length)
         except OSError:
-            os.ftruncate(self._file, self._length)
+            self._cut()
             raise
         if is_synced:
             getattr(os, "fdatasync", os.fsync)(self._file)  # macOS has the second alone
         self._last, self._length = self._length, self._length + len(content)
+        self._size = self._length
+
+    def _cut(self) -> None:
+        """End the file where what is kept of it ends."""
+        os.ftruncate(self._file, self._length)
+        self._size = self._length
 
 
 def _write_whole(file: int, content: bytes, at: int) -> None:
@@ -131,7 +152,7 @@ def _write_whole(file: int, content: bytes, at: int) -> None:
 
 def _lock(folder: Path) -> int:
     """Hold the folder's lock, which the operating system frees with the process."""
-    lock = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+    lock = open_regular(folder / LOCK, os.O_RDWR | os.O_CREAT)
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -233,6 +254,7 @@ def _line(
         "basis": entry.basis,
         "seconds": round(entry.seconds, 6),
         "text": entry.text,
+        **({} if entry.result is None else {"result": codec.encode_result(entry.result)}),
         "says": [message.text for message in session.page.messages if message.number > earlier],
         "numbers": changed_numbers(session, before),
     }

@@ -15,7 +15,5 @@
 | `errors/nominal`, `errors/calibrated` | errors as arrows, exaggerated |
 | `row/frames`, `row/mark` | measured orientations, the selected measured position |
 | `track/wanted`, `track/reached` | the planned trajectory, and where the tool goes |
-| `camera/NAME`, `camera/target` | a camera's field of view, and its target |
-| `camera/ellipsoid` | confidence ellipsoid of the tool, enlarged |
 | `track/arm`, `track/mark`, `track/trail/N` | the deviating arm along the trajectory, and its trail |
 """

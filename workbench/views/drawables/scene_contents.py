@@ -21,7 +21,7 @@ MOVING = (deflected_arm, blame)
 
 def on_page(session: Session) -> Iterator[Item]:
     """Everything that the page shows."""
-    yield from _items((*_shown(), *ON_PAGE, *parts("page_drawables"), *_moving()), session)
+    yield from _items((*_shown(), *ON_PAGE, *_moving()), session)
 
 
 def in_recordings(session: Session) -> Iterator[Item]:

@@ -31,7 +31,7 @@ NARROW = 1000
 """Windows up to this width have a narrower panel [px]."""
 PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
-DRAWINGS = "index, history, changes, verdict, row-chart, joints, result, rezero, curves"
+DRAWINGS = "index, history, changes, verdict, row-chart, joints, result, curves"
 CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'

@@ -25,39 +25,26 @@ PLOTS = {
 def blueprint(session: Session) -> rrb.Blueprint:
     plots = rrb.Tabs(*(_plots(origin, name, series) for origin, (name, series) in PLOTS.items()))
     above = rrb.Horizontal(_scene(session), rrb.Vertical(plots, _tables()), column_shares=[1, 1])
-    below = rrb.Tabs(_log(), _document("searches", "Searches"), _document("about", "About"))
-    return _page(rrb.Vertical(above, below, row_shares=[4, 1]))
-
-
-def side_by_side(first: Session, second: Session) -> rrb.Blueprint:
-    """The layout for two sessions, whose entities lie below `A/` and `B/`, and the table of differences."""
-    return _page(
-        rrb.Vertical(
-            rrb.Horizontal(_scene(first, "A/", "A"), _scene(second, "B/", "B")),
-            rrb.Horizontal(_tables("A/"), _tables("B/")),
-            rrb.Tabs(_document("differences", "Differences"), _log("A/"), _log("B/")),
-            row_shares=[4, 3, 3],
-        )
+    log = rrb.TextLogView(
+        origin="log", name="Steps", columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     )
-
-
-def _page(contents: rrb.Container) -> rrb.Blueprint:
+    below = rrb.Tabs(log, _document("searches", "Searches"), _document("about", "About"))
     return rrb.Blueprint(
-        contents,
+        rrb.Vertical(above, below, row_shares=[4, 1]),
         rrb.TimePanel(state="collapsed", timeline=STEP, play_state="following"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
     )
 
 
-def _tables(prefix: str = "") -> rrb.Container:
+def _tables() -> rrb.Container:
     return rrb.Tabs(
-        rrb.BarChartView(origin=f"{prefix}target/index_O", name="Index O", plot_legend=NO_LEGEND),
-        _document(f"{prefix}parameters", "Parameters"),
-        _document(f"{prefix}diagnosis/words", "Diagnosis"),
-        rrb.Spatial2DView(origin=f"{prefix}diagnosis/ranking", name="Candidates"),
-        rrb.Spatial2DView(origin=f"{prefix}figure/before_after", name="Before and after"),
-        rrb.Spatial2DView(origin=f"{prefix}figure/corrections", name="Corrections"),
+        rrb.BarChartView(origin="target/index_O", name="Index O", plot_legend=NO_LEGEND),
+        _document("parameters", "Parameters"),
+        _document("diagnosis/words", "Diagnosis"),
+        rrb.Spatial2DView(origin="diagnosis/ranking", name="Candidates"),
+        rrb.Spatial2DView(origin="figure/before_after", name="Before and after"),
+        rrb.Spatial2DView(origin="figure/corrections", name="Corrections"),
     )
 
 
@@ -70,26 +57,18 @@ def _plots(origin: str, name: str, series: dict[str, str]) -> rrb.Container:
     return rrb.Grid(*views, grid_columns=1 if len(views) < 3 else 2, name=name)
 
 
-def _scene(session: Session, prefix: str = "", name: str = "") -> rrb.Spatial3DView:
+def _scene(session: Session) -> rrb.Spatial3DView:
     reach = session.robot.reach
     middle = 0.5 * (session.plate.region.min + session.plate.region.max)
     target = np.array([0.62 * middle[0], 0.62 * middle[1], 0.24 * reach])
     return rrb.Spatial3DView(
-        origin=f"{prefix}world",
-        name=f"{name} {session.robot.name} · {session.plate.name}".strip(),
+        origin="world",
+        name=f"{session.robot.name} · {session.plate.name}",
         background=GROUND,
         line_grid=rrb.LineGrid3D(visible=True, spacing=0.1 if reach < 3.0 else 0.5, color=(186, 195, 208)),
         eye_controls=rrb.EyeControls3D(
             position=target + reach * np.array([0.85, -0.73, 0.56]), look_target=target
         ),
-    )
-
-
-def _log(prefix: str = "") -> rrb.TextLogView:
-    return rrb.TextLogView(
-        origin=f"{prefix}log",
-        name=f"{prefix.strip('/')} Steps".strip(),
-        columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
     )
 
 

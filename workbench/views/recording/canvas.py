@@ -16,10 +16,10 @@ STEP, TIME, ROW = "step", "session_time", "measured_row"
 
 
 class Canvas:
-    """Draws into every outlet alike; the prefix begins every path, where two sessions share a recording."""
+    """Draws into every outlet alike."""
 
-    def __init__(self, outlets: Sequence[AbstractOutlet], *, prefix: str = ""):
-        self._outlets, self._prefix = tuple(outlets), prefix
+    def __init__(self, outlets: Sequence[AbstractOutlet]):
+        self._outlets = tuple(outlets)
 
     def at(self, step: int, seconds: float) -> None:
         """What follows belongs to this step."""
@@ -36,7 +36,7 @@ class Canvas:
 
     def log(self, path: str, *what: Any, static: bool = False) -> None:
         for outlet in self._outlets:
-            outlet.stream.log(self._prefix + path, *what, static=static, strict=True)
+            outlet.stream.log(path, *what, static=static, strict=True)
 
     def clear(self, path: str) -> None:
         self.log(path, rr.Clear(recursive=True))
@@ -45,7 +45,7 @@ class Canvas:
         """Draw something for every measured row."""
         numbers = rr.TimeColumn(ROW, sequence=np.arange(count))
         for outlet in self._outlets:
-            outlet.stream.send_columns(self._prefix + path, [numbers], list(columns), strict=True)
+            outlet.stream.send_columns(path, [numbers], list(columns), strict=True)
 
     def flush(self) -> None:
         for outlet in self._outlets:

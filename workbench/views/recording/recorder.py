@@ -5,10 +5,12 @@ ones, in the queue and by time; decisions are all drawn.
 """
 
 import logging
+import os
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -133,13 +135,15 @@ def recorder(folder: Path | None, *, live: str | None = None, after: float = 0.0
 
 
 def parts(folder: Path) -> list[Path]:
-    """Pictures of a recording: one file for every time that it was opened."""
-    numbered = sorted(folder.glob(f"{STEM}-*.rrd"), key=lambda p: (len(p.name), p.name))
-    first = folder / f"{STEM}.rrd"
-    return [*([first] if first.exists() else []), *numbered]
+    """Pictures of a recording: one file for every time that it was opened; links and pipes are none."""
+    found = folder.glob(f"{STEM}*.rrd")
+    return sorted(
+        (path for path in found if path.is_file() and not path.is_symlink()),
+        key=lambda p: (len(p.name), p.name),
+    )
 
 
 def _part(folder: Path) -> Path:
     """The file for this time: nothing is written over."""
-    count = len(parts(folder))
-    return folder / (f"{STEM}.rrd" if count == 0 else f"{STEM}-{count + 1}.rrd")
+    names = (f"{STEM}.rrd" if number == 1 else f"{STEM}-{number}.rrd" for number in count(1))
+    return folder / next(name for name in names if not os.path.lexists(folder / name))

@@ -27,7 +27,6 @@ from workbench.extras.katana.load_test.joint_tilting_fit import (
     Tilting,
     fit_tilting,
     tilting_effects,
-    unknown_sizes,
 )
 from workbench.extras.katana.load_test.postures import (
     LoadTestPlan,
@@ -232,7 +231,9 @@ def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) 
         data: Measured poses, with the wrench of every row.
     """
     others = robot.with_effects(*known.effects)
-    return fit_tilting(others, data, requested=unknown_sizes(turning=(loads.joint,)), noise=Noise())
+    return fit_tilting(
+        others, data, requested=(JointTilting(loads.joint, backlash=0.0, compliance=0.0),), noise=Noise()
+    )
 
 
 def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random.Generator) -> Dataset:

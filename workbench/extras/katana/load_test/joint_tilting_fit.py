@@ -23,7 +23,7 @@ from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.consider_covariance import Considered
 from workbench.identification.fit import Fit
-from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.problem import Noise, Problem
 
 KINDS = {str(kind.coefficient): kind for kind in (ClearanceTilt, Backlash, JointCompliance)}
 """The effects, by what their coefficients are called."""
@@ -99,23 +99,6 @@ def tilting_effects(joints: Sequence[JointTilting]) -> tuple[AbstractEffect, ...
     return tuple(out)
 
 
-def unknown_sizes(
-    joints: Sequence[int] = (), *, tipping: Sequence[int] = (), turning: Sequence[int] = ()
-) -> tuple[JointTilting, ...]:
-    """Sizes to fit, all starting at 0.
-
-    Args:
-        joints: Joints whose clearance, backlash and compliance are fitted, from 0.
-        tipping: Joints whose clearance alone is fitted.
-        turning: Joints whose backlash and compliance alone are fitted.
-    """
-    return (
-        *(JointTilting(j, 0.0, 0.0, 0.0) for j in joints),
-        *(JointTilting(j, clearance=0.0) for j in tipping),
-        *(JointTilting(j, backlash=0.0, compliance=0.0) for j in turning),
-    )
-
-
 def fit_tilting(
     robot: Robot,
     data: Dataset,
@@ -123,7 +106,6 @@ def fit_tilting(
     requested: Sequence[JointTilting],
     noise: Noise,
     free: Sequence[str] | None = None,
-    frames: FrameFreedom | None = None,
     known: Mapping[str, float] | None = None,
     inertia: bool = False,
 ) -> Tilting:
@@ -132,19 +114,16 @@ def fit_tilting(
     Args:
         robot: Nominal arm with masses; effects that it carries already act as they are.
         data: Rows of any observation.
-        requested: Joints with the sizes where the search starts; NaN is not fitted. See `unknown_sizes`.
+        requested: Joints with the sizes where the search starts; NaN is not fitted.
         noise: Standard deviations where rows bring none.
         free: Constants to fit too; the robot's default ones if None; none if empty (given geometry).
-        frames: What of base and tool is unknown; nothing if None.
         known: Standard deviation of constants [m], [rad]; of those that are not fitted it enters the errors.
         inertia: Whether the links' masses and centres are fitted too, known as well as the robot file states.
     """
     effects = tilting_effects(requested)
     names = [name for effect in effects for name in effect.names]
     deflected = robot.with_effects(*robot.effects, *effects)
-    problem = Problem.build(
-        deflected, data, noise=noise, free=free, frames=frames, effects=names, inertia=inertia
-    )
+    problem = Problem.build(deflected, data, noise=noise, free=free, effects=names, inertia=inertia)
     considered = None
     if known:
         constants = [n for n in known if n in robot.chain.index]

@@ -1,79 +1,19 @@
-"""What numbers on a pendant may mean: units, kinds of orientation, poses typed as text.
-
-Euler angles turn about three axes, one after the other. In `z y' x''` each axis is one of the frame that the
-last turn left; in `x y z` all axes stay where they are, so that the matrix of the first number stands last.
-There are twelve of either kind.
-"""
+"""What numbers on a pendant may mean: units, kinds of orientation, poses typed as text."""
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.spatial.transform import Rotation
 
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.base.hand_eye import nearest_rotation
+from workbench.data.orientations import ORIENTATIONS, Orientation
 
 SIZES = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": float(np.deg2rad(1.0)), "": 1.0}
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
-MAKERS = {
-    "xyz": "roll, pitch, yaw: Fanuc, Yaskawa, xArm",
-    "ZYX": "A, B, C: KUKA",
-    "ZYZ": "Doosan, Kawasaki, Comau",
-    "XYZ": "Stäubli",
-}
-
-
-class Orientation(NamedTuple):
-    """One meaning.
-
-    Args:
-        text: For people.
-        numbers: How many.
-        has_units: Whether the numbers are angles, which `matrices` expects in rad.
-        matrices: Rotation matrices of rows of them.
-    """
-
-    text: str
-    numbers: int
-    has_units: bool
-    matrices: Callable[[np.ndarray], np.ndarray]
-
-
-def _euler(axes: str) -> Orientation:
-    marks = zip(axes.lower(), ("", "'", "''") if axes.isupper() else ("", "", ""), strict=True)
-    maker = f" ({MAKERS[axes]})" if axes in MAKERS else ""
-    turns = "moving" if axes.isupper() else "fixed"
-    text = f"Euler angles {' '.join(axis + mark for axis, mark in marks)} about {turns} axes{maker}"
-    return Orientation(text, 3, True, lambda v: Rotation.from_euler(axes, v).as_matrix())
-
-
-def _sequences() -> Iterator[str]:
-    for axes in ("xyz", "ZYX", "ZYZ", "XYZ"):
-        yield axes
-    for letters in ("xyz", "XYZ"):
-        for chosen in product(letters, repeat=3):
-            axes = "".join(chosen)
-            if axes[0] != axes[1] != axes[2] and axes not in MAKERS:
-                yield axes
-
-
-ORIENTATIONS = (
-    Orientation("rotation vector (UR)", 3, True, se3.rotvec_to_matrix),
-    *map(_euler, _sequences()),
-    Orientation("quaternion w, x, y, z (ABB)", 4, False, se3.quaternion_to_matrix),
-    Orientation(
-        "quaternion x, y, z, w (ROS)", 4, False, lambda v: se3.quaternion_to_matrix(np.roll(v, 1, axis=-1))
-    ),
-    Orientation("rotation matrix", 9, False, lambda v: nearest_rotation(v.reshape(-1, 3, 3))),
-)
-"""All of them, the likeliest first."""
-USUAL_ORIENTATIONS = tuple(kind for kind in ORIENTATIONS if kind.text.endswith(")"))
-"""Those that makers show."""
 
 
 class DisplayedPoses(NamedTuple):

@@ -11,7 +11,7 @@ from workbench.session.page_state import Tab
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
-KINDS = ".csv,.urdf,.xml,.xacro,.toml"
+KINDS = ".csv,.urdf,.xml,.toml"
 A_FILE = "a file"
 HOW = (
     "At least three poses as shown on the pendant, flange in the robot's base, one per line: joint positions "
@@ -33,7 +33,7 @@ class OwnRobotPanel(AbstractPanel):
             arms, hint = (A_FILE, *built_in_robots()), "A file below, or a built-in arm to check."
             self._source = self.dropdown("It is", arms, hint)
             self._upload = self.upload(
-                "DH table, URDF, xacro",
+                "DH table or URDF",
                 self._keep,
                 "A table with columns theta, d, a, alpha (.csv), or a description of the robot.",
                 endings=KINDS,

@@ -16,12 +16,13 @@ from workbench.extras.pendant.touching.session import (
 )
 from workbench.extras.pendant.touching.tool_tip import ToolTip
 from workbench.extras.pendant.touching.user_frame import UserFrame
+from workbench.report.result_display import as_html
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.data import MAX_FILE_BYTES
 from workbench.session.commands.messages import Tell
 from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Session
-from workbench.views.page.html import CAREFUL, GOOD, badge, block, bullets, folded, heading, note, table, text
+from workbench.views.page.html import CAREFUL, GOOD, badge, block, note
 from workbench.views.page.panels.panel import AbstractPanel
 
 READY = (
@@ -83,7 +84,4 @@ def _card(what: str, found: ToolTip | UserFrame | None) -> str:
     if found is None:
         return ""
     mark = badge(f"{capital(what)}: don't use", CAREFUL) if found.doubt else badge(capital(what), GOOD)
-    rows = ((row, text(name), *rest) for row, name, *rest in found.of.cells)
-    notes = folded("Notes", bullets(map(text, found.notes))) if found.notes else ""
-    shown = heading("What each touch is off") + table(("touch", "of", "[mm]", ""), rows)
-    return f"{mark}<div>{text(capital(found.doubt or found.sentence))}.</div>{shown}{notes}"
+    return mark + as_html(found.summary())

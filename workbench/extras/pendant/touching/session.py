@@ -7,11 +7,9 @@ from workbench.arm.robot_toml import robot_text
 from workbench.base.errors import DataError, OptionError
 from workbench.extras.pendant.touching.tool_tip import ToolTip, tcp
 from workbench.extras.pendant.touching.user_frame import UserFrame, frame
-from workbench.report.json import Json
 from workbench.session.command import AbstractTask, computed
 from workbench.session.commands.data import MAX_FILE_BYTES, as_files, safe_name, too_large
 from workbench.session.export import File, stem_of
-from workbench.session.journal.numbers import Subject
 from workbench.session.page_state import Severity
 from workbench.session.part import AbstractPart
 from workbench.session.state import Session
@@ -27,10 +25,6 @@ class FoundTouched(AbstractPart):
 
     tip: ToolTip | None = None
     frame: UserFrame | None = None
-
-    def json(self) -> Json:
-        found = {"tip": self.tip, "frame": self.frame}
-        return {name: part.json() for name, part in found.items() if part is not None}
 
 
 class ReadTouches(AbstractTask[ToolTip | UserFrame]):
@@ -99,7 +93,3 @@ def frame_toml(session: Session) -> File:
     if (found := usable(touched_of(session).frame)) is None:
         raise DataError("no user frame has been found; give its touches first")
     return "frame.toml", found.toml().encode()
-
-
-NUMBERS = Subject("touches", lambda s: (s.part(FoundTouched),), FoundTouched.json)
-"""What the journal records of them."""

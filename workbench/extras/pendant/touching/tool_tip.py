@@ -29,10 +29,11 @@ from workbench.extras.pendant.touching.touches import (
     NOMINAL,
     SCATTERED,
     TouchErrors,
-    Touches,
     TouchSolution,
     check_wanted,
     flanges,
+    names_of,
+    numbered,
     orientation_line,
     read_touches,
     solve_without_slipped,
@@ -153,10 +154,10 @@ def tcp(robot: RobotLike, touches: Path | Like[Dataset], *, wanted: Like[Length]
         DataError: fewer than four touches, or orientations that are too much alike.
         OptionError: a width that is not positive.
     """
-    check_wanted(wanted, "the wanted accuracy")
+    check_wanted(wanted)
     given = read_touches(touches, robot)
-    of_points = given.take([k for k, name in enumerate(given.names) if not AXIS.fullmatch(name)])
-    at, names = flanges(robot, of_points.q), of_points.names
+    of_points = given.take(np.array([AXIS.fullmatch(name) is None for name in names_of(given)]))
+    at, names = flanges(robot, of_points.q), names_of(of_points)
     _check(of_points, at[:, :3, :3])
     solved, slipped = solve_without_slipped(
         lambda rows: _solve(at[rows], [names[k] for k in rows]), len(of_points), given.source
@@ -177,9 +178,9 @@ def tcp(robot: RobotLike, touches: Path | Like[Dataset], *, wanted: Like[Length]
     )
 
 
-def _check(touches: Touches, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
+def _check(touches: Dataset, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
     """Refuse touches that show no tip."""
-    count, names = len(touches), touches.names
+    count, names = len(touches), names_of(touches)
     lonely = next((name for name in names if names.count(name) < 2), None)
     if count < MIN_TOUCHES or lonely is not None:
         what = f"{count} touches" if count < MIN_TOUCHES else f"point '{lonely}' was touched once"
@@ -215,18 +216,18 @@ def _solve(at: Float[np.ndarray, "rows 4 4"], names: list[str]) -> TouchSolution
 
 
 def _axes(
-    touches: Touches, robot: Robot, solved: TouchSolution
+    touches: Dataset, robot: Robot, solved: TouchSolution
 ) -> tuple[Float[np.ndarray, "3 3"], float | None, list[str]]:
     """The tool's axes in the flange, how well they are known, and notes."""
     tip, point, own = solved.x[:3], solved.x[3:6], robot.tool.rotation
     seen: dict[str, list[np.ndarray]] = {}
-    for k, (name, flange) in enumerate(zip(touches.names, flanges(robot, touches.q), strict=True)):
+    for k, (name, flange) in enumerate(zip(names_of(touches), flanges(robot, touches.q), strict=True)):
         if not (found := AXIS.fullmatch(name)):
             continue
         ahead = se3.apply(se3.inverse(flange), point) - tip
         if (distance := float(np.linalg.norm(ahead))) < NEAREST:
             raise DataError(
-                f"{touches.source}: {touches.numbered([k])} is {in_mm(distance)} from the point; move it "
+                f"{touches.source}: {numbered(touches, [k])} is {in_mm(distance)} from the point; move it "
                 f"{1e3 * NEAREST:.0f} mm or more away along the tool's axis {name}"
             )
         seen.setdefault(found[2].lower(), []).append(-ahead if found[1] == "-" else ahead)

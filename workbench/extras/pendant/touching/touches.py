@@ -5,7 +5,7 @@ leave that much in one file of a hundred, by the F test of its numbers against w
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -43,32 +43,14 @@ CONFIDENCE = 0.95
 NOMINAL = "the arm is nominal: its own errors add, often 1 mm; a calibrated one gives a better result"
 
 
-@dataclass(frozen=True, eq=False)
-class Touches:
-    """Joint positions at which something was touched.
+def names_of(touches: Dataset) -> tuple[str, ...]:
+    """What was touched, one a row; empty where the file has none."""
+    return ("",) * len(touches) if touches.contact is None else tuple(map(str, touches.contact))
 
-    Args:
-        names: What was touched, one a row; empty where the file has none.
-        rows: Number of each in its file, counted from 0.
-        time: When [s]; NaN where the file has none.
-    """
 
-    q: Float[np.ndarray, "rows n"]
-    names: tuple[str, ...]
-    rows: tuple[int, ...]
-    time: Float[np.ndarray, " rows"]
-    source: str
-
-    def __len__(self) -> int:
-        return len(self.q)
-
-    def take(self, kept: Sequence[int]) -> "Touches":
-        names, rows = tuple(self.names[k] for k in kept), tuple(self.rows[k] for k in kept)
-        return Touches(self.q[list(kept)], names, rows, self.time[list(kept)], self.source)
-
-    def numbered(self, which: Sequence[int]) -> str:
-        """`touch 4`, `touches 2, 5`, counted from 1 as in the file."""
-        return f"touch{'es' if len(which) > 1 else ''} {', '.join(str(self.rows[k] + 1) for k in which)}"
+def numbered(touches: Dataset, which: Sequence[int]) -> str:
+    """`touch 4`, `touches 2, 5`, counted from 1 as in the file."""
+    return f"touch{'es' if len(which) > 1 else ''} {', '.join(str(touches.row[k] + 1) for k in which)}"
 
 
 def flanges(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 4 4"]:
@@ -81,35 +63,33 @@ def tips(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "row
     return tool_poses(robot.with_frames(base=Frame()), Motion(q))[:, :3, 3]
 
 
-def read_touches(source: Path | Dataset, robot: Robot) -> Touches:
+def read_touches(source: Path | Dataset, robot: Robot) -> Dataset:
     """Touches of a file that needs no more than joints; `contact` (or `point`) names what was touched."""
     if isinstance(source, Dataset):
         robot.check_joints(source.q, source.source)
-        names = source.contact if source.contact is not None else source.point
-        kept, q, rows, time = source.included, source.q, source.row, source.time
-        where, units = source.source, source.joint_units
+        where, units, names = source.source, source.joint_units, source.contact
+        names = source.point if names is None else names
+        found, kept = Dataset(source.q, row=source.row), source.included
     else:
         fields = read_fields(source)
-        q, where, units = joint_columns(fields, robot.dof), str(source), joint_units(fields)
+        where, units = str(source), joint_units(fields)
         names = fields.values.get("contact", fields.values.get("point"))
-        kept, rows, time = np.isfinite(q).all(1), np.arange(len(q)), fields.values.get("time")
+        found = Dataset(joint_columns(fields, robot.dof))
+        kept = np.isfinite(found.q).all(1)
         if "exclude" in fields.values:
             kept = kept & read_measurements(source, joints=robot.joint_names).included
     if not kept.any():
         raise DataError(f"{where}: there is no touch; give joint positions (q1[deg] …), one touch a line")
     refuse_joint_quantities(units, robot, where)
-    refuse_joint_units(q[kept], robot.limits, where)
-    labels = ("",) * len(q) if names is None else tuple(str(name).strip() for name in names)
-    when = np.full(len(q), np.nan) if time is None else np.asarray(time, float)
-    return Touches(q, labels, tuple(int(row) for row in rows), when, where).take(
-        np.flatnonzero(kept).tolist()
-    )
+    refuse_joint_units(found.q[kept], robot.limits, where)
+    labels = None if names is None else np.array([str(name).strip() for name in names])
+    return replace(found, contact=labels, source=where).take(kept)
 
 
-def check_wanted(value: float | None, what: str) -> None:
-    """Refuse a length that is not positive."""
+def check_wanted(value: float | None) -> None:
+    """Refuse an accuracy that is not positive."""
     if value is not None and not value > 0.0:
-        raise OptionError(f"{what} must be positive, got {value:g} m", option="wanted", found=value)
+        raise OptionError(f"wanted must be positive, got {value:g} m", option="wanted", found=value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +161,7 @@ class TouchErrors:
         slipped: Touches that were left out, the worst first.
     """
 
-    touches: Touches
+    touches: Dataset
     errors: Float[np.ndarray, " rows"]
     slipped: tuple[int, ...]
 
@@ -193,7 +173,7 @@ class TouchErrors:
     @property
     def cells(self) -> list[tuple[str, ...]]:
         """A row of a table for each: number in the file, name, error [mm], remark."""
-        rows = zip(self.touches.rows, self.touches.names, self.errors, strict=True)
+        rows = zip(self.touches.row, names_of(self.touches), self.errors, strict=True)
         marks = ["slipped, left out" if k in self.slipped else "" for k in range(len(self.touches))]
         return [(str(r + 1), n, f"{1e3 * e:.3f}", m) for (r, n, e), m in zip(rows, marks, strict=True)]
 
@@ -202,11 +182,11 @@ class TouchErrors:
         table = new_table("Touches", "touch", "of", "off by [mm]", "")
         for row in self.cells:
             table.add_row(*row)
-        slipped = f"{self.touches.numbered(self.slipped)} slipped; left out"
+        slipped = f"{numbered(self.touches, self.slipped)} slipped; left out"
         return headed(title, table, *lines, *[line("warning", slipped)] * bool(self.slipped), notes=notes)
 
     def json(self, schema: str, message: str, notes: Sequence[str], **found: Any) -> Json:
-        rows = zip(self.touches.rows, self.touches.names, self.errors, strict=True)
+        rows = zip(self.touches.row, names_of(self.touches), self.errors, strict=True)
         touches = [
             {"row": row, "name": name, "error": error, "slipped": k in self.slipped}
             for k, (row, name, error) in enumerate(rows)

@@ -10,7 +10,6 @@ by Gauss–Newton from a closed form, whichever of them were touched more often 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple, final
 
@@ -31,10 +30,10 @@ from workbench.extras.pendant.touching.touches import (
     EXACT_SCATTER,
     NOMINAL,
     TouchErrors,
-    Touches,
     TouchSolution,
     check_wanted,
     flanges,
+    names_of,
     orientation_line,
     read_touches,
     solve_without_slipped,
@@ -53,8 +52,6 @@ POOR = 1e-3
 """Root mean square of the touches' errors beyond which a frame should not be used, by default [m]."""
 MISREAD = 10.0
 """A drawing and its touches differ in size by less."""
-SWAPPED = 5.0
-"""Two exchanged points explain a misfit that is this many times smaller without."""
 LABELS = (
     "name the touches in a column 'contact': origin, x, xy (three points), or plane, line, end (3-2-1: three "
     "on a face, two along an edge in the direction of x, one on the end), or as in --cad"
@@ -82,7 +79,6 @@ class UserFrame(AbstractShown):
         half: Half of the 95 % intervals of position [m] and angles [rad] along the frame's axes; infinite
             where no touch is to spare.
         wanted: Required error of the touches [m].
-        hint: What explains a misfit; empty if nothing was found.
         notes: What else should be known, one sentence each.
     """
 
@@ -91,7 +87,6 @@ class UserFrame(AbstractShown):
     pose: Float[np.ndarray, "4 4"]
     half: Float[np.ndarray, "6"]
     wanted: float | None
-    hint: str
     notes: tuple[str, ...]
 
     @property
@@ -100,8 +95,8 @@ class UserFrame(AbstractShown):
         limit = self.wanted or POOR
         if self.of.scatter > limit:
             return (
-                f"the touches miss the frame by {in_mm(self.of.scatter)}, more than {in_mm(limit)}: "
-                f"{self.hint or 'check the tool, the names of the points and the numbers of the drawing'}"
+                f"the touches miss the frame by {in_mm(self.of.scatter)}, more than {in_mm(limit)}: check "
+                "the tool, the names of the points and the numbers of the drawing"
             )
         if self.wanted is not None and not np.isfinite(self.half[0]):
             return "there is no redundant touch to show the frame's error; touch one or two more points"
@@ -163,7 +158,7 @@ def frame(
         DataError: no tool, too few touches, unknown names, or points on one line.
         OptionError: an accuracy or radius out of range.
     """
-    check_wanted(wanted, "the wanted accuracy")
+    check_wanted(wanted)
     if not 0.0 <= radius < 0.1:
         raise OptionError(f"the radius must be 0–100 mm, got {radius:g} m")
     given = read_touches(touches, robot)
@@ -187,7 +182,6 @@ def frame(
         pose=solved.x,
         half=solved.half,
         wanted=wanted,
-        hint="" if points is None else _exchanged(given, at, points),
         notes=(NOMINAL,) if robot.calibration is None else (),
     )
 
@@ -204,19 +198,20 @@ def _drawing(cad: Path | Mapping[str, Sequence[float]]) -> dict[str, np.ndarray]
 
 
 def _begin(
-    touches: Touches,
+    touches: Dataset,
     tips: np.ndarray,
     flanges: np.ndarray,
     points: Mapping[str, np.ndarray] | None,
     radius: float,
 ) -> tuple[np.ndarray, _Kept]:
     """A first frame in closed form, and what every touch keeps of it."""
+    names = names_of(touches)
     if points is not None:
-        if (strange := next((name for name in touches.names if name not in points), None)) is not None:
+        if (strange := next((name for name in names if name not in points), None)) is not None:
             raise DataError(
                 f"{touches.source}: '{strange}' is not a point of the drawing, which has {', '.join(points)}"
             )
-        target = np.array([points[name] for name in touches.names])
+        target = np.array([points[name] for name in names])
         _require_spread(touches, target)
         drawn, touched = (float(np.linalg.norm(np.ptp(p, axis=0))) for p in (target, tips))
         if not 1.0 / MISREAD < drawn / max(touched, EXACT_SCATTER) < MISREAD:
@@ -225,10 +220,10 @@ def _begin(
                 f"{in_mm(drawn)}; check the units of both and the names"
             )
         return se3.best_fit(target, tips), _Kept(target, np.ones_like(target, bool))
-    if (strange := next((name for name in touches.names if name not in KEEPS), None)) is not None:
+    if (strange := next((name for name in names if name not in KEEPS), None)) is not None:
         raise DataError(f"{touches.source}: '{strange}' is not a kind of touch; {LABELS}")
-    where = {kind: [k for k, name in enumerate(touches.names) if name == kind] for kind in KEEPS}
-    counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in touches.names])
+    where = {kind: [k for k, name in enumerate(names) if name == kind] for kind in KEEPS}
+    counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in names])
     target = np.zeros((len(touches), 3))
     if all(where[kind] for kind in ("origin", "x", "xy")):
         _require_spread(touches, tips)
@@ -247,7 +242,7 @@ def _begin(
     return begin, _Kept(target, counts)
 
 
-def _require_spread(touches: Touches, points: np.ndarray) -> None:
+def _require_spread(touches: Dataset, points: np.ndarray) -> None:
     """Refuse points on one line."""
     sizes = np.linalg.svd(points - points.mean(0), compute_uv=False)
     if len(points) < 3 or sizes[1] < FLAT * max(sizes[0], EXACT_SCATTER):
@@ -278,21 +273,3 @@ def _solve(
         if np.abs(step).max() < 1e-12:
             break
     return TouchSolution(pose, residual, np.linalg.inv(jacobian.T @ jacobian))
-
-
-def _exchanged(touches: Touches, tips: np.ndarray, points: Mapping[str, np.ndarray]) -> str:
-    """Which two names were exchanged, if that explains the misfit."""
-
-    def error(names: Sequence[str]) -> float:
-        target = np.array([points[name] for name in names])
-        pose = se3.best_fit(target, tips)
-        return float(np.linalg.norm(se3.apply(pose, target) - tips))
-
-    found = []
-    for one, other in combinations(dict.fromkeys(touches.names), 2):
-        swap = {one: other, other: one}
-        found.append((error([swap.get(n, n) for n in touches.names]), one, other))
-    best = min(found)
-    if best[0] * SWAPPED < error(touches.names):
-        return f"'{best[1]}' and '{best[2]}' seem to be exchanged"
-    return ""

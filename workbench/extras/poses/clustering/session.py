@@ -22,6 +22,7 @@ class ClusterTargets(AbstractTask[Plate]):
     seed: int = 0
 
     is_plate_search = True
+    stored = Plate
     title = computed(lambda self: f"Search {self.number} poses of equal index")
 
     def check(self, session: Session) -> None:

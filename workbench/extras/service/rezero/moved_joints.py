@@ -15,14 +15,14 @@ import numpy as np
 from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import FRAMES
 from workbench.arm.robot import Robot
-from workbench.base.arguments import LengthAndAngle, Like, checked_arguments
+from workbench.base.arguments import Like, checked_arguments
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
-from workbench.extras.service.rezero.f_test import Optimum
 from workbench.extras.service.rezero.last_calibration import NOMINAL, UNKNOWN, LastCalibration
+from workbench.extras.service.rezero.optimum import Optimum
 from workbench.extras.service.rezero.other_explanations import doubts
 from workbench.extras.service.rezero.result import JointShift, Rezero
 from workbench.identification import noise as noises
@@ -33,7 +33,6 @@ from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike
 from workbench.identification.frames import Sessions, visible_parts
 from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.preparation import Prepared, prepare
-from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Problem
 from workbench.identification.result import BeforeAfter
 from workbench.identification.rows.row_selection import check_enough
@@ -56,8 +55,6 @@ def rezero(
     data: DatasetLike,
     *,
     replaced: Sequence[int] = (),
-    prior: Prior | None = None,
-    tolerance: Like[LengthAndAngle] | None = None,
     noise: Like[NoiseLike] | None = None,
     frames: Sessions | str = Sessions.AUTO,
     exclude: Excluded | None = None,
@@ -66,12 +63,10 @@ def rezero(
     """Find which joint's zero moved since the last calibration, from few poses.
 
     Args:
-        robot: The calibrated arm; its base and tool say whether they are known, free, or the data decide.
-        data: Three poses or more, by any instrument.
+        robot: The calibrated arm, whose file records how well its constants are known; its base and tool say
+            whether they are known, free, or the data decide.
+        data: Three poses or more, by any instrument; or touches of seats, joints alone (`contact`).
         replaced: Joints that were replaced, counted from 1; the geometry next to them is let go as well.
-        prior: What the calibration knew of its constants.
-        tolerance: Standard deviations of lengths [m] and of angles [rad] that `prior` does not speak of;
-            None: by the record of the calibration in the arm's file.
         noise: Standard deviations of the instrument [m], [rad]; from repeats or the fit if None.
         frames: Whether sessions share base and tool.
         exclude: Rows to keep out, with the reason.
@@ -80,23 +75,19 @@ def rezero(
     Raises:
         Cancelled: asked to stop.
         DataError: too few rows, or data that contradict the robot beyond doubt.
-        OptionError: a joint that the robot does not have, or a tolerance that is not positive.
+        OptionError: a joint that the robot does not have.
     """
     for joint in replaced:
         if not 1 <= joint <= robot.dof:
             raise OptionError(
                 f"replaced joints must be 1 to {robot.dof}, got {joint}", option="replaced", found=joint
             )
-    if tolerance is not None and not min(tolerance) > 0.0:
-        raise OptionError(f"the tolerance must be positive, got {tolerance[0]:g} m, {tolerance[1]:g} rad")
     zeros = robot.joint_offsets
     progress(0.0, "fitting the zeros")
     check_enough(robot, data.take(data.included), zeros)
     begin = _near(robot, data)
-    knowledge = LastCalibration.of(robot, begin, prior, tolerance, [joint - 1 for joint in replaced])
-    decides = (
-        preparation_of(data) is not None
-    )  # its decision lets zeros alone through; knowledge comes afterwards
+    knowledge = LastCalibration.of(robot, begin, [joint - 1 for joint in replaced])
+    decides = preparation_of(data) is not None  # it lets zeros alone through; knowledge comes afterwards
     free = zeros if decides else knowledge.names
     choices = FitChoices(
         held_out=0.0, frames=frames, free=free, exclude=exclude or {}, noise=noise, known=known or {}
@@ -117,7 +108,7 @@ def rezero(
     kept = {n: knowledge.value(n) for n in knowledge.names}
     found = _aligned(best, best.problem.robot_at(best.x).with_values(kept | written))
     with part_of(0.6, 0.3):
-        reasons = _astray(shifts, ready, everything) or doubts(knowledge, everything, measured=measured)
+        reasons = _astray(shifts, ready, everything) or doubts(knowledge, everything)
     if not reasons and (lost := [s for s in shifts if s.moved and not s.determined]):
         left = 1e3 * float(np.sqrt(best.mean_square)) * best.problem.noise.position
         reasons = (
@@ -136,7 +127,7 @@ def rezero(
         noise=best.problem.noise,
         rows=len(ready.problem.data),
         excluded=ready.excluded,
-        notes=(*ready.notes, *(_uncalibrated(robot) if prior is None and tolerance is None else ())),
+        notes=(*ready.notes, *_uncalibrated(robot)),
     )
 
 
@@ -144,10 +135,10 @@ def _uncalibrated(robot: Robot) -> tuple[str, ...]:
     """What an arm without a record counts as known to."""
     if robot.calibration is not None:
         return ()
-    known = f"{1e3 * NOMINAL['m']:g} mm and {np.rad2deg(NOMINAL['rad']):.2g}°"
+    known = f"{1e3 * NOMINAL:g} mm and {np.rad2deg(NOMINAL):.2g}°"
     return (
         f"the file of '{robot.name}' has no calibration record, so its lengths and angles are assumed known "
-        f"to {known} (1 σ); give the file that identify saved as the robot, or a prior or a tolerance",
+        f"to {known} (1 σ); give the file that identify saved as the robot",
     )
 
 
@@ -216,7 +207,7 @@ def _moved(
     def with_free(*names: str) -> Optimum:
         progress(0.5, "which joints moved")
         own = knowledge.problem(everything.problem, everything.x, names)
-        return Optimum.of(own, measured=everything.measured, noise=everything.problem.noise)
+        return Optimum.fitted(own, own.start, everything.measured)
 
     limit = everything.quantile(1.0 - CHANCE / len(zeros))
     determined = [s for s in _shifts(knowledge.robot, everything) if s.determined]
@@ -248,13 +239,12 @@ def _ambiguous(
     knowledge: LastCalibration, ready: Prepared, shifts: tuple[JointShift, ...]
 ) -> tuple[str, ...]:
     """Sentences on zeros that a base or tool elsewhere, or other zeros, would show alike."""
-    taken = ready.problem.frames
+    taken, by_name = ready.problem.frames, {s.name: s for s in shifts}
     freedom = FrameFreedom(*visible_parts(ready.problem.data, ready.problem.known))
     problem = ready.problem.again(robot=ready.aligned, free=knowledge.names, frames=freedom)
-    problem = knowledge.prior.keep(lambda name: name not in knowledge.robot.joint_offsets).on(problem)
+    problem = knowledge.without().keep(lambda name: name not in by_name).on(problem)
     factor = noises.factor_at(problem, problem.start)
     unseen = np.concatenate([factor.null_space, factor.weak], axis=1)
-    by_name = {s.name: s for s in shifts}
     readings = ready.data.readings
     own = set(FRAMES if readings is None else (*FRAMES, *readings.frames))
     sentences = []
@@ -268,17 +258,10 @@ def _ambiguous(
             sentences.append(f"the zeros of {joints} ({combination.text}): measure poses that differ more")
             continue
         frame = " and ".join(frames)
-        if not set(frames) <= set(FRAMES):
-            text = f"the zero of {joints} and a turn of the {frame} ({combination.text})"
-            sentences.append(
-                f"{text}: the rows don't show which of them turned; it was assigned to the {frame}"
-            )
-            continue
-        free = any(getattr(taken, f) for f in frames)
-        why = (
-            f"it was assigned to the {frame}; if that has not moved, set [{frames[0]}] free = false"
-            if free
-            else f"it was assigned to the joint; if the {frame} has moved, set [{frames[0]}] free = true"
-        )
+        why = f"it was assigned to the {frame}"
+        if set(frames) <= set(FRAMES):
+            why += f"; if that has not moved, set [{frames[0]}] free = false"
+            if not any(getattr(taken, f) for f in frames):
+                why = f"it was assigned to the joint; if the {frame} has moved, set [{frames[0]}] free = true"
         sentences.append(f"the zero of {joints} and a turn of the {frame} ({combination.text}): {why}")
     return tuple(sentences)

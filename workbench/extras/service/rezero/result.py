@@ -1,6 +1,5 @@
 """The result of a search for moved joints."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import final
@@ -10,21 +9,29 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.arm.robot import Robot
+from workbench.base.wording import joint_list
 from workbench.identification.problem import Noise
 from workbench.identification.report.results_json import errors_json, excluded_json
 from workbench.identification.result import BeforeAfter
 from workbench.report.json import Json, document
-from workbench.report.numbers import signed
+from workbench.report.numbers import signed, with_error
 from workbench.report.result_display import AbstractShown
 from workbench.report.result_fields import JOINT, ResultField, ResultFields
 from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.rezero/1"
+MOVED = "moved"
 
 
 def readable(unit: str) -> tuple[float, str]:
     """Factor and name of the unit in which people read a shift."""
     return (1e3, " mm") if unit == "m" else (float(np.rad2deg(1.0)), "°")
+
+
+def changed(robot: Robot, name: str, change: float, std: float) -> str:
+    """`joint2.a by 0.80 ± 0.12 mm`: the change of a constant with its 95 % interval."""
+    factor, unit = readable(robot.chain.elements[robot.chain.index[name]].unit)
+    return f"{name} by {with_error(factor * change, 2.0 * factor * std)}{unit}"
 
 
 class RezeroVerdict(StrEnum):
@@ -69,7 +76,7 @@ class JointShift:
             str(self.joint + 1),
             f"{signed(factor * self.shift, digits)}{unit}",
             f"±{factor * self.half:.{digits}f}{unit}",
-            "moved" if self.moved else "not moved",
+            MOVED if self.moved else "not moved",
         ]
 
     @property
@@ -129,36 +136,30 @@ class Rezero(AbstractShown):
         if not determined:
             return "the rows determine no joint zero; measure more poses that differ in all joints"
         widest = max(determined, key=lambda s: s.half).cells[2].replace("±", "± ")
-        still = f"{_joints(determined)} did not move" if self._undetermined else "no joint moved"
+        still = (
+            f"{joint_list([s.joint for s in determined])} did not move"
+            if self._undetermined
+            else "no joint moved"
+        )
         bound = f"by more than chance; zeros are known to {widest} or better (95 %)"
         return f"{still} {bound}{self._undetermined}"
 
     @property
     def _undetermined(self) -> str:
         """Joints of which the rows tell nothing, as the end of a sentence."""
-        lost = [s for s in self.shifts if not s.determined]
-        return f"; {_joints(lost)} can't be determined" if lost else ""
-
-    @property
-    def heading(self) -> str:
-        """What the shifts are: of a refused result what zeros alone would be."""
-        return "Shifts if zeros alone were off" if self.doubts else "Joint zeros since the calibration"
+        lost = [s.joint for s in self.shifts if not s.determined]
+        return f"; {joint_list(lost)} can't be determined" if lost else ""
 
     def summary(self) -> RenderableType:
-        table = new_table(self.heading, "joint", "moved by", "95 %", "")
+        title = "Shifts if zeros alone were off" if self.doubts else "Joint zeros since the calibration"
+        table = new_table(title, "joint", "moved by", "95 %", "")
         for shift in self.shifts:
-            cells, refused = shift.cells, self.doubts and shift.determined
-            cells[3] = "" if refused else cells[3]
-            table.add_row(*cells, style="bold" if shift.moved and not refused else "")
-        chain = self.calibrated.chain
+            *cells, verdict = shift.cells
+            verdict = "" if self.doubts and shift.determined else verdict
+            table.add_row(*cells, verdict, style="bold" if verdict == MOVED else "")
         parts: list[RenderableType] = [Text(f"{self.calibrated.name}: {self.sentence}", style="bold"), table]
-        if self.renewed:
-            geometry = new_table("Geometry next to replaced joints", "constant", "changed by", "95 %")
-            for name, change, std in self.renewed:
-                factor, unit = readable(chain.elements[chain.index[name]].unit)
-                changed = f"{signed(factor * change, 3)}{unit}", f"±{2.0 * factor * std:.3f}{unit}"
-                geometry.add_row(name, *changed)
-            parts.append(geometry)
+        changes = (changed(self.calibrated, *each) for each in self.renewed)
+        parts += [line("next to a replaced joint", text) for text in changes]
         parts.append(line("on these rows", repr(self.error)))
         parts += [line("warning", text) for text in self.doubts]
         parts += [line("can't be distinguished", text) for text in self.ambiguous]
@@ -194,9 +195,3 @@ SHIFT = ResultFields(
     "moved",
 )
 """Of a `JointShift`."""
-
-
-def _joints(shifts: Sequence[JointShift]) -> str:
-    """`joint 1`, `joints 1, 2 and 6`."""
-    *first, last = (str(s.joint + 1) for s in shifts)
-    return f"joints {', '.join(first)} and {last}" if first else f"joint {last}"

@@ -9,7 +9,6 @@ from workbench.extras.service.rezero.result import Rezero
 from workbench.session.command import AbstractTask
 from workbench.session.commands.data import check_unchanged, measurements
 from workbench.session.export import File, stem_of
-from workbench.session.journal.numbers import Subject
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
 from workbench.session.part import AbstractPart, GoesWith
@@ -70,7 +69,3 @@ def rezeroed_toml(session: Session) -> File:
     if found is None or found.doubts:
         raise DataError("no zeros have been found; press Find moved joints first")
     return f"{stem_of(found.robot.name)}-zeros.toml", robot_text(found.robot).encode()
-
-
-NUMBERS = Subject("rezero", lambda s: (zeros_of(s),), lambda found: found.json())
-"""What the journal records of them."""

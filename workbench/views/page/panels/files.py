@@ -9,7 +9,7 @@ from PIL import Image
 
 from workbench.base.wording import capital
 from workbench.exports import FORMS
-from workbench.identification.errors.file_errors import file_errors, file_notes, judging_text, sizes
+from workbench.identification.errors.file_errors import file_notes, judging_text, sizes
 from workbench.identification.result import Identification
 from workbench.session.export import (
     calibrated_toml,
@@ -68,7 +68,7 @@ def _errors(found: Identification | None, shown: str) -> str:
     if found is None or (found.identifiability is not None and found.identifiability.refused):
         return ""
     run = found.runs[shown]
-    added, errors = run.saved.robot.effects, sizes(file_errors(run))
+    added, errors = run.saved.robot.effects, sizes(run.file_errors)
     holds = {
         "URDF": "geometry alone: it can't hold effects" if added else "for other programs",
         "TOML": "with all effects" if added else "for workbench",

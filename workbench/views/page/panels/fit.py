@@ -84,11 +84,7 @@ class FitPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         self._wanted = WantedPanel(self._worker)
         self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
-        steps: dict[str, Make] = {
-            "Identify": self._identify,
-            "Diagnose": lambda: Diagnose(levelled=self._worker.session.measurements.levelled),
-            "Add causes": AddEffects,
-        }
+        steps: dict[str, Make] = {"Identify": self._identify, "Diagnose": Diagnose, "Add causes": AddEffects}
         self.buttons("Calculate", steps, HOW_TO_FIT, visible=_has_rows)
         with gui.add_folder("Options", expand_by_default=False):
             self._build_options(gui)
@@ -140,8 +136,7 @@ class FitPanel(AbstractPanel):
 
     def _identify(self) -> Identify:
         algorithms = tuple(name for name in ALGORITHMS if name in self._chosen and self._chosen[name].typed)
-        levelled = self._worker.session.measurements.levelled
-        return Identify(algorithms, self._held_out.typed, self._frames.typed, levelled=levelled)
+        return Identify(algorithms, self._held_out.typed, self._frames.typed)
 
 
 class FitDetailsPanel(AbstractPanel):

@@ -14,6 +14,7 @@ from typing import Any, ClassVar, NamedTuple
 import viser
 
 from workbench.base.errors import WorkbenchError
+from workbench.base.wording import capital
 from workbench.identification.result import LOOK_AGAIN
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.data import too_large
@@ -198,11 +199,17 @@ class AbstractPanel(AbstractControls):
             is_arm: Whether the file is a calibrated arm, so that an implausible one is asked about.
         """
         found, run = self._worker.session.results.identification, self._worker.session.results.run
-        doubts = () if found is None or run is None else found.doubts(run)
+        if found is None or run is None:
+            reasons: tuple[str, ...] = ()
+        else:
+            doubts = found.doubts(run)
+            implausible = (f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}",) if doubts else ()
+            held = "TOML" if make is calibrated_toml else "URDF"
+            reasons = (*implausible, *filter(None, [found.refused(run).get(held)]))
         download = partial(self._download, event, make)
-        if doubts and (is_arm or make in (calibrated_toml, calibrated_urdf)):
-            question = f"Implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}"
-            ask(event, "Save an implausible arm?", question, "Save anyway", download)
+        if reasons and (is_arm or make in (calibrated_toml, calibrated_urdf)):
+            question = ". ".join(map(capital, reasons))
+            ask(event, "Save an arm that should not be used?", question, "Save anyway", download)
         else:
             download()
 

@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from workbench.diagnosis.result import Diagnosis
 from workbench.report.chart import Chart, Marks, Upright
-from workbench.session.next_step import StageErrors, noise_length, stages
+from workbench.session.stages import StageErrors, noise_length, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import css, stage_colours
 from workbench.views.page.html import MUTED, block, number, on_any_page, text

@@ -1,0 +1,132 @@
+"""A circle drawn and read back: profile and Cartesian errors against what the arm really did."""
+
+import generator
+import numpy as np
+import pytest
+from PIL import Image
+from refusals import refuses
+
+from workbench.base.errors import DataError, FileError
+from workbench.extras.katana.pencil import (
+    ANGLES,
+    INCH,
+    Drawn,
+    draw,
+    plotted_errors,
+    plotted_profile,
+    read_scan,
+    scan,
+    sheet,
+)
+
+RADIUS, DOTS = 0.08, 150.0
+PHI = np.linspace(0.0, 2.0 * np.pi, 361)
+WAVES = 1e-3 * (0.1 + 0.3 * np.cos(PHI + 0.4) + 0.2 * np.sin(2 * PHI) + 0.1 * np.cos(5 * PHI))
+"""How far outside the circle the pencil ran [m]."""
+
+
+def stroke(out=WAVES):
+    points = (RADIUS + out)[:, None] * np.stack([np.cos(PHI), np.sin(PHI)], 1)
+    return Drawn(points=points, extension=np.zeros(len(PHI)))
+
+
+def scanned(drawn, clockwise=False, turned=0.3, seed=0, dpi=DOTS):
+    rng = np.random.default_rng(seed)
+    lies = {"turned": turned, "shifted": (1e-3, -2e-3)}
+    return scan(drawn, RADIUS, clockwise=clockwise, rng=rng, dpi=dpi, **lies)
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_a_drawn_line_is_read_to_a_fraction_of_a_dot(clockwise):
+    """However the sheet lies; 0.17 mm a dot, a pencil of 0.5 mm with grain."""
+    for turned in (0.0, 2.5):
+        found = plotted_profile(scanned(stroke(), clockwise, turned), RADIUS)
+        read = found.at((-PHI if clockwise else PHI)[2:-2])
+        error = read - WAVES[2:-2]
+        assert np.sqrt(np.mean(error**2)) < 0.03e-3
+        assert np.abs(error).max() < 0.1e-3
+        assert abs(error.mean()) < 0.01e-3
+        assert found.scale == pytest.approx(INCH / DOTS, rel=1e-4)
+        assert found.drawn.all()
+
+
+def test_a_lifted_pencil_leaves_a_gap():
+    image = scanned(stroke(), turned=0.0)
+    middle = image.shape[0] // 2
+    image[: middle - 100, middle - 60 : middle + 60, 0] = 245  # no graphite left at the top
+    found = plotted_profile(image, RADIUS)
+    top = np.abs(ANGLES - np.pi / 2) < 0.1
+    assert not found.drawn[top].any()
+    assert found.drawn[~(np.abs(ANGLES - np.pi / 2) < 0.3)].all()
+
+
+def arm_on_paper(rng):
+    """Poses that miss a circle on a slanted plane by tenths of a mm, the pencil at 10° to its normal."""
+    turn = generator.rotation(np.array([0.9, 0.2, -0.4]))
+    along, across, centre = turn[:, 0], turn[:, 1], np.array([0.1, -0.3, 0.2])
+    normal = np.cross(along, across)
+    ray = np.cos(PHI)[:, None] * along + np.sin(PHI)[:, None] * across
+    out = WAVES
+    above = 1e-3 * (0.2 * np.sin(PHI) - 0.15)
+    axis = generator.rotation(np.deg2rad(10.0) * along) @ normal
+    poses = np.tile(np.eye(4), (len(PHI), 1, 1))
+    poses[:, :3, :3] = np.stack([np.cross(across, axis), across, axis], 1)
+    poses[:, :3, 2] = axis
+    poses[:, :3, 3] = centre + (RADIUS + out)[:, None] * ray + above[:, None] * normal
+    return poses, (centre, along, across), (out, above, ray, normal)
+
+
+def test_scan_and_potentiometer_give_cartesian_errors():
+    """The tip's errors in the robot's base, though the pencil leans and slides."""
+    poses, (centre, along, across), (out, above, ray, normal) = arm_on_paper(np.random.default_rng(1))
+    drawn = draw(poses, centre, along, across)
+    flat = np.linalg.norm(drawn.points, axis=1) - RADIUS
+    assert np.abs(flat - out).max() > 0.03e-3  # the leaning pencil alone would mislead
+    profile = plotted_profile(scanned(drawn, clockwise=True), RADIUS)
+    found = plotted_errors(
+        profile,
+        centre + RADIUS * ray,
+        poses[:, :3, 2],
+        drawn.extension,
+        centre=centre,
+        along=along,
+        across=across,
+    )
+    np.testing.assert_allclose(found.above, above, atol=1e-6)
+    inner = slice(2, -2)
+    wanted = out[:, None] * ray + above[:, None] * normal
+    assert np.linalg.norm(found.vector[inner] - wanted[inner], axis=1).mean() < 0.04e-3
+    np.testing.assert_allclose(found.distance, np.hypot(found.out, found.above), atol=1e-12)
+
+
+def test_what_is_no_circle_is_said(tmp_path):
+    image = scanned(stroke(), turned=0.0)
+    high = image.shape[0]
+    with pytest.raises(DataError, match="red"):
+        plotted_profile(np.full_like(image, 255), RADIUS)
+    with pytest.raises(DataError, match="round"):
+        plotted_profile(np.random.default_rng(0).integers(0, 255, (300, 300, 3), dtype=np.uint8), RADIUS)
+    with refuses(DataError, "50 %"):
+        plotted_profile(image[:, : high // 2], RADIUS)
+    squeezed = np.asarray(Image.fromarray(image).resize((high, int(0.95 * high))))
+    with refuses(DataError, "2.6 %"):
+        plotted_profile(squeezed, RADIUS)
+    with refuses(DataError, "0 %", found=0.0):
+        plotted_profile(sheet(RADIUS, dpi=DOTS), RADIUS)
+    unmarked = image.copy()
+    unmarked[:, int(high / 2 + 1.06 * RADIUS / INCH * DOTS) :] = 245
+    with refuses(DataError, "scan the whole sheet"):
+        plotted_profile(unmarked, RADIUS)
+    (tmp_path / "a.png").write_text("no picture")
+    with refuses(FileError, path=str(tmp_path / "a.png")):
+        read_scan(tmp_path / "a.png")
+    flat = np.tile(np.eye(4), (3, 1, 1))
+    with refuses(DataError, row=0):
+        draw(flat, np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 0, 1.0]))
+
+
+def test_a_constant_offset_comes_back_constant():
+    """Also where it lies half on the printed line, which pulls the pencil's middle by a hundredth."""
+    found = plotted_profile(scanned(stroke(np.full(len(PHI), 2e-4)), turned=1.0), RADIUS)
+    assert np.abs(found.out - 2e-4).max() < 0.1e-3
+    assert found.out.mean() == pytest.approx(2e-4, abs=0.02e-3)

@@ -1,0 +1,218 @@
+"""What rows mean: every changed reading is named right or not at all, and never another.
+
+The rows are computed by other code, a product of matrices, of arms with errors of 1 mm and 1 mrad; what was
+changed in them is undone by the reading that is found, on postures that were not measured.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from refusals import mentions
+
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.errors import DataError
+from workbench.data.dataset import Dataset
+from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
+from workbench.identification.checks.arm_match import arm_match
+from workbench.identification.evaluate import evaluate
+from workbench.identification.identify import identify
+from workbench.identification.meaning.as_read import as_read
+from workbench.identification.meaning.search import Meaning, read_rows
+
+H = np.pi / 2
+ARMS = {
+    "puma": ([(0, 0.67, 0, H), (0, 0, 0.43, 0), (0, 0.15, 0.02, -H), (0, 0.43, 0, H), (0, 0, 0, -H),
+              (0, 0.06, 0, 0)], "rrrrrr"),
+    "seven": ([(0, 0.36, 0, -H), (0, 0, 0, H), (0, 0.42, 0, H), (0, 0, 0, -H), (0, 0.4, 0, -H), (0, 0, 0, H),
+               (0, 0.126, 0, 0)], "rrrrrrr"),
+    "scara": ([(0, 0.3, 0.35, 0), (0, 0, 0.25, np.pi), (0, 0.1, 0, 0), (0, 0, 0, 0)], "rrpr"),
+    "gantry": ([(0, 1, 0, -H), (-H, 1, 0, -H), (H, 0.5, 0, 0), (0, 0.2, 0, H), (0, 0, 0.1, -H),
+                (0, 0.15, 0, 0)], "ppprrr"),
+}  # fmt: skip
+
+
+def turn(axis: int, angle: float) -> np.ndarray:
+    i, j = [(1, 2), (2, 0), (0, 1)][axis]
+    pose = np.eye(4)
+    pose[i, i] = pose[j, j] = np.cos(angle)
+    pose[i, j], pose[j, i] = -np.sin(angle), np.sin(angle)
+    return pose
+
+
+def shift(*xyz: float) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, 3] = xyz
+    return pose
+
+
+def measured(name: str, *, with_rotation: bool, seed: int = 3) -> tuple[Robot, Dataset]:
+    table, kinds = ARMS[name]
+    rng = np.random.default_rng(seed)
+    made = np.array(table, float) + rng.uniform(-1e-3, 1e-3, (len(table), 4))
+    span = np.array([1.8 if kind == "r" else 0.4 for kind in kinds])
+    q = rng.uniform(-span, span, (50, len(kinds)))
+    base, tool = shift(1.2, -0.7, 0.4) @ turn(2, 0.8) @ turn(0, 0.3), shift(0.05, 0.08, 0.11) @ turn(1, 0.4)
+    poses = []
+    for row in q:
+        here = base
+        for (theta, d, a, alpha), kind, value in zip(made, kinds, row, strict=True):
+            here = here @ turn(2, theta + value * (kind == "r")) @ shift(0, 0, d + value * (kind == "p"))
+            here = here @ shift(a, 0, 0) @ turn(0, alpha)
+        poses.append(here @ tool)
+    seen = np.array(poses)
+    xyz = seen[:, :3, 3] + rng.normal(0.0, 5e-5, (50, 3))
+    joints = [
+        {
+            "type": "prismatic" if kind == "p" else "revolute",
+            **dict(zip(("theta", "d", "a", "alpha"), row, strict=True)),
+        }
+        for row, kind in zip(table, kinds, strict=True)
+    ]
+    rows = Dataset(q=q, position=xyz, rotation=seen[:, :3, :3] if with_rotation else None, source=name)
+    return Robot.from_dh(joints, name=name), rows
+
+
+def joints_changed(kinds: str, rng: np.random.Generator):
+    """Columns = v joints + o, as a pendant may show them: a text, v and o."""
+    n, eye = len(kinds), np.eye(len(kinds))
+    signs = rng.choice([-1.0, 1.0], n)
+    signs[rng.integers(n)] = -1.0
+    yield "signs", np.diag(signs), np.zeros(n)
+    if kinds == "rrrrrr":
+        coupled = eye.copy()
+        coupled[2, 1] = rng.choice([-1.0, 1.0])
+        yield "coupling", coupled, np.zeros(n)
+        yield "coupling and signs", coupled @ np.diag(signs), np.zeros(n)
+    i, j = rng.choice([k for k in range(n) if kinds[k] == "r"], 2, replace=False)
+    yield "exchange", eye[[{i: j, j: i}.get(k, k) for k in range(n)]], np.zeros(n)
+    inner = [k for k in range(1, n - 1) if kinds[k] == "r"]
+    if inner:
+        yield "zero", eye, H * rng.choice([-1, 1]) * eye[rng.choice(inner)]
+    yield "rad labelled deg", np.diag([np.pi / 180 if kind == "r" else 1.0 for kind in kinds]), np.zeros(n)
+
+
+def moves_as(meaning: Meaning, robot: Robot, columns, joints) -> bool:
+    """Whether a reading of columns moves the arm as its joints do, up to base and tool."""
+    own, seen = meaning.best.flange(columns), robot.bare.predict(joints)
+    tool = se3.inverse(own[0]) @ own
+    other = se3.inverse(seen[0]) @ seen
+    turns = [np.arccos(np.clip((np.trace(p[:3, :3]) - 1) / 2, -1, 1)) for p in (*tool, *other)]
+    return np.allclose(turns[: len(tool)], turns[len(tool) :], atol=0.02)
+
+
+@pytest.mark.parametrize("with_rotation", [True, False])
+@pytest.mark.parametrize("name", ["puma", "seven", "scara"])
+def test_joints_are_named_right_or_not_at_all(name, with_rotation):
+    named = total = 0
+    for seed in range(2):
+        robot, data = measured(name, with_rotation=with_rotation, seed=seed)
+        rng = np.random.default_rng(seed)
+        for what, v, o in joints_changed(ARMS[name][1], rng):
+            found = read_rows(robot, replace(data, q=data.q @ v.T + o))
+            total += 1
+            if not found.is_found:
+                continue
+            q = rng.uniform(-1.0, 1.0, (20, robot.dof))
+            named += 1
+            assert moves_as(found, robot, q @ v.T + o, q) or not with_rotation, (what, found.best.text)
+            assert found.best.position < 0.005, (what, found.best.text)
+    assert named >= 0.75 * total, (named, total)
+
+
+@pytest.mark.parametrize("kind", [k for k in ORIENTATIONS if k.numbers == 3][::4], ids=lambda k: k.name)
+def test_orientations_are_read_in_their_convention(kind):
+    robot, data = measured("puma", with_rotation=True)
+    from scipy.spatial.transform import Rotation
+
+    turns = Rotation.from_matrix(data.rotation)
+    numbers = turns.as_rotvec() if kind.name == "rotvec" else turns.as_euler(kind.name)
+    for declared in ("rotvec", "xyz"):
+        wrong = next(k for k in ORIENTATIONS if k.name == declared).matrices(numbers)
+        rows = replace(data, rotation=wrong, written=WrittenOrientation(declared, numbers))
+        read = as_read(robot, rows)
+        np.testing.assert_allclose(read.rotation, data.rotation, atol=1e-9)
+        assert (kind.name == declared) == (read is rows)
+        assert evaluate(robot, rows, fit_frames=True).errors.orientation_deg.max < 1.0
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (lambda d: replace(d, position=d.position / 25.4), "inch labelled mm"),
+        (lambda d: replace(d, position=1e-3 * d.position), "m labelled mm"),
+        (lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "left-handed"),
+    ],
+)
+def test_units_and_axes_of_points(change, text):
+    robot, data = measured("puma", with_rotation=False)
+    found = arm_match(robot, change(data))
+    assert found.is_foreign
+    assert found.has_reading
+    assert text in found.text
+
+
+def test_exchanged_axes_beside_orientations():
+    robot, data = measured("puma", with_rotation=True)
+    found = arm_match(robot, replace(data, position=data.position[:, [0, 2, 1]]))
+    assert mentions(found.text, "y and z are exchanged")
+
+
+def test_the_pose_of_the_base_in_the_tool():
+    robot, data = measured("puma", with_rotation=True)
+    turned = np.swapaxes(data.rotation, 1, 2)
+    inverse = replace(data, rotation=turned, position=-(turned @ data.position[..., None])[..., 0])
+    assert mentions(arm_match(robot, inverse).text, "base in the tool")
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_rows_that_fit_are_read_in_silence(name):
+    robot, data = measured(name, with_rotation=False)
+    assert as_read(robot, data) is data
+    assert not arm_match(robot, data).is_foreign
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_reading_is_claimed_of_another_arm(seed):
+    """Link lengths × 0.6 … 1.4."""
+    robot, data = measured("puma", with_rotation=bool(seed % 2), seed=seed)
+    rng = np.random.default_rng(seed)
+    lengths = [e.name for e in robot.elements if e.unit == "m" and e.matrix is None and e.value]
+    other = robot.with_values({n: float(robot.values([n])[0] * rng.uniform(0.6, 1.4)) for n in lengths})
+    found = read_rows(other, data)
+    assert not found.is_found
+    assert all(number > 0 for number in found.tried.values())
+
+
+def test_points_of_no_arm_end_with_all_that_was_tried():
+    robot, data = measured("puma", with_rotation=False)
+    noise = replace(data, position=np.random.default_rng(0).normal(0.0, 0.4, (50, 3)))
+    with pytest.raises(DataError) as caught:
+        identify(robot, noise)
+    assert mentions(str(caught.value), "tried in full", "signs and couplings", "orders")
+
+
+def test_a_person_decides_once():
+    robot, data = measured("puma", with_rotation=True)
+    inverted = replace(data, q=data.q * [1, -1, 1, -1, -1, 1])
+    with pytest.raises(DataError) as caught:
+        identify(robot, inverted)
+    assert mentions(str(caught.value), "joint 2 = -q2", "joint 4 = -q4", "joint 5 = -q5", "--reading found")
+    with pytest.raises(DataError):
+        evaluate(robot, inverted)
+    found = identify(robot, inverted, reading="found")
+    assert found.error.after.position_mm.mean < 0.2
+    assert any("joint 4 = -q4" in note for note in found.notes)
+
+
+def test_points_on_the_last_axis_can_not_tell_its_sign():
+    table, kinds = ARMS["puma"]
+    robot = measured("puma", with_rotation=False)[0].bare
+    rng = np.random.default_rng(0)
+    q = rng.uniform(-1.8, 1.8, (40, len(kinds)))
+    seen = robot.predict(q)[:, :3, 3]
+    found = read_rows(robot, Dataset(q=q * [1, -1, -1, 1, -1, 1], position=seen))
+    assert found.best.text == "joint 2 = -q2; joint 3 = -q3; joint 5 = -q5"
+    assert any("joint 6 = -q6" in text for text in found.blind)
+    assert len(table) == 6

@@ -1,0 +1,40 @@
+"""Recorded sessions that take one command after the other, and lines of theirs changed afterwards."""
+
+import json
+
+from workbench.session import Worker
+from workbench.session.journal import codec
+from workbench.session.journal.reader import JOURNAL
+
+
+class Run:
+    """A recorded session that takes one command after the other."""
+
+    def __init__(self, begun):
+        self.begun, self.folder = begun, begun.folder
+        self.worker = Worker(
+            begun.session, keepers=begun.keepers, journal=begun.entries, opening=begun.opening
+        )
+
+    def __call__(self, *commands):
+        for command in commands:
+            self.worker.submit(command)
+            assert self.worker.wait(120.0)
+        return self.worker.session
+
+    @property
+    def lines(self):
+        return (self.folder / JOURNAL).read_bytes().splitlines()
+
+
+def rewrite(folder, step, change, *, is_sealed=True):
+    """Change a line as somebody would who knows the format; former versions wrote no checksum."""
+    path = folder / JOURNAL
+    lines = path.read_text().splitlines()
+    line = json.loads(lines[step])
+    line.pop(codec.CHECK, None)
+    change(line)
+    text = json.dumps(line, ensure_ascii=False)
+    lines[step] = codec.sealed(text) if is_sealed else text
+    path.write_text("\n".join(lines) + "\n")
+    return folder

@@ -1,0 +1,98 @@
+"""Every usual way to write an orientation with three, four or nine numbers.
+
+Euler angles turn about three axes, one after the other. In `z y' x''` each axis is one of the frame that the
+last turn left; in `x y z` all axes stay where they are, so that the matrix of the first number stands last.
+There are twelve of either kind. Names of sequences are scipy's: capitals move, small letters stay.
+"""
+
+from collections.abc import Callable, Iterator
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from workbench.base import se3
+from workbench.base.hand_eye import nearest_rotation
+
+MAKERS = {
+    "xyz": "roll, pitch, yaw: Fanuc, Yaskawa, xArm",
+    "ZYX": "A, B, C: KUKA",
+    "ZYZ": "Doosan, Kawasaki, Comau",
+    "XYZ": "Stäubli",
+}
+
+
+class Orientation(NamedTuple):
+    """One meaning.
+
+    Args:
+        name: `rotvec`, a sequence of axes, `wxyz`, `xyzw` or `matrix`.
+        text: For people.
+        numbers: How many.
+        has_units: Whether the numbers are angles, which `matrices` expects in rad.
+        matrices: Rotation matrices of rows of them.
+    """
+
+    name: str
+    text: str
+    numbers: int
+    has_units: bool
+    matrices: Callable[[np.ndarray], np.ndarray]
+
+
+class WrittenOrientation(NamedTuple):
+    """Numbers of a file's orientation columns, and what their headings say.
+
+    Args:
+        name: Convention.
+        numbers: One row a measurement [rad or without unit]; NaN where there are none.
+    """
+
+    name: str
+    numbers: Float[np.ndarray, "rows k"]
+
+    def take(self, rows: np.ndarray) -> "WrittenOrientation":
+        return self._replace(numbers=self.numbers[rows])
+
+    def joined(self, other: "WrittenOrientation | None") -> "WrittenOrientation | None":
+        """These rows and then another's; None where they are written otherwise."""
+        if other is None or other.name != self.name:
+            return None
+        return self._replace(numbers=np.concatenate([self.numbers, other.numbers]))
+
+
+def _euler(axes: str) -> Orientation:
+    marks = zip(axes.lower(), ("", "'", "''") if axes.isupper() else ("", "", ""), strict=True)
+    maker = f" ({MAKERS[axes]})" if axes in MAKERS else ""
+    turns = "moving" if axes.isupper() else "fixed"
+    text = f"Euler angles {' '.join(axis + mark for axis, mark in marks)} about {turns} axes{maker}"
+    return Orientation(axes, text, 3, True, lambda v: Rotation.from_euler(axes, v).as_matrix())
+
+
+def _sequences() -> Iterator[str]:
+    yield from MAKERS
+    for letters in ("xyz", "XYZ"):
+        for chosen in product(letters, repeat=3):
+            axes = "".join(chosen)
+            if axes[0] != axes[1] != axes[2] and axes not in MAKERS:
+                yield axes
+
+
+ORIENTATIONS = (
+    Orientation("rotvec", "rotation vector (UR)", 3, True, se3.rotvec_to_matrix),
+    *map(_euler, _sequences()),
+    Orientation("wxyz", "quaternion w, x, y, z (ABB)", 4, False, se3.quaternion_to_matrix),
+    Orientation(
+        "xyzw",
+        "quaternion x, y, z, w (ROS)",
+        4,
+        False,
+        lambda v: se3.quaternion_to_matrix(np.roll(v, 1, axis=-1)),
+    ),
+    Orientation("matrix", "rotation matrix", 9, False, lambda v: nearest_rotation(v.reshape(-1, 3, 3))),
+)
+"""All of them, the likeliest first."""
+USUAL_ORIENTATIONS = tuple(kind for kind in ORIENTATIONS if kind.text.endswith(")"))
+"""Those that makers show."""

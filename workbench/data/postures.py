@@ -1,0 +1,112 @@
+"""Which rows are one posture: measurements of it repeat each other, whatever instrument made them.
+
+Joints that are read scatter, commanded ones are equal to the last digit, and nobody states which. The
+distances of rows to their nearest neighbours, the largest difference of a joint, fall into two heaps: repeats
+and other postures. The widest empty stretch between them, in decades, is the tolerance. Rows that hang
+together in a chain, as on a slow path, are different postures; of these only equal ones belong together.
+"""
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from workbench.data.dataset import Dataset
+
+MAX_SCATTER = float(np.radians(0.05))
+"""Maximum difference of a joint [rad or m] between rows of one posture."""
+EQUAL = 1e-9
+"""Difference below which joints are equal."""
+NEIGHBOURS, FARTHEST = 8, 20.0 * MAX_SCATTER
+"""Number of neighbours of a row that are compared, and their maximum distance."""
+MIN_GAP = 0.5
+"""Minimum width in decades of the stretch between the two heaps."""
+MAX_SPREAD = 8.0
+"""Tolerances that rows of one posture may spread; beyond it they are a chain."""
+
+
+def postures(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
+    """Number of each row's posture, in no particular order.
+
+    Args:
+        q: Joint positions [rad or m].
+    """
+    from scipy.spatial import cKDTree
+
+    once, row = np.unique(np.round(q / EQUAL), axis=0, return_inverse=True)
+    once, row = EQUAL * once, row.ravel()
+    if len(once) < 2:
+        return row
+    distance, other = cKDTree(once).query(
+        once, k=min(NEIGHBOURS + 1, len(once)), p=np.inf, distance_upper_bound=FARTHEST
+    )
+    distance, other = distance[:, 1:], other[:, 1:]
+    shown = distance[np.isfinite(distance)]
+    tolerance = _tolerance(np.append(shown, EQUAL) if len(once) < len(q) else shown)
+    near = np.nonzero(distance <= tolerance)
+    graph = coo_matrix((np.ones(len(near[0])), (near[0], other[near])), (len(once), len(once)))
+    label = connected_components(graph, directed=False)[1]
+    order = np.argsort(label, kind="stable")
+    starts = np.flatnonzero(np.diff(label[order], prepend=-1))
+    spread = (np.maximum.reduceat(once[order], starts) - np.minimum.reduceat(once[order], starts)).max(1)
+    is_chain = spread[label] > MAX_SPREAD * tolerance
+    label[is_chain] = len(once) + np.flatnonzero(is_chain)
+    return np.unique(label, return_inverse=True)[1][row]
+
+
+def _tolerance(distances: Float[np.ndarray, " k"]) -> float:
+    """Middle of the widest empty stretch of distances that begins below the maximum scatter."""
+    edges = np.append(np.sort(np.maximum(distances, EQUAL)), FARTHEST)
+    gaps = np.where(edges[:-1] < MAX_SCATTER, np.diff(np.log10(edges)), 0.0)
+    if not len(gaps) or gaps.max() < MIN_GAP:
+        return EQUAL
+    widest = int(np.argmax(gaps))
+    return min(MAX_SCATTER, float(np.sqrt(edges[widest] * edges[widest + 1])))
+
+
+def pose_units(data: Dataset) -> Int[np.ndarray, " rows"]:
+    """Number of each row's unit: rows of one posture in a session, or of one group, are held out together.
+
+    Groups only make units larger. Units are numbered by their first rows, or by the names of their groups.
+    """
+    unit = _together(postures(data.q), data.session)
+    if data.group is None:
+        return _numbered(unit, np.arange(len(data)))
+    group = np.unique(data.group, return_inverse=True)[1]
+    size = len(data) + int(group.max(initial=0)) + 1
+    links = coo_matrix((np.ones(len(data)), (unit, len(data) + group)), (size, size))
+    return _numbered(connected_components(links, directed=False)[1][unit], group)
+
+
+def first_of_each(data: Dataset) -> Int[np.ndarray, " k"]:
+    """One row of each posture, point, anchor and contact: what repeats add to a geometric fit is no more."""
+    labels = postures(data.q)
+    for names in (data.session, data.point, data.anchor, data.contact):
+        labels = _together(labels, names)
+    return np.unique(labels, return_index=True)[1]
+
+
+def repeats_text(data: Dataset) -> str:
+    """`22 poses, 6 readings each`; empty where no posture repeats."""
+    counts = np.bincount(_together(postures(data.q), data.session))
+    if len(counts) == len(data):
+        return ""
+    few, many = int(counts.min()), int(counts.max())
+    each = f"{many} readings each" if few == many else f"{few} to {many} readings each"
+    return f"{len(counts)} poses, {each}"
+
+
+def _numbered(label: np.ndarray, order: np.ndarray) -> Int[np.ndarray, " rows"]:
+    """Labels renumbered by the smallest place of their rows in an order."""
+    label = np.unique(label, return_inverse=True)[1]
+    first = np.full(int(label.max(initial=-1)) + 1, len(label))
+    np.minimum.at(first, label, order)
+    return np.argsort(np.argsort(first, kind="stable"))[label]
+
+
+def _together(label: np.ndarray, names: np.ndarray | None) -> Int[np.ndarray, " rows"]:
+    """Rows alike in both."""
+    if names is None:
+        return label
+    other = np.unique(names, return_inverse=True)[1]
+    return np.unique(label * (int(other.max(initial=0)) + 1) + other, return_inverse=True)[1]

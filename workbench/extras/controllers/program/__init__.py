@@ -1,0 +1,1 @@
+"""A Python file that computes with the whole calibrated model, effects included, and needs numpy alone."""

@@ -1,0 +1,100 @@
+"""Effects as numpy expressions with their numbers in them, one for each element of the chain that changes.
+
+    q, frames, payload, temperature, direction    joints, frames of the undeflected arm, state; a row for each
+    w                                             wrenches through the joints, of effects that loads drive
+
+A test compares them with the law of every effect of the catalogue.
+"""
+
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from workbench.arm.chain import Chain
+from workbench.arm.effects.axes import turns
+from workbench.arm.effects.gravity_sag import PAYLOAD
+from workbench.arm.effects.valid_range import FADING_KNOTS
+from workbench.arm.motion import Motion
+from workbench.base.errors import OptionError
+
+
+def code_of(effect: Any, chain: Chain) -> list[tuple[int, str]]:
+    """Elements, and the expressions that are added to them; `Any`, as each effect has settings of its own."""
+    elements = chain.indices(effect.elements(chain)).tolist()
+    c, at = [float(size) for size in effect.coefficients], [f"q[:, {j}]" for j in effect.joints]
+    w = [f"w[:, {j}, {part}]" for j, part in effect.components(chain).tolist()]
+    by_load = list(zip(np.repeat(c, len(w) // len(c)).tolist(), w, strict=True))
+    match effect.name:
+        case "joint-compliance" | "bearing-compliance":
+            code = [f"{-size!r} * {load}" for size, load in by_load]
+        case "backlash" if effect.by == "motion":
+            pairs = zip(c, effect.joints, strict=True)
+            code = [f"{-size!r} * np.sign(direction[:, {j}])" for size, j in pairs]
+        case "backlash":
+            law = f"np.tanh({{}} / {effect.width!r})" if effect.width else "np.sign({})"
+            code = [f"{-size!r} * {law.format(load)}" for size, load in by_load]
+        case "clearance-tilt":
+            code = [f"{-size!r} * _share({load}, {w[k ^ 1]})" for k, (size, load) in enumerate(by_load)]
+        case "link-flexure":
+            code = [_flexed(k, by_load, effect.joints[k // 2], chain) for k in range(len(w))]
+        case "encoder-scale":
+            code = [f"{size!r} * {q}" for size, q in zip(c, at, strict=True)]
+        case "joint-coupling":
+            code = [f"{c[0]!r} * {at[1]}"]
+        case "joint-harmonic":
+            waves = [f"{wave}({k} * {{q}})" for k in effect.orders for wave in ("np.cos", "np.sin")]
+            sizes = np.reshape(c, (len(at), -1)).tolist()
+            sums = [" + ".join(f"{a!r} * {b}" for a, b in zip(own, waves, strict=True)) for own in sizes]
+            code = [_faded(each.format(q=q), q, effect) for each, q in zip(sums, at, strict=True)]
+        case "local-joint-error":
+            x, y = list(effect.knots), list(c)
+            if effect.periodic:
+                x, y = [*x, x[0] + 2.0 * np.pi], [*y, y[0]]
+            cubics = CubicSpline(x, y, bc_type="periodic" if effect.periodic else "clamped").c.tolist()
+            code = [_faded(f"_spline({at[0]}, {x}, {cubics}, {effect.periodic})", at[0], effect)]
+        case "thermal-growth":
+            warmer = Motion(np.zeros((1, chain.dof)), temperature=np.array([effect.reference + 1.0]))
+            grown, drivers = effect.increments(chain, warmer)[0].tolist(), chain.drivers[elements].tolist()
+            travel = [f" + {c[0]!r} * q[:, {j}]" if j >= 0 else "" for j in drivers]
+            warm = f"(temperature - {effect.reference!r})"
+            code = [f"{warm} * ({own!r}{more})" for own, more in zip(grown, travel, strict=True)]
+        case "gravity-sag":
+            levers = zip(c, effect.terms.split(), strict=True)
+            code = [" + ".join(f"{size!r} * {_sag(effect, term, chain)}" for size, term in levers)]
+        case _:
+            raise OptionError(
+                f"a program can't hold the effect '{effect.name}'; use `workbench compensate`",
+                option="--for",
+                found=effect.name,
+            )
+    return list(zip(elements, code, strict=True))
+
+
+def _faded(code: str, q: str, effect: Any) -> str:
+    """A map of one joint, which fades out beyond where it was learned."""
+    if (known := effect.learned) is None:
+        return code
+    return f"_fading({q}, {known.low!r}, {known.high!r}, {FADING_KNOTS * known.spacing!r}) * ({code})"
+
+
+def _flexed(k: int, by_load: list[tuple[float, str]], joint: int, chain: Chain) -> str:
+    """One of two components across a joint, in axes that turn with it."""
+    size, own = by_load[k]
+    other, sign = by_load[k ^ 1][1], "-" if k % 2 else "+"
+    angle = f"q[:, {joint}] + {float(chain.values[chain.driven[joint]])!r}" if turns(chain, joint) else "0.0"
+    return f"{-size!r} * (np.cos({angle}) * {own} {sign} np.sin({angle}) * {other})"
+
+
+def _sag(effect: Any, term: str, chain: Chain) -> str:
+    """(down × axis) · lever of a weight after the joint; what slides has a lever of its travel."""
+    own = int(chain.driven[effect.joints[0]])
+    down = (np.array(effect.gravity) / np.linalg.norm(effect.gravity)).tolist()
+    if term == PAYLOAD:
+        lever = f"payload[:, None] * (frames[-1][:, :3, 3] - frames[{own + 1}][:, :3, 3])"
+    else:
+        link, axis = int(term[:-1]) - 1, term[-1]
+        at = int(chain.driven[link])
+        column = chain.axes[at] % 3 if axis == "m" else "xyz".index(axis)
+        lever = f"frames[{at + 1}][:, :3, {column}]" + f" * q[:, [{link}]]" * (axis == "m")
+    return f"(np.cross({down}, frames[{own + 1}][:, :3, {chain.axes[own] % 3}]) * {lever}).sum(1)"

@@ -1,1 +1,0 @@
-"""Generated programs that compute with the whole calibrated model, effects included."""

@@ -1,0 +1,396 @@
+"""A path checked with pencil and paper: a circle drawn by an arm on a printed one (Katana §5.5.2).
+
+The sheet lies in the plane of the path. It carries the circle in red, with a mark at every quarter and a
+long one where the path begins. The pencil slides in the tool against a spring: it touches the paper at
+p + s z, p the tool's tip, z its axis, and a potentiometer reads how far s it stands out.
+
+In a scan, relative to red, green shows the print alone, and red shows the pencil alone, so that they can be
+distinguished where they cross. Around the print's middle both are sampled along rays; on each, the centroid
+of the ink is where its line crosses. The printed line is fitted by
+
+    r(ψ) = r_0 + r_1 cos ψ + r_2 sin ψ + r_3 cos 2ψ + r_4 sin 2ψ
+
+(its middle off by r_1, r_2, its axes unequal by r_3, r_4), r_0 being the known radius: this is the scale. A
+drawn line says how far the path was outside or inside, not when it was where. With ρ the ray and n the
+normal about which the path turns, the tip was
+
+    outside = drawn − s (z·ρ),      above = −s (z·n).
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float, UInt8
+from PIL import Image as Pictures
+from PIL import UnidentifiedImageError
+from scipy.ndimage import map_coordinates
+
+from workbench.base.circles import fit_circle
+from workbench.base.errors import DataError, FileError
+from workbench.base.types import Poses, Positions, Vector3, frozen
+
+INCH = 0.0254
+PRINT = 0.3e-3
+"""Width of the printed line [m]."""
+STROKE = 0.5e-3
+"""Width of the pencil's line [m]."""
+BORDER = 0.2
+"""Paper around the circle, as a share of its radius."""
+MARK = (0.02, 0.07)
+"""Where a quarter's mark begins and ends outside the circle, as shares of the radius."""
+LONG = 0.14
+"""Where the mark of the beginning ends, likewise."""
+RED = np.array([0.90, 0.22, 0.20])
+"""The printed ink's reflectance."""
+GRAPHITE = 0.35
+"""The pencil's reflectance."""
+PAPER = 0.96
+"""The paper's reflectance."""
+GRAIN = 0.25
+"""Relative roughness of the pencil's stroke."""
+GLOW = 0.012
+"""Standard deviation of the scanner's noise, as a share of white."""
+ANGLES = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
+"""Of the rays, counter-clockwise [rad]."""
+INKED = 0.25
+"""Minimum share of green light that the print absorbs, relative to red."""
+DARK = 0.15
+"""Minimum share of red light that the pencil absorbs."""
+MIN_DOTS = 500
+"""Red dots below which there is no print."""
+MIN_RAYS = 0.8
+"""Share of the rays that must show the printed line."""
+WIDE = 0.06
+"""Half the width of the ring that is searched, as a share of the radius."""
+LINE_HALF_WIDTH = 0.012
+"""Half the width about the darkest place that belongs to a line, as a share of the radius."""
+OVAL = 0.02
+"""Maximum share by which a scan may be oval."""
+ROUGH = 0.04
+"""Maximum distance of the print's dots from a circle, as a share of the radius."""
+MARKED = (0.085, 0.125)
+"""Where the long mark alone is, outside the circle, as shares of the radius."""
+OUTLIER_ROUNDS = 4
+"""Rounds of every fit that leaves outliers out."""
+HARMONICS = np.stack(
+    [f(k * ANGLES) for k, f in ((0, np.cos), (1, np.cos), (1, np.sin), (2, np.cos), (2, np.sin))], 1
+)
+"""What the coefficients r_0 … r_4 of the printed line multiply."""
+
+Image = UInt8[np.ndarray, "height width 3"]
+"""A picture in red, green and blue."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Drawn:
+    """What a pencil drew.
+
+    Args:
+        points: Where it touched the paper: towards the beginning of the circle, and a quarter further [m].
+        extension: How far it stood out beyond its length at rest [m].
+    """
+
+    points: Float[np.ndarray, "rows 2"]
+    extension: Float[np.ndarray, " rows"]
+
+
+def draw(poses: Poses, centre: Vector3, along: Vector3, across: Vector3) -> Drawn:
+    """What tools at these poses draw on the plane of a circle.
+
+    Args:
+        poses: Of the tip of the pencil at rest, the tool's z axis along it [m].
+        centre: Middle of the printed circle, in the same frame [m].
+        along: Unit vector from there to where the path begins.
+        across: Unit vector from there to where it is after a quarter.
+    """
+    normal = np.cross(along, across)
+    slant = poses[:, :3, 2] @ normal
+    flattest = int(np.argmin(np.abs(slant)))
+    if abs(slant[flattest]) < 0.1:
+        raise DataError(f"the pencil lies flat on the paper in row {flattest}", row=flattest)
+    away = poses[:, :3, 3] - centre
+    extension = -(away @ normal) / slant
+    touch = away + extension[:, None] * poses[:, :3, 2]
+    return Drawn(points=frozen(touch @ np.stack([along, across], 1)), extension=frozen(extension))
+
+
+def sheet(radius: float, *, dpi: float = 300.0) -> Image:
+    """The sheet to print: circle and marks, the beginning on the right [radius in m]."""
+    x, y = _places(radius, dpi, (0.0, 0.0), 0.0)
+    return _shown(_print(x, y, radius, dpi))
+
+
+def scan(
+    drawn: Drawn,
+    radius: float,
+    *,
+    clockwise: bool,
+    rng: np.random.Generator,
+    dpi: float = 300.0,
+    turned: float = 0.0,
+    shifted: tuple[float, float] = (0.0, 0.0),
+) -> Image:
+    """A scan of the sheet with the pencil's stroke on it.
+
+    Args:
+        drawn: The stroke, once around.
+        radius: Of the printed circle [m].
+        clockwise: Whether the path runs clockwise for who looks at the paper.
+        dpi: Dots per inch.
+        turned: How the sheet lies on the scanner, counter-clockwise [rad].
+        shifted: And where [m]; the third number does not count.
+    """
+    x, y = _places(radius, dpi, shifted, turned)
+    paper = _print(x, y, radius, dpi)
+    sense = -1.0 if clockwise else 1.0
+    angle = np.unwrap(np.arctan2(drawn.points[:, 1], drawn.points[:, 0]))
+    distance = np.linalg.norm(drawn.points, axis=1)
+    order = np.argsort(angle)
+    reach = np.hypot(x, y)
+    near = (reach > distance.min() - STROKE - INCH / dpi) & (reach < distance.max() + STROKE + INCH / dpi)
+    here = sense * np.arctan2(y[near], x[near])
+    turn = 2.0 * np.pi
+    here = here + turn * np.ceil((angle.min() - here) / turn)
+    line = np.interp(here, angle[order], distance[order])
+    stroke = _edge(0.5 * STROKE - np.abs(reach[near] - line), dpi) * (here <= angle.max())
+    grain = 1.0 + GRAIN * rng.standard_normal(x.shape)[near]
+    dark = stroke * (1.0 - GRAPHITE) * np.clip(grain, 0.0, 1.3)
+    paper[near] *= (1.0 - np.clip(dark, 0.0, 0.95))[:, None]
+    return _shown(paper + GLOW * rng.standard_normal(paper.shape))
+
+
+def _places(
+    radius: float, dpi: float, shifted: tuple[float, float], turned: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates of every dot on the paper, x towards the beginning, y a quarter counter-clockwise [m]."""
+    dots = int(np.ceil(2.0 * radius * (1.0 + BORDER) / INCH * dpi))
+    along = (np.arange(dots) - 0.5 * (dots - 1)) * INCH / dpi
+    across, down = np.meshgrid(along - shifted[0], along + shifted[1])
+    c, s = np.cos(turned), np.sin(turned)
+    return c * across - s * down, -s * across - c * down
+
+
+def _print(x: np.ndarray, y: np.ndarray, radius: float, dpi: float) -> np.ndarray:
+    ink = np.zeros(x.shape)
+    ring = np.abs(np.hypot(x, y) - radius)
+    near = ring < 0.5 * PRINT + INCH / dpi
+    ink[near] = _edge(0.5 * PRINT - ring[near], dpi)
+    for along, beside, end in ((x, y, LONG), (y, x, MARK[1]), (-x, y, MARK[1]), (-y, x, MARK[1])):
+        near = (np.abs(beside) < 0.5 * PRINT + INCH / dpi) & (along > 0.5 * radius)
+        along, beside = along[near], beside[near]
+        inside = np.minimum(along - radius * (1.0 + MARK[0]), radius * (1.0 + end) - along)
+        ink[near] = np.maximum(ink[near], _edge(np.minimum(0.5 * PRINT - np.abs(beside), inside), dpi))
+    paper = np.full((*x.shape, 3), PAPER)
+    inked = ink > 0.0
+    paper[inked] = PAPER * (1.0 - ink[inked][:, None] * (1.0 - RED))
+    return paper
+
+
+def _edge(inside: np.ndarray, dpi: float) -> np.ndarray:
+    """Share of a dot that ink covers, by how far its middle is inside [m]."""
+    return np.clip(0.5 + inside * dpi / INCH, 0.0, 1.0)
+
+
+def _shown(reflectance: np.ndarray) -> Image:
+    return np.clip(255.0 * reflectance + 0.5, 0, 255).astype(np.uint8)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlottedProfile:
+    """A drawn line beside the printed circle.
+
+    Args:
+        out: How far outside the printed circle the pencil was at each of `ANGLES` from the beginning,
+            counter-clockwise for who looks at the paper [m]; NaN where it drew nothing.
+        scale: Size of a dot [m].
+        oval: By how much the scan's axes differ, as a share.
+    """
+
+    out: Float[np.ndarray, " rays"]
+    scale: float
+    oval: float
+
+    @property
+    def drawn(self) -> Bool[np.ndarray, " rays"]:
+        return np.isfinite(self.out)
+
+    def at(self, angle: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
+        """How far outside at other angles [m]; NaN where one of the two rays beside has nothing."""
+        place = (angle % (2.0 * np.pi)) / (2.0 * np.pi) * len(self.out)
+        low = np.floor(place).astype(int)
+        share = place - low
+        return (1.0 - share) * self.out[low % len(self.out)] + share * self.out[(low + 1) % len(self.out)]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlottedErrors:
+    """Errors of the tool's tip along a circle, as far as a drawing and a potentiometer show them.
+
+    Args:
+        out: Outside the circle, in its plane [m]; NaN where nothing was drawn.
+        above: Along the normal about which the path turns [m].
+        vector: Both together in the robot's base [m].
+    """
+
+    out: Float[np.ndarray, " rows"]
+    above: Float[np.ndarray, " rows"]
+    vector: Positions
+
+    @property
+    def distance(self) -> Float[np.ndarray, " rows"]:
+        return np.linalg.norm(self.vector, axis=1)
+
+
+def read_scan(path: Path | str) -> Image:
+    try:
+        with Pictures.open(path) as picture:
+            return np.asarray(picture.convert("RGB"))
+    except (UnidentifiedImageError, OSError, Pictures.DecompressionBombError) as error:
+        raise FileError(
+            f"can't be read as a picture ({error}); give a scan as .png", path=str(path)
+        ) from None
+
+
+def plotted_profile(scan: Image, radius: float, *, source: str = "the scan") -> PlottedProfile:
+    """The pencil's line beside the printed circle.
+
+    Args:
+        scan: The sheet with the drawing, flat and whole.
+        radius: Of the printed circle [m].
+        source: Where it came from, for messages.
+    """
+    red, green = (scan[:, :, i].astype(np.float32) for i in (0, 1))
+    inked = np.clip(1.0 - green / np.maximum(red, 1.0), 0.0, 1.0)
+    dark = np.clip(1.0 - red / np.percentile(red, 90.0), 0.0, 1.0)
+    middle, size = _rough(inked, source)
+    middle, line = _refined(inked, middle, size, source)
+    ring = HARMONICS @ line
+    oval = float(np.hypot(line[3], line[4]) / line[0])
+    if oval > OVAL:
+        raise DataError(
+            f"{source}: the printed circle is oval by {100 * oval:.1f} %, as in a picture taken from "
+            "the side; scan the sheet flat",
+            found=oval,
+        )
+    crossed = _crossings(dark, middle, ring, DARK)
+    if (share := float(np.isfinite(crossed).mean())) < 0.5:
+        raise DataError(
+            f"{source}: a pencil's line is seen along {100 * share:.0f} % of the printed circle "
+            "only; draw darker, or check the radius",
+            found=share,
+        )
+    begin = _beginning(inked, middle, line[0], source)
+    out = radius * (crossed / ring - 1.0)
+    out = np.interp(ANGLES, (ANGLES - begin) % (2.0 * np.pi), out, period=2.0 * np.pi)
+    return PlottedProfile(out=frozen(out), scale=radius / float(line[0]), oval=oval)
+
+
+def plotted_errors(
+    profile: PlottedProfile,
+    points: Positions,
+    axes: Float[np.ndarray, "rows 3"],
+    extension: Float[np.ndarray, " rows"],
+    *,
+    centre: Vector3,
+    along: Vector3,
+    across: Vector3,
+) -> PlottedErrors:
+    """Cartesian errors along a path, from what it drew and what the potentiometer read.
+
+    Args:
+        profile: Of the drawing.
+        points: Commanded points of the path, in order [m].
+        axes: Direction of the tool's z axis at each, robot's base; it points into the paper.
+        extension: How far the pencil stood out beyond its length at rest at each [m].
+        centre: Middle of the commanded circle [m].
+        along: Unit vector from there to its beginning.
+        across: Unit vector from there to a quarter further.
+    """
+    away = points - centre
+    angle = np.arctan2(away @ across, away @ along)
+    normal = np.cross(along, across)
+    clockwise = float(np.median(axes @ normal)) > 0.0
+    ray = np.cos(angle)[:, None] * along + np.sin(angle)[:, None] * across
+    drawn = profile.at(-angle if clockwise else angle)
+    out = drawn - extension * np.sum(axes * ray, axis=1)
+    above = -extension * (axes @ normal)
+    return PlottedErrors(
+        out=frozen(out), above=frozen(above), vector=frozen(out[:, None] * ray + above[:, None] * normal)
+    )
+
+
+def _rough(inked: np.ndarray, source: str) -> tuple[np.ndarray, float]:
+    """Middle (row, column) and radius of the print, in dots, from the red dots alone."""
+    row, column = np.nonzero(inked > INKED)
+    if len(row) < MIN_DOTS:
+        raise DataError(
+            f"{source} shows no recognisable circle: there is no red print in it; print the sheet in colour "
+            "and scan it in colour"
+        )
+    dots = np.stack([row, column, np.zeros(len(row))], 1).astype(float)[:: max(1, len(row) // 20_000)]
+    for _ in range(OUTLIER_ROUNDS):
+        circle = fit_circle(dots)
+        away = np.abs(circle.out)
+        dots = dots[away <= max(3.0 * float(np.median(away)), 2.0)]
+    if np.median(away) > ROUGH * circle.radius or len(dots) < MIN_DOTS // 5:
+        raise DataError(
+            f"{source} shows no recognisable circle: its red print is not round; scan the whole sheet and "
+            "nothing else"
+        )
+    return circle.centre[:2], circle.radius
+
+
+def _refined(
+    inked: np.ndarray, middle: np.ndarray, size: float, source: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Middle in dots, and the coefficients of the printed line about it, marks left out."""
+    for _ in range(2):
+        found = _crossings(inked, middle, np.full(len(ANGLES), size), INKED)
+        seen = np.isfinite(found)
+        if seen.mean() < MIN_RAYS:
+            raise DataError(
+                f"{source} shows no recognisable circle: the printed line is seen along "
+                f"{100 * seen.mean():.0f} % of it only; scan the whole sheet",
+                found=float(seen.mean()),
+            )
+        for _ in range(OUTLIER_ROUNDS):
+            line = np.linalg.lstsq(HARMONICS[seen], found[seen], rcond=None)[0]
+            away = np.abs(found - HARMONICS @ line)
+            seen &= away <= max(4.0 * float(np.median(away[seen])), 0.05)
+        middle, size = middle + np.array([-line[2], line[1]]), float(line[0])
+        line[1:3] = 0.0
+    return middle, line
+
+
+def _crossings(ink: np.ndarray, middle: np.ndarray, ring: np.ndarray, minimum: float) -> np.ndarray:
+    """Where a line crosses each ray near a ring, in dots from the middle; NaN where none does."""
+    size = float(ring.mean())
+    offset = np.arange(-WIDE * size, WIDE * size, 0.5)
+    seen = _sampled(ink, middle, ring[:, None] + offset)
+    peak = seen.argmax(axis=1)
+    own = np.abs(offset - offset[peak][:, None]) <= LINE_HALF_WIDTH * size
+    weight = np.clip(seen - 0.5 * minimum, 0.0, None) * own
+    found = ring + (weight * offset).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-9)
+    return np.where(seen.max(axis=1) >= minimum, found, np.nan)
+
+
+def _sampled(ink: np.ndarray, middle: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """The picture at some distances along every ray."""
+    angle = ANGLES[:, None]
+    places = np.stack([middle[0] - distance * np.sin(angle), middle[1] + distance * np.cos(angle)])
+    return map_coordinates(ink, places, order=1, mode="constant", cval=0.0)
+
+
+def _beginning(inked: np.ndarray, middle: np.ndarray, size: float, source: str) -> float:
+    """Angle of the long mark, counter-clockwise from the picture's right [rad]."""
+    radius = size * (1.0 + np.linspace(*MARKED, 40))
+    seen = _sampled(inked, middle, np.broadcast_to(radius, (len(ANGLES), len(radius)))).mean(axis=1)
+    strength = np.where(seen > 0.5 * INKED, seen, 0.0)
+    mark = np.sum(strength * np.exp(1j * ANGLES))
+    if np.abs(mark) < 0.99 * max(strength.sum(), 1e-9):
+        raise DataError(
+            f"{source}: the long mark where the path begins is not found outside the printed circle; scan "
+            "the whole sheet"
+        )
+    return float(np.angle(mark))

@@ -1,0 +1,248 @@
+"""Verification of a calibrated arm on poses that its calibration did not use."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
+
+import numpy as np
+from jaxtyping import Bool, Int
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.text import Text
+
+from workbench.arm.robot import Robot
+from workbench.arm.usable_arm import unobserved_text
+from workbench.base.arguments import Seed, checked_arguments
+from workbench.base.errors import DataError
+from workbench.base.threads import one_thread
+from workbench.base.wording import plural
+from workbench.data.accuracy_requirement import Wanted
+from workbench.data.arguments import DatasetLike, RobotLike, WantedLike
+from workbench.data.dataset import Dataset
+from workbench.data.plausibility import repeated_rows
+from workbench.data.prediction import predict, row_components
+from workbench.extras.service.pose_statistics import (
+    CONFIDENCE,
+    RepeatedPose,
+    mean_interval,
+    minimum_share,
+    pose_labels,
+)
+from workbench.identification.evaluate import evaluate
+from workbench.identification.report.results_json import errors_json
+from workbench.identification.result import Evaluation
+from workbench.report.json import Json, document
+from workbench.report.numbers import short
+from workbench.report.result_display import AbstractShown
+from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
+from workbench.report.tables import line, new_table
+
+SCHEMA = "workbench.verification/1"
+USUAL_POSES = 100
+"""Poses that practitioners ask of a verification."""
+LISTED = 10
+"""Repeated poses that a table names one by one, the least accurate first."""
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Verification(AbstractShown):
+    """What fresh poses show of a calibrated arm.
+
+    Args:
+        evaluation: The arm and its errors on the fresh rows.
+        position: Interval of the mean position error [m].
+        rotation: Interval of the mean orientation error [rad]; None where none was measured.
+        repeated: AP and RP of poses that were visited several times.
+        pose: Which pose each row visits, from 0.
+        wanted: The requirement; None: nothing is judged.
+        warnings: What weakens the statement, one sentence each.
+    """
+
+    evaluation: Evaluation
+    position: tuple[float, float]
+    rotation: tuple[float, float] | None
+    repeated: tuple[RepeatedPose, ...]
+    pose: Int[np.ndarray, " rows"]
+    wanted: Wanted | None
+    warnings: tuple[str, ...]
+
+    @cached_property
+    def within(self) -> Bool[np.ndarray, " rows"]:
+        """Rows that keep what was wanted; all of them where nothing was."""
+        rows = self.evaluation.rows
+        if self.wanted is None:
+            return np.ones(len(self.pose), bool)
+        kept = self.wanted.within_by_norms(rows.position, rows.rotation)
+        axes = row_components(self.evaluation.robot, self.evaluation.data)
+        return np.where(axes.has_position & self.wanted.per_axis, self.wanted.within(axes), kept)
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether every fresh row keeps what was wanted; None where nothing was."""
+        return None if self.wanted is None else bool(self.within.all())
+
+    @property
+    def poses(self) -> int:
+        """How many different poses there are."""
+        return int(self.pose.max()) + 1
+
+    @property
+    def minimum_share(self) -> float:
+        """Share of all poses like these that keep it, at least, with 95 % confidence.
+
+        Poses without a measured orientation don't count where some have one and a limit is set on it.
+        """
+        judges_angle = self.wanted is not None and self.wanted.rotation is not None
+        whole = np.isfinite(self.evaluation.rows.rotation) | (not judges_angle)
+        poses, failed = (len(np.unique(self.pose[rows])) for rows in (whole, whole & ~self.within))
+        return minimum_share(poses - failed, poses)
+
+    @property
+    def verdict(self) -> str:
+        if self.wanted is None:
+            return "No verdict: set a required error (--wanted)."
+        rows = f"{plural(len(self.pose), 'measurement')} of {plural(self.poses, 'fresh pose')}"
+        if self.passed:
+            return (
+                f"Passed: all {rows} are within {self.wanted.text}; with 95 % confidence so are at least "
+                f"{100.0 * self.minimum_share:.1f} % of all poses like these."
+            )
+        return f"Failed: {(~self.within).sum()} of {rows} beyond {self.wanted.text}."
+
+    def summary(self) -> RenderableType:
+        errors, name = self.evaluation.errors, self.evaluation.robot.name
+        title = f"{name}: {len(self.pose)} rows of {self.poses} fresh poses"
+        table = new_table(title, "error", "mean", "95 %", "rms", "max")
+        for text, spread, interval, unit in (
+            ("position [mm]", errors.position_mm, self.position, MM),
+            ("orientation [°]", errors.orientation_deg, self.rotation, DEG),
+        ):
+            if spread is not None and interval is not None:
+                ends = " … ".join(map(short, unit.of(interval)))
+                table.add_row(escape(text), short(spread.mean), ends, short(spread.rms), short(spread.max))
+        parts: list[RenderableType] = [table]
+        if worst := sorted(self.repeated, key=lambda pose: -pose.accuracy):
+            title = f"ISO 9283, {plural(len(worst), 'repeated pose')}"
+            parts.append(REPEATED.table(title, worst[:LISTED]))
+        colour = {True: "bold green", False: "bold red", None: "bold"}[self.passed]
+        parts.append(Text(self.verdict, style=colour))
+        parts += [line("warning", text) for text in self.warnings]
+        return Group(*parts, *(line("note", text) for text in self.evaluation.notes))
+
+    def json(self) -> Json:
+        return document(
+            SCHEMA,
+            robot=self.evaluation.robot.name,
+            passed=self.passed,
+            verdict=self.verdict,
+            wanted=self.wanted and self.wanted.json(),
+            rows=len(self.pose),
+            poses=self.poses,
+            errors=errors_json(self.evaluation.errors),
+            confidence=CONFIDENCE,
+            intervals={
+                "position_mm": {"mean": MM.of(self.position)},
+                "orientation_deg": self.rotation and {"mean": DEG.of(self.rotation)},
+            },
+            share_within_at_least=None if self.wanted is None else self.minimum_share,
+            iso9283=REPEATED.each(self.repeated),
+            failed_rows=self.evaluation.data.row[~self.within],
+            warnings=self.warnings,
+            notes=self.evaluation.notes,
+        )
+
+
+REPEATED = ResultFields(
+    ResultField("rows", title="first row", text=lambda rows: str(rows[0])),
+    ResultField("visits", of=lambda pose: len(pose.rows), title="visits"),
+    ResultField("AP", MM, of="accuracy", title="AP"),
+    ResultField("RP", MM, of="repeatability", title="RP"),
+)
+"""Of a `RepeatedPose`."""
+
+
+@checked_arguments()
+@one_thread()
+def verify(
+    robot: RobotLike,
+    data: DatasetLike,
+    *,
+    wanted: WantedLike | float | None = None,
+    fit_frames: bool = False,
+    seed: Seed = 0,
+) -> Verification:
+    """Errors of a calibrated arm on fresh poses, with intervals; AP and RP where poses repeat.
+
+    Args:
+        robot: The calibrated arm.
+        data: Measurements of fresh poses; rows whose joints the calibration used by its record in the robot's
+            file, rows that the file excludes, and rows without a measured position are left out.
+        wanted: What every row has to keep; a number is a position error [m].
+        fit_frames: Whether base and tool are fitted first, where they are free: the instrument was moved.
+        seed: Of the bootstrap.
+
+    Raises:
+        DataError: no fresh row is left, or data that contradict the robot beyond doubt.
+    """
+    robot.check_joints(data.q, data.source)
+    wanted = Wanted(position=wanted) if isinstance(wanted, int | float) else wanted
+    data, warnings = _fresh(robot, data)
+    found = evaluate(robot, data, fit_frames=fit_frames)
+    seen = np.isfinite(found.rows.position)
+    if not seen.any():
+        raise DataError(f"{data.source}: there are no positions to verify (x[m], markers, distance, contact)")
+    found = replace(found, data=found.data.take(seen), rows=found.rows.take(seen))
+    pose, rng = pose_labels(found.data), np.random.default_rng(seed)
+    group = pose if (labels := found.data.group) is None else labels
+    turned = np.isfinite(found.rows.rotation)
+    warnings += unobserved_text(robot)
+    if not seen.all():
+        warnings.append(f"{seen.sum()} of {len(seen)} rows have a measured position; the others are ignored")
+    if fit_frames or data.distance is not None or data.contact is not None:
+        fitted = "base and tool" if fit_frames else "positions of anchors and contacts"
+        warnings.append(f"{fitted} were fitted to these rows, which reduces the errors")
+    if (poses := len(np.unique(pose))) < USUAL_POSES:
+        warnings.append(f"{plural(poses, 'different pose')}: {USUAL_POSES} or more are usual")
+    if wanted is not None and wanted.rotation is not None and not turned.all():
+        rows = f"{turned.sum()} of {plural(len(turned), 'row')}"
+        warnings.append(f"{rows} have a measured orientation; its limit is evaluated on those alone")
+        wanted = wanted if turned.any() else replace(wanted, rotation=None)
+    angles = (found.rows.rotation[turned], group[turned], rng)
+    return Verification(
+        evaluation=found,
+        position=mean_interval(found.rows.position, group, rng),
+        rotation=mean_interval(*angles) if turned.any() else None,
+        repeated=_repeated(found, pose),
+        pose=pose,
+        wanted=wanted,
+        warnings=tuple(warnings),
+    )
+
+
+def _fresh(robot: Robot, data: Dataset) -> tuple[Dataset, list[str]]:
+    """Rows that the calibration did not use and that copy no other, and sentences on the others."""
+    data = data.take(data.included)
+    old = np.zeros(len(data), bool) if robot.calibration is None else robot.calibration.used(data.q)
+    if old.any() and old.all():
+        raise DataError(
+            f"{data.source}: every row was used for the calibration; measure other poses to verify it"
+        )
+    data = data.take(~old)
+    copies = [again for _, again in repeated_rows(data)]
+    warnings = (
+        (robot.calibration is None, "the robot's file records no poses of its calibration; measure others"),
+        (old.any(), f"{plural(int(old.sum()), 'row')} left out: the calibration used the same joints"),
+        (copies, f"{plural(len(copies), 'duplicate row')} ignored"),
+    )
+    return data.take(np.delete(np.arange(len(data)), copies)), [text for applies, text in warnings if applies]
+
+
+def _repeated(found: Evaluation, pose: Int[np.ndarray, " rows"]) -> tuple[RepeatedPose, ...]:
+    """AP and RP of every pose with two or more measured positions, in the order of the first visit."""
+    if (attained := found.data.position) is None:
+        return ()
+    off = attained - predict(found.robot, found.data)[:, :3, 3]
+    seen = np.isfinite(off).all(1)
+    visits = (np.flatnonzero(seen & (pose == label)) for label in np.unique(pose))
+    return tuple(RepeatedPose.of(found.data.row[rows], off[rows]) for rows in visits if len(rows) > 1)

@@ -1,1 +1,0 @@
-"""Verification of a calibrated arm on fresh poses, with a certificate."""

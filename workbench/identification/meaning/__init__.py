@@ -1,0 +1,1 @@
+"""What a stranger's rows mean: one search over readings, asked at every entrance."""

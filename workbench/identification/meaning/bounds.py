@@ -1,0 +1,75 @@
+"""Lower bounds of a reading's misfit in closed form, for many candidates at once.
+
+For the right joints the arm's p + R z, with the unknown point z of the tool, is an affine image of the
+measured points, whatever the base. Project [P, 1] out of all rows once; one 3 × 3 solve a candidate then
+gives z and what is left. The affine image itself shows the unit of length (its singular values) and
+left-handed axes (its determinant). For orientations the Gram matrix ⟨R_i, R_j⟩ = 1 + 2 cos θ_ij knows
+neither base nor tool, so that joints and conventions separate: all pairs of both meet in one product of
+matrices.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+WEIGHT = 0.3
+"""Weight of an angle of 1 rad against a length of one reach."""
+ROUNDING = 1e-9
+
+
+def point_bounds(
+    flange: Float[np.ndarray, "s m 4 4"], points: Float[np.ndarray, "m 3"]
+) -> Float[np.ndarray, " s"]:
+    """Root mean square distance [m] of points from the nearest affine image, per candidate."""
+    rows = len(points)
+    known = np.column_stack([points - points.mean(0), np.full(rows, max(np.ptp(points), ROUNDING))])
+    u, size, _ = np.linalg.svd(known, full_matrices=False)
+    u = u[:, size > 1e-6 * size[0]]
+    flat = flange[:, :, :3].reshape(len(flange), rows, 12)
+    flat = flat - u @ (u.T @ flat)
+    each = flat.reshape(len(flange), 3 * rows, 4)
+    square = np.swapaxes(each, 1, 2) @ each
+    inner = square[:, :3, :3] + ROUNDING * rows * np.eye(3)
+    along = square[:, :3, 3:]
+    left = square[:, 3, 3] - (along * np.linalg.solve(inner, along)).sum((1, 2))
+    freedom = max(rows - u.shape[1] - 1, 1)
+    return np.sqrt(np.maximum(left, 0.0) / freedom)
+
+
+def grams(rotations: Float[np.ndarray, "c m 3 3"]) -> Float[np.ndarray, "c k"]:
+    """Gram matrices ⟨R_i, R_j⟩ of the rows' rotations, their upper triangles."""
+    i, j = np.triu_indices(rotations.shape[1], 1)
+    flat = rotations.reshape(*rotations.shape[:2], 9)
+    return (flat @ np.swapaxes(flat, 1, 2))[:, i, j]
+
+
+def turn_bounds(
+    flange: Float[np.ndarray, "s m 4 4"], conventions: Float[np.ndarray, "c k"]
+) -> Float[np.ndarray, " s"]:
+    """Root mean square difference of Gram matrices as an angle [rad], for the best convention."""
+    own = grams(flange[:, :, :3, :3])
+    cross = own @ conventions.T / own.shape[1]
+    square = (own**2).mean(1)[:, None] - 2.0 * cross + (conventions**2).mean(1)
+    return np.sqrt(np.maximum(square.min(1), 0.0)) / 1.5
+
+
+def affine_map(
+    flange: Float[np.ndarray, "m 4 4"], points: Float[np.ndarray, "m 3"]
+) -> Float[np.ndarray, "3 3"]:
+    """The linear part of the affine image measured → arm."""
+    known = np.column_stack([points, np.ones(len(points))])
+    inverse = np.linalg.pinv(known, rcond=1e-7)
+    flat = flange[:, :3].reshape(len(points), 12)
+    left = (flat - known @ (inverse @ flat)).reshape(-1, 4)
+    square = left.T @ left
+    tool = -np.linalg.solve(square[:3, :3] + ROUNDING * len(points) * np.eye(3), square[:3, 3])
+    return (inverse @ (flange[:, :3, 3] + flange[:, :3, :3] @ tool))[:3].T
+
+
+def nearest_turn(
+    expected: Float[np.ndarray, "m 3 3"], rotations: Float[np.ndarray, "c m 3 3"]
+) -> Float[np.ndarray, " c"]:
+    """Root mean square angle [rad] that the best constant tool rotation leaves, per convention."""
+    summed = np.einsum("mji,cmjk->cik", expected, rotations) / len(expected)
+    size = np.linalg.svd(summed, compute_uv=False)
+    size[:, 2] *= np.sign(np.linalg.det(summed))
+    return np.sqrt(np.maximum(3.0 - size.sum(1), 0.0))

@@ -1,0 +1,221 @@
+"""What joint columns may mean: families of joints = W q + o, each complete.
+
+W holds signs, order and couplings of the columns in one matrix, o the zeros. A pendant's joint 3 that
+counts from the horizontal is a coupling of parallel neighbours, a wrist differential one of the last two.
+The zeros of the first and of the last joint belong to base and tool and are never candidates.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations, pairwise, permutations, product
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.arm import chain as chains
+from workbench.arm.joint_units import sliding
+from workbench.arm.robot import Robot
+
+SIGN, COUPLING, ORDER, ZERO, FREE_ZERO = 0.6, 1.0, 1.5, 0.8, 0.6
+"""Complexity of an inverted joint, a coupling, an exchange, a zero off by quarter turns, one by any angle."""
+PARALLEL = 0.995
+"""Minimum cosine between the axes of parallel neighbours."""
+QUARTER, GRID = np.pi / 2, np.pi / 6
+"""Steps of zeros: of several joints at a time, and of one."""
+TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Readings of joint columns: joints = w q + zero.
+
+    Args:
+        w: Columns to joints.
+        zero: Zeros [rad or m].
+        cost: Complexity.
+        refined: Whether zeros are refined from these.
+    """
+
+    w: Float[np.ndarray, "s n m"]
+    zero: Float[np.ndarray, "s n"]
+    cost: Float[np.ndarray, " s"]
+    refined: bool = False
+
+    def __len__(self) -> int:
+        return len(self.cost)
+
+    def of(self, q: Float[np.ndarray, "rows m"], some: slice = slice(None)) -> Float[np.ndarray, "s rows n"]:
+        """Joint positions that some of them make of columns."""
+        return np.einsum("snm,rm->srn", self.w[some], q, optimize=True) + self.zero[some, None]
+
+    def take(self, keep: np.ndarray) -> "Candidates":
+        return replace(self, w=self.w[keep], zero=self.zero[keep], cost=self.cost[keep])
+
+    def moving(self, still: Bool[np.ndarray, " m"]) -> "Candidates":
+        """Without those that invert, couple or exchange joints that don't move in the rows."""
+        if not still.any() or self.w.shape[1] != self.w.shape[2]:
+            return self
+        eye = np.eye(len(still))
+        same = (self.w[:, still] == eye[still]).all((1, 2)) & (self.w[:, :, still] == eye[:, still]).all(
+            (1, 2)
+        )
+        return self.take(same)
+
+
+@dataclass(frozen=True, eq=False)
+class Families:
+    """Families of one arm, for as many columns as it has joints, or more."""
+
+    robot: Robot
+    columns: int
+
+    @property
+    def dof(self) -> int:
+        return self.robot.dof
+
+    @cached_property
+    def slides(self) -> Bool[np.ndarray, " n"]:
+        return np.array(sliding(self.robot), bool)
+
+    @cached_property
+    def parallel(self) -> tuple[tuple[int, int], ...]:
+        """Neighbours that turn about parallel axes."""
+        h = 1e-6
+        poses = chains.poses(self.robot.bare.chain, np.vstack([np.zeros(self.dof), h * np.eye(self.dof)]))
+        turned = (poses[1:, :3, :3] @ poses[0, :3, :3].T) / h
+        axes = np.stack([turned[:, 2, 1], turned[:, 0, 2], turned[:, 1, 0]], axis=1)
+        cosine = np.abs((axes[1:] * axes[:-1]).sum(1))
+        return tuple((k, k + 1) for k in np.flatnonzero(cosine > PARALLEL).tolist())
+
+    @cached_property
+    def _signs(self) -> tuple[Float[np.ndarray, "s n n"], Float[np.ndarray, " s"]]:
+        """All signs, as diagonal matrices, with their complexity."""
+        signs = np.array(list(product((1.0, -1.0), repeat=self.dof)))
+        flips = (signs < 0.0).sum(1)
+        return signs[:, :, None] * np.eye(self.dof), SIGN * np.minimum(flips, 1.0 + 0.5 * flips)
+
+    @cached_property
+    def couplings(self) -> list[tuple[float, np.ndarray]]:
+        """Complexity and matrix of each coupling."""
+        n, found = self.dof, list[tuple[float, np.ndarray]]()
+
+        def add(cost: float, *entries: tuple[int, int, float]) -> None:
+            matrix = np.eye(n)
+            for row, column, value in entries:
+                matrix[row, column] = value
+            found.append((cost, matrix))
+
+        for a, b in self.parallel:
+            for one, other, sign in product((a, b), (a, b), (1.0, -1.0)):
+                if one != other:
+                    add(COUPLING, (one, other, sign))
+        for (a, b), (again, c) in pairwise(self.parallel):
+            if b == again:
+                for s, t in product((1.0, -1.0), repeat=2):
+                    add(1.5 * COUPLING, (b, a, s), (c, b, t))
+                    add(1.5 * COUPLING, (b, a, s), (c, b, t), (c, a, s * t))
+        if n > 4 and not self.slides[-3:].any():
+            for k, j in ((n - 1, n - 2), (n - 2, n - 1), (n - 2, n - 3)):
+                if (min(j, k), max(j, k)) not in self.parallel:
+                    for ratio in (1.0, -1.0, 0.5, -0.5):
+                        add(1.5 * COUPLING, (k, j, ratio))
+            for share in (0.5, 1.0):
+                last = (
+                    (n - 2, n - 2, share),
+                    (n - 2, n - 1, share),
+                    (n - 1, n - 2, share),
+                    (n - 1, n - 1, -share),
+                )
+                add(2.0 * COUPLING, *last)
+        return found
+
+    @property
+    def plain(self) -> Candidates:
+        """The columns as they stand; of more columns than joints each choice in their order."""
+        chosen = [np.eye(self.columns)[list(c)] for c in combinations(range(self.columns), self.dof)]
+        cost = np.full(len(chosen), 0.0 if len(chosen) == 1 else ORDER)
+        return Candidates(np.array(chosen), np.zeros((len(chosen), self.dof)), cost)
+
+    @property
+    def signs(self) -> Candidates:
+        """All signs, alone and with each coupling."""
+        diagonal, flips = self._signs
+        parts = [(0.0, np.eye(self.dof)), *self.couplings]
+        w = np.concatenate([coupling @ diagonal for _, coupling in parts])
+        return Candidates(w, np.zeros(w.shape[:2]), np.concatenate([cost + flips for cost, _ in parts]))
+
+    @property
+    def orders(self) -> Candidates:
+        """Exchanges of two columns, shifts and the reversal with all signs; every other order without."""
+        n, (diagonal, flips) = self.dof, self._signs
+        orders = [o for o in permutations(range(n)) if (self.slides[list(o)] == self.slides).all()]
+        moved = np.array([sum(a != b for a, b in enumerate(o)) for o in orders])
+        usual = [tuple(np.roll(range(n), 1)), tuple(np.roll(range(n), -1)), tuple(range(n))[::-1]]
+        few = np.array([m == 2 or o in usual for m, o in zip(moved, orders, strict=True)])
+        matrices = np.eye(n)[orders]
+        signed = (diagonal[None] @ matrices[few][:, None]).reshape(-1, n, n)
+        w = np.concatenate([signed, matrices[moved > 0]])
+        cost = np.concatenate([np.tile(ORDER + flips, few.sum()), ORDER + 0.4 * (moved[moved > 0] - 2)])
+        return Candidates(w, np.zeros(w.shape[:2]), cost)
+
+    @property
+    def _inner(self) -> list[int]:
+        """Joints whose zero is neither base nor tool."""
+        return [k for k in range(1, self.dof - 1) if not self.slides[k]]
+
+    @property
+    def _some_zeros(self) -> Float[np.ndarray, "s n"]:
+        """One zero on a grid, or two by quarter turns."""
+        one = [a * GRID * np.eye(self.dof)[k] for k in self._inner for a in range(1, 12)]
+        pairs = combinations(self._inner, 2)
+        two = [
+            QUARTER * (a * np.eye(self.dof)[j] + b * np.eye(self.dof)[k])
+            for j, k in pairs
+            for a, b in product((1, 2, 3), repeat=2)
+        ]
+        return np.array([*one, *two]).reshape(-1, self.dof)
+
+    def _with_zeros(self, w: np.ndarray, cost: np.ndarray, zeros: np.ndarray) -> Candidates:
+        """Each of some matrices with each of some zeros."""
+        costs = np.tile(cost, len(zeros)) + ZERO * (np.repeat(zeros, len(w), axis=0) != 0.0).sum(1)
+        return Candidates(
+            np.tile(w, (len(zeros), 1, 1)), np.repeat(zeros, len(w), axis=0), costs, refined=True
+        )
+
+    @property
+    def exchanges(self) -> Candidates:
+        """Two columns exchanged, without signs."""
+        n = self.dof
+        orders = [[{a: b, b: a}.get(k, k) for k in range(n)] for a, b in combinations(range(n), 2)]
+        alike = [np.eye(n)[o] for o in orders if (self.slides[o] == self.slides).all()]
+        return Candidates(
+            np.array(alike).reshape(-1, n, n), np.zeros((len(alike), n)), np.full(len(alike), ORDER)
+        )
+
+    @property
+    def zeros(self) -> Candidates:
+        """One or two zeros, without signs."""
+        return self._with_zeros(np.eye(self.dof)[None], np.zeros(1), self._some_zeros)
+
+    @property
+    def signed_zeros(self) -> Candidates:
+        """The same with all signs."""
+        return self._with_zeros(*self._signs, np.vstack([np.zeros((1, self.dof)), self._some_zeros]))
+
+    @property
+    def coupled_zeros(self) -> Candidates:
+        """One simple coupling with all signs and one quarter turn, or two of arms with few joints."""
+        diagonal, flips = self._signs
+        simple = [c for cost, c in self.couplings if cost == COUPLING]
+        if not simple:
+            return Candidates(np.zeros((0, self.dof, self.dof)), np.zeros((0, self.dof)), np.zeros(0))
+        zeros = np.array([QUARTER * a * np.eye(self.dof)[k] for k in self._inner for a in (1, 2, 3)])
+        w = np.concatenate([c @ diagonal for c in simple])
+        return self._with_zeros(w, np.tile(COUPLING + flips, len(simple)), zeros.reshape(-1, self.dof))
+
+    @property
+    def quarters(self) -> Candidates:
+        """Quarter turns of all inner joints, with all signs."""
+        turns = np.zeros((4 ** len(self._inner), self.dof))
+        turns[:, self._inner] = QUARTER * np.array(list(product(range(4), repeat=len(self._inner))))
+        return self._with_zeros(*self._signs, turns)

@@ -1,0 +1,71 @@
+"""Errors stage by stage: the nominal arm, its geometry identified, its causes added."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.identification.errors.row_errors import RowErrors
+from workbench.identification.result import Identification, Run, Validation, judged
+from workbench.report.numbers import compared
+from workbench.session.state import Session
+
+NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
+"""Mean length of a position error of three normal components of unit deviation."""
+
+
+@dataclass(frozen=True, eq=False)
+class StageErrors:
+    """Errors up to one stage of the model.
+
+    Args:
+        title: What the model has by then.
+        error: Mean position error [mm].
+        rows: Position errors row by row [m].
+    """
+
+    title: str
+    error: float
+    rows: Float[np.ndarray, " rows"]
+
+    @classmethod
+    def of(cls, title: str, errors: Validation | Run, rows: tuple[RowErrors, RowErrors]) -> "StageErrors":
+        """Errors on held-out rows; on the fitted ones where none were held out."""
+        fitted, held_out = rows
+        chosen = fitted if errors.held_out is None else held_out
+        return cls(title, judged(errors).position_mm.mean, chosen.position)
+
+
+def stages(session: Session) -> tuple[StageErrors, ...]:
+    """Errors of the nominal arm, with its geometry, with what was found: what there is, on the same rows."""
+    found, diagnosis = session.results.identification, session.results.diagnosis
+    if found is None:
+        return ()
+    out = [StageErrors.of("nominal", found.nominal, found.nominal_rows)]
+    title = "geometry"
+    if session.results.accepted:
+        if (geometry := session.results.geometry) is not None:
+            out.append(StageErrors.of(title, geometry, (geometry.train_rows, geometry.held_out_rows)))
+        elif diagnosis is not None:
+            out.append(StageErrors.of(title, diagnosis.before, diagnosis.before_rows))
+        title = "with causes" if diagnosis is None or diagnosis.causes else "with residual map"
+    run = found.runs[session.results.fit]
+    return (*out, StageErrors.of(title, run, (run.train_rows, run.held_out_rows)))
+
+
+def before_and_after(session: Session) -> str:
+    """Errors of the nominal arm and of the calibrated one as it stands: `0.739 → 0.072 mm`."""
+    first, *_, last = stages(session)
+    return f"{compared(first.error)} → {compared(last.error)} mm"
+
+
+def noise_length(found: Identification) -> float:
+    """Mean length of the instrument's position errors [mm]; NaN where its noise is unknown."""
+    known = found.instrument
+    return 1e3 * NORM_OF_NOISE * known.position if known is not None else float("nan")
+
+
+def share_of_noise(session: Session, found: Identification) -> float:
+    """How many times the instrument's noise is left on average; NaN where that is unknown."""
+    left, noise = judged(found.runs[session.results.fit]).position_mm.mean, noise_length(found)
+    return left / noise if noise > 0.0 else float("nan")
