@@ -3,7 +3,8 @@
 A format whose optional library is missing is skipped and reported; the rest is written. Further formats stand
 in records of parts:
 
-    wb.register(wb.Parts(plate_exports=[PlateFile("name", lambda job: {"name.txt": job.plate.name.encode()})]))
+    summary = PlateFile("summary", lambda job: {"summary.txt": job.plate.name.encode()})
+    wb.register(wb.Parts(plate_exports=[summary]))
 """
 
 from collections.abc import Callable, Sequence
