@@ -173,4 +173,4 @@ def test_a_xacro_of_an_earlier_version_is_left_out_and_named(plain):
         line |= {"command": "LoadModel", "title": "Open a.xacro", "fields": {"name": "a.xacro", "poses": []}}
 
     (note,) = plain(1, xacro).notes
-    assert mentions(note, "Open a.xacro")
+    assert mentions(note, "open a xacro", "step 1")
