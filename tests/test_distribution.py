@@ -85,8 +85,8 @@ def test_the_project_is_named_licensed_and_typed():
     assert package_version().startswith(PROJECT["version"])
 
 
-def test_the_installed_entry_points_are_those_of_the_project():
-    """Extras come in by them; after a change of `pyproject.toml`: pip install -e ."""
-    installed = {(e.group, e.name, e.value) for e in distribution(NAME).entry_points}
-    groups = {"console_scripts": PROJECT["scripts"], **PROJECT["entry-points"]}
-    assert installed == {(group, *part) for group, parts in groups.items() for part in parts.items()}
+def test_the_program_is_the_only_entry_point():
+    """Extras come in by their records: `workbench/parts.py`."""
+    installed = [(e.group, e.name, e.value) for e in distribution(NAME).entry_points]
+    assert installed == [("console_scripts", "workbench", "workbench.__main__:main")]
+    assert "entry-points" not in PROJECT

@@ -7,14 +7,17 @@ import sys
 import tomllib
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import fields
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 
+from workbench import parts
 from workbench.base.errors import WorkbenchError
 
 ROOT = Path(__file__).resolve().parents[1] / "workbench"
 WINGS = [
+    "parts",
     "base",
     "report",
     "arm",
@@ -226,14 +229,23 @@ def test_every_extra_has_a_documentation_page():
     assert all((ROOT.parent / "assets/docs" / page).is_file() for _, page in table)
 
 
-def test_extras_come_in_by_entry_points():
-    """Those of an extra lead into its folder; what the typed root shows of extras is there."""
-    groups = tomllib.loads((ROOT.parent / "pyproject.toml").read_text())["project"]["entry-points"]
-    homes = [home for parts in groups.values() for home in parts.values()]
-    assert {extra(home.partition(":")[0]) for home in homes} == {p.name for p in EXTRAS}
+def test_extras_come_in_by_their_records():
+    """Each names parts of its own, which are there; what the typed root shows of extras is among them."""
+    assert set(parts.EXTRAS) == {path.name for path in EXTRAS}
+    every = [each for field in fields(parts.Parts) for each in parts.offered(field.name)]
+    assert {origin for _, _, origin in every} == {f"workbench.extras.{name}" for name in parts.EXTRAS}
+    assert not [part for _, part, origin in every if not part.startswith(f"{origin}.")]
+    assert all(map(parts.resolved, (part for _, part, _ in every)))
     root = imports_of(ast.walk(ast.parse((ROOT / "__init__.pyi").read_text())), ["workbench"])
     typed = {name.rpartition(".")[2]: name for name, _ in root if extra(name)}
-    assert typed == {name: home.replace(":", ".") for name, home in groups["workbench.root"].items()}
+    assert typed == {name: part.replace(":", ".") for name, part, _ in parts.offered("root")}
+
+
+def test_no_import_reads_parts():
+    """A record that imports half the program must be able to, whatever is imported first."""
+    code = "import workbench.parts, workbench.views.page.app, workbench.diagnosis.diagnose, workbench.cli;"
+    code += "assert not workbench.parts._installed.cache_info().misses"
+    assert not subprocess.run([sys.executable, "-c", code], cwd=ROOT.parent, check=False).returncode
 
 
 def test_libraries_stay_where_their_idea_lives():
@@ -255,7 +267,7 @@ def test_what_takes_long_to_load_is_loaded_when_it_is_used():
         "import workbench as wb; wb.load_robot('aria'); wb.identify; wb.diagnose",
         "print('coal' in sys.modules)",
         "import workbench.data.readers, workbench.views.page.app, workbench.views.recording.recorder",
-        "from workbench.views.page.panels import PANELS; list(PANELS.values())",
+        "from workbench.views.page.panels import panels; panels()",
         "import workbench.identification.report.table",
         f"print([n for n in {heavy!r} if n in sys.modules])",
     )

@@ -201,10 +201,13 @@ def test_the_fixed_point_is_one(arms):
 
 def test_an_arm_too_soft_for_its_load_has_no_deflection():
     """Upright it has one, and half as soft everywhere."""
-    robot = load_robot("ur10").with_effects(JointCompliance((1,), (0.02,)))
+    robot = load_robot("ur10").with_effects(EFFECTS["joint-compliance"]((1,), (0.02,)))
     upright = [0.0, -np.pi / 2, 0.0, -np.pi / 2, 0.0, 0.0]
     both = Motion(np.array([upright, [0.3, -1.2, 1.0, -0.5, 0.4, 0.2]]))
-    assert deflect(robot.with_effects(JointCompliance((1,), (0.01,))), both).outcome is Outcome.CONVERGED
+    assert (
+        deflect(robot.with_effects(EFFECTS["joint-compliance"]((1,), (0.01,))), both).outcome
+        is Outcome.CONVERGED
+    )
     deflected = deflect(robot, both)
     assert deflected.outcome is Outcome.ITERATION_LIMIT
     for found in (deflected.shift, deflected.wrenches):

@@ -1,12 +1,12 @@
 """A reader that closes the pipe costs no file: every command writes all of them before it prints anything."""
 
-from importlib.metadata import entry_points
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.parts import offered
 
 WRITTEN = ("--out", "--save", "--json", "--report", "--actual", "--picture", "--readings", "--save-mapping")
 WRITTEN += ("--urdf", "--toml", "--controller")
@@ -31,9 +31,7 @@ OF_EXTRAS = {
     "plate export": "table2 --formats csv --out out",
     "plate yield": "table2 --robot aria --arms 20 --poses 20 --json r.json",
 }
-COMMANDS += tuple(
-    f"{e.name} {OF_EXTRAS[e.name]}" for e in entry_points(group="workbench.commands") if e.name in OF_EXTRAS
-)
+COMMANDS += tuple(f"{name} {OF_EXTRAS[name]}" for name, *_ in offered("commands") if name in OF_EXTRAS)
 
 
 @pytest.fixture(scope="module")

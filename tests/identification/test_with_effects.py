@@ -6,13 +6,14 @@ import checks
 import generator
 import numpy as np
 import pytest
-from refusals import mentions
+from refusals import mentions, refuses
 
 from workbench.arm.effects import EFFECTS
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.deflection import shift_of
+from workbench.base.errors import DataError
 from workbench.base.types import Freedom, Outcome
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components

@@ -9,12 +9,13 @@ import numpy as np
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import LengthAndOptionalAngle, Like, Seed, with_fields
+from workbench.base.arguments import LengthAndOptionalAngle, Like, Seed, checked_arguments, with_fields
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
-from workbench.plate.argument_types import checked_arguments
+from workbench.data.arguments import RobotLike
+from workbench.plate.arguments import PlateLike
 from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.clearance import arm_shape
@@ -45,8 +46,8 @@ SHIFTS = ((-0.1, 0.0), (0.1, 0.0), (0.0, -0.1), (0.0, 0.1), (-0.1, -0.1), (-0.1,
 @checked_arguments(DesignRequest)
 @one_thread()
 def optimise_plate(
-    robot: Like[Robot],
-    plate: Like[Plate],
+    robot: RobotLike,
+    plate: PlateLike,
     *,
     request: DesignRequest | None = None,
     reading: str | TargetReading | None = None,

@@ -1,9 +1,10 @@
 """All files of a plate in one folder: its own TOML, and workshop files added by extras.
 
-A format whose optional library is missing is skipped and reported; the rest is written. Further formats are
-entry points of `workbench.plate_exports`, or in a notebook
+A format whose optional library is missing is skipped and reported; the rest is written. Further formats stand
+in records of parts:
 
-    PLATE_FILES.register(PlateFile("summary", lambda plate: {"summary.txt": plate.name.encode()}))
+    summary = PlateFile("summary", lambda plate: {"summary.txt": plate.name.encode()})
+    wb.register(wb.Parts(plate_exports=[summary]))
 """
 
 from collections.abc import Callable, Sequence
@@ -14,7 +15,7 @@ from typing import NamedTuple
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.files import check_folder, write_folder
 from workbench.base.progress import progress
-from workbench.base.registry import Registry
+from workbench.parts import PartTable
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import plate_text
 
@@ -37,11 +38,8 @@ class PlateFile:
     notes: Callable[[Plate], tuple[str, ...]] = lambda plate: ()
 
 
-PLATE_FILES: Registry[PlateFile] = Registry(
-    "plate format",
-    PlateFile,
-    PlateFile("toml", lambda plate: {OWN_FILE: plate_text(plate).encode()}),
-    group="workbench.plate_exports",
+PLATE_FILES: PartTable[PlateFile] = PartTable(
+    "plate_exports", PlateFile, PlateFile("toml", lambda plate: {OWN_FILE: plate_text(plate).encode()})
 )
 """Formats by their names for `--formats`."""
 

@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import LengthAndAngle, admit
+from workbench.base.arguments import LengthAndAngle, admit
 from workbench.base.array_checks import as_pose
 from workbench.base.errors import OptionError, ShapeError
 from workbench.base.types import Matrix4, Vector3, frozen

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base.argument_checks import admit
+from workbench.base.arguments import admit
 from workbench.base.errors import OptionError
 
 SEAT_PIN, INDEX_PIN, INDEX_OFFSET = 0.006, 0.003, 0.015

@@ -8,7 +8,8 @@ import pytest
 from refusals import mentions
 
 from workbench.extras.workshop.fixture import fixture_of
-from workbench.plate.export import PLATE_FILES, PlateFile, export_plate, formats_named
+from workbench.parts import Parts, register
+from workbench.plate.export import PlateFile, export_plate, formats_named
 from workbench.plate.plate_toml import load_plate, write_plate
 from workbench.session.export import fixture_zip
 from workbench.session.start import start
@@ -36,11 +37,12 @@ def test_the_page_packs_them_all(aria, plate):
 
 
 def test_a_format_of_another_package_is_written_with_the_usual_ones(tmp_path):
-    PLATE_FILES.register(PlateFile("theirs", lambda plate: {"name.txt": plate.name.encode()}))
+    theirs = PlateFile("theirs", lambda plate: {"name.txt": plate.name.encode()})
+    forget = register(Parts(plate_exports=(theirs,)))
     try:
         files, *_ = export_plate(load_plate("table2"), tmp_path, formats=formats_named("theirs,csv"))
     finally:
-        PLATE_FILES.remove("theirs")
+        forget()
     assert {path.name for path in files} == {"name.txt", "targets.csv"}
     assert (tmp_path / "name.txt").read_text() == "Table 2"
 

@@ -2,8 +2,8 @@
 
 An effect's file contains its law (`law.py`), candidates for a diagnosis (`offers`), a sentence for people,
 its plot data (`plots.py`), an example to hide in a virtual arm, and flags. Other code uses this interface and
-never distinguishes effects by name. Another package adds its class by an entry point of `workbench.effects`,
-a notebook by `EFFECTS.register` (`base/registry.py`).
+never distinguishes effects by name. Another package, or a notebook, adds its class in a record of parts
+(`workbench/parts.py`).
 """
 
 from abc import abstractmethod

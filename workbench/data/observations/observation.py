@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from workbench.base.columns import COLUMNS, Column
+from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 
 if TYPE_CHECKING:
@@ -113,12 +114,12 @@ class AbstractObservation(ABC):
         return np.all([np.isfinite(v).all(axis=tuple(range(1, v.ndim))) for v in values], axis=0)
 
     @classmethod
-    def mistake_of_part(cls) -> str:
-        """What another package's observation lacks, as the end of a sentence; empty for nothing."""
+    def check_part(cls) -> None:
+        """Refuse another package's observation that no rows carry, or that brings a known column."""
         if not cls.columns and cls.applies.__func__ is AbstractObservation.applies.__func__:  # type: ignore[attr-defined]
-            return "has no columns, and no `applies` that says which rows carry it"
-        taken = next((column.name for column in cls.brings if column.name in COLUMNS), None)
-        return "" if taken is None else f"brings the column '{taken}', which is known already"
+            raise OptionError(f"{cls.__name__} needs columns, or `applies` that says which rows carry it")
+        if taken := next((column.name for column in cls.brings if column.name in COLUMNS), None):
+            raise OptionError(f"{cls.__name__} brings the column '{taken}', which is known already")
 
     @classmethod
     @abstractmethod

@@ -3,3 +3,18 @@
 `camera.py` projects, `target.py` holds the board or tags, `rig.py` both; `pixel_table.py` makes a `Dataset`
 of the corners that were found.
 """
+
+from workbench.parts import Parts
+
+PARTS = Parts(
+    commands={"board": "workbench.extras.camera.commands:board"},
+    root={
+        "read_pixels": "workbench.extras.camera.pixel_table:read_pixels",
+        "read_rig": "workbench.extras.camera.rig:read_rig",
+    },
+    observations=("workbench.extras.camera.observation:PixelObservation",),
+    preparations=("workbench.extras.camera.preparation:PicturePreparation",),
+    sources=("workbench.extras.camera.options:PixelSource",),
+    session_commands=("workbench.extras.camera.session_commands:LoadPictures",),
+    panels=("workbench.extras.camera.panels:CamerasPanel",),
+)

@@ -25,19 +25,20 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import Angle, Length, LengthAndAngle, Like, Seed
+from workbench.base.arguments import Angle, Length, LengthAndAngle, Like, Seed, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.parallel import spread
 from workbench.base.progress import part_of, running
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Requirement, Wanted
+from workbench.data.arguments import RobotLike, WantedLike
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.simulate import ANGLE_ERROR, MAX_LENGTH_ERROR, virtual_arm
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.argument_types import checked_arguments
+from workbench.plate.arguments import PlateLike
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import score
@@ -212,16 +213,16 @@ def rms_of(errors: Errors) -> dict[str, float]:
 @checked_arguments()
 @one_thread()
 def try_plate(
-    robot: Like[Robot],
-    plate: Like[Plate],
+    robot: RobotLike,
+    plate: PlateLike,
     *,
     arms: int = 10_000,
     sigma: Like[LengthAndAngle] | None = None,
     joint_sigma: float = 0.0,
     length: Like[Length] = MAX_LENGTH_ERROR,
     angle: Like[Angle] = ANGLE_ERROR,
-    wanted: Like[Wanted] | None = None,
-    towards: Like[Plate] | None = None,
+    wanted: WantedLike | None = None,
+    towards: PlateLike | None = None,
     poses: int = 500,
     scheduler: str | None = None,
     seed: Seed = 0,

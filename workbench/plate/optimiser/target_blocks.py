@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base import se3
-from workbench.base.argument_checks import Angle, Length, admit
+from workbench.base.arguments import Angle, Length, admit
 from workbench.base.errors import OptionError
 from workbench.plate.plate import SQUARE, Plate
 

@@ -1,18 +1,17 @@
-"""Records of options as arguments of commands, and options that other packages add to them.
+"""Records of options as arguments of commands, and options that extras add to them.
 
-An extensible record has a field `joined`, and `joins` gives the type of what may be added.
+A record that takes more has a field `joined`; `joins` is the field of `Parts` whose classes are joined to it.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import is_dataclass, replace
 from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.base.errors import OptionError
-from workbench.base.registry import Registry, warn_of_broken
+from workbench.parts import parts
 
 if TYPE_CHECKING:
     from workbench.arm.robot import Robot
@@ -37,42 +36,24 @@ class AbstractCompanion(ABC):
         """What makes the view, for as long as the page is served; it may only see to something else."""
 
 
-OPTIONS: Registry[Any] = Registry(
-    "set of options", (AbstractSource, AbstractCompanion), group="workbench.options", classes=True
-)
-"""Options that other packages add to ours."""
+KINDS: dict[str, type] = {"sources": AbstractSource, "companions": AbstractCompanion}
 
 
 def flattened(command: Callable[..., None]) -> Callable[..., None]:
     """A command whose option-record arguments are expanded into their options.
 
-    Those of other packages are looked up when it is called, as that takes 20 ms: `whole` is the command with
-    them.
+    Those that are joined to them are looked up when it is called, which takes 20 ms: `whole` is the command
+    with them.
     """
-    call = _expanded(command, {})
-    extensible = [r for r in _records(command).values() if hasattr(r, "joins")]
-    if extensible:
-        vars(call)["whole"] = lambda: _expanded(
-            command,
-            {
-                r: [o for o in OPTIONS.values() if issubclass(o, r.joins) and _fits(o, command)]
-                for r in extensible
-            },
-        )
+    call = _expanded(command, lambda record: ())
+    if any(hasattr(record, "joins") for record in _records(command).values()):
+        vars(call)["whole"] = lambda: _expanded(command, _joined)
     return call
 
 
-def _fits(added: Any, command: Callable[..., None]) -> bool:
-    """Whether a set of options can be added to a command; a warning says why not."""
-    own = {p.name for record in _records(command).values() for p in _options(record)}
-    own |= signature(command).parameters.keys()
-    required = next((p.name for p in _options(added) if p.default is Parameter.empty), None)
-    taken = next((p.name for p in _options(added) if p.name in own), None)
-    if required is None and taken is None:
-        return True
-    why = f"'{required}' has no default" if required else f"the command has an option '{taken}' already"
-    warn_of_broken(f"the set of options {added.__name__}", OptionError(why, option=required or taken or ""))
-    return False
+def _joined(record: Any) -> tuple[Any, ...]:
+    field = getattr(record, "joins", "")
+    return parts(field, KINDS[field], classes=True) if field else ()
 
 
 def _records(command: Callable[..., None]) -> dict[str, Any]:
@@ -81,25 +62,23 @@ def _records(command: Callable[..., None]) -> dict[str, Any]:
     return {name: kind for name, kind in found.items() if is_dataclass(kind)}
 
 
-def _expanded(command: Callable[..., None], joined: Mapping[Any, list[Any]]) -> Callable[..., None]:
-    own, records = signature(command), _records(command)
+def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, ...]]) -> Callable[..., None]:
+    records = {name: (record, joined(record)) for name, record in _records(command).items()}
 
     def call(**options: Any) -> None:
         def made(record: Any) -> Any:
             return record(**{p.name: options.pop(p.name) for p in _options(record)})
 
         whole = {
-            name: replace(made(r), joined=tuple(map(made, joined[r]))) if joined.get(r) else made(r)
-            for name, r in records.items()
+            name: replace(made(record), joined=tuple(map(made, more))) if more else made(record)
+            for name, (record, more) in records.items()
         }
         command(**options, **whole)
 
     shown: list[Parameter] = []
-    for name, parameter in own.parameters.items():
-        if (record := records.get(name)) is None:
-            shown.append(parameter)
-        else:
-            shown += [p for kind in (record, *joined.get(record, ())) for p in _options(kind)]
+    for name, parameter in signature(command).parameters.items():
+        record, more = records.get(name, (None, ()))
+        shown += [parameter] if record is None else [p for kind in (record, *more) for p in _options(kind)]
     shown = [p.replace(kind=Parameter.KEYWORD_ONLY) for p in shown]
     call.__name__, call.__doc__ = command.__name__, command.__doc__
     call.__annotations__ = {p.name: p.annotation for p in shown}
