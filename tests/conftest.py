@@ -56,7 +56,7 @@ def pytest_configure(config: pytest.Config) -> None:
     Dispatcher.compile = compile_in_turn
 
 
-SHARING = ("/test_browser", "/test_round_trip", "studies/test_", "identification/report/", "extras/reports/")
+SHARING = ("/test_browser", "/test_round_trip", "studies/test_", "identification/report/")
 """Beginnings of tests' names that share what one worker builds for all of them."""
 FIRST = ("studies", "slow", "browser", "data", "views", "session", "plate", "cli", "diagnosis", "extras")
 """Marks, folders and files that take long, longest first: one that comes late leaves a worker idle."""

@@ -71,7 +71,6 @@ BUDGETS = {
     "extras/pendant": 3349,
     "extras/poses": 1804,
     "extras/production": 1582,
-    "extras/reports": 1283,
     "extras/reproduce": 86,
     "extras/review": 700,
     "extras/service": 2851,

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 
 EXTRAS = (
     *("camera", "controllers", "hobby", "katana", "live", "logs", "pendant", "poses"),
-    *("production", "reports", "reproduce", "review", "service", "trajectories", "workshop"),
+    *("production", "reproduce", "review", "service", "trajectories", "workshop"),
 )
 """Folders of `workbench/extras/`, in the order of their parts."""
 BROKEN: dict[str, None] = {}
@@ -50,7 +50,6 @@ class Parts:
     robot_checks: Sequence[Any] = ()
     exports: Sequence[Any] = ()
     plate_exports: Sequence[Any] = ()
-    result_pages: Sequence[Any] = ()
     session_commands: Sequence[Any] = ()
     cube_fields: Sequence[Any] = ()
     panels: Sequence[Any] = ()

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
+from workbench.report.html import page_template
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot_toml import read_toml, write_toml
@@ -19,7 +20,6 @@ from workbench.cli import options
 from workbench.data.readers import read_measurements
 from workbench.data.writer import measurements_csv
 from workbench.plate.simulated_measurement import measure_poses
-from workbench.report.html import page_template
 from workbench.report.tables import new_table
 from workbench.views.page import html
 

@@ -11,11 +11,11 @@ import pytest
 from gear_sag import GearSag
 from refusals import mentions
 from rerun.chunk import RrdReader
+from workbench.arm.effects.plots import DeflectedRows
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import AbstractEffect, Loads
 from workbench.arm.effects.axes import driven_names, own
-from workbench.arm.effects.plots import DeflectedRows
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from studies import aria_printed as printed
 from studies.aria import AriaReproduction
 from studies.aria_arms import TITLES, Comparison
+from studies.error_grid import error_grid
 from studies.output import Json, Output
 from workbench.data.prediction import RowComponents
 from workbench.extras.poses.clustering.report import cluster_json
-from workbench.extras.reports.identification_figures import error_grid
 from workbench.identification.result import ArmErrors
 from workbench.report.figures import COLOURS, INK, look, new_figure
 

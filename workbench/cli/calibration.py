@@ -1,6 +1,7 @@
 """The commands that turn measurements into a calibrated robot: identify, diagnose, evaluate, export."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -46,8 +47,8 @@ def identify(
     from workbench.identification.prior import read_prior
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
+    from workbench.identification.report.page import write_identification
     from workbench.identification.result import LOOK_AGAIN
-    from workbench.report.result_page import page_of
 
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees joint offsets only; give either --level or --free")
@@ -57,7 +58,6 @@ def identify(
     if robot is None and (rows.readings is None or not rows.readings.has_tool_poses):
         raise OptionError("give --robot; it may be omitted only for rows with tool poses instead of joints")
     out.check()
-    page = None if out.report is None else page_of("Identification")
     choices = fit.choices(arm, files)
     with opt.progress_bar("identify"):
         run = wb.identify(
@@ -81,8 +81,9 @@ def identify(
     opt.describe("tables", lambda: opt.show(table.identification_tables(run, every=algorithm is not None)))
     if requested is not None:
         opt.describe("verdict", lambda: opt.say(judge(run, requested).verdict))
-    if page is not None:
-        opt.describe("report", lambda: opt.say(f"report: {page.write(run, out.report, wanted=requested)}"))
+    if out.report is not None:
+        written = partial(write_identification, run, out.report, wanted=requested)
+        opt.describe("report", lambda: opt.say(f"report: {written()}"))
     if saved.path is not None:
         opt.say(f"calibrated robot ({run.best.fit.title}): {saved.path}")
         opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(run.best)}"))
@@ -121,15 +122,14 @@ def diagnose(
     files: opt.FileOptions,
 ) -> None:
     """Find the effects missing from the model, add them, and report the held-out error before and after."""
+    from workbench.diagnosis.report.page import write_diagnosis
     from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
     from workbench.identification.errors.file_errors import file_text
-    from workbench.report.result_page import page_of
 
     arm = wb.load_robot(robot)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     out.check()
-    page = None if out.report is None else page_of("Diagnosis")
     choices = fit.choices(arm, files)
     with opt.progress_bar("diagnose"):
         run = wb.diagnose(arm, rows, choices)
@@ -137,8 +137,8 @@ def diagnose(
     saved = _save(whole, out.save, [run.harm] if run.harm else [], force=fit.force)
     opt.write_result(out.json, diagnosis_json(run))
     opt.describe("tables", lambda: opt.show(diagnosis_tables(run)))
-    if page is not None:
-        opt.describe("report", lambda: opt.say(f"report: {page.write(run, out.report)}"))
+    if out.report is not None:
+        opt.describe("report", lambda: opt.say(f"report: {write_diagnosis(run, out.report)}"))
     if saved.path is not None:
         opt.say(f"calibrated robot: {saved.path}")
         opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(whole.best)}"))

@@ -35,9 +35,6 @@ class GravityDirection(AbstractEffect):
     def law(self, chain, motion, wrenches):
         return np.zeros((len(motion), 0, 2))
 
-    def views(self, state):
-        return ()
-
     def sentence(self, chain, motion):
         angle = np.rad2deg(np.linalg.norm(self.coefficients))
         return f"The arm is tilted {angle:.3g}° from what its file states"

@@ -25,8 +25,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged
-from workbench.report.result_display import AbstractReported
-from workbench.report.result_page import page_figure
+from workbench.report.result_display import AbstractPlotted
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -123,7 +122,7 @@ def harm_done(before: RowErrors, after: RowErrors) -> str | None:
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Diagnosis(AbstractReported):
+class Diagnosis(AbstractPlotted):
     """A whole diagnosis.
 
     Args:
@@ -163,8 +162,6 @@ class Diagnosis(AbstractReported):
         seconds: Time it took.
         warnings: Advice that could not be computed, one sentence each.
     """
-
-    plot = page_figure
 
     nominal_robot: Robot
     data: Dataset

@@ -32,8 +32,7 @@ from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.excluded_outliers import suspect_note
-from workbench.report.result_display import AbstractPlotted, AbstractReported, AbstractShown
-from workbench.report.result_page import page_figure
+from workbench.report.result_display import AbstractPlotted, AbstractShown
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -204,7 +203,7 @@ class Outlier(NamedTuple):
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Identification(AbstractReported):
+class Identification(AbstractPlotted):
     """A complete run: data, decisions, parameters and errors.
 
     Args:
@@ -224,8 +223,6 @@ class Identification(AbstractReported):
         outliers: Excluded rows that no arm explains, worst first; they are among `excluded`, too.
         suspects: Numbers of the held-out rows that no arm explains; held-out errors include them.
     """
-
-    plot = page_figure
 
     nominal_robot: Robot
     aligned: Robot

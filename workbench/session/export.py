@@ -23,9 +23,9 @@ from workbench.base.errors import DataError
 from workbench.data import writer
 from workbench.data.readers.mapping import mapping_text
 from workbench.exports import AbstractForm, Job, export_robot
+from workbench.identification.report.page import write_identification
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
-from workbench.report.result_page import page_of
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
@@ -114,7 +114,7 @@ def report_zip(session: Session) -> File:
     """The report of the identification as a folder in a ZIP file."""
     found = _identified(session)
     content, _ = _packed(
-        lambda folder: page_of("Identification").write(found, folder, wanted=session.choices.wanted), "report"
+        lambda folder: write_identification(found, folder, wanted=session.choices.wanted), "report"
     )
     return f"{stem_of(session.robot.name)}-report.zip", content
 

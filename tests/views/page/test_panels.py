@@ -23,7 +23,6 @@ from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
 from workbench.plate.plate_toml import read_plate
 from workbench.plate.region import Region
-from workbench.report.result_page import page_of
 from workbench.session.commands.compare import SetUnits
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
@@ -179,12 +178,12 @@ def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
 
 @pytest.mark.extra("reports")
 def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
-    def write_report(page, found, folder, *, wanted):
+    def write_report(found, folder, *, wanted):
         assert (found, wanted) == (session.results.identification, session.choices.wanted)
         folder.mkdir()
         (folder / "report.html").write_text("")
 
-    monkeypatch.setattr(type(page_of("Identification")), "write", write_report)
+    monkeypatch.setattr("workbench.session.export.write_identification", write_report)
     app.worker.submit(MeasureVirtualArm(2))
     app.worker.wait(60.0)
     app.worker.submit(Identify(("opt2",)))

@@ -20,9 +20,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import PART_UNITS, PARTS, Insertion
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, offered
 from workbench.arm.effects.law import Law, Wrenches
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, view_of_element
 from workbench.arm.motion import Motion
-from workbench.base.columns import COLUMNS
 
 HOUR = 3600.0
 """Of an hour."""
@@ -129,12 +127,3 @@ class BaseDrift(AbstractEffect):
         """Along and about random directions."""
         directions = (rng.normal(size=3) for _ in range(2))
         return cls((), tuple(v for d in directions for v in (d / np.linalg.norm(d)).tolist()))
-
-    def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        time = COLUMNS["time"]
-        driver, shown = ("row of the file", 1.0) if self.by_row else (time.label, time.shown[1])
-        x = shown * (self._clock(state.motion) - self.reference)
-        labels = [f"drift of {part} [{'mm' if k < 3 else 'mrad'}]" for k, part in enumerate(PARTS)]
-        return tuple(
-            view_of_element(self, state, k, what=label, driver=driver, x=x) for k, label in enumerate(labels)
-        )

@@ -18,7 +18,6 @@ from jaxtyping import Float
 from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects.axes import Wrenches
 from workbench.arm.effects.law import NO_WRENCHES, AbstractLaw, Loads
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, usual_views
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.base.wording import capital, joint_list
@@ -145,10 +144,6 @@ class AbstractEffect(AbstractLaw):
         slides = [axes[k] >= Axis.TX for k in chain.indices(self.elements(chain))]
         maximum = np.array(self.credible)[np.array(slides, int)]
         return tuple((maximum[:, None] / np.maximum(law, 1.0 if self.loads else MIN_LAW)).min(0).tolist())
-
-    def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        """Every increment over its driver: usually given by `loads`, `needs` or its joints."""
-        return tuple(usual_views(self, state))
 
     def caveat(self, motion: Motion) -> str | None:
         """A limitation due to the rows used for identification, one sentence; empty by default."""

@@ -22,9 +22,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import PART_UNITS, PARTS, Insertion, driven_names, turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm
 from workbench.arm.effects.law import Law, Wrenches
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, view_of_element
 from workbench.arm.motion import Motion
-from workbench.base.columns import COLUMNS
 from workbench.base.wording import plural
 from workbench.report.numbers import readable, with_error
 
@@ -140,19 +138,6 @@ class AbstractEvent(AbstractEffect):
                 if not size < error:
                     out.append(f"{with_error(1e3 * size, 1e3 * error)} {'mm' if unit == 'm' else 'mrad'}")
         return out or [readable(float(np.abs(values).max()), str(units[0]))]
-
-    def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        clock = self.clock(state.motion)
-        time = COLUMNS["time"]
-        text, size = (time.label, time.shown[1]) if self.is_timed else ("row of the file", 1.0)
-        x = np.zeros(len(state.motion)) if clock is None else size * clock
-        units = self.units(state.chain)
-        return tuple(
-            view_of_element(
-                self, state, k, what=f"{name} [{'mm' if units[k] == 'm' else 'mrad'}]", driver=text, x=x
-            )
-            for k, name in enumerate(self.names)
-        )
 
 
 def _rows(rows: np.ndarray) -> str:

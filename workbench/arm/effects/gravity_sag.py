@@ -39,7 +39,6 @@ from workbench.arm.effects.effect import (
     has_complete_torques,
 )
 from workbench.arm.effects.law import Growth, Law, Wrenches
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, error_of, view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
 from workbench.report.numbers import readable
@@ -158,13 +157,6 @@ class GravitySag(AbstractEffect):
     def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "GravitySag":
         terms = terms_of(arm.chain, joint)
         return cls((joint,), tuple(rng.uniform(-1.0, 1.0, len(terms.split()))), terms=terms)
-
-    def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        """The joint's error over its own prediction, as the driver is several angles."""
-        joint = self.joints[0]
-        made = 1e3 * self.increments(state.chain, state.motion)[:, 0]
-        driver = f"sag of joint {joint + 1} under the weights after it [mrad]"
-        return (view_of_element(self, state, 0, what=error_of(state, joint), driver=driver, x=made),)
 
     @property
     def _terms(self) -> list[str]:

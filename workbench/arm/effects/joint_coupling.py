@@ -12,7 +12,6 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import driven_names, turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints, offered
 from workbench.arm.effects.law import Law, Wrenches
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, over_position
 from workbench.arm.motion import Motion
 
 WRIST_JOINTS = 3
@@ -73,6 +72,3 @@ class JointCoupling(AbstractEffect):
     @classmethod
     def example(cls, arm: EffectArm, joint: int, rng) -> "JointCoupling":
         return cls((joint, joint - 1 if joint else 1), (1.0,))
-
-    def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        return (over_position(self, state, 0, self.joints[1]),)

@@ -18,7 +18,6 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, across, blocks, diagonal, turns
 from workbench.arm.effects.effect import AbstractEffect, EffectArm
 from workbench.arm.effects.law import Growth, Law, Loads, Slope, Wrenches
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, view_of_element
 from workbench.arm.motion import Motion
 
 
@@ -62,22 +61,6 @@ class LinkFlexure(AbstractEffect):
     @classmethod
     def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "LinkFlexure":
         return cls((joint,), (0.5, 1.0))
-
-    def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        """Bending of a link about each of its two axes over the moment about them."""
-        laws = self.law(state.chain, state.motion, state.wrenches)
-        places = [(k, self.joints[k // 2] + 1, k % 2 + 1) for k in range(laws.shape[1])]
-        return tuple(
-            view_of_element(
-                self,
-                state,
-                k,
-                what=f"bending {axis} of the link after joint {joint} [mrad]",
-                driver=f"moment {axis} across the link after joint {joint} [N·m]",
-                x=-laws[:, k, k],
-            )
-            for k, joint, axis in places
-        )
 
     def _sizes(self) -> np.ndarray:
         """Coefficients (joints, 2, 1)."""
