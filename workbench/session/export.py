@@ -23,7 +23,6 @@ from workbench.base.errors import DataError
 from workbench.data import writer
 from workbench.data.readers.mapping import mapping_text
 from workbench.exports import AbstractForm, Job, export_robot
-from workbench.identification.report.page import write_identification
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
 from workbench.session.state import Session
@@ -112,6 +111,8 @@ def captured_csv(session: Session) -> File:
 
 def report_zip(session: Session) -> File:
     """The report of the identification as a folder in a ZIP file."""
+    from workbench.identification.report.page import write_identification
+
     found = _identified(session)
     content, _ = _packed(
         lambda folder: write_identification(found, folder, wanted=session.choices.wanted), "report"

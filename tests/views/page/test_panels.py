@@ -183,7 +183,7 @@ def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
         folder.mkdir()
         (folder / "report.html").write_text("")
 
-    monkeypatch.setattr("workbench.session.export.write_identification", write_report)
+    monkeypatch.setattr("workbench.identification.report.page.write_identification", write_report)
     app.worker.submit(MeasureVirtualArm(2))
     app.worker.wait(60.0)
     app.worker.submit(Identify(("opt2",)))
