@@ -137,6 +137,19 @@ def test_errors_of_measured_arms_are_the_golden_numbers():
                 assert abs(float(text) - value) <= 0.5001 * 10**-digits, (title, text, value)
 
 
+def test_what_the_error_of_real_arms_is_made_of_are_the_golden_numbers():
+    """Of the first fold: nominal, what geometry, causes and map take, what is left."""
+    rows = re.findall(r"^\| ([\w ]+) \| ([\d. |–]+) \|$", PAGES["diagnose"], re.M)
+    assert len(rows) == 6
+    for title, cells in rows:
+        fold = golden(f"diagnose/{title.lower().replace('panda ', 'panda_').replace(' ', '')}")["fold 0"]
+        nominal, geometry, left = fold["position"]
+        by_map = 0.0 if fold["map_mm"] == "nan" else fold["map_mm"]
+        values = (nominal, nominal - geometry, geometry - left - by_map, by_map, left)
+        for text, value in zip(cells.replace("–", "0.00").split(" | "), values, strict=True):
+            assert float(text) == pytest.approx(value, abs=0.00501), (title, text, value)
+
+
 def golden(part: str) -> dict[str, Any]:
     return json.loads((TESTS / "benchmarks" / "golden.json").read_text("utf-8"))[part]["numbers"]
 
