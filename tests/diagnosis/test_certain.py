@@ -190,6 +190,7 @@ def test_what_a_load_explains_goes_with_its_masses(soft):
     assert np.square(share).sum() * len(problem.data) == pytest.approx(fall, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_joint_in_whose_place_another_effect_would_do_is_not_named():
     """On a lift whose second joint is stiff: the third one's drive does what the second's bearing would."""
     robot, data, *_ = incomplete.drawn_lift(1110543)

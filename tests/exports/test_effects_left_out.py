@@ -36,6 +36,7 @@ def points(path, q: np.ndarray) -> np.ndarray:
     return np.array(out)
 
 
+@pytest.mark.slow
 @pytest.mark.data
 def test_a_urdf_after_a_diagnosis_is_as_good_as_geometry_alone(diagnosed, tmp_path):
     saved = wb.load_robot(diagnosed.robot.save(tmp_path / "whole.toml"))
