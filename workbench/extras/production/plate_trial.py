@@ -128,8 +128,6 @@ PIECE = 50
 """Arms that are computed together, in one process."""
 ALONE = 200
 """Arms for each source of error alone."""
-TAIL = 0.025
-"""Outside of each end of the interval of the share of arms."""
 Errors = Float[np.ndarray, "arms poses 6"]
 """Position [m] and rotation [rad]."""
 
@@ -167,8 +165,8 @@ class Yield(AbstractShown):
         """Its 95 % confidence interval (Clopper and Pearson)."""
         good = int((self.used <= 1.0).sum())
         bad = len(self.met) - good
-        low = special.betaincinv(good, bad + 1, TAIL) if good else 0.0
-        high = special.betaincinv(good + 1, bad, 1.0 - TAIL) if bad else 1.0
+        low = special.betaincinv(good, bad + 1, 0.025) if good else 0.0
+        high = special.betaincinv(good + 1, bad, 0.975) if bad else 1.0
         return float(low), float(high)
 
     @property
