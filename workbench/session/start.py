@@ -1,7 +1,7 @@
 """The start of a session: a robot, a plate, and everything derived from them.
 
 An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is, where it
-meets all of them well clear of limits and plate, made as its drawings ask for. A target that it can't reach
+meets all of them well clear of limits and plate, made as its drawing asks for. A target that it can't reach
 so is turned about the vertical, and moved in or out if need be, until it does; it then has the orientation
 that the tool has there. Arms with fewer than six joints, which fit no seat, get sockets.
 """

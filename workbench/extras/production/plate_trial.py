@@ -2,8 +2,8 @@
 
     made        every free constant off evenly within ±1 mm, ±0.3°, or what is given
     measured    the joints of the actual arm at the actual targets, next to the planned ones
-    calibrated  by OLS like measured rows, the plate taken as true; a prior, σ = bound/√3, keeps near nominal
-                what the targets leave open
+    calibrated  by OLS like measured rows, the plate taken as true; a prior like that of `identify`,
+                σ = bound/√3, keeps near nominal what the targets leave open
     judged      at poses of the region that took no part
 
 Source: ARIA §4.1.2 (second way of acquisition), eqs. (19)–(21), §2.4.
@@ -48,6 +48,7 @@ from workbench.report.result_display import AbstractShown
 
 JUDGED = 48
 """Poses of the region at which each arm is judged."""
+JOINTS = "joint readings"
 EXACT, UNSEEN = 1e-9, 1e3
 """Standard deviations by which exact readings, and angles that are not read, are weighted [m or rad]."""
 
@@ -63,6 +64,7 @@ class Trial:
         made: Maximum manufacturing errors of lengths [m] and angles [rad].
         sigmas: Standard deviations of the tool's position [m] and rotation [rad] at every target, by source.
         joint_sigma: Of a joint's reading [rad or m].
+        only: The one source of error that acts, weighted as if all did; all if empty.
     """
 
     robot: Robot
@@ -72,6 +74,11 @@ class Trial:
     made: tuple[float, float]
     sigmas: Mapping[str, Float[np.ndarray, "targets 2"]]
     joint_sigma: float = 0.0
+    only: str = ""
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        return (*self.sigmas, JOINTS) if self.joint_sigma else tuple(self.sigmas)
 
     def judged_arm(self, seed: np.random.SeedSequence) -> tuple[np.ndarray, np.ndarray]:
         """Whether one arm met each target within its limits, and its errors [m, rad] in the region."""
@@ -84,16 +91,19 @@ class Trial:
 
     def _visited(self, actual: Robot, rng: np.random.Generator) -> tuple[np.ndarray, Dataset]:
         """Which targets the arm meets, and its readings at the targets as drawn."""
-        sigma = np.sqrt(sum((each**2 for each in self.sigmas.values()), np.zeros((len(self.plate), 2))))
-        drawn = self.robot.base.pose @ self.plate.poses
-        off = rng.normal(size=(len(drawn), 6)) * np.repeat(sigma, 3, axis=1)
+        drawn, none = self.robot.base.pose @ self.plate.poses, np.zeros((len(self.plate), 2))
+        acting, every = (
+            np.sqrt(sum((each**2 for name, each in self.sigmas.items() if only in ("", name)), none))
+            for only in (self.only, "")
+        )
+        off = rng.normal(size=(len(drawn), 6)) * np.repeat(acting, 3, axis=1)
         turned = se3.rotvec_to_matrix(off[:, 3:]) @ drawn[:, :3, :3]
         task = None if self.plate.has_seats else Task.POSITION
         found = follow_many(actual, se3.pose(turned, drawn[:, :3, 3] + off[:, :3]), self.q, task=task)
-        weighted = np.maximum(sigma, EXACT)
+        weighted, joints = np.maximum(every, EXACT), self.joint_sigma * (self.only in ("", JOINTS))
         weighted[[target.kind is not Kind.SEAT for target in self.plate.targets], 1] = UNSEEN
         return found.converged, Dataset(
-            q=found.q + self.joint_sigma * rng.normal(size=found.q.shape),
+            q=found.q + joints * rng.normal(size=found.q.shape),
             row=np.arange(len(drawn)),
             position=drawn[:, :3, 3],
             rotation=drawn[:, :3, :3],
@@ -119,8 +129,6 @@ PIECE = 50
 """Arms that are computed together, in one process."""
 ALONE = 200
 """Arms for each source of error alone."""
-TAIL = 0.025
-"""Outside of each end of the interval of the share of arms."""
 Errors = Float[np.ndarray, "arms poses 6"]
 """Position [m] and rotation [rad]."""
 
@@ -158,8 +166,8 @@ class Yield(AbstractShown):
         """Its 95 % confidence interval (Clopper and Pearson)."""
         good = int((self.used <= 1.0).sum())
         bad = len(self.met) - good
-        low = special.betaincinv(good, bad + 1, TAIL) if good else 0.0
-        high = special.betaincinv(good + 1, bad, 1.0 - TAIL) if bad else 1.0
+        low = special.betaincinv(good, bad + 1, 0.025) if good else 0.0
+        high = special.betaincinv(good + 1, bad, 0.975) if bad else 1.0
         return float(low), float(high)
 
     @property
@@ -269,8 +277,9 @@ def try_plate(
         sigmas={name: each for name, each in causes.items() if each.any()},
         joint_sigma=joint_sigma,
     )
-    alone, seeds = each_alone(trial), np.random.SeedSequence(seed).spawn(max(arms, ALONE))
-    runs = [(trial, seeds[:arms]), *((only, seeds[:ALONE]) for only in alone.values())]
+    seeds = np.random.SeedSequence(seed).spawn(max(arms, ALONE))
+    alone = ((replace(trial, only=name), seeds[:ALONE]) for name in trial.sources)
+    runs = [(trial, seeds[:arms]), *alone]
     pieces = [(run, own[i : i + PIECE]) for run, own in runs for i in range(0, len(own), PIECE)]
     done = spread(judge_arms, pieces, scheduler=scheduler, text=f"trying {plural(arms, 'arm')}")
     met, errors = (np.stack(parts) for parts in zip(*chain.from_iterable(done), strict=True))
@@ -279,16 +288,9 @@ def try_plate(
         wanted=wanted or Requirement().wanted,
         met=met[:arms],
         errors=errors[:arms],
-        sources=dict(zip(alone, errors[arms:].reshape(len(alone), ALONE, *errors.shape[1:]), strict=True)),
+        sources={name: errors[arms + i * ALONE :][:ALONE] for i, name in enumerate(trial.sources)},
         assumptions=assumptions(plate, sigma) + joints,
     )
-
-
-def each_alone(trial: Trial) -> dict[str, Trial]:
-    """The trial with each source of error that there is, and no other."""
-    exact = replace(trial, sigmas={}, joint_sigma=0.0)
-    alone = {name: replace(exact, sigmas={name: sigma}) for name, sigma in trial.sigmas.items()}
-    return alone | ({"joint readings": replace(trial, sigmas={})} if trial.joint_sigma else {})
 
 
 def check_tried(robot: Robot, plate: Plate) -> None:

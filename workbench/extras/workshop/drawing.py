@@ -46,8 +46,7 @@ def plate_drawing(fixture: Fixture) -> Any:
     scale = next((scale for scale in SCALES if max(length, width) / scale <= ROOM), SCALES[-1])
     document = ezdxf.new("R2010", setup=["linetypes", "dimstyles"], units=ezdxf.units.MM)
     for layer, line in LAYERS.items():
-        kind = "DASHED" if layer == "BLOCKS" else "CONTINUOUS"
-        document.layers.add(layer, linetype=kind, lineweight=line)
+        document.layers.add(layer, linetype="DASHED" if layer == "BLOCKS" else "CONTINUOUS", lineweight=line)
     document.header["$LTSCALE"] = scale
     space = document.modelspace()
     corners = [(0.0, 0.0), (length, 0.0), (length, width), (0.0, width)]

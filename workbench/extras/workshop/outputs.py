@@ -29,9 +29,8 @@ def targets_csv(plate: Plate) -> str:
         head += [f"bar{k}[mm]" for k in range(1, len(anchors) + 1)]
         columns.append(1e3 * np.linalg.norm(plate.poses[:, None, :3, 3] - anchors, axis=2))
     buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows([i, *map(repr, row)] for i, row in enumerate(np.hstack(columns).tolist(), start=1))
+    rows = ([i, *map(repr, row)] for i, row in enumerate(np.hstack(columns).tolist(), start=1))
+    csv.writer(buffer, lineterminator="\n").writerows([head, *rows])
     return buffer.getvalue()
 
 
