@@ -62,7 +62,7 @@ class Shrink(AbstractEffect):
     name = "shrink"
     whole_arm = True
 
-    def own_elements(self, chain):
+    def elements(self, chain):
         return tuple(chain.elements[chain.driven[j]].name for j in range(3))
 
     def law(self, chain, motion, wrenches):
@@ -81,7 +81,7 @@ class Slump(AbstractEffect):
     whole_arm = True
     loads = Loads.OWN
 
-    def own_elements(self, chain):
+    def elements(self, chain):
         return driven_names(chain, (1, 2))
 
     def law(self, chain, motion, wrenches):

@@ -21,7 +21,7 @@ from workbench.arm.gravity import level_axes
 from workbench.arm.joint_units import implausible_joint
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.deflection import effect_columns, shift_of
+from workbench.arm.statics.deflection import effect_columns, no_equilibrium, shift_of
 from workbench.base import se3
 from workbench.base.array_checks import numbers
 from workbench.base.errors import DataError, OptionError, ShapeError
@@ -167,6 +167,8 @@ def _deflected_jacobian(
     elements = [n for n in names if n not in robot.coefficients]
     coefficients = [n for n in names if n in robot.coefficients]
     poses, twists = effect_columns(robot, motion, robot.chain.indices(elements), coefficients)
+    if np.isnan(poses).any():
+        raise no_equilibrium(robot, poses)
     place = {n: i for i, n in enumerate(names)}
     out = np.zeros((len(motion), 6, len(names)))
     own, more = (np.array([place[n] for n in group], np.int64) for group in (elements, coefficients))

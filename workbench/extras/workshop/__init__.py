@@ -1,4 +1,4 @@
-"""What a workshop takes beside STL and lists: drawings, 3MF, STEP, inspection; a plate as measured."""
+"""What a workshop makes a plate from: solids, a drawing, the list of targets; a plate as measured."""
 
 from workbench.parts import Parts
 
@@ -8,14 +8,10 @@ PARTS = Parts(
         "plate export": "workbench.extras.workshop.commands:export",
     },
     plate_exports=(
-        "workbench.extras.workshop.outputs:THREE_MF",
         "workbench.extras.workshop.outputs:CSV",
         "workbench.extras.workshop.outputs:DXF",
-        "workbench.extras.workshop.outputs:INSPECTION",
         "workbench.extras.workshop.outputs:PDF",
-        "workbench.extras.workshop.outputs:SHEET",
         "workbench.extras.workshop.outputs:STEP",
         "workbench.extras.workshop.outputs:STL",
-        "workbench.extras.workshop.outputs:SVG",
     ),
 )

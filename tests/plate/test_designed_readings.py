@@ -1,37 +1,17 @@
-"""Plates on what people own: what can be bought, and how it is made."""
+"""Plates that are read by a ball-bar, and sockets in a posture that was designed."""
 
 from dataclasses import replace
 
 import numpy as np
-from refusals import refuses
 
-from workbench.base.errors import OptionError
 from workbench.plate.collision import hits
 from workbench.plate.optimiser.candidates import Setting
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.plate.optimiser.constraints import Constraints
-from workbench.plate.optimiser.manufacturing import METHODS
-from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Kind
 from workbench.plate.target_branches import choose_branches, plate_solutions
 from workbench.plate.target_readings import reading_named
 from workbench.plate.tolerances import EXACT
-
-
-def test_blocks_on_a_breadboard_stand_on_its_holes():
-    blocks = METHODS["breadboard"].blocks(Blocks())
-    places = blocks.draw(400, np.array([0.27, 0.17]), rng=np.random.default_rng(0))
-    steps = places[:, :2] / 0.025
-    assert np.allclose(steps, steps.round())
-    assert (np.abs(places[:, :2]) <= [0.27, 0.17]).all()
-    assert set(places[:, 2].round(6)) <= {0.05, 0.075, 0.1}
-    assert set(np.rad2deg(places[:, 3]).round(6)) <= {0.0, 30.0, 45.0}
-    assert np.allclose(places[:, 4:] / (0.5 * np.pi), (places[:, 4:] / (0.5 * np.pi)).round())
-    assert blocks.fit(places, np.array([0.27, 0.17])).all()
-    steep = places[:, 3] > 0.7
-    assert (places[steep, 2] >= 0.023 + 0.012 - 1e-9).all()
-    with refuses(OptionError, option="grid", found=-0.1):
-        Blocks(grid=-0.1)
 
 
 def test_the_search_keeps_clear_of_a_ball_bar_s_posts(aria, plate):
