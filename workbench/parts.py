@@ -28,17 +28,16 @@ EXTRAS = (
 BROKEN: dict[str, None] = {}
 """Sentences on the broken parts that this process goes on without, in order; views show them."""
 Part = TypeVar("Part")
+_BY_HAND: list["Parts"] = []
 _OURS = {*sys.stdlib_module_names, "workbench"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Parts:
-    """What a package adds; `workbench/README.md` says what each part is."""
+    """What a package adds; commands and names of the root by name. `workbench/README.md` says more."""
 
     commands: Mapping[str, Any] = field(default_factory=dict)
-    """Of the shell, by name; one of two words goes into the group of the first."""
     root: Mapping[str, Any] = field(default_factory=dict)
-    """Verbs and records of `wb.`, by name."""
     columns: Sequence[Any] = ()
     effects: Sequence[Any] = ()
     observations: Sequence[Any] = ()
@@ -51,15 +50,11 @@ class Parts:
     exports: Sequence[Any] = ()
     plate_exports: Sequence[Any] = ()
     session_commands: Sequence[Any] = ()
-    cube_fields: Sequence[Any] = ()
     panels: Sequence[Any] = ()
     drawables: Sequence[Any] = ()
     moving_drawables: Sequence[Any] = ()
     watchers: Sequence[Any] = ()
     companions: Sequence[Any] = ()
-
-
-_BY_HAND: list[Parts] = []
 
 
 def register(record: Parts) -> Callable[[], None]:

@@ -11,7 +11,6 @@ from jaxtyping import Float
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.identification.problem_blocks import Noise
-from workbench.parts import PartTable
 from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate
 from workbench.session.comparison import Comparison
@@ -194,9 +193,9 @@ class MeasuredErrorField(AbstractCubeField):
 
 
 PREDICTED, MEASURED, CHANGE = PredictedErrorField(), MeasuredErrorField(), PredictedChangeField()
-CUBE_FIELDS: PartTable[AbstractCubeField] = PartTable(
-    "cube_fields", AbstractCubeField, ReachabilityField(), BestIndexField(), PREDICTED, MEASURED
-)
+CUBE_FIELDS: dict[str, AbstractCubeField] = {
+    field.name: field for field in (ReachabilityField(), BestIndexField(), PREDICTED, MEASURED)
+}
 """What cubes can be coloured by."""
 
 
