@@ -30,13 +30,12 @@ X, Z = matrix(*CAMERA), matrix(*TARGET)
 
 
 def pairs(count=15, *, seed=0, mounted="tool", position=3e-4, angle=1e-3, axes=(0.4, 0.4, 0.9)):
-    """Hands that look at the target, and what the camera sees, with noise; a camera in the cell sees the hand's."""
+    """Hands above a target, and what the camera sees, with noise."""
     random = np.random.default_rng(seed)
     down = Rotation.from_euler("xyz", [180.0, 0.0, 0.0], degrees=True)
     turns = Rotation.from_rotvec(random.normal(size=(count, 3)) * axes) * down
-    hands = np.array(
-        [matrix(p, r) for p, r in zip(random.uniform(-0.15, 0.15, (count, 3)) + [0.4, 0, 0.5], turns)]
-    )
+    places = random.uniform([0.25, -0.15, 0.35], [0.55, 0.15, 0.65], (count, 3))
+    hands = np.array([matrix(p, r) for p, r in zip(places, turns, strict=True)])
     moved = hands if mounted == "tool" else np.linalg.inv(hands)
     seen = np.linalg.inv(moved @ X) @ Z
     noise = Rotation.from_rotvec(random.normal(0.0, angle, (count, 3))).as_matrix()

@@ -5,6 +5,7 @@ marker, a distance with its anchor, a touched point, a socket, an inclinometer. 
 with its reason.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -22,6 +23,7 @@ from workbench.data.known_columns import known_columns
 from workbench.data.plausibility import repeated_rows
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields, in_base
+from workbench.data.readers.file_kind import POSE_PAIRS
 from workbench.data.readers.headings import column_of
 from workbench.data.readers.orientation import read_orientation, written_orientation
 
@@ -30,6 +32,10 @@ _CHECKED = {"distance", "direction", "exclude", "reason"}
 _XYZ = ("x", "y", "z")
 _SIGMA = tuple(f"sigma_{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz"))
 _WRENCH = tuple(f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
+_OF_TARGET = re.compile(
+    r"(target|marker|board|tag|object|camera|cam)\w*[_ .](t?[xyz]|q[wxyz]|r[xyz])\b", re.I
+)
+"""Headings of a target's pose in a camera."""
 _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 
@@ -115,7 +121,11 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
     numbers = fields.numbers(r"q(\d+)")
     wanted = joints if isinstance(joints, int | None) else len(joints)
     if not numbers:
-        raise DataError(f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …")
+        paired = any(_OF_TARGET.match(heading) for heading in fields.unread)
+        raise DataError(
+            f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …"
+            + f"; {POSE_PAIRS}" * paired
+        )
     lacking = next((i for i, number in enumerate(numbers, start=1) if number != i), None)
     if lacking is not None:
         last = fields.headings.get(f"q{numbers[-1]}", f"q{numbers[-1]}")

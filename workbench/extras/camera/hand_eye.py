@@ -154,13 +154,13 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
     score = {mount: float(fit.left @ (1.0 / size, 1.0)) for mount, fit in fits.items()}
     best = min(score, key=score.__getitem__)
     given = mounted or best
-    if score[given] < CLEARLY * score[best]:
+    if score[given] <= CLEARLY * score[best]:
         best = given
     elif not inverting:
         raise DataError(
-            f"{source}: with the camera {ON[given]} the pairs differ by {_error(fits[given].left)}; they agree to "
-            f"{_error(fits[best].left)} with --mounted {best}, or if the poses of the robot or of the target are "
-            "given as their inverses"
+            f"{source}: with the camera {ON[given]} the pairs differ by {_error(fits[given].left)}; "
+            f"they agree to {_error(fits[best].left)} with --mounted {best}, or if either the robot's or the "
+            "target's poses are given as their inverses"
         )
     if inverting and mounted is None:
         notes.append(
