@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, settings
 from threadpoolctl import threadpool_limits
 from xdist.scheduler import LoadFileScheduling
 
-from workbench.base.registry import BROKEN_PARTS
+from workbench.parts import BROKEN
 
 # One thread of linear algebra a worker: several workers with several threads each only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -210,4 +210,4 @@ def run_unread(run, monkeypatch):
 def nothing_left_out():
     """What one test leaves out on purpose is no news for the next."""
     yield
-    BROKEN_PARTS.clear()
+    BROKEN.clear()

@@ -56,6 +56,8 @@ from workbench.identification.prior import Prior as Prior
 from workbench.identification.problem import Noise as Noise
 from workbench.identification.result import Evaluation as Evaluation
 from workbench.identification.result import Identification as Identification
+from workbench.parts import Parts as Parts
+from workbench.parts import register as register
 from workbench.plate.design import optimise_plate as optimise_plate
 from workbench.plate.measured_plate import load_plate as load_plate
 from workbench.plate.optimiser.constraints import Constraints as Constraints
@@ -71,3 +73,5 @@ from workbench.plate.score import score as score
 from workbench.plate.simulated_measurement import measure_plate as measure_plate
 from workbench.plate.simulated_measurement import measure_poses as measure_poses
 from workbench.views.page.show import show as show
+
+__version__: str

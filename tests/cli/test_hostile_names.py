@@ -15,7 +15,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.base.errors import FileError, RobotError
 from workbench.base.wording import as_cell, of_cell, readable
-from workbench.cli import exit_status, options
+from workbench.cli import options
 from workbench.data.readers import read_measurements
 from workbench.data.writer import measurements_csv
 from workbench.plate.simulated_measurement import measure_poses
@@ -42,16 +42,6 @@ def test_a_terminal_obeys_no_name(capfd):
     assert obeyed(out) == []
     assert [line for line in out.splitlines() if "note: " in line]
     assert readable("ü → 3 mm\tx\ny — „z“") == "ü → 3 mm\tx\ny — „z“"
-
-
-def test_a_terminal_obeys_no_reason(capfd):
-    def command(text):
-        options.fail(f"the arm {OBEYED} fails")
-
-    assert exit_status.run(command, []) == exit_status.UNUSABLE
-    err = capfd.readouterr().err
-    assert obeyed(err) == []
-    assert err.endswith(" fails\n")
 
 
 def test_a_page_obeys_no_name():

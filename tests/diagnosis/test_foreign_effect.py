@@ -3,29 +3,28 @@
 import json
 import warnings
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
 from typing import final
 
 import numpy as np
 import pytest
 from gear_sag import GearSag
-from refusals import mentions, refuses
+from refusals import mentions
 from rerun.chunk import RrdReader
 
-import workbench.base.registry as registry
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.effects import EFFECTS, AbstractEffect, Loads
+from workbench.arm.effects import AbstractEffect, Loads
 from workbench.arm.effects.axes import driven_names, own
 from workbench.arm.effects.plots import DeflectedRows
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.deflection import deflect
-from workbench.base.errors import OptionError, RobotError
+from workbench.base.errors import RobotError
 from workbench.data.readers import read_measurements, read_trajectory
 from workbench.data.simulation.hidden_effects import hidden_effects
 from workbench.data.writer import write_measurements
+from workbench.parts import Parts, register
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.simulated_measurement import measure_poses
 from workbench.session import Worker, start
@@ -36,7 +35,6 @@ from workbench.session.journal.entry import Ending, Entry
 from workbench.views.recording.recorder import recorder
 
 SIZE = 4e-4
-GROUP = "workbench.effects"
 SENTENCE = "Joint 2 winds up by"
 
 
@@ -64,7 +62,7 @@ class Shrink(AbstractEffect):
     name = "shrink"
     whole_arm = True
 
-    def own_elements(self, chain):
+    def elements(self, chain):
         return tuple(chain.elements[chain.driven[j]].name for j in range(3))
 
     def law(self, chain, motion, wrenches):
@@ -83,7 +81,7 @@ class Slump(AbstractEffect):
     whole_arm = True
     loads = Loads.OWN
 
-    def own_elements(self, chain):
+    def elements(self, chain):
         return driven_names(chain, (1, 2))
 
     def law(self, chain, motion, wrenches):
@@ -98,11 +96,9 @@ KINDS = (GearSag, WarmJoint, Shrink, Slump)
 
 @pytest.fixture(scope="module", autouse=True)
 def registered():
-    for kind in KINDS:
-        EFFECTS.register(kind)
+    forget = register(Parts(effects=KINDS))
     yield
-    for kind in KINDS:
-        EFFECTS.remove(kind.name)
+    forget()
 
 
 @pytest.fixture(scope="module")
@@ -223,21 +219,6 @@ def test_a_saved_arm_comes_back(tmp_path):
     assert list(again.coefficients) == ["joint3.warm_joint", "joint5.warm_joint", "arm.shrink"]
     with pytest.raises(RobotError, match="whole"):
         warm.with_effects(Shrink((1,)))
-
-
-def test_the_registry_takes_entries_and_replaces_none(monkeypatch):
-    assert EFFECTS.register(GearSag) is GearSag
-    with refuses(OptionError, option="effect", found="backlash"):
-        EFFECTS.register(dataclass(frozen=True)(type("Other", (GearSag,), {"name": "backlash"})))
-    with refuses(OptionError, "law, name, sentence", option="effect", found=AbstractEffect):
-        EFFECTS.register(AbstractEffect)
-    point = EntryPoint("gear-sag", f"{__name__}:GearSag", GROUP)
-    monkeypatch.setattr(registry, "_entry_points", lambda: EntryPoints([point]))
-    assert dict(registry.Registry("effect", AbstractEffect, WarmJoint, group=GROUP, classes=True)) == {
-        "warm-joint": WarmJoint,
-        "gear-sag": GearSag,
-    }
-    assert "gear-sag" in registry.Registry("effect", AbstractEffect, group=GROUP, classes=True)
 
 
 def test_measured_rows_know_their_drivers(folder, found):

@@ -112,9 +112,8 @@ def with_plate_kept(session: Session) -> Session:
 
 def fallen_short(session: Session, **change) -> Session:
     """A plate on which 95 % of the arms keep 1.3 times what they have to."""
-    errors = np.full(session.plate.region.cubes, np.nan)
     at = (session.plate, session.noise, session.choices.wanted)
-    trial = PlateTrial(*at, 200, 0.7, 0, 1.3, 1e-4, errors, "tried", "seat position")
+    trial = PlateTrial(*at, 200, 0.7, 0, 1.3, 1e-4, "tried", "instrument")
     history = replace(session.history, done=(session.history.best,), **change)
     return replace(session, history=history).with_part(trial)
 

@@ -9,8 +9,8 @@ from refusals import mentions
 
 from recordings import Run, rewrite
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.effects import EFFECTS
 from workbench.data.writer import write_measurements
+from workbench.parts import Parts, register
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.simulated_measurement import measure_poses
 from workbench.session.command import UnknownCommand
@@ -33,7 +33,7 @@ def lines(folder):
 def killed(tmp_path_factory):
     """A session with a foreign effect, as a kill in a later drag leaves it."""
     folder = tmp_path_factory.mktemp("foreign") / "session"
-    EFFECTS.register(GearSag)
+    forget = register(Parts(effects=(GearSag,)))
     try:
         _, rows = measure_poses(load_robot("aria"), 90, effects=("gear-sag:2:4e-4",), seed=2)
         path = write_measurements(rows, folder.parent / "sag.csv")
@@ -47,7 +47,7 @@ def killed(tmp_path_factory):
         run.worker.close()
         assert restore(read_recording(left)).differences == ()
     finally:
-        EFFECTS.remove(GearSag.name)
+        forget()
     return left
 
 
@@ -173,4 +173,4 @@ def test_a_xacro_of_an_earlier_version_is_left_out_and_named(plain):
         line |= {"command": "LoadModel", "title": "Open a.xacro", "fields": {"name": "a.xacro", "poses": []}}
 
     (note,) = plain(1, xacro).notes
-    assert mentions(note, "Open a.xacro")
+    assert mentions(note, "open a xacro", "step 1")

@@ -7,17 +7,22 @@ import numpy as np
 import pytest
 from stories import own_files
 
+import workbench as wb
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.branch import margins, planned_margins
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
+from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Kind
+from workbench.plate.tolerances import Production
 from workbench.session import replay, start
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.plate import SetNoise
+from workbench.session.commands.target_placement import place_plate
 from workbench.session.commands.undo import Redo, ResetTargets, Undo
+from workbench.session.live_score import score
 from workbench.session.page_state import Severity
 from workbench.session.start import default_plate
 from workbench.session.state import Focus
@@ -167,3 +172,32 @@ def test_the_journal_leads_to_the_same_session(worker, do, first):
     for a, b in zip(again.states, session.states, strict=True):
         assert np.array_equal(a.q, b.q)
         assert (a.reached, a.branch, a.reason) == (b.reached, b.branch, b.reason)
+
+
+def test_other_targets_are_read_as_they_are_unless_an_instrument_was_chosen(first):
+    """A plate of sockets was scored with the noise of seats, unlike in `plate score`."""
+    sockets = tuple(replace(target, kind=Kind.SOCKET) for target in first.plate.targets[:6])
+    plate = replace(first.plate, targets=sockets)
+    placed = place_plate(first, plate)
+    assert placed.noise == Noise(5e-5, first.noise.rotation)
+    q = np.stack([state.q for state in placed.states])
+    fixed = placed.plate.with_joints(q, tuple(state.branch for state in placed.states))
+    found = wb.score(first.robot, fixed, evaluation_poses=first.region.q)
+    assert placed.score.position == pytest.approx(found.measured.error.position_rms)
+    back = Undo().apply(placed)  # the seats kept the sockets' instrument
+    assert (back.noise, back.score.position) == (first.noise, pytest.approx(first.score.position))
+    assert Redo().apply(back).noise == placed.noise
+    chosen = Noise(2e-4, 1e-3)
+    assert place_plate(replace(first, noise=chosen), plate).noise == chosen
+
+
+def test_a_plate_is_scored_as_it_is_made_and_read(first):
+    """The page left out making and play: a loosely made plate seemed as good as any."""
+    options = {"noise": first.noise, "region_q": first.region.q}
+    production = Production(position=2.5e-4, angle=float(np.deg2rad(0.3)))
+    loose = score(first.robot, replace(first.plate, production=production), first.states, **options)
+    assert loose.position > 1.5 * first.score.position
+    sockets = tuple(replace(target, kind=Kind.SOCKET) for target in first.plate.targets[:5])
+    mixed = replace(first.plate, targets=(*sockets, *first.plate.targets[5:]))
+    found = score(first.robot, mixed, first.states, **options)
+    assert len(found.linearisation.jacobian) == 5 * 3 + 5 * 6

@@ -169,7 +169,5 @@ def test_the_plate_is_judged_by_what_is_wanted(first):
 
 def trial_of(session, share):
     """A trial of the session's plate with this share of good arms."""
-    errors = np.full(session.plate.region.cubes, np.nan)
-    return PlateTrial(
-        session.plate, session.noise, session.choices.wanted, 200, share, 0, 1.3, 1e-4, errors, "tried"
-    )
+    at = (session.plate, session.noise, session.choices.wanted)
+    return PlateTrial(*at, 200, share, 0, 1.3, 1e-4, "tried")

@@ -27,7 +27,6 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import Like
 from workbench.base.array_checks import numbers
 from workbench.base.errors import RobotError
 from workbench.base.files import check_ending, write_text
@@ -382,7 +381,7 @@ def robot_text(robot: Robot) -> str:
     return tomli_w.dumps(robot_to_table(robot))
 
 
-def write_toml(robot: Like[Robot], path: Path | str) -> Path:
+def write_toml(robot: Robot, path: Path | str) -> Path:
     """Write a robot's file, whole or not at all."""
     return write_text(check_ending(path, "a robot's file is", ".toml"), robot_text(robot))
 

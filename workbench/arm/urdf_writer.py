@@ -18,13 +18,12 @@ from workbench.arm.robot import Robot
 from workbench.arm.urdf import BASE_LINK, TOOL_LINK, xml_root
 from workbench.arm.usable_arm import usable_arm
 from workbench.base import se3
-from workbench.base.argument_checks import Like
 from workbench.base.errors import RobotError
 from workbench.base.files import check_ending, write_bytes
 from workbench.base.types import Matrix4, Vector3
 
 
-def write_urdf(robot: Like[Robot], path: Path | str) -> Path:
+def write_urdf(robot: Robot, path: Path | str) -> Path:
     """Write a robot as URDF: a calibrated copy of the file it came from, or frames alone.
 
     The base frame becomes a fixed joint from the link `measuring_frame`, the tool one to `calibrated_tool`,

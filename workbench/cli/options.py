@@ -15,8 +15,8 @@ from workbench.base.errors import OptionError, UnitError, WorkbenchError
 from workbench.base.progress import running
 from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
-from workbench.cli.joined_options import AbstractCompanion, AbstractSource
-from workbench.cli.joined_options import flattened as flattened
+from workbench.cli.option_records import AbstractCompanion, AbstractSource
+from workbench.cli.option_records import flattened as flattened
 
 
 def option(*names_and_help: str, **more: Any) -> Any:
@@ -91,7 +91,7 @@ class FileOptions:
         ),
     ] = None
     joined: tuple[AbstractSource, ...] = ()
-    joins: ClassVar = AbstractSource
+    joins: ClassVar = "sources"
 
     def read(self, path: Path, arm):
         """Measurements of a file, with as many joints as the arm has."""
@@ -122,7 +122,7 @@ class PageOptions:
     """What is beside the page: options of other packages alone."""
 
     joined: tuple[AbstractCompanion, ...] = ()
-    joins: ClassVar = AbstractCompanion
+    joins: ClassVar = "companions"
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,11 @@ import workbench.diagnosis.report.table  # noqa: F401 how results are shown
 from workbench.arm.masses import with_assumed_masses
 from workbench.arm.robot import Robot
 from workbench.base.advice import Advice
-from workbench.base.argument_checks import Like, with_fields
+from workbench.base.arguments import checked_arguments, with_fields
 from workbench.base.errors import DataError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
+from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.diagnosis.alternative_models import ModelComparison
@@ -40,15 +41,14 @@ from workbench.identification.joint_reading_noise import readings
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.problem import Noise
 from workbench.identification.rows.excluded_outliers import GROSS_REASON, prepare_without_gross_outliers
-from workbench.plate.argument_types import checked_arguments
 
 
 @checked_arguments(FitChoices)
 @whole_or_nothing()
 @one_thread()
 def diagnose(
-    robot: Like[Robot],
-    data: Like[Dataset],
+    robot: RobotLike,
+    data: DatasetLike,
     choices: FitChoices | None = None,
     *,
     measurable: Measurable | None = None,

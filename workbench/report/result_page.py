@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.base.errors import OptionError
-from workbench.base.registry import Registry
+from workbench.parts import parts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,16 +31,12 @@ class AbstractResultPage(ABC):
         """One of its figures; the most telling one without a name."""
 
 
-RESULT_PAGES: Registry[AbstractResultPage] = Registry(
-    "page of results", AbstractResultPage, group="workbench.result_pages"
-)
-
-
 def page_of(kind: str) -> AbstractResultPage:
     """The page of this kind of result, by its class's name."""
-    if kind not in RESULT_PAGES:
+    found = next((page for page in parts("result_pages", AbstractResultPage) if page.name == kind), None)
+    if found is None:
         raise OptionError(f"no installed package draws pages of an {kind}")
-    return RESULT_PAGES[kind]
+    return found
 
 
 def page_figure(self: Any, name: str = "") -> "Figure":

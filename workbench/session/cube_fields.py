@@ -10,8 +10,8 @@ from jaxtyping import Float
 
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
-from workbench.base.registry import Registry
 from workbench.identification.problem_blocks import Noise
+from workbench.parts import PartTable
 from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate
 from workbench.session.comparison import Comparison
@@ -194,14 +194,8 @@ class MeasuredErrorField(AbstractCubeField):
 
 
 PREDICTED, MEASURED, CHANGE = PredictedErrorField(), MeasuredErrorField(), PredictedChangeField()
-CUBE_FIELDS: Registry[AbstractCubeField] = Registry(
-    "cube field",
-    AbstractCubeField,
-    ReachabilityField(),
-    BestIndexField(),
-    PREDICTED,
-    MEASURED,
-    group="workbench.cube_fields",
+CUBE_FIELDS: PartTable[AbstractCubeField] = PartTable(
+    "cube_fields", AbstractCubeField, ReachabilityField(), BestIndexField(), PREDICTED, MEASURED
 )
 """What cubes can be coloured by."""
 

@@ -28,7 +28,6 @@ from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.patterns import CENTRE, CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.stock import made_as_drawn
 from workbench.plate.target_readings import usual_sigma
 from workbench.session.live_score import draw_region, score
 from workbench.session.state import Choices, EvaluationRegion, PlateHistory, Session
@@ -117,7 +116,7 @@ def default_circle(robot: Robot) -> Plate:
         if count == len(plate):
             break
     assert best is not None
-    return made_as_drawn(best)
+    return best.made_as_drawn
 
 
 def _circle(robot: Robot, centre: tuple[float, float]) -> Plate:

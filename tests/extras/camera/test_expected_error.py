@@ -22,10 +22,7 @@ def near_error(arm, shots, robot, rng):
 
 @pytest.mark.parametrize(("name", "turned"), [("ur5", 0.1), ("industrial", np.inf), ("7R", 0.1)])
 def test_errors_at_other_poses_are_as_large_as_expected(tmp_path, name, turned):
-    """Zeros alone or nothing is taken of arms whose geometry is off; small turns leave other ways open.
-
-    Many more arms: `tests/benchmarks/pictures.py`.
-    """
+    """Zeros alone or nothing is taken of arms whose geometry is off; small turns leave other ways open."""
     ratios = []
     for seed in range(4):
         rng = np.random.default_rng([seed, 36])

@@ -1,16 +1,29 @@
 """From targets to parts: the tool that sits in a made block stands where the plate's target is."""
 
+import csv
+import io
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tests.plate.test_fixture import HALF, rng
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.kinematics.forward import identification_jacobian
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.extras.workshop.fixture import fixture_of
+from workbench.extras.workshop.fixture import MARGIN, fixture_of
+from workbench.extras.workshop.outputs import targets_csv
 from workbench.extras.workshop.parts import Purpose
-from workbench.plate.plate import Kind
-from workbench.plate.plate_toml import load_plate
-from workbench.plate.stock import Stock
+from workbench.plate.design import optimise_plate
+from workbench.plate.optimiser.optimise import DesignRequest
+from workbench.plate.optimiser.result import PlateDesign
+from workbench.plate.optimiser.target_blocks import SIDE, Blocks, block_corners, tool_poses_at
+from workbench.plate.plate import Kind, Target
+from workbench.plate.plate_toml import load_plate, read_plate, write_plate
+from workbench.plate.target_branches import choose_branches, plate_solutions
+from workbench.plate.target_readings import linearise_targets, reading_named
 from workbench.session.start import default_circle
 
 
@@ -20,18 +33,16 @@ def bores(part, purpose):
 
 def test_table_2_is_two_shapes():
     fixture = fixture_of(load_plate("table2"))
-    assert [(s.letter, s.numbers) for s in fixture.shapes] == [
-        ("A", (1, 3, 5, 7, 9)),
-        ("B", (2, 4, 6, 8, 10)),
-    ]
-    assert np.allclose(np.rad2deg([s.block.tilt for s in fixture.shapes]), [30.0, 20.0])
+    numbers = {letter: [block.number for block in alike] for letter, alike in fixture.shapes.items()}
+    assert numbers == {"A": [1, 3, 5, 7, 9], "B": [2, 4, 6, 8, 10]}
+    assert np.allclose(np.rad2deg([alike[0].tilt for alike in fixture.shapes.values()]), [30.0, 20.0])
     assert np.allclose([b.height for b in fixture.blocks], 0.05)
 
 
 def test_what_the_blocks_hold_is_the_target(made_plate, fixture):
     """Seat and index pin, the ball's centre, and the probe's tip, rebuilt from the bores alone."""
     for block, target in zip(fixture.blocks, made_plate.targets, strict=True):
-        frame = fixture.pose @ block.pose
+        frame = made_plate.pose @ block.pose
         if target.kind is Kind.SEAT:
             (seat,), (index,) = bores(block, Purpose.SEAT), bores(block, Purpose.INDEX)
             z = frame[:3, :3] @ seat.direction
@@ -63,7 +74,7 @@ def test_a_plate_without_size_is_large_enough(plate_of):
     plate = plate_of((0.1, 0.0, 0.05, 0.2, 0.3, 0.0), (-0.1, 0.06, 0.05, 0.2, 2.0, 0.0), size=None)
     fixture = fixture_of(plate)
     for block in fixture.blocks:
-        assert (np.abs(block.footprint) <= 0.5 * fixture.slab.size[:2] - Stock().margin + 1e-9).all()
+        assert (np.abs(block.footprint) <= 0.5 * fixture.slab.size[:2] - MARGIN + 1e-9).all()
     assert "no size" in fixture.notes[0]
 
 
@@ -73,7 +84,7 @@ def test_mounting_holes_keep_clear_of_blocks(plate_of):
     assert len(kept) == 4  # the one under the block stands beside it, on the same edge
     (moved,) = (b.mouth[:2] for b in kept if (b.mouth[:2] > 0.0).all())
     assert np.isclose(moved, [0.13, 0.08]).sum() == 1
-    assert np.abs(moved - [0.12, 0.07]).max() >= 0.5 * Stock().side
+    assert np.abs(moved - [0.12, 0.07]).max() >= 0.5 * SIDE
     assert "left out" not in " ".join(fixture.notes)
 
 
@@ -83,16 +94,6 @@ def test_the_plate_that_an_arm_begins_on_can_be_made(name):
     fixture = fixture_of(default_circle(load_robot(name)))
     assert len(fixture.blocks) == 10
     assert len(bores(fixture.slab, Purpose.MOUNTING)) == 4
-
-
-def test_stand_offs_reach_down_to_the_foot_of_an_arm_whose_base_is_above_it():
-    """A Katana's plate lies below its base's origin: it was said to be under the robot's foot."""
-    katana = load_robot("katana450")
-    plate = default_circle(katana)
-    assert fixture_of(plate).standoff is None
-    post = fixture_of(plate, robot=katana).standoff
-    height = plate.xyz[2] - plate.size[2] + katana.base.xyz[2]
-    assert sum(length for _, length in post.steps) == pytest.approx(height)
 
 
 @pytest.mark.parametrize(
@@ -124,3 +125,67 @@ def test_the_least_height_is_enough(plate_of):
     fixture_of(plate_of((0.0, 0.0, minimum + 5e-5, 0.4, 0.0, 0.3)))
     with pytest.raises(OptionError):
         fixture_of(plate_of((0.0, 0.0, minimum - 1e-4, 0.4, 0.0, 0.3)))
+
+
+def test_balls_have_no_spin_that_would_make_shapes(aria, plate):
+    """Blocks that differ by the tool's turn about their axis alone are one shape, as the drawings have it."""
+    turned = tuple(
+        replace(
+            t,
+            kind=Kind.SOCKET,
+            xyz=plate.targets[0].xyz + np.array([0.06 * i, 0.0, 0.0]),
+            rpy=np.array([np.pi, 0.0, i]),
+        )
+        for i, t in enumerate(plate.targets[:3])
+    )
+    design = PlateDesign(plate=replace(plate, targets=turned), cost=1e-4, rotation=np.inf, start_cost=1e-4)
+    assert design.plate_shapes == 1 == len(fixture_of(replace(design.plate, size=None)).shapes)
+    seats = tuple(replace(t, kind=Kind.SEAT) for t in turned)
+    assert replace(design, plate=replace(plate, targets=seats)).plate_shapes == 3
+
+
+def test_a_ball_bar_plate_is_three_sockets_and_the_lengths_of_its_bar(aria, plate, tmp_path):
+    """Its targets are places in the air: only the anchors are made, and each target is read by distances."""
+    anchors = reading_named("ball-bar", aria, plate).anchors
+    in_air = tuple(replace(target, kind=Kind.POINT) for target in plate.targets)
+    bar = read_plate(write_plate(replace(plate, targets=in_air, anchors=anchors), tmp_path / "bar.toml"))
+    assert np.allclose(bar.anchors, anchors)
+    made = fixture_of(bar)
+    assert len(made.blocks) == 3
+    for block, place in zip(made.blocks, anchors, strict=True):
+        (cone, *_) = block.bores
+        held = block.pose @ [*(cone.bottom - np.sqrt(2.0) * 0.006 * cone.direction), 1.0]
+        assert np.allclose(held[:3], place, atol=1e-12)
+    first = next(csv.DictReader(io.StringIO(targets_csv(bar))))
+    distance = np.linalg.norm(bar.poses[0, :3, 3] - bar.pose[:3, 3] - anchors[0])
+    assert float(first["bar1[mm]"]) == pytest.approx(1e3 * distance, abs=1e-6)
+    q = choose_branches(aria, plate, plate_solutions(aria, plate), goal="O1", rng=np.random.default_rng(0)).q
+    rows = linearise_targets(aria, bar, q, sigma=(5e-6, 1e-3), additive=True)
+    _, twists = identification_jacobian(aria, Motion(q), rows.names)
+    assert rows.jacobian.shape == (30, len(rows.names))
+    assert np.allclose(rows.jacobian[1] * rows.sigma[1], bar.from_anchors[0, 1] @ twists[0, :3])
+    assert np.allclose(rows.sigma, np.hypot(5e-6, 5e-5))
+
+
+def test_blocks_collide_as_they_are_made(plate):
+    """The corners are those of the bars that the workshop saws."""
+    places = Blocks().draw(40, HALF, rng=rng(3))
+    poses = tool_poses_at(plate, places)
+    for pose in poses:
+        target = Target(pose[:3, 3], se3.matrix_to_rpy(pose[:3, :3]))
+        block = fixture_of(replace(plate, targets=(target,))).blocks[0]
+        foot = se3.apply(
+            plate.pose @ block.pose,
+            0.5 * SIDE * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float),
+        )
+        mine = block_corners(plate, pose[None])[0]
+        assert np.allclose(mine[:4], foot, atol=1e-9)
+        heights = se3.apply(se3.inverse(plate.pose), mine[4:])[:, 2]
+        assert sorted({heights.min(), heights.max()}) == pytest.approx(sorted(block.heights), abs=1e-9)
+
+
+def test_a_plate_that_the_search_found_can_be_made(aria, plate):
+    design = optimise_plate(aria, plate, request=DesignRequest(number=8, places=40, starts=1, shapes=2))
+    made = fixture_of(design.plate)
+    assert len(made.blocks) == 8
+    assert len(made.shapes) <= 2

@@ -8,6 +8,7 @@ x axis runs along the link (Hayati, DH), c_x is torsion and c_y bending [rad/(N 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -34,15 +35,15 @@ class LinkFlexure(AbstractEffect):
     credible = (0.05, 0.0)
     """At the largest moment of the rows: a link of plastic. Aluminium yields at a tenth of it."""
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         return tuple(f"joint{j + 1}.flexure{k}" for j in self.joints for k in (1, 2))
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         turned = self._turn(chain, motion) @ across(chain, self.joints, wrenches)[..., None]
         return diagonal(-turned.reshape(len(motion), -1))
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         return blocks(-self._sizes() * self._turn(chain, motion))
 
     def growth(
@@ -59,10 +60,10 @@ class LinkFlexure(AbstractEffect):
         return f"The {link} bends by {self.size(chain)} under the moment that it carries"
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "LinkFlexure":
+    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "LinkFlexure":
         return cls((joint,), (0.5, 1.0))
 
-    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
+    def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
         """Bending of a link about each of its two axes over the moment about them."""
         laws = self.law(state.chain, state.motion, state.wrenches)
         places = [(k, self.joints[k // 2] + 1, k % 2 + 1) for k in range(laws.shape[1])]

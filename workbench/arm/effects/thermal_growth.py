@@ -41,7 +41,7 @@ class ThermalGrowth(AbstractEffect):
     largest = 1.5e-4
     """[1/K] Steel grows by 1.2e-5, aluminium by 2.3e-5, printed plastics by up to 1e-4."""
 
-    def own_elements(self, chain: Chain) -> tuple[str, ...]:
+    def elements(self, chain: Chain) -> tuple[str, ...]:
         return tuple(chain.elements[k].name for k in _lengths(chain))
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
@@ -62,7 +62,7 @@ class ThermalGrowth(AbstractEffect):
     def sentence(self, chain: Chain, motion: Motion) -> str:
         return f"The lengths grow with the temperature: {readable(self.coefficients[0], '1/K')}"
 
-    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
+    def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
         """Growth of all lengths together over the temperature."""
         warm = state.motion.need("temperature", self.name)
         warmer = replace(state.motion, temperature=np.full(len(warm), self.reference + 1.0))

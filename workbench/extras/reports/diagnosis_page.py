@@ -33,7 +33,6 @@ from workbench.identification.report.table import error_cards
 from workbench.identification.result import error_rows
 from workbench.report.figures import DrawnFigure, png
 from workbench.report.html import write_page
-from workbench.report.sections import sections_of
 
 PAGE = "diagnosis.html"
 RESULT = "diagnosis.json"
@@ -63,13 +62,12 @@ def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
     progress(0.9, "writing the page")
     old = (p.name for p in Path(folder).glob(f"{PICTURES}*.png"))
     numbers, fields = diagnosis_json(result), _template_fields(result)
-    fields["sections"], more = sections_of(result, advice)
     fields["notes"] = (*result.warnings, *advice.warnings, *result.notes)
     path = write_page(
         folder,
         PAGE,
         drawings,
-        numbers | more,
+        numbers,
         numbers=RESULT,
         files=files,
         replaces=old,

@@ -21,7 +21,6 @@ from workbench.identification.report.table import error_cards
 from workbench.identification.result import Identification, Run, error_rows
 from workbench.report.html import write_page
 from workbench.report.numbers import short
-from workbench.report.sections import sections_of
 
 PAGE = "report.html"
 LISTED = 50
@@ -49,10 +48,9 @@ def write_report(result: Identification, folder: Path | str, *, wanted: Wanted |
     content |= {"requirement": judged and _requirement_json(judged), "controller": use.json()}
     old = [f"{name}.svg" for name in NAMES]
     fields = _text(result, judged=judged, use=use)
-    fields["sections"], more = sections_of(result, advice)
     fields["warnings"] = (*result.warnings, *advice.warnings)
     path = write_page(
-        folder, PAGE, drawings, content | more, replaces=old, package="workbench.extras.reports", **fields
+        folder, PAGE, drawings, content, replaces=old, package="workbench.extras.reports", **fields
     )
     progress(1.0, "done")
     return path

@@ -5,7 +5,7 @@ from functools import partial
 
 import viser
 
-from workbench.base.registry import BROKEN_PARTS, warn_of_broken
+from workbench.parts import BROKEN, warn_of_broken
 from workbench.session.commands.compare import FollowSystem
 from workbench.session.commands.messages import NoteTab, Tell
 from workbench.session.page_state import Severity, Tab
@@ -15,7 +15,7 @@ from workbench.session.worker import Worker
 from workbench.views.page.camera import aim
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.palette import add_commands
-from workbench.views.page.panels import PANELS
+from workbench.views.page.panels import panels as all_panels
 from workbench.views.page.panels.header import CaptionPanel, Header, HeaderVerdict
 from workbench.views.page.panels.legend import LegendPanel
 from workbench.views.page.panels.panel import AbstractPanel
@@ -119,7 +119,7 @@ class BrowserView(AbstractView):
 
     def _report_broken_parts(self) -> None:
         """Show each sentence on a part that is left out, once."""
-        for sentence in BROKEN_PARTS.keys() - self._shown_broken:
+        for sentence in BROKEN.keys() - self._shown_broken:
             self._worker.submit(Tell(sentence, Severity.WARNING))
             self._shown_broken.add(sentence)
 
@@ -175,7 +175,7 @@ def _build_panels(
 
 def _placed(tab: Tab | None) -> list[type[AbstractPanel]]:
     """The panels of a tab, or those above all tabs, in order."""
-    return sorted((p for p in PANELS.values() if p.tab is tab), key=lambda p: p.order)
+    return sorted((p for p in all_panels() if p.tab is tab), key=lambda p: p.order)
 
 
 def _fit_panel(server: viser.ViserServer, client: viser.ClientHandle, window: int, height: int) -> None:
