@@ -21,7 +21,7 @@ from scipy import special
 
 from workbench.arm.frame import Frame
 from workbench.base import se3
-from workbench.base.argument_checks import checked_arguments
+from workbench.base.arguments import checked_arguments
 from workbench.base.array_checks import check_rotations, numbers
 from workbench.base.errors import DataError
 from workbench.base.files import check_ending, write_text
