@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float
 
 from workbench.base.columns import Per, row_drivers
 from workbench.base.errors import DataError, FileError, ShapeError
+from workbench.base.remedy import remedy
 from workbench.base.types import Matrix4
 from workbench.base.units import parse_heading
 from workbench.base.wording import plural
@@ -25,6 +26,7 @@ from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields, in_base
 from workbench.data.readers.file_kind import POSE_PAIRS
 from workbench.data.readers.headings import column_of
+from workbench.data.readers.long_tables import with_markers
 from workbench.data.readers.orientation import read_orientation, written_orientation
 
 _CHECKED = {"distance", "direction", "exclude", "reason"}
@@ -59,8 +61,9 @@ def assemble(
     """
     if beside is None and {"u", "v", "id"} <= set(fields.values):
         raise FileError("is a table of pixels: give --camera and --target as well", path=fields.source)
-    q = joint_columns(fields, joints)
-    excluded = _excluded_by_file(fields)
+    q, excluded = joint_columns(fields, joints), _excluded_by_file(fields)
+    if beside is None and (wide := with_markers(fields, q, excluded)) is not fields:
+        return assemble(wide, joints=joints, base=base)
     _need_whole_joints(fields, q, excluded)
     position = fields.stacked(_XYZ)
     rotation, notes = read_orientation(fields, usable=~excluded)
@@ -124,6 +127,7 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
         paired = any(_OF_TARGET.match(heading) for heading in fields.unread)
         raise DataError(
             f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …"
+            + remedy(", or give a table of joints (--joints)", page="")
             + f"; {POSE_PAIRS}" * paired
         )
     lacking = next((i for i, number in enumerate(numbers, start=1) if number != i), None)
