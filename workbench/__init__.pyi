@@ -28,6 +28,8 @@ from workbench.data.writer import write_measurements as write_measurements
 from workbench.diagnosis.diagnose import diagnose as diagnose
 from workbench.diagnosis.identify_with_effects import identify as identify
 from workbench.diagnosis.result import Diagnosis as Diagnosis
+from workbench.extras.camera.hand_eye import HandEye as HandEye
+from workbench.extras.camera.hand_eye import handeye as handeye
 from workbench.extras.camera.pixel_table import read_pixels as read_pixels
 from workbench.extras.camera.rig import read_rig as read_rig
 from workbench.extras.hobby.motor_map import MotorMap as MotorMap

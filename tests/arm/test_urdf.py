@@ -19,7 +19,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.wrenches import motion_wrenches
-from workbench.arm.urdf import read_urdf
+from workbench.arm.urdf import read_urdf, tip_of
 from workbench.arm.urdf_writer import write_urdf
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
@@ -219,7 +219,8 @@ def test_calibrated_copies_keep_everything_else(file, tmp_path):
         return everything_else(root, robot.urdf.joints)
 
     before, after = (strip(ET.parse(p).getroot()) for p in (path, copy))
-    assert before == after
+    assert before == after[: len(before)]
+    assert all(b"calibrated_tool" in added for added in after[len(before) :])
     meshes = [[n.get("filename") for n in ET.parse(p).getroot().iter("mesh")] for p in (path, copy)]
     assert meshes[0] == meshes[1]
     assert meshes[0]
@@ -365,3 +366,33 @@ def test_each_mistake_is_one_file_error(text, tmp_path):
     with pytest.raises(FileError) as caught:
         read(tmp_path, text)
     assert caught.value.path == str(tmp_path / "robot.urdf")
+
+
+def with_jaw(tmp_path):
+    """Two joints of an arm, a tip, and a jaw that makes another chain longer."""
+    joints = [
+        f'<joint name="q{k}" type="revolute"><parent link="{a}"/><child link="{b}"/><origin xyz="0.1 0 {z}"/>'
+        f'<axis xyz="0 {y} {1 - y}"/>{LIMIT}</joint>'
+        for k, (a, b, z, y) in enumerate((("a", "b", 0.3, 0), ("b", "c", 0.2, 1), ("c", "d", 0.1, 0)), 1)
+    ]
+    tip = '<joint name="tip" type="fixed"><parent link="c"/><child link="e"/><origin xyz="0 0 0.09"/></joint>'
+    path = tmp_path / "jaw.urdf"
+    path.write_text(urdf(*joints, tip))
+    return path
+
+
+def test_a_chosen_tip_holds_in_the_copy(tmp_path):
+    arm = read_urdf(with_jaw(tmp_path), tip="e")
+    assert arm.dof == 2
+    assert tip_of(read_urdf(with_jaw(tmp_path)), 2) == "e"
+    assert tip_of(arm, 3) == "d"
+    assert tip_of(arm, 5) is None
+    copy = read_urdf(write_urdf(arm, tmp_path / "copy.urdf"))
+    assert copy.dof == 2
+    q = np.array([[0.3, -0.4]])
+    assert tool_poses(copy, Motion(q)) == pytest.approx(tool_poses(arm, Motion(q)))
+    again = write_urdf(copy, tmp_path / "again.urdf")
+    assert again.read_text().count("calibrated_tool") == (tmp_path / "copy.urdf").read_text().count(
+        "calibrated_tool"
+    )
+    assert {node.get("name") for node in ET.parse(again).findall("link")} >= {"d", "e"}

@@ -134,7 +134,7 @@ COLUMNS: PartTable[Column] = PartTable(
     Column(name="distance", quantity=Quantity.LENGTH, also=("dist", "abstand", "entfernung"), observed=True),
     Column(name="session", also=("sitzung", "placement", "aufstellung")),
     Column(name="group", also=("gruppe",)),
-    Column(name="point", also=("socket", "punkt")),
+    Column(name="point", also=("socket", "punkt", "element_name", "feature_name", "point_name")),
     Column(name="anchor", also=("anker",)),
     Column(name="contact", also=("kontakt",)),
     Column(name="exclude", also=("excluded", "ausschluss")),

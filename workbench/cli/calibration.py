@@ -38,6 +38,7 @@ def identify(
     renew: Annotated[
         str | None, option("With --prior: joints that were replaced and start without it, such as 3,4.")
     ] = None,
+    tip: opt.TipOption = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import posed_arm
@@ -52,7 +53,7 @@ def identify(
 
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees joint offsets only; give either --level or --free")
-    arm = posed_arm() if robot is None else wb.load_robot(robot)
+    arm = posed_arm() if robot is None else wb.load_robot(robot, tip=tip)
     requested = default_requirement(arm.name) if wanted is None else opt.wanted_of(wanted)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     if robot is None and (rows.readings is None or not rows.readings.has_tool_poses):
@@ -120,6 +121,7 @@ def diagnose(
     fit: opt.FitOptions,
     out: opt.OutputOptions,
     files: opt.FileOptions,
+    tip: opt.TipOption = None,
 ) -> None:
     """Find the effects missing from the model, add them, and report the held-out error before and after."""
     from workbench.diagnosis.report.page import write_diagnosis
@@ -127,7 +129,7 @@ def diagnose(
     from workbench.diagnosis.report.table import diagnosis_tables
     from workbench.identification.errors.file_errors import file_text
 
-    arm = wb.load_robot(robot)
+    arm = wb.load_robot(robot, tip=tip)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     out.check()
     choices = fit.choices(arm, files)
@@ -176,6 +178,7 @@ def evaluate(
     files: opt.FileOptions,
     frames: Annotated[str, option("given: fit nothing; fit: fit only base and tool.")] = "given",
     reading: opt.ReadingOption = "auto",
+    tip: opt.TipOption = None,
     json: opt.JsonOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements, without fitting the arm."""
@@ -183,7 +186,7 @@ def evaluate(
     from workbench.identification.report import table
 
     fit_frames = opt.fits_frames(frames)
-    arm = wb.load_robot(robot)
+    arm = wb.load_robot(robot, tip=tip)
     opt.check_writable(json)
     found = wb.evaluate(arm, files.read(data, arm), fit_frames=fit_frames, reading=reading)
     opt.show(table.evaluation_tables(found))
@@ -257,6 +260,10 @@ def export(
         if path is not None:
             opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
     if urdf is not None:
+        if tip is not None:
+            opt.say(
+                f"note: {urdf} keeps all its branches; the chain ends at '{tip}', by its link calibrated_tool"
+            )
         opt.say_notes(carried_text(arm))
     if controller is not None and nominal is not None:
         from workbench.identification.checks.arm_match import require_same_arm

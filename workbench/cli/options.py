@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, NoReturn
 import typer
 
 import workbench as wb
-from workbench.base.errors import OptionError, UnitError, WorkbenchError
+from workbench.base.errors import OptionError, ShapeError, UnitError, WorkbenchError
 from workbench.base.progress import running
 from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
@@ -101,16 +101,24 @@ class FileOptions:
             if (found := source.read(path, arm, self.joints)) is not None:
                 return found
         stored = ColumnMapping() if self.mapping is None else read_mapping(self.mapping)
-        return wb.read_measurements(
-            path,
-            joints=arm.joint_names,
-            base=arm.base.pose,
-            columns=self.columns or stored.columns,
-            sheet=self.sheet or stored.sheet,
-            layout=self.layout or stored.layout,
-            joint_table=self.joints,
-            joint_columns=stored.joints,
-        )
+        try:
+            return wb.read_measurements(
+                path,
+                joints=arm.joint_names,
+                base=arm.base.pose,
+                columns=self.columns or stored.columns,
+                sheet=self.sheet or stored.sheet,
+                layout=self.layout or stored.layout,
+                joint_table=self.joints,
+                joint_columns=stored.joints,
+            )
+        except ShapeError as error:
+            from workbench.arm.urdf import tip_of
+
+            if (tip := tip_of(arm, error.found)) is None:
+                raise
+            text = f"{error}, or its chain of {error.found} joints by --tip {tip}"
+            raise ShapeError(text, expected=error.expected, found=error.found) from None
 
     def read_whole(self, path: Path, arm):
         """Measurements from another file with its own joint readings: --joints is not applied."""

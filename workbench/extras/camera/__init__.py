@@ -1,14 +1,19 @@
 """Cameras with boards or tags: the printed board as an instrument.
 
 `camera.py` projects, `target.py` holds the board or tags, `rig.py` both; `pixel_table.py` makes a `Dataset`
-of the corners that were found.
+of the corners that were found. `pose_pairs.py` and `hand_eye.py` need no picture: poses of robot and target.
 """
 
 from workbench.parts import Parts
 
 PARTS = Parts(
-    commands={"board": "workbench.extras.camera.commands:board"},
+    commands={
+        "board": "workbench.extras.camera.commands:board",
+        "handeye": "workbench.extras.camera.commands:handeye",
+    },
     root={
+        "HandEye": "workbench.extras.camera.hand_eye:HandEye",
+        "handeye": "workbench.extras.camera.hand_eye:handeye",
         "read_pixels": "workbench.extras.camera.pixel_table:read_pixels",
         "read_rig": "workbench.extras.camera.rig:read_rig",
     },
