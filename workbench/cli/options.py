@@ -72,6 +72,16 @@ ReadingOption = Annotated[
 SeedOption = Annotated[int, option("Seed of the random numbers.")]
 
 
+def _list_layouts(value: str | None) -> str | None:
+    """The name of a layout; `list` prints all and ends the command."""
+    if value == "list":
+        from workbench.data.readers.layouts import LAYOUTS, PLAIN
+
+        print("\n".join((PLAIN, *LAYOUTS)))
+        raise typer.Exit
+    return value
+
+
 @dataclass(frozen=True)
 class FileOptions:
     """Options for reading a measurement file."""
@@ -79,7 +89,12 @@ class FileOptions:
     columns: ColumnsOption = None
     sheet: SheetOption = None
     layout: Annotated[
-        str | None, option("Layout of the file, recognised if not given; `--layout list` lists all.")
+        str | None,
+        option(
+            "Layout of the file, recognised if not given; `--layout list` lists all.",
+            callback=_list_layouts,
+            is_eager=True,
+        ),
     ] = None
     mapping: Annotated[
         Path | None, option("A column mapping (.toml), as written by preview --save-mapping.")

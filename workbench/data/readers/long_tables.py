@@ -36,7 +36,7 @@ def with_markers(
     markers = list(dict.fromkeys(found))
     fewest = min(map(found.count, markers[: MAX_MARKERS + 1]), default=0)
     is_seen = fewest >= MIN_SHARE * len(groups) and len(found) >= MIN_SEEN * len(groups)
-    if "" in markers or len(markers) > MAX_MARKERS or not is_seen:
+    if not groups or "" in markers or len(markers) > MAX_MARKERS or not is_seen:
         return fields
     xyz = np.stack([fields.values[axis] for axis in "xyz"], axis=1)
     places = np.full((len(groups), len(markers), 3), np.nan)

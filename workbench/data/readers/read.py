@@ -19,6 +19,7 @@ from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
+from workbench.data.readers.several_tables import only_table
 from workbench.data.readers.table import Grid, Table, with_headings, with_joint_names, with_names, with_pairs
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet
@@ -180,7 +181,7 @@ def read_table(
     else:
         grid = read_text(data, path)
     _refuse_transform(grid)
-    return _named(grid, naming, joints)
+    return _named(only_table(grid), naming, joints)
 
 
 def _no_workbook(path: Path, sheet: str) -> OptionError:
