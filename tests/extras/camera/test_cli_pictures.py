@@ -144,31 +144,3 @@ def test_what_a_folder_may_be(run, here):
             z["joint"] for z in json.loads((here / "r.json").read_text())["camera"]["zeros"] if z["moved"]
         ]
         assert moved == ["joint3", "joint5"]
-
-
-@pytest.mark.data
-def test_the_public_pictures_do_as_well_as_the_baseline(run, tmp_path, shared_data):
-    """1.10 px with free intrinsics; joints are missing, and that is said."""
-    folder = shared_data / "charuco_poses"
-    lines = ["image,x[m],y[m],z[m],qw,qx,qy,qz"]
-    for k in range(16):
-        text = (folder / f"poses/{k}.yaml").read_text().strip().split("\n")
-        pairs = dict(line.split(": ") for line in text)
-        numbers = [pairs[c].strip() for c in ("x", "y", "z", "qw", "qx", "qy", "qz")]
-        lines.append(",".join([f"{k}.jpg", *numbers]))
-    (tmp_path / "poses.csv").write_text("\n".join(lines) + "\n")
-    (tmp_path / "camera.toml").write_text(
-        '[[camera]]\nname = "cell"\nsize = [1600, 1200]\nfx = 1352.02747\nfy = 1356.14287\ncx = 789.67065\n'
-        "cy = 627.2995\n"
-    )
-    (tmp_path / "target.toml").write_text(
-        'mounted = "tool"\n[charuco]\nsquares = [5, 7]\nsquare = 0.036195\nmarker = 0.018256\n'
-        'dictionary = "DICT_6X6_250"\n'
-    )
-    options = (*WITH, "--joints", "poses.csv", "--held-out", "0", "--json", "r.json", "--algorithm", "opt2")
-    status, out, _ = run("identify", folder / "images", *options)
-    assert status == 0
-    assert mentions(out, "292 corners", "16 pictures")
-    assert "only tool poses" in " ".join(out.split())
-    fit = json.loads((tmp_path / "r.json").read_text())["algorithms"]["opt2"]["train"]
-    assert fit["pixel_px"]["mean"] < 1.10

@@ -14,10 +14,7 @@ from refusals import mentions, refuses
 
 from workbench.base.errors import FileError
 from workbench.extras.camera import folder as folders
-from workbench.extras.camera.folder import read_folder, says_target, unpacked
-from workbench.extras.camera.panels import PictureFields
-from workbench.extras.camera.picture_files import read_picture
-from workbench.extras.camera.printed import Board
+from workbench.extras.camera.folder import read_folder, unpacked
 
 MEBIBYTE = 2**20
 
@@ -28,24 +25,6 @@ def zipped(*files) -> bytes:
         for name, content in files:
             archive.writestr(name, content)
     return out.getvalue()
-
-
-@pytest.mark.parametrize(
-    ("content", "says"),
-    [
-        (zipped(("a/0.png", b""), ("a/joints.csv", b"")), False),
-        (zipped(("a/camera.toml", b"[[camera]]\nname = 'a'"), ("a/0.png", b"")), False),
-        (zipped(("a/board.TOML", b"[charuco]\nsquares = [5, 7]")), True),
-        (b"no archive", True),
-        (zipped(("broken.toml", b"=")), True),
-    ],
-)
-def test_a_board_is_assumed_only_after_a_question_where_no_file_says_it(content, says, monkeypatch):
-    """One that can't be read is asked about by nobody: reading it says what is wrong."""
-    assert says_target(content) is says
-    fields = PictureFields.__new__(PictureFields)
-    monkeypatch.setattr(PictureFields, "board", Board())
-    assert (Board().question in fields._assumed(content)) is not says
 
 
 def marked(content: bytes, place: int, value: int) -> bytes:
@@ -203,9 +182,3 @@ def _claiming(path: Path, side: int) -> Path:
     made[29:33] = struct.pack(">I", zlib.crc32(made[12:29]))
     path.write_bytes(bytes(made))
     return path
-
-
-def test_no_picture_is_one_sentence(tmp_path):
-    (tmp_path / "a.png").write_bytes(b"\x89PNG none")
-    with refuses(FileError, "250 megapixels", path=str(tmp_path / "a.png")):
-        read_picture(tmp_path / "a.png")

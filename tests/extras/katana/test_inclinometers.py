@@ -25,7 +25,6 @@ from workbench.arm.statics.moments import joint_moments
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.extras.katana.load_test.experiment import pulled_joint, tilting_of
-from workbench.extras.katana.load_test.joint_tilting_fit import JointTilting, tilting_effects
 from workbench.extras.katana.load_test.postures import FIRM, PairPurpose, plan_load_test, possible, side_loads
 
 SEED = 20_001
@@ -152,10 +151,3 @@ def test_what_cannot_be_loaded_is_refused():
         plan_load_test(narrow, joints=[1], rng=rng)
     with refuses(DataError, joint=0, found=0.01):
         side_loads(robot, 0, force=0.01, rng=rng)
-
-
-def test_a_joint_that_was_not_asked_has_no_size():
-    both = JointTilting(0, clearance=1e-3).joined(JointTilting(0, backlash=2e-3, compliance=1e-5))
-    assert (both.clearance, both.backlash, both.stiffness) == (1e-3, 2e-3, pytest.approx(1e5))
-    (only,) = tilting_effects([JointTilting(2, clearance=1e-3), JointTilting(3)])
-    assert only.names == ("joint3.clearance",)

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import OptionError
 from workbench.extras.live.driver import JOINT_NOISE, TURNING, drive, drive_plate
 from workbench.extras.live.sample import parse_sample
 from workbench.plate.plate_toml import load_plate
@@ -53,11 +51,6 @@ def test_the_arm_moves_smoothly_and_within_its_speed():
     assert np.abs(np.diff(q, n=2, axis=0)).max() * rate**2 < 5.0
     kept = [sample.q for sample in samples if sample.capture]
     np.testing.assert_allclose(kept, targets, atol=6.0 * JOINT_NOISE)
-
-
-def test_a_plate_without_targets_is_refused():
-    with pytest.raises(OptionError):
-        drive_plate(ARM, replace(PLATE, targets=()))
 
 
 @pytest.mark.parametrize(

@@ -99,16 +99,6 @@ def test_every_original_file_is_read_or_refused(shared_data):
             assert shown.ok
 
 
-def test_preview_of_a_layout_says_which_columns_count(shared_data):
-    shown = preview(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv")
-    columns = {column.heading: column for column in shown.columns}
-    assert (shown.layout, shown.rows, shown.groups) == ("ipa-grid", 11911, 619)
-    assert (columns["measurement_x"].key, columns["measurement_x"].unit) == ("x", "mm")
-    assert (columns["measurement_rx"].unit, columns["measurement_rx"].si) == ("deg", "rad")
-    assert columns["Goal x"].key is None
-    assert len(columns) == len(shown.columns)
-
-
 def test_what_a_layout_does_not_fit_is_refused(tmp_path):
     (tmp_path / "a.csv").write_text("q1[deg],x[m],y[m],z[m]\n1,2,3,4\n")
     with refuses(OptionError, option="layout", found="ipa-grid"):

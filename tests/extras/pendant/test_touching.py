@@ -14,9 +14,8 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import workbench as wb
-from workbench.extras.pendant.touching.session import FRAME as FRAME_WANTED
-from workbench.extras.pendant.touching.session import ReadTouches, touched_of
-from workbench.session import Worker, replay, start
+from workbench.extras.pendant.touching.session import touched_of
+from workbench.session import replay
 from workbench.session.start import default_plate
 from workbench.views.page.app import App
 
@@ -357,17 +356,3 @@ def test_tip_and_frame_from_touches_on_the_page(app, look, arm, tmp_path):
     assert f"x {1e3 * tool['xyz'][0]:.3f}" in screen.text("touched")
     again = touched_of(replay(begin, app.worker.journal))
     assert again.frame.json() == touched_of(app.worker.session).frame.json()
-
-
-def test_a_frame_by_the_arms_own_tool_is_in_the_journal(arm, pointer, tmp_path):
-    """Without a tip from touches, too: what is not written is not compared when a session is opened again."""
-    names, places, _ = METHODS["three points, more"]
-    robot = wb.load_robot(pointer)
-    content = table(touched(arm, places), names, tmp_path / "marks.csv").read_bytes()
-    worker = Worker(start(robot, default_plate(robot)))
-    try:
-        worker.submit(ReadTouches("marks.csv", content, FRAME_WANTED))
-        assert worker.wait(120.0)
-        assert touched_of(worker.session).tip is None
-    finally:
-        worker.close()
