@@ -131,26 +131,6 @@ def test_several_boards_are_told_apart_by_their_markers(tmp_path):
     assert set(both.ids.tolist()) <= set(range(inner, 2 * inner))
 
 
-def test_what_is_wrong_with_several_boards_is_said(tmp_path, pictures, monkeypatch):
-    """Of another dictionary, or tags that are not in view; nothing is asked where boards are seen."""
-    camera, picture = (CAMERA,), pictures[0][1]
-    cv2.imwrite(str(tmp_path / "0.png"), picture)
-    wrong = [replace(BOARD, dictionary="DICT_6X6_250", first_marker=first) for first in (0, 17)]
-    two = [charuco_target(b, "tool", name="AB"[k], first=24 * k) for k, b in enumerate(wrong)]
-    with refuses(DataError, "'0.png'", "DICT_5X5_250", "DICT_6X6_250"):
-        find_corners(tmp_path, Rig(camera, tuple(two)))
-    tags = [
-        replace(two[k], charuco=None, dictionary="DICT_5X5_250", ids=np.arange(24) + 60 * k) for k in (0, 1)
-    ]
-    found = find_corners(tmp_path, Rig(camera, tuple(tags)))
-    assert set(found.id.tolist()) == set(range(17))
-    assert "'B'" in found.notes[-1]
-    cube = tags_at(np.arange(6) / 10.0, "DICT_4X4_50", name="C")
-    board = charuco_target(BOARD, "tool", name="A", first=100)
-    monkeypatch.setattr(BoardFinder, "reason", lambda *_: pytest.fail("asked for a reason"))
-    assert not BoardFinder.of((board, cube), [picture]).find(picture).reason
-
-
 def test_pictures_of_another_size_and_empty_folders_are_refused(folder, tmp_path):
     target = charuco_target(BOARD, "tool")
     with refuses(DataError, "0.png", "640 x 480 px", "cell", [800, 600]):

@@ -91,38 +91,12 @@ def test_as_many_files_as_the_bound_are_unpacked_and_one_more_is_not(monkeypatch
         inside(zipped(*((f"{k}.png", "") for k in range(21))))
 
 
-def test_a_bomb_is_stopped_at_its_bound_in_little_memory(monkeypatch):
+def test_a_bomb_is_stopped_at_its_bound(monkeypatch):
     monkeypatch.setattr(folders, "LARGEST", 8 * MEBIBYTE)
     content = zipped(*((f"{k}.png", bytes(6 * MEBIBYTE)) for k in range(40)))
     assert len(content) < MEBIBYTE
-    written = []
-    monkeypatch.setattr(folders, "CHUNK", MEBIBYTE)
-    real = Path.open
-
-    def counted(path, mode="r", *more):
-        file = real(path, mode, *more)
-        if mode == "wb":
-            write = file.write
-            proxy = type("Counted", (), {"write": lambda _, b: (written.append(len(b)), write(b))})()
-            return _closing(file, proxy)
-        return file
-
-    monkeypatch.setattr(Path, "open", counted)
     with refuses(FileError, "8 MiB", path="shots.zip"):
         inside(content)
-    assert sum(written) <= 9 * MEBIBYTE
-    assert max(written) <= MEBIBYTE
-
-
-class _closing:
-    def __init__(self, file, proxy):
-        self.file, self.proxy = file, proxy
-
-    def __enter__(self):
-        return self.proxy
-
-    def __exit__(self, *_):
-        self.file.close()
 
 
 def test_a_folder_of_tables_is_not_read_one_by_one(tmp_path):

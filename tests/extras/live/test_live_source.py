@@ -28,10 +28,8 @@ from workbench.extras.live.session import (
 )
 from workbench.extras.live.sources import LiveSource
 from workbench.session import Worker, replay, start
-from workbench.session.commands.arm import ChooseRobot, drawn_joints
-from workbench.session.commands.undo import Undo
+from workbench.session.commands.arm import drawn_joints
 from workbench.session.journal.codec import decode, encode
-from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 
@@ -187,14 +185,6 @@ def test_nothing_is_stored_from_a_silent_source(do, first):
     session = do(TellSource("arm"), TakeSample(2.0, q), StoreRow())
     assert len(session.part(Measuring).acquisition.rows) == 1
     assert do(DriveArm()).page.messages[-1].severity is Severity.ERROR
-
-
-def test_a_source_stays_connected_with_another_robot_and_after_undo(do):
-    do(TellSource("arm"), TakeSample(0.0, Q))
-    assert "follows the real one" in next_step(do(TellSource("arm"))).sentence
-    assert do(ChooseRobot("ur10")).part(Source) == Source("arm")
-    do(TellSource("arm", silence=3.0))
-    assert do(Undo()).part(Source) == Source("arm", silence=3.0)
 
 
 def test_an_arm_that_is_only_followed_is_one_step_of_the_journal(worker, do, first):
