@@ -20,7 +20,9 @@ from workbench.identification.evaluate import evaluate
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
-from workbench.session.comparison import STAGES
+from workbench.session.comparison import STAGES, ModelStage
+from workbench.session.export import next_poses_csv
+from workbench.session.joint_errors import along_joints, law_along_joints, shown_effect
 
 
 def the_law_of_the_cause_follows_the_errors(session):
