@@ -22,7 +22,6 @@ from workbench.session.commands.messages import Dismiss
 from workbench.session.commands.undo import Undo
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml, columns_toml
-from workbench.session.journal.codec import decode
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 
@@ -145,18 +144,3 @@ def test_a_saved_choice_of_columns_is_one_for_the_command_line(do, file, tmp_pat
     (tmp_path / "a.csv").write_bytes(file)
     again = preview(tmp_path / "a.csv", columns=read_mapping(tmp_path / name).columns)
     assert np.array_equal(again.dataset.q, session.measurements.loaded.dataset.q)
-
-
-@pytest.mark.parametrize(
-    ("fields", "length", "angle"),
-    [({}, 5e-3, 5.0), ({"errors": [1e-3, np.deg2rad(0.3)]}, 1e-3, 0.3)],
-    ids=["of an older journal", "as the page asks for now"],
-)
-def test_a_virtual_arm_has_the_errors_that_its_journal_says(do, fields, length, angle):
-    session = do(decode("MeasureVirtualArm", {"seed": 3, **fields}, bytes))
-    robot, actual = session.robot, session.measurements.loaded.actual
-    names = robot.default_free
-    hidden = np.abs(actual.values(names) - robot.values(names))
-    turns = np.array([robot.chain.elements[i].axis.turns for i in robot.chain.indices(names)])
-    assert 0.5 * length < hidden[~turns].max() <= length
-    assert 0.5 * angle < np.rad2deg(hidden[turns].max()) <= angle

@@ -112,15 +112,6 @@ def test_a_replay_comes_to_the_same_numbers(whole):
     )
 
 
-def test_a_number_that_was_changed_is_named(whole, tmp_path):
-    def change(line):
-        line["numbers"]["targets"]["3"]["q"][1] += 1e-6
-
-    replayed = check(read_recording(rewrite(shutil.copytree(whole[0], tmp_path / "copy"), 2, change)))
-    assert [(d.step, d.name) for d in replayed.differences] == [(2, "targets.3.q.2")]
-    assert replayed.worst.size == pytest.approx(1e-6 / max(1.0, abs(replayed.worst.then)), rel=0.01)
-
-
 def test_plates_that_were_searched_for_are_taken_from_the_journal(record, first, tmp_path, monkeypatch):
     found = first.plate.targets[0]
     better = replace(

@@ -21,7 +21,7 @@ from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, 
 from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
 from workbench.session.commands.undo import Undo
 from workbench.session.cube_fields import CHANGE, PREDICTED
-from workbench.session.cube_values import drawn_field, shown_cubes, values
+from workbench.session.cube_values import drawn_field, values
 from workbench.session.journal import Ending
 from workbench.session.page_state import Severity
 from workbench.session.state import CubeView
@@ -139,19 +139,6 @@ def test_the_page_says_what_plate_score_says(first):
     panel = index.predicted(first)
     assert f"{1e3 * error.position_rms:.3f} mm rms" in panel
     assert assumptions(first.plate, usual_sigma(first.plate)) in panel
-
-
-def test_the_first_thing_shown_is_one_layer_of_predicted_errors_at_the_plate_s_surface(run):
-    session = after(run, SelectTarget(0))
-    numbers = values(session)
-    shown = shown_cubes(session, session.region.view, numbers)
-    heights = session.plate.region.centres[shown, 2]
-    assert shown.sum() == np.prod(session.plate.region.shape[:2])
-    assert np.ptp(heights) < 1e-12
-    assert abs(heights[0] - session.plate.pose[2, 3]) <= 0.5 * session.plate.region.cube
-    assert heights[0] < min(target.xyz[2] for target in session.plate.targets)
-    errors = session.region.cubes.errors(session.score.linearisation)
-    assert np.array_equal(numbers.numbers, errors, equal_nan=True)
 
 
 def test_a_drag_colours_cubes_by_what_it_changes_on_a_scale_of_that_size(run):

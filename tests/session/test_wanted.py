@@ -20,7 +20,6 @@ from workbench.session.commands.arm import LoadModel
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
 from workbench.session.commands.identify import Identify, SetWanted
 from workbench.session.commands.undo import Undo
-from workbench.session.export import fixture_zip
 from workbench.session.judgement import PASSING_SHARE, arm_judgement, plate_judgement
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import Tone, next_step
@@ -117,22 +116,6 @@ def test_the_region_of_a_given_plate_stays(first, tmp_path):
     assert np.allclose(first_view(done(given, ForgetData()))[1], first_view(first)[1])
     assert _has_other_rows(session, done(session, ForgetData()))
     assert done(given, Undo()).plate is session.plate
-
-
-def test_the_plate_is_judged_by_what_is_wanted(first):
-    moved = replace(first, history=replace(first.history, done=(UndoStep(first.plate, first.states),)))
-    strict = replace(moved, choices=replace(moved.choices, wanted=Wanted(position=1e-4)))
-    assert next_step(strict).tone is Tone.CAREFUL
-    assert next_step(strict).next.command.title == "Improve this plate"
-    changed = replace(moved, plate=replace(first.plate, name="changed"))
-    assert "Good enough?" in next_step(replace(changed, choices=replace(moved.choices, wanted=None))).sentence
-    tried = moved.with_part(trial_of(first, 0.97))
-    assert next_step(tried).tone is Tone.GOOD
-    assert next_step(tried).next.save is fixture_zip  # in view, without scrolling
-    few = next_step(moved.with_part(trial_of(first, 0.5)))
-    assert few.tone is Tone.CAREFUL
-    assert few.other.save is fixture_zip
-    assert replace(tried, choices=replace(tried.choices, wanted=None)).tried is None
 
 
 def trial_of(session, share):

@@ -73,24 +73,6 @@ def test_a_bug_is_a_message_and_the_session_stands(worker, do, first, caplog):
     assert mentions(caplog.text, "Broken")
 
 
-class Forgetful(AbstractTask):
-    """A task that forgets to return the session."""
-
-    title: str = "Forgetful"
-
-    def compute(self, session):
-        return 1
-
-    def finish(self, session, result):
-        pass
-
-
-def test_a_task_that_forgets_the_session_is_a_message_and_the_worker_goes_on(do):
-    session = do(Forgetful())
-    assert "unchanged" in session.page.messages[-1].text
-    assert do(SelectTarget(3)).selected == 3
-
-
 def test_a_step_has_one_thread_of_linear_algebra(do):
     """Beside a page that is drawn, a drag's step takes 75 ms of processor with two threads, with one 27."""
     assert do(Counted()).page.messages[-1].text == "{1}"

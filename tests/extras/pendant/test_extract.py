@@ -168,20 +168,6 @@ def test_a_log_of_rtde_replaces_the_form(run, tmp_path):
     assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 50), TOOL).max() < 1e-5
 
 
-@pytest.mark.parametrize("digits", [6, 16])
-def test_a_table_with_rotation_matrices_replaces_the_form(run, tmp_path, digits):
-    actual, q = hidden("fr3", tmp_path / "hidden.toml"), random_joints("fr3", 30).round(digits)
-    at = poses(actual, q)
-    names = [*(f"q{k}[rad]" for k in range(1, 8)), "x[m]", "y[m]", "z[m]"]
-    names += [f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)]
-    numbers = np.column_stack([q, at[:, :3, 3], at[:, :3, :3].reshape(-1, 9)])
-    rows = [",".join(f"{v:.{digits}f}" for v in row) for row in numbers]
-    Path("log.csv").write_text("\n".join([",".join(names), *rows]))
-    status, _, err = run("extract", "log.csv", "--robot", "fr3", "--save", "mine.toml")
-    assert status == 0, err
-    assert model_error(Path("mine.toml"), actual, random_joints("fr3", 50)).max() < 2e-6
-
-
 HEADS = "q1[rad],q2[rad],q3[rad],q4[rad],q5[rad],q6[rad],x[mm],y[mm],z[mm],a,b,c"
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from displays import hidden, poses, random_joints
 from refusals import mentions
-from round_trip import angle, inverse, placed
+from round_trip import angle, inverse, placed, read_arm, rows_of
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
@@ -32,26 +32,13 @@ def arm(tmp_path_factory) -> Path:
     return hidden("ur5e", tmp_path_factory.mktemp("arm") / "actual.toml")
 
 
-@cache
-def joints_of(arm: Path) -> list[dict]:
-    return tomllib.loads(arm.read_text())["joint"]
-
-
-def flange(table: list[dict], q: np.ndarray) -> np.ndarray:
-    """Standard Denavit–Hartenberg and a turn about y, one joint after the other."""
-    pose = np.eye(4)
-    for joint, angle_of in zip(table, q, strict=True):
-        c, s = np.cos(angle_of + joint["theta"]), np.sin(angle_of + joint["theta"])
-        ca, sa = np.cos(joint["alpha"]), np.sin(joint["alpha"])
-        a, d = joint["a"], joint["d"]
-        rows = [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
-        pose = pose @ np.array(rows) @ placed([0, 0, 0], [0, joint.get("beta", 0.0), 0])
-    return pose
+model = cache(read_arm)
+"""A saved arm in plain numpy."""
 
 
 def tip_at(arm: Path, place, *, seed: int = 0, turn=None, tilt: float = 0.6) -> np.ndarray:
     """Joints with the tip at a place; turned at random, or as given."""
-    rng, table = np.random.default_rng(seed), joints_of(arm)
+    rng = np.random.default_rng(seed)
     while True:
         wanted = (
             turn
@@ -60,7 +47,7 @@ def tip_at(arm: Path, place, *, seed: int = 0, turn=None, tilt: float = 0.6) -> 
         )
 
         def off(q, wanted=wanted):
-            pose = flange(table, q)
+            pose = model(arm)(rows_of(q[None]))[1][0]
             turned = (Rotation.from_matrix(pose[:3, :3]) * wanted.inv()).as_rotvec()
             return [*(pose[:3, :3] @ TIP + pose[:3, 3] - place), *(0.3 * turned)]
 

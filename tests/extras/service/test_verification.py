@@ -211,15 +211,6 @@ def test_the_measured_positions_alone_are_judged(run, tmp_path):
         wb.verify("arm.toml", data, wanted=1.0)
 
 
-def test_a_limit_on_orientations_is_not_kept_by_those_that_nobody_measured(tmp_path):
-    write_mixed(tmp_path)
-    arm, data = wb.load_robot(tmp_path / "arm.toml"), wb.read_measurements(tmp_path / "mixed.csv")
-    found = wb.verify(arm, data, wanted=Wanted(position=1.0, rotation=1e-6))
-    assert found.passed
-    assert "°" not in found.verdict
-    assert any("orientation" in text for text in found.warnings)
-
-
 def test_orientations_in_some_rows_bound_the_share_by_those_rows(tmp_path):
     """Thirty points, five of them with an orientation: both limits were judged at five poses."""
     q = np.random.default_rng(3).uniform(-1.0, 1.0, (30, 6))

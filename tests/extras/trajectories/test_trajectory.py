@@ -1,7 +1,5 @@
 """Trajectories corrected for arms with hidden geometry and effects, measured by the generator's statics."""
 
-from dataclasses import replace
-
 import generator
 import numpy as np
 import pytest
@@ -203,16 +201,6 @@ def test_a_path_that_leaves_the_workspace_is_named(arms):
         command_poses(model, nominal, poses)
     with refuses(DataError, row=0):
         command_poses(model, nominal, poses[12:])
-
-
-def test_an_effect_without_its_driver_is_refused(arms):
-    nominal, model, _ = arms["aria"]
-    warm = model.with_effects(EFFECTS["thermal-growth"]((), (2e-5,)))
-    commanded = command_joints(warm, nominal, arc())
-    with refuses(DataError, column="temperature[degC]"):
-        correct(commanded)
-    motion = replace(Motion(arc()), temperature=np.full(60, 45.0))
-    assert correct(commanded, motion=motion).after.position.max() < 1e-9
 
 
 def test_a_correction_that_does_not_converge_is_refused(arms):
