@@ -61,15 +61,6 @@ def test_held_out_rows_of_an_unseen_session_are_told(tmp_path):
     assert [row for row, _ in run.excluded] == [18, 19, 20]
 
 
-def test_a_session_of_one_picture_is_left_out(tmp_path):
-    rng = np.random.default_rng(5)
-    arm = virtual.made(rng, "hobby")
-    parts = days(rng, arm, (8, 1), moved="camera")
-    _, data = filed(tmp_path, virtual.joined(mon=parts[0], tue=parts[1]), moved="camera")
-    assert data.included.tolist() == [True] * 8 + [False]
-    assert any("'tue' has 1 picture" in note for note in data.notes)
-
-
 def test_a_board_that_one_session_never_shows(tmp_path):
     """The pose that nothing tells is not among the results, and the others are found."""
     rng = np.random.default_rng(7)

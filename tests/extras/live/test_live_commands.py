@@ -10,7 +10,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.extras.live.driver import JOINT_NOISE, TURNING, drive, drive_plate
+from workbench.extras.live.driver import JOINT_NOISE, TURNING, drive
 from workbench.extras.live.sample import parse_sample
 from workbench.plate.plate_toml import load_plate
 
@@ -34,12 +34,6 @@ def test_lines_of_a_virtual_source_through_a_pipe(tmp_path):
         cut.stdout.close()
         assert cut.stderr.read() == b""
     assert cut.returncode == 0
-
-
-def test_the_same_seed_is_the_same_stream():
-    first = [next(drive_plate(ARM, PLATE, branch="auto", seed=seed)[1]).q.tolist() for seed in (5, 5, 6)]
-    assert first[0] == first[1] != first[2]
-    assert next(drive_plate(ARM, PLATE, branch="auto", instrument="plate")[1]).position is None
 
 
 def test_the_arm_moves_smoothly_and_within_its_speed():

@@ -5,7 +5,7 @@ import pytest
 from refusals import refuses
 
 from workbench.base import se3
-from workbench.base.errors import DataError, FileError, OptionError, ShapeError, UnitError
+from workbench.base.errors import DataError, FileError, OptionError, UnitError
 from workbench.data.readers import preview, read_measurements
 
 pytestmark = [pytest.mark.data, pytest.mark.usefixtures("read_here")]
@@ -69,14 +69,6 @@ def test_one_socket_file_needs_its_layout_or_columns(shared_data):
     data = read_measurements(file, layout="mukca")
     assert data.sessions == ("backcenter",)
     assert set(data.point) == {"socket1"}
-
-
-def test_kinova_arms_have_six_joints(shared_data):
-    folder = shared_data / "mukca" / "original" / "dinova_2"
-    assert read_measurements(folder).joints == 6
-    with pytest.raises(ShapeError) as caught:
-        read_measurements(folder, joints=7)
-    assert (caught.value.expected, caught.value.found) == (7, 6)
 
 
 @pytest.mark.parametrize("columns", [None, "x[m],y[m],z[m],qx,qy,qz,qw"])

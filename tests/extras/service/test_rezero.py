@@ -282,12 +282,6 @@ def test_the_command_writes_robot_and_result(run, tmp_path, aria):
     assert not (tmp_path / "no.toml").exists()
 
 
-def test_a_zero_half_a_turn_off_is_a_search_that_diverged(aria):
-    found = wb.rezero(framed(aria), measured(framed(aria), np.deg2rad([0.0, 0.0, 0.0, 0.0, 0.0, 170.0])))
-    assert found.verdict is RezeroVerdict.REFUSED
-    assert mentions(found.sentence, "joint 6", "+170°")
-
-
 def test_rows_that_no_zeros_explain_are_called_that(aria):
     """Rows tens of mm off whatever the zeros are: a joint was said to have moved, by nothing."""
     arm = framed(aria)

@@ -193,16 +193,6 @@ def _singular(robot, q):
     return np.where(np.arange(6) == 4, brentq(volume, grid[at], grid[at + 1], xtol=1e-12), q)
 
 
-def test_a_path_that_leaves_the_workspace_is_named(arms):
-    nominal, model, _ = arms["aria"]
-    poses = generator.aria().pose(arc(20)).copy()
-    poses[12:, 0, 3] += 3.0
-    with refuses(DataError, row=12):
-        command_poses(model, nominal, poses)
-    with refuses(DataError, row=0):
-        command_poses(model, nominal, poses[12:])
-
-
 def test_a_correction_that_does_not_converge_is_refused(arms):
     """An arm that came out shorter than drawn does not reach what the drawing reaches when stretched."""
     nominal = arms["aria"][0]
