@@ -95,6 +95,7 @@ class Run(AbstractShown):
         held_out_data: These rows.
         judged: The arm with these errors, if `fit` was afterwards made on all rows.
         new_sessions: Base and tool in held-out sessions that were not fitted, found from their own rows.
+        geometry: The best arm without effects on the fitted rows, if the fit has some.
     """
 
     fit: Fit
@@ -105,6 +106,7 @@ class Run(AbstractShown):
     held_out_data: Dataset
     judged: Robot | None = None
     new_sessions: Mapping[str, Mounting] = field(default_factory=dict)
+    geometry: Robot | None = None
 
     def summary(self) -> RenderableType:
         return self.fit.summary()
@@ -117,7 +119,7 @@ class Run(AbstractShown):
     @cached_property
     def saved(self) -> SavedArm:
         """What its files hold."""
-        return SavedArm(self.fit.calibrated, self.fit.problem.data)
+        return SavedArm(self.fit.calibrated.recorded(geometry=self.geometry), self.fit.problem.data)
 
     @cached_property
     def judging(self) -> Dataset:
@@ -158,7 +160,7 @@ class Run(AbstractShown):
     @property
     def as_measured(self) -> Robot:
         """The arm with these errors, including events during the measurements."""
-        robot = self.judged or self.fit.calibrated
+        robot = self.judged or self.fit.calibrated.recorded(geometry=self.geometry)
         return (
             replace(robot, sessions={**robot.sessions, **self.new_sessions}) if self.new_sessions else robot
         )
@@ -280,10 +282,7 @@ class Identification(AbstractReported):
     @cached_property
     def robot(self) -> Robot:
         """The calibrated arm of the best run, with the reasons on record not to use its files."""
-        arm = self.best.calibrated
-        if arm.calibration is None:
-            return arm
-        return replace(arm, calibration=replace(arm.calibration, refused=self.refused(self.best)))
+        return self.best.calibrated.recorded(refused=self.refused(self.best))
 
     def refused(self, run: Run) -> dict[str, str]:
         """Why a file of a run's arm should not be used, by format; without those that may."""
