@@ -33,10 +33,15 @@ def seen(**columns):
     [
         ({"position": lambda t, n: t[:, :3, 3] + n}, (3, 0), False),
         ({"position": lambda t, n: t[:, :3, 3] + n, "rotation": lambda t, n: t[:, :3, :3]}, (3, 3), True),
+        (
+            {"position": lambda t, n: t[:, :3, 3] + 1e2 * n, "rotation": lambda t, n: t[:, :3, :3]},
+            (3, 3),
+            True,
+        ),
         ({"markers": lambda t, n: (t[:, None] @ TWO)[..., :3, 0] + n[:, None]}, (3, 2), False),
         ({"markers": lambda t, n: (t[:, None] @ THREE)[..., :3, 0] + n[:, None]}, (3, 3), True),
     ],
-    ids=["point", "pose", "two markers", "three markers"],
+    ids=["point", "pose", "pose by coarse positions", "two markers", "three markers"],
 )
 def test_directions_that_no_number_depends_on_are_not_seen(columns, directions, is_whole):
     found = seen(**columns)

@@ -27,7 +27,7 @@ LEVER = 0.1
 MIN_ERROR_SHARE = 0.1
 """Share of a nominal arm's error below which a constant has no consequences."""
 MIN_INFORMATION = 1e-6
-"""Minimum information on a direction, relative to the best one, for it to be observable."""
+"""Minimum information on a direction, relative to its channel's, for it to be observable."""
 
 
 def observed_by(fit: "Fit") -> Observed:
@@ -121,12 +121,9 @@ def _directions(fit: "Fit") -> tuple[int, int]:
         turned = np.einsum("rmak,rkj->rmaj", by_twist.reshape(*by_twist.shape[:2], 2, 3), poses[:, :3, :3])
         for k, table in enumerate((by_twist, turned.reshape(by_twist.shape))):
             information[k] += np.einsum("rmi,rmj->ij", table, table)
-    size = max(float(np.trace(information[0])), 1e-300)
-    return tuple(min(_rank(part(i) / size) for i in information) for part in (_position, _rotation))  # type: ignore[return-value]
-
-
-def _position(information: Float[np.ndarray, "6 6"]) -> Matrix3:
-    return information[:3, :3]
+    position, rotation = slice(3), slice(3, 6)
+    sees = min(_rank(i[position, position], i[position, position]) for i in information)
+    return sees, min(_rank(_rotation(i), i[rotation, rotation]) for i in information)
 
 
 def _rotation(information: Float[np.ndarray, "6 6"]) -> Matrix3:
@@ -135,5 +132,5 @@ def _rotation(information: Float[np.ndarray, "6 6"]) -> Matrix3:
     return information[3:, 3:] - cross @ np.linalg.pinv(information[:3, :3], rcond=MIN_INFORMATION) @ cross.T
 
 
-def _rank(information: Matrix3) -> int:
-    return int((np.linalg.eigvalsh(information) > MIN_INFORMATION).sum())
+def _rank(information: Matrix3, of: Matrix3) -> int:
+    return int((np.linalg.eigvalsh(information) > MIN_INFORMATION * np.trace(of)).sum())
