@@ -24,6 +24,7 @@ from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import find_causes
 from workbench.diagnosis.claims.structure import Structure, structure_of
+from workbench.diagnosis.final_fit import best_geometry
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.notes import notes
@@ -256,6 +257,7 @@ def _diagnosis(
         before_fit=search.first.fit,
         after_fit=fit,
         final_fit=saved.fit,
+        geometries=(best_geometry(fit, search.first.fit), best_geometry(saved.fit, search.first.fit)),
         aligned=ready.aligned,
         nominal_rows=search.nominal.rows,
         before=search.before.errors,

@@ -139,6 +139,8 @@ class Diagnosis(AbstractPlotted):
         before_fit: Geometry alone.
         after_fit: Geometry with the accepted effects, on the fitted rows; shown in the figures.
         final_fit: The same on all rows, held-out ones of the same file too: what is saved.
+        geometries: The best arms without effects on the rows of `after_fit` and `final_fit`; None if there
+            are none.
         aligned: The nominal arm with the best base and tool.
         nominal_rows: Its errors row by row, as `after_rows`.
         before: Errors of `before_fit`.
@@ -177,6 +179,7 @@ class Diagnosis(AbstractPlotted):
     before_fit: Fit
     after_fit: Fit
     final_fit: Fit
+    geometries: tuple[Robot | None, Robot | None]
     aligned: Robot
     nominal_rows: tuple[RowErrors, RowErrors]
     before: Validation
@@ -274,7 +277,10 @@ class Diagnosis(AbstractPlotted):
             self.after.held_out,
             *self.after_rows,
             self.held_out_data,
-            judged=None if self.after_fit is self.final_fit else self.after_fit.calibrated,
+            judged=None
+            if self.after_fit is self.final_fit
+            else self.after_fit.calibrated.recorded(geometry=self.geometries[0]),
+            geometry=self.geometries[1],
             new_sessions=self.new_sessions,
         )
         return Identification(
