@@ -10,6 +10,7 @@ from rich.console import RenderableType
 
 from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
+from workbench.base.advice import beside, failures
 from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
@@ -170,6 +171,7 @@ class Run(AbstractShown):
         return float(np.linalg.norm((self.fit.x - self.fit.problem.start)[arm]))
 
     @cached_property
+    @beside("implausible corrections", ())
     def implausible(self) -> tuple[str, ...]:
         """Well-determined constants with corrections too large for manufacturing errors, largest first."""
         found = []
@@ -285,6 +287,7 @@ class Identification(AbstractReported):
             return arm
         return replace(arm, calibration=replace(arm.calibration, refused=self.refused(self.best)))
 
+    @beside("whether the files may be used", {})
     def refused(self, run: Run) -> dict[str, str]:
         """Why a file of a run's arm should not be used, by format; without those that may."""
         held = run.judging is run.held_out_data
@@ -312,6 +315,7 @@ class Identification(AbstractReported):
         return stated(self.best.fit.problem) or from_repeats(self.data)
 
     @cached_property
+    @beside("whether the rows fit the arm", None)
     def match(self) -> ArmMatch | None:
         """Match between rows and nominal arm; None if its errors are too small for a check."""
         errors = judged(self.nominal).position_mm
@@ -333,6 +337,7 @@ class Identification(AbstractReported):
         parts = (self.data.take(self.train_rows), self.held_out_data)
         return residuals_frame(self.best.as_measured, *parts)
 
+    @beside("doubts about the arm", ())
     def doubts(self, run: Run) -> tuple[str, ...]:
         """Reasons to doubt a calibrated arm: rows of another arm, or implausibly large corrections."""
         foreign = (self.match.text,) if self.match is not None and self.match.is_foreign else ()
@@ -345,7 +350,13 @@ class Identification(AbstractReported):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings for the user: how the searches ended, and what remained undetermined."""
+        """Warnings for the user: how the searches ended, what is undetermined or could not be computed."""
+        with failures() as failed:
+            found = self._warnings()
+        return (*found, *failed)
+
+    @beside("warnings", ())
+    def _warnings(self) -> tuple[str, ...]:
         searches = (w for run in self.runs.values() for w in run.fit.warnings)
         found = [*searches, *self.best.fit.cautions]
         if self.best.implausible:
@@ -370,11 +381,16 @@ class Identification(AbstractReported):
             text := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
         ):
             found.append(text)
-        if not (self.frames.base_per_session or self.frames.tool_per_session):
-            turned = self.best.fit.problem.sees_rotation
-            if self.transfer.ratio > WARNING_RATIO and self.transfer.anywhere.position > ROUNDING:
-                found.append(transfer_note(self.transfer, turned))
-        return tuple(found)
+        found.append(self._transfer_warning())
+        return tuple(filter(None, found))
+
+    @beside("the expected error elsewhere", "")
+    def _transfer_warning(self) -> str:
+        if self.frames.base_per_session or self.frames.tool_per_session:
+            return ""
+        if self.transfer.ratio <= WARNING_RATIO or self.transfer.anywhere.position <= ROUNDING:
+            return ""
+        return transfer_note(self.transfer, self.best.fit.problem.sees_rotation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -459,6 +475,7 @@ def judged(errors: Validation | Run) -> Errors:
     return errors.held_out or errors.train
 
 
+@beside("the note on outliers", "")
 def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
     """Which rows were excluded as outliers, and what to do."""
     shown = first_of([row.text for row in outliers], MAX_NAMED_ROWS)

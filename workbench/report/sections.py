@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from functools import partial
 from typing import Any
 
-from workbench.base.advice import Advice
+from workbench.base.advice import ask
 from workbench.base.registry import Registry
 from workbench.report.json import Json
 
@@ -28,11 +28,11 @@ class AbstractSection(ABC):
 SECTIONS: Registry[AbstractSection] = Registry("section", AbstractSection, group="workbench.report_sections")
 
 
-def sections_of(result: Any, advice: Advice) -> tuple[list[tuple[str, str]], Json]:
+def sections_of(result: Any) -> tuple[list[tuple[str, str]], Json]:
     """Titles with what stands below them, and numbers by name; one that fails is a warning on the page."""
     shown, found = list[tuple[str, str]](), Json()
     for name, section in SECTIONS.items():
-        below, numbers = advice.ask(f"the section '{name}'", partial(_both, section, result), ("", {}))
+        below, numbers = ask(f"the section '{name}'", partial(_both, section, result), ("", {}))
         shown += [(section.title, below)] if below else []
         found |= {name: numbers} if numbers else {}
     return shown, found

@@ -5,7 +5,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from workbench.base.advice import Advice
+from workbench.base.advice import ask, failures
 from workbench.base.files import check_folder
 from workbench.base.progress import progress
 from workbench.base.wording import plural
@@ -53,18 +53,18 @@ def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
     wanted = pictures(result)
     drawings: list[DrawnFigure] = []
     files: dict[str, bytes] = {}
-    advice = Advice()
-    for k, picture in enumerate(wanted):
-        progress(0.9 * k / len(wanted), f"drawing: {picture.title}")
-        if (drawn := advice.ask(f"the picture “{picture.title}”", picture.drawn, None)) is not None:
-            figure, drawing = drawn
-            drawings.append(drawing)
-            files[f"{PICTURES}{picture.name}.png"] = png(figure)
-    progress(0.9, "writing the page")
-    old = (p.name for p in Path(folder).glob(f"{PICTURES}*.png"))
-    numbers, fields = diagnosis_json(result), _template_fields(result)
-    fields["sections"], more = sections_of(result, advice)
-    fields["notes"] = (*result.warnings, *advice.warnings, *result.notes)
+    with failures() as failed:
+        for k, picture in enumerate(wanted):
+            progress(0.9 * k / len(wanted), f"drawing: {picture.title}")
+            if (drawn := ask(f"the picture “{picture.title}”", picture.drawn, None)) is not None:
+                figure, drawing = drawn
+                drawings.append(drawing)
+                files[f"{PICTURES}{picture.name}.png"] = png(figure)
+        progress(0.9, "writing the page")
+        old = (p.name for p in Path(folder).glob(f"{PICTURES}*.png"))
+        numbers, fields = diagnosis_json(result), _template_fields(result)
+        fields["sections"], more = sections_of(result)
+    fields["notes"] = (*result.warnings, *failed, *result.notes)
     path = write_page(
         folder,
         PAGE,

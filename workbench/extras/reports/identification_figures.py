@@ -17,7 +17,7 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from workbench.base.advice import Advice
+from workbench.base.advice import ask
 from workbench.base.progress import progress
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.report.constants import corrections, influence_of_fit
@@ -150,20 +150,16 @@ NAMES = (
 """Every picture that a report may have."""
 
 
-def all_figures(
-    result: Identification, *, wanted: Wanted | None = None, advice: Advice | None = None
-) -> tuple[DrawnFigure, ...]:
+def all_figures(result: Identification, *, wanted: Wanted | None = None) -> tuple[DrawnFigure, ...]:
     """Every picture that the result can fill, in the order of a report.
 
     Args:
         wanted: Requirement whose limits are drawn, if it is per axis.
-        advice: Collects a sentence about each picture that failed.
     """
     drawings: list[DrawnFigure] = []
-    advice = advice or Advice()
     for k, picture in enumerate(pictures(result, wanted=wanted)):
         progress(k / len(NAMES), f"drawing: {picture.title}")
-        if (drawn := advice.ask(f"the picture “{picture.title}”", picture.drawn, None)) is not None:
+        if (drawn := ask(f"the picture “{picture.title}”", picture.drawn, None)) is not None:
             drawings.append(drawn[1])
     return tuple(drawings)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.advice import Advice
+from workbench.base.advice import failures
 from workbench.base.files import check_folder
 from workbench.base.progress import part_of, progress
 from workbench.data.accuracy_requirement import Wanted, WantedCheck
@@ -38,19 +38,19 @@ def write_report(result: Identification, folder: Path | str, *, wanted: Wanted |
         wanted: Required error of every pose; no verdict if None.
     """
     check_folder(folder)
-    advice = Advice()
-    with part_of(0.1, 0.7):
-        drawings = all_figures(result, wanted=wanted, advice=advice)
-    progress(0.8, "numbers for the controller")
-    use = controller_use(result)
-    progress(0.9, "writing the page")
-    judged = None if wanted is None else judge(result, wanted)
-    content = identification_json(result)
-    content |= {"requirement": judged and _requirement_json(judged), "controller": use.json()}
-    old = [f"{name}.svg" for name in NAMES]
-    fields = _text(result, judged=judged, use=use)
-    fields["sections"], more = sections_of(result, advice)
-    fields["warnings"] = (*result.warnings, *advice.warnings)
+    with failures() as failed:
+        with part_of(0.1, 0.7):
+            drawings = all_figures(result, wanted=wanted)
+        progress(0.8, "numbers for the controller")
+        use = controller_use(result)
+        progress(0.9, "writing the page")
+        judged = None if wanted is None else judge(result, wanted)
+        content = identification_json(result)
+        content |= {"requirement": judged and _requirement_json(judged), "controller": use.json()}
+        old = [f"{name}.svg" for name in NAMES]
+        fields = _text(result, judged=judged, use=use)
+        fields["sections"], more = sections_of(result)
+    fields["warnings"] = (*result.warnings, *failed)
     path = write_page(
         folder, PAGE, drawings, content | more, replaces=old, package="workbench.extras.reports", **fields
     )
