@@ -11,6 +11,7 @@ from rich.console import RenderableType
 from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import off_nominal, sampled
+from workbench.base.advice import beside, failures
 from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
@@ -175,6 +176,7 @@ class Run(AbstractShown):
         return float(np.linalg.norm((self.fit.x - self.fit.problem.start)[arm]))
 
     @cached_property
+    @beside("implausible corrections", ())
     def implausible(self) -> tuple[str, ...]:
         """Corrections too large for manufacturing errors: constants, largest first, else the flange, as where
         an error is spread over many of them."""
@@ -301,6 +303,7 @@ class Identification(AbstractPlotted):
         """The calibrated arm of the best run, with the reasons on record not to use its files."""
         return self.best.calibrated.recorded(refused=self.refused(self.best))
 
+    @beside("whether the files may be used", {})
     def refused(self, run: Run) -> dict[str, str]:
         """Why a file of a run's arm should not be used, by format; without those that may."""
         held = run.judging is run.held_out_data
@@ -328,6 +331,7 @@ class Identification(AbstractPlotted):
         return stated(self.best.fit.problem) or from_repeats(self.data)
 
     @cached_property
+    @beside("whether the rows fit the arm", None)
     def match(self) -> ArmMatch | None:
         """Match between rows and nominal arm; None if its errors are too small for a check."""
         errors = judged(self.nominal).position_mm
@@ -349,6 +353,7 @@ class Identification(AbstractPlotted):
         parts = (self.data.take(self.train_rows), self.held_out_data)
         return residuals_frame(self.best.as_measured, *parts)
 
+    @beside("doubts about the arm", ())
     def doubts(self, run: Run) -> tuple[str, ...]:
         """Reasons to doubt a calibrated arm: rows of another arm, or implausibly large corrections."""
         foreign = (self.match.text,) if self.match is not None and self.match.is_foreign else ()
@@ -361,7 +366,13 @@ class Identification(AbstractPlotted):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings for the user: how the searches ended, and what remained undetermined."""
+        """Warnings for the user: how the searches ended, what is undetermined or could not be computed."""
+        with failures() as failed:
+            found = self._warnings()
+        return (*found, *failed)
+
+    @beside("warnings", ())
+    def _warnings(self) -> tuple[str, ...]:
         searches = (w for run in self.runs.values() for w in run.fit.warnings)
         found = [*searches, *self.best.fit.cautions]
         if self.best.implausible:
@@ -386,11 +397,16 @@ class Identification(AbstractPlotted):
             text := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
         ):
             found.append(text)
-        if not (self.frames.base_per_session or self.frames.tool_per_session):
-            turned = self.best.fit.problem.sees_rotation
-            if self.transfer.ratio > WARNING_RATIO and self.transfer.anywhere.position > ROUNDING:
-                found.append(transfer_note(self.transfer, turned))
-        return tuple(found)
+        found.append(self._transfer_warning())
+        return tuple(filter(None, found))
+
+    @beside("the expected error elsewhere", "")
+    def _transfer_warning(self) -> str:
+        if self.frames.base_per_session or self.frames.tool_per_session:
+            return ""
+        if self.transfer.ratio <= WARNING_RATIO or self.transfer.anywhere.position <= ROUNDING:
+            return ""
+        return transfer_note(self.transfer, self.best.fit.problem.sees_rotation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -475,6 +491,7 @@ def judged(errors: Validation | Run) -> Errors:
     return errors.held_out or errors.train
 
 
+@beside("the note on outliers", "")
 def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
     """Which rows were excluded as outliers, and what to do."""
     shown = first_of([row.text for row in outliers], MAX_NAMED_ROWS)

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.arm.robot import Robot
+from workbench.base.advice import beside
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
@@ -92,6 +93,7 @@ WORSE_ERRORS = 3.0
 """Standard errors by which a channel's mean must rise to count as worse."""
 
 
+@beside("whether errors grew", None)
 def degradation_warning(
     nominal: tuple[RowErrors, RowErrors], calibrated: tuple[RowErrors, RowErrors]
 ) -> str | None:
