@@ -98,7 +98,7 @@ def _less(
     field: Float[np.ndarray, "rows 3 k"], columns: list[Float[np.ndarray, "rows 3 3"]]
 ) -> Float[np.ndarray, " k"]:
     """Root mean squares of each column of a field, less its projection on other columns."""
-    left = field.reshape(-1, field.shape[2])
+    left = field.reshape(3 * len(field), field.shape[2])
     if columns:
         u, size, _ = np.linalg.svd(
             np.concatenate(columns, axis=2).reshape(len(left), -1), full_matrices=False
