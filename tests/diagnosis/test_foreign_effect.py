@@ -11,7 +11,6 @@ import pytest
 from gear_sag import GearSag
 from refusals import mentions
 from rerun.chunk import RrdReader
-from workbench.arm.effects.plots import DeflectedRows
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import AbstractEffect, Loads
@@ -19,7 +18,6 @@ from workbench.arm.effects.axes import driven_names, own
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
-from workbench.arm.statics.deflection import deflect
 from workbench.base.errors import RobotError
 from workbench.data.readers import read_measurements, read_trajectory
 from workbench.data.simulation.hidden_effects import hidden_effects
@@ -191,25 +189,13 @@ def test_the_recording_tells_it(found, folder):
     assert "/diagnosis/ranking" in drawn
 
 
-def test_sizes_and_pictures_have_defaults():
-    """A law and a sentence make an example that shows, units, and a picture over what drives it."""
+def test_sizes_have_defaults():
+    """A law and a sentence make an example that shows, and units."""
     robot = load_robot("aria")
     rng = np.random.default_rng(0)
-    expected = {
-        "gear-sag": ("error of joint 2 [mrad]", "moment about the axis of joint 2 [N·m]"),
-        "warm-joint": ("error of joint 2 [mrad]", "temperature [°C]"),
-        "shrink": ("shrink [mrad or mm]", "contribution of shrink [mrad or mm]"),
-    }
-    motion = Motion(rng.uniform(-1.0, 1.0, (9, 6)), temperature=rng.uniform(15.0, 30.0, 9))
-    for name, labels in expected.items():
+    for name in ("gear-sag", "warm-joint", "shrink"):
         (effect,), _ = hidden_effects(robot, [name], rng=rng)
-        deflected = robot.with_effects(effect)
-        assert effect.units(deflected.chain) == ("rad",)
-        state = DeflectedRows(deflected.chain, motion, deflect(deflected, motion).wrenches)
-        (view,) = effect.views(state)
-        assert (view.what, view.driver) == labels
-        moved = view.law[:, None] * view.direction
-        np.testing.assert_allclose(moved, effect.increments(*vars(state).values()), atol=1e-15)
+        assert effect.units(robot.with_effects(effect).chain) == ("rad",)
 
 
 def test_a_saved_arm_comes_back(tmp_path):

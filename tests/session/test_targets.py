@@ -1,7 +1,6 @@
 """Dragging, typing, undo: what happens to the targets and their numbers."""
 
 from dataclasses import replace
-from importlib import import_module
 
 import numpy as np
 import pytest
@@ -25,7 +24,6 @@ from workbench.session.commands.undo import Redo, ResetTargets, Undo
 from workbench.session.live_score import score
 from workbench.session.page_state import Severity
 from workbench.session.start import default_plate
-from workbench.session.state import Focus
 
 RPY = (-2.6, 0.05, 0.1)
 
@@ -55,19 +53,6 @@ def test_every_arm_begins_with_room_at_every_target_and_may_be_tried_there(name)
     assert plate.has_seats is (robot.dof >= 6)
     left = margins(np.stack([state.q for state in session.states]), robot.limits)
     assert (left >= planned_margins(robot.limits) - 1e-9).all()
-
-
-def test_no_branch_is_looked_for_where_a_small_arm_gets_at_no_distance(monkeypatch):
-    """Seconds went into a start of arms whose plate lies beyond their reach, place by place."""
-    module, robot = import_module("workbench.session.start"), load_robot("so101")
-    plate, looked_at = default_plate(robot), []
-    real = module.branches_to
-    monkeypatch.setattr(module, "branches_to", lambda arm, t: looked_at.append(t) or real(arm, t))
-    far = replace(plate.targets[0], xyz=plate.targets[0].xyz + np.array([3.0, 0.0, 0.0]))
-    assert module._met(robot, plate, 0, far).kind is Kind.SOCKET
-    assert looked_at == []
-    assert module._met(robot, plate, 0, plate.targets[0]).kind is Kind.SOCKET
-    assert looked_at
 
 
 def test_an_arm_of_a_urdf_leaves_nothing_undetermined_that_any_pose_could_show(tmp_path):
@@ -112,10 +97,6 @@ def test_nobody_else_moves_a_held_target(do):
     assert do(DropTarget(client=1)).drag is None
 
 
-def test_a_grab_without_a_move_is_no_step(do):
-    assert do(GrabTarget(0, client=1), DropTarget(client=1)).history.done == ()
-
-
 def test_out_of_reach_has_a_reason_and_does_not_count(do, first):
     session = do(MoveTarget(0, (1.6, 0.0, 0.3), RPY))
     state = session.states[0]
@@ -148,15 +129,6 @@ def test_reset_can_be_undone(do, first):
     assert do(Undo()).plate is moved.plate
     news = do(ResetTargets(), ResetTargets())
     assert news.page.messages[-1].severity is Severity.INFO
-
-
-def test_nothing_to_undo_is_news_not_an_error(do):
-    assert do(Undo()).page.messages[-1].severity is Severity.INFO
-    assert do(Redo()).page.messages[-1].severity is Severity.INFO
-
-
-def test_selecting_goes_back_to_the_targets(do):
-    assert do(SelectTarget(6)).playback.focus is Focus.TARGET
 
 
 def test_the_journal_leads_to_the_same_session(worker, do, first):

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.arm import chain as chains
-from workbench.arm.masses import carried, moved
+from workbench.arm.masses import carried, moved, sphere_inertia
 from workbench.arm.robot import Robot
 from workbench.arm.urdf import BASE_LINK, TOOL_LINK, read_urdf, xml_root
 from workbench.arm.usable_arm import usable_arm
@@ -115,13 +115,14 @@ def _skeleton(robot: Robot) -> ET.Element:
 
 
 def _inertial(link: ET.Element, mass: float | None, com: Vector3) -> None:
-    """Mass and centre of a body in the frame right after its joint; nothing if the mass is unknown."""
-    if mass is None:
+    """Mass and centre of a body in the frame right after its joint; nothing if it is unknown or none."""
+    if not mass:
         return
     node = ET.SubElement(link, "inertial")
     ET.SubElement(node, "origin", xyz=numbers_text(com), rpy="0 0 0")
     ET.SubElement(node, "mass", value=repr(float(mass)))
-    ET.SubElement(node, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")
+    own = dict.fromkeys(("ixx", "iyy", "izz"), repr(sphere_inertia(mass)))
+    ET.SubElement(node, "inertia", own | dict.fromkeys(("ixy", "ixz", "iyz"), "0"))
 
 
 def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> None:

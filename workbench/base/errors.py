@@ -4,6 +4,8 @@ Every message is one sentence that says what, where, and what to do. Bad input r
 not converge or cannot see a parameter is an `Outcome` in the result, never an exception.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from workbench.base.installed_package import install_command
@@ -98,6 +100,23 @@ class OptionError(WorkbenchError):
     def __init__(self, message: str, *, option: str = "", found: Any = None):
         super().__init__(message)
         self.option, self.found = option, found
+
+
+MALFORMED = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
+"""What a reader may stumble over in a damaged file, however it reads it."""
+
+
+@contextmanager
+def understood(what: str, path: str) -> Iterator[None]:
+    """Whatever a reader stumbles over in a stranger's file is one sentence.
+
+    Args:
+        what: What it was to be, such as `a joint table`.
+    """
+    try:
+        yield
+    except MALFORMED as error:
+        raise FileError(f"can't be read as {what} ({type(error).__name__}: {error})", path=path) from error
 
 
 class MissingExtraError(WorkbenchError):

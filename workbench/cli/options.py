@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, NoReturn
 import typer
 
 import workbench as wb
+from workbench.base.advice import failures
 from workbench.base.errors import OptionError, ShapeError, UnitError, WorkbenchError
 from workbench.base.progress import running
 from workbench.base.wording import readable
@@ -393,12 +394,14 @@ def check_robot_file(path: Path | None) -> None:
 
 def describe(what: str, do: Callable[[], object]) -> None:
     """Show or write what describes a result that is saved already; a mistake in it costs one warning."""
-    try:
-        do()
-    except (WorkbenchError, OSError):
-        raise
-    except Exception as error:
-        say_notes([f"the {what} could not be made ({type(error).__name__}: {error})"])
+    with failures() as failed:
+        try:
+            do()
+        except (WorkbenchError, OSError):
+            raise
+        except Exception as error:
+            failed.append(f"the {what} could not be made ({type(error).__name__}: {error})")
+    say_notes(failed)
 
 
 def fail(sentence: str) -> NoReturn:

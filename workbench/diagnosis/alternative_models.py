@@ -1,5 +1,7 @@
 """Models other than a search's own on the judging rows: rivals, and the ranking of candidates."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from workbench.arm.robot import Robot
@@ -23,23 +25,22 @@ MAX_RANKED = 40
 """Maximum number of candidates in the ranking."""
 
 
+@dataclass(frozen=True, eq=False)
 class ModelComparison:
     """Errors of models on the judging rows; on the fitted ones without those."""
 
-    def __init__(self, ready: Prepared, searched: Searched):
-        fitted = searched.stage.fitted
-        self._found = fitted.problem.instrument(fitted.fit.x)
-        self._searched = searched
-        self._ready = ready
-        self._data = ready.held_out_data if len(ready.held_out_data) else fitted.problem.data
+    ready: Prepared
+    searched: Searched
 
     def errors(self, model: Model) -> Errors:
         """Errors of the geometry with a model's effects, by the linear solution at the fit."""
-        return self._errors(robot_with(self._searched.stage.fitted, self._searched.grams, model), self._found)
+        fitted = self.searched.stage.fitted
+        found = fitted.problem.instrument(fitted.fit.x)
+        return self._errors(robot_with(fitted, self.searched.grams, model), found)
 
     def refitted(self, model: Model) -> Errors:
         """The same, refitted unless the problem is too large."""
-        stage, grams = self._searched.stage, self._searched.grams
+        stage, grams = self.searched.stage, self.searched.grams
         if large(stage.problem):
             return self.errors(model)
         begin = linear_answer(stage.fitted, grams, model)
@@ -49,16 +50,18 @@ class ModelComparison:
 
     def alternatives(self, term: Term) -> tuple[Ranked, ...]:
         """Rivals of a term of the search's model, with the remaining error in its place."""
-        rivals = rivals_of(self._searched, term)
+        rivals = rivals_of(self.searched, term)
         return tuple(_ranked(rival, self.errors((*rest, rival.term))) for rest, rival in rivals)
 
     def ranking(self) -> tuple[Ranked, ...]:
         """Candidates by their contribution to the geometry alone; the first few are evaluated."""
-        best = enumerate(ranked(self._searched))
+        best = enumerate(ranked(self.searched))
         return tuple(_ranked(o, self.errors((o.term,)) if k < MAX_EVALUATED else None) for k, o in best)
 
     def _errors(self, arm: Robot, found) -> Errors:
-        return Errors.of(self._ready.errors_on(self._data, arm, found))
+        held_out = self.ready.held_out_data
+        data = held_out if len(held_out) else self.searched.stage.fitted.problem.data
+        return Errors.of(self.ready.errors_on(data, arm, found))
 
 
 def _ranked(offer: Offer, errors: Errors | None) -> Ranked:

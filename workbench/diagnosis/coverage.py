@@ -5,6 +5,7 @@ import numpy as np
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import STILL
+from workbench.base.advice import beside
 from workbench.data.dataset import Dataset
 from workbench.identification.fit import Fit
 
@@ -16,6 +17,7 @@ MIN_NUMBERS_PER_UNKNOWN = 3.0
 """Minimum measured numbers per unknown to separate effects from geometry."""
 
 
+@beside("whether the rows suffice for effects", None)
 def too_few_rows(fit: Fit) -> str | None:
     """A sentence if the rows are too few to separate effects from geometry, and how many are missing."""
     unknowns, data = len(fit.problem.names), fit.problem.data
@@ -43,6 +45,7 @@ def freedoms(data: Dataset) -> int:
     return int((strength > MIN_SPREAD * strength[0]).sum()) if span.max() > STILL else 0
 
 
+@beside("notes on the coverage of joints", ())
 def coverage(data: Dataset, chain: Chain) -> list[str]:
     """Notes on joints that moved little or only together, and on data with a single group."""
     span = np.ptp(data.q, axis=0)

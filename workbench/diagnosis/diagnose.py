@@ -11,7 +11,7 @@ from jaxtyping import Float
 import workbench.diagnosis.report.table  # noqa: F401 how results are shown
 from workbench.arm.masses import with_assumed_masses
 from workbench.arm.robot import Robot
-from workbench.base.advice import Advice
+from workbench.base.advice import ask, failures
 from workbench.base.arguments import checked_arguments, with_fields
 from workbench.base.errors import DataError
 from workbench.base.progress import part_of, progress, whole_or_nothing
@@ -24,6 +24,7 @@ from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import find_causes
 from workbench.diagnosis.claims.structure import Structure, structure_of
+from workbench.diagnosis.final_fit import best_geometry
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.notes import notes
@@ -73,19 +74,20 @@ def diagnose(
         raise DataError(f"{data.source}: {own.undiagnosed}")
     began, choices = perf_counter(), with_fields(FitChoices, choices, fields)
     data, choices = as_read(robot, data, choices.reading), choices_as_read(robot, choices)
-    massed, rng, advice = with_assumed_masses(robot), np.random.default_rng(choices.seed), Advice()
+    massed, rng = with_assumed_masses(robot), np.random.default_rng(choices.seed)
     with part_of(0.0, 0.3):
         ready, gross = prepare_without_gross_outliers(
             massed, with_directions(data), _with_directions(choices)
         )
-    search = search_causes(massed, ready, rng)
-    saved = saved_model(search, advice)
-    claims = _claims(search, saved, given=robot, known=choices.noise, rng=rng, advice=advice)
-    progress(0.9, "choosing poses to measure next")
-    next_ones = _measured_next(search, saved, claims, rng=rng, measurable=measurable, advice=advice)
-    result = _diagnosis(search, saved, claims, next_ones, given=robot, gross=gross, advice=advice)
+    with failures() as failed:
+        search = search_causes(massed, ready, rng)
+        saved = saved_model(search)
+        claims = _claims(search, saved, given=robot, known=choices.noise, rng=rng)
+        progress(0.9, "choosing poses to measure next")
+        next_ones = _measured_next(search, saved, claims, rng=rng, measurable=measurable)
+        result = _diagnosis(search, saved, claims, next_ones, given=robot, gross=gross)
     progress(1.0, "done")
-    return replace(result, seconds=perf_counter() - began)
+    return replace(result, warnings=tuple(failed), seconds=perf_counter() - began)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,13 +102,7 @@ class _Claims:
 
 
 def _claims(
-    search: CauseSearch,
-    saved: SavedModel,
-    *,
-    given: Robot,
-    known: Noise | None,
-    rng: np.random.Generator,
-    advice: Advice,
+    search: CauseSearch, saved: SavedModel, *, given: Robot, known: Noise | None, rng: np.random.Generator
 ) -> _Claims:
     """Causes, residual map, what remains, and the verdict.
 
@@ -116,7 +112,7 @@ def _claims(
     """
     structure: Structure | None = Structure()  # None: the test failed
     if search.too_few is None:
-        structure = advice.ask(
+        structure = ask(
             "the structure of the residuals", lambda: structure_of(search.last.stage.fit, rng), None
         )
     remaining = _remaining_error(search, known, structure)
@@ -135,7 +131,7 @@ def _claims(
             before=judged(search.before.errors),
             after=judged(search.after.errors),
         )
-    message = " ".join([message, *_additions(search, saved, advice)])
+    message = " ".join(filter(None, (message, *_additions(search, saved))))
     return _Claims(causes, residual_map, remaining, verdict, message)
 
 
@@ -145,7 +141,9 @@ def _remaining_error(search: CauseSearch, known: Noise | None, structure: Struct
     return RemainingError(
         noise=noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise,
         known_noise=noises.stated(problem) or known or noises.from_repeats(problem.data),
-        joint_noise=readings(fit.problem.with_noise(geometric.noise)),
+        joint_noise=ask(
+            "the noise of joint readings", lambda: readings(fit.problem.with_noise(geometric.noise)), None
+        ),
         structure=structure,
         distrusted=search.last.found.distrusted,
     )
@@ -177,7 +175,9 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
         return None
     named = tuple(t for t in search.last.found.model if t.candidate.names in claimed)
     alone, after = (judged(v.errors) for v in (search.before, search.after))
-    with_causes = saved.trial.refitted(named) if named else alone
+    with_causes = (
+        ask("the error with causes alone", lambda: saved.trial.refitted(named), alone) if named else alone
+    )
     is_better = with_causes.main.mean < alone.main.mean
     return ResidualMap(
         effects=others,
@@ -187,9 +187,9 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
     )
 
 
-def _additions(search: CauseSearch, saved: SavedModel, advice: Advice) -> Iterator[str]:
+def _additions(search: CauseSearch, saved: SavedModel) -> Iterator[str]:
     """Sentences that follow the verdict: undecided flanks, degradation, which arm is saved."""
-    if missing := advice.ask("undecided flanks", lambda: open_flanks(saved.fit), {}):
+    if missing := ask("undecided flanks", lambda: open_flanks(saved.fit), {}):
         yield open_flanks_text(missing, search.robot.chain)
     if worse := degradation_warning(search.nominal.rows, search.after.rows):
         yield f"Warning: {worse}."
@@ -206,12 +206,11 @@ def _measured_next(
     *,
     rng: np.random.Generator,
     measurable: Measurable | None,
-    advice: Advice,
 ) -> tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]:
     """Poses that reduce the uncertainty of accepted effects and separate them from look-alikes."""
     fit = search.last.stage.fit
     requested = [a.effect for a in saved.effects] + [e for c in claims.causes for e in c.look_alikes]
-    return advice.ask(
+    return ask(
         "poses to measure next",
         lambda: next_poses(fit.problem, fit.x, requested, rng=rng, measurable=measurable),
         (np.zeros((0, search.robot.dof)), ()),
@@ -226,7 +225,6 @@ def _diagnosis(
     *,
     given: Robot,
     gross: np.ndarray,
-    advice: Advice,
 ) -> Diagnosis:
     """Compute the remaining fields and collect the result; `gross` are rows excluded before any fit."""
     ready, stage, fit = search.ready, search.last.stage, search.judged_fit
@@ -244,7 +242,7 @@ def _diagnosis(
         new_sessions=ready.new_mountings(fit.calibrated),
         excluded=tuple(e for e in ready.excluded if e[1] != GROSS_REASON),
         outliers=outliers,
-        outlier_errors=advice.ask(
+        outlier_errors=ask(
             "the errors of outliers",
             lambda: (
                 ready.errors_on(ready.data.take(outliers), fit.arm, fit.problem.instrument(fit.x)).summary
@@ -256,6 +254,7 @@ def _diagnosis(
         before_fit=search.first.fit,
         after_fit=fit,
         final_fit=saved.fit,
+        geometries=(best_geometry(fit, search.first.fit), best_geometry(saved.fit, search.first.fit)),
         aligned=ready.aligned,
         nominal_rows=search.nominal.rows,
         before=search.before.errors,
@@ -265,7 +264,9 @@ def _diagnosis(
         effects=tuple(replace(a, text=texts.get(a.effect.names, a.text)) for a in saved.effects),
         causes=claims.causes,
         residual_map=claims.residual_map,
-        ranking=advice.ask("the ranking of candidates", ModelComparison(ready, search.rounds[0]).ranking, ()),
+        ranking=ask(
+            "the ranking of candidates", lambda: ModelComparison(ready, search.rounds[0]).ranking(), ()
+        ),
         noise=noise,
         known_noise=rest.known_noise,
         joint_noise=rest.joint_noise,
@@ -277,8 +278,7 @@ def _diagnosis(
         undetectable=saved.undetectable,
         measure_next=poses,
         next_reasons=reasons,
-        notes=tuple(notes(search, saved, outliers, given, advice)),
-        warnings=tuple(advice.warnings),
+        notes=tuple(filter(None, notes(search, saved, outliers, given))),
         seconds=0.0,
     )
 

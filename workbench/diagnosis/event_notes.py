@@ -6,6 +6,7 @@ import numpy as np
 
 from workbench.arm.after_events import events_of
 from workbench.arm.motion import Motion
+from workbench.base.advice import beside
 from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
@@ -40,11 +41,13 @@ class Now:
     mean_mm: float
 
     @property
+    @beside("the note on the last event", "")
     def sentence(self) -> str:
         size = f", with a mean error of {self.mean_mm:.3g} mm" if np.isfinite(self.mean_mm) else ""
         return f"The saved arm is that after the last event, from row {self.row} on{size}."
 
 
+@beside("the error after the last event", None)
 def arm_now(final: Fit) -> Now | None:
     """The saved arm and its errors; None without events."""
     saved = SavedArm(final.calibrated, final.problem.data)

@@ -10,6 +10,7 @@ from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.advice import beside
 from workbench.base.wording import capital
 from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.claims.claimed_causes import MIN_NOISE_SHARE
@@ -40,12 +41,14 @@ class GravityDirection(AbstractEffect):
         return f"The arm is tilted {angle:.3g}° from what its file states"
 
 
+@beside("notes on the direction of gravity", ())
 def standing_notes(fit: Fit, given: Robot) -> list[str]:
     """Notes on arms tilted significantly from the file, though within its tolerance."""
     found = tilts_of_gravity(fit, given)
     return [s.text for s in found if s.size > MIN_MENTIONED_ERRORS * s.error and not s.is_contradicted]
 
 
+@beside("the direction of gravity as a cause", ())
 def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[Cause]:
     """Placements in which the file's gravity is significantly wrong.
 

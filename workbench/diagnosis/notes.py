@@ -1,13 +1,14 @@
 """Notes of a diagnosis beside its verdict."""
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 from jaxtyping import Int
 
 from workbench.arm.effects import extrapolation_notes
 from workbench.arm.robot import Robot
-from workbench.base.advice import Advice
+from workbench.base.advice import ask, beside
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.coverage import coverage
 from workbench.diagnosis.gravity_direction import standing_notes
@@ -32,8 +33,9 @@ MAX_MASS_DEVIATION = 3.0
 """Standard deviations above which a mass or its centre contradicts the file."""
 
 
+@beside("notes", ())
 def notes(
-    search: CauseSearch, saved: SavedModel, outliers: Int[np.ndarray, " k"], given: Robot, advice: Advice
+    search: CauseSearch, saved: SavedModel, outliers: Int[np.ndarray, " k"], given: Robot
 ) -> Iterator[str]:
     """Notes for the user beside the verdict, one sentence each."""
     ready, last = search.ready, search.last
@@ -55,18 +57,21 @@ def notes(
         yield saved.note
     if search.too_few is None and saved.undetectable and any(e.loads for e in effects):
         yield describe(saved.undetectable)
-    if pairs := advice.ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
+    if pairs := ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
         yield exchange_note(pairs)
     yield from _weights_that_differ(saved.fit, given)
     yield from standing_notes(saved.fit, given)
     motion = last.stage.motion
-    yield from (text for e in effects if (text := e.caveat(motion)))
+    yield from (
+        text for e in effects if (text := ask(f"the caveat of {e.name}", partial(e.caveat, motion), ""))
+    )
     if given.has_masses and motion.payload is None and any(e.loads for e in effects):
         yield NO_PAYLOAD
     if motion.direction is None:
         yield NO_DIRECTION
 
 
+@beside("notes on masses", ())
 def _weights_that_differ(fit: Fit, given: Robot) -> list[str]:
     """Notes on masses missing in the file, and on masses and centres in it that contradict the rows."""
     known, out = fit.problem.robot.inertia_tolerance, []

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arm.chain import Chain
+from workbench.base.advice import beside
 from workbench.diagnosis.claims.structure import Structure
 from workbench.diagnosis.search.evidence import Offer
 from workbench.identification.joint_reading_noise import Readings
@@ -62,6 +63,7 @@ class RemainingError:
             return bool(self.is_structured or self.distrusted)
         return self.noise_ratio > MAX_NOISE_RATIO
 
+    @beside("the note on joint readings", "")
     def joint_noise_warning(self, chain: Chain) -> str:
         """A sentence if noise of the joint readings dominates; empty otherwise."""
         noise = self.joint_noise
@@ -73,6 +75,7 @@ class RemainingError:
         size, part = noise.text(chain), f"{100 * noise.share:.0f} %"
         return f"The joint readings scatter by {size}, {part} of the remaining error: {advice}. "
 
+    @beside("the text on the remaining error", "was not described")
     def text(self, chain: Chain) -> str:
         """Description that continues a sentence: `agrees with the known noise (0.05 mm per axis)`."""
         text = self._compared()

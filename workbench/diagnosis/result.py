@@ -13,6 +13,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
+from workbench.base.advice import beside
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.claims.cause import Cause, ResidualMap
 from workbench.diagnosis.claims.structure import Structure
@@ -95,6 +96,7 @@ class Accepted:
     text: str
 
 
+@beside("whether the effects do harm", None)
 def harm_done(before: RowErrors, after: RowErrors) -> str | None:
     """A warning if a model makes rows worse than another by more than the standard error of the mean.
 
@@ -139,6 +141,8 @@ class Diagnosis(AbstractPlotted):
         before_fit: Geometry alone.
         after_fit: Geometry with the accepted effects, on the fitted rows; shown in the figures.
         final_fit: The same on all rows, held-out ones of the same file too: what is saved.
+        geometries: The best arms without effects on the rows of `after_fit` and `final_fit`; None if there
+            are none.
         aligned: The nominal arm with the best base and tool.
         nominal_rows: Its errors row by row, as `after_rows`.
         before: Errors of `before_fit`.
@@ -177,6 +181,7 @@ class Diagnosis(AbstractPlotted):
     before_fit: Fit
     after_fit: Fit
     final_fit: Fit
+    geometries: tuple[Robot | None, Robot | None]
     aligned: Robot
     nominal_rows: tuple[RowErrors, RowErrors]
     before: Validation
@@ -232,6 +237,7 @@ class Diagnosis(AbstractPlotted):
         return found is None or not found.before.position_mm.mean - found.after.position_mm.mean > 0.5 * fall
 
     @property
+    @beside("whether the verdict is conclusive", False)
     def is_good(self) -> bool:
         """Whether the verdict is conclusive: noise alone, or named causes."""
         if self.harm is not None or not self.is_tried:
@@ -239,6 +245,7 @@ class Diagnosis(AbstractPlotted):
         return self.verdict is Verdict.NO_EFFECT or (self.verdict is Verdict.EXPLAINED and self.is_named)
 
     @property
+    @beside("the text of the verdict", "no verdict")
     def verdict_text(self) -> str:
         """The verdict for people; an error without a named cause is not called explained."""
         if not self.is_tried:
@@ -250,6 +257,7 @@ class Diagnosis(AbstractPlotted):
         return "predicted, but no cause is certain" if is_guess else str(self.verdict)
 
     @property
+    @beside("whether to measure more", False)
     def worth_measuring(self) -> bool:
         """Whether a pose to measure next would make a standard error noticeably smaller."""
         return any(reason.shrinks_to < WORTHWHILE_RATIO for reason in self.next_reasons)
@@ -274,7 +282,10 @@ class Diagnosis(AbstractPlotted):
             self.after.held_out,
             *self.after_rows,
             self.held_out_data,
-            judged=None if self.after_fit is self.final_fit else self.after_fit.calibrated,
+            judged=None
+            if self.after_fit is self.final_fit
+            else self.after_fit.calibrated.recorded(geometry=self.geometries[0]),
+            geometry=self.geometries[1],
             new_sessions=self.new_sessions,
         )
         return Identification(

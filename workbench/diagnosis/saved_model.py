@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from workbench.arm.motion import Motion
-from workbench.base.advice import Advice
+from workbench.base.advice import ask
 from workbench.diagnosis.alternative_models import ModelComparison
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.named_joints import sentence_of
@@ -50,32 +50,25 @@ class SavedModel:
     now: Now | None
 
 
-def saved_model(search: CauseSearch, advice: Advice) -> SavedModel:
+def saved_model(search: CauseSearch) -> SavedModel:
     """The last round's arm fitted to all rows, with standard errors and rivals of its effects."""
     last, ready, geometry = search.last, search.ready, search.first.fitted
     fit = last.stage.fit
     suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.fit.x))
     final, note = fitted_on_all(ready, last, search.judged_fit, suspect_rows)
     motion, trial = last.stage.motion, ModelComparison(ready, last)
-    missing = advice.ask(
+    missing = ask(
         "unobservable effects", lambda: () if search.too_few else undetectable(last, fit.arm, motion), ()
     )
     std = StandardErrors(final, hidden_variance(last, missing))
     alone, after = (judged(v.errors) for v in (search.before, search.after))
-    effects = _accepted(last, final, trial, std, advice, alone=alone, after=after)
+    effects = _accepted(last, final, trial, std, alone=alone, after=after)
     now = arm_now(final)
     return SavedModel(final, suspect_rows, note, missing, std, effects, trial, now)
 
 
 def _accepted(
-    last: Searched,
-    final: Fit,
-    trial: ModelComparison,
-    std: StandardErrors,
-    advice: Advice,
-    *,
-    alone: Errors,
-    after: Errors,
+    last: Searched, final: Fit, trial: ModelComparison, std: StandardErrors, *, alone: Errors, after: Errors
 ) -> tuple[Accepted, ...]:
     """The effects of the last fit with standard errors, rivals and individual contributions.
 
@@ -84,7 +77,6 @@ def _accepted(
         final: Its model fitted to all rows.
         trial: Evaluates other models at that search.
         std: Standard errors of the coefficients [SI].
-        advice: Computes rivals, and errors without each effect.
         alone: Errors of the geometry alone on the judging rows.
         after: Errors of the whole model on them.
     """
@@ -94,14 +86,14 @@ def _accepted(
         term, offered = model[k], last.found.offers[k]
         effect, rest = sized[term.candidate.names], drop(model, [term])
         without = f"the error without {effect.phrase}"
-        alternatives = advice.ask(f"alternatives to {effect.phrase}", partial(trial.alternatives, term), ())
+        alternatives = ask(f"alternatives to {effect.phrase}", partial(trial.alternatives, term), ())
         out.append(
             Accepted(
                 effect=effect,
                 std=tuple(std[n] for n in effect.names),
                 gain=offered.gain,
                 p_value=float(np.exp(offered.log_p)),
-                before=advice.ask(without, partial(trial.refitted, rest), UNKNOWN) if rest else alone,
+                before=ask(without, partial(trial.refitted, rest), UNKNOWN) if rest else alone,
                 after=after,
                 alternatives=alternatives,
                 text=sentence_of(effect, (), std, final.arm, Motion.of(final.problem.data)),

@@ -22,6 +22,7 @@ from workbench.arm.effects.axes import across, own, turns
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import motion_wrenches
+from workbench.base.advice import beside
 from workbench.base.wording import joint_list
 from workbench.diagnosis.search.evidence import coefficients, curvature, left_by
 from workbench.diagnosis.search.rounds import Searched
@@ -89,6 +90,7 @@ def undetectable(searched: Searched, robot: Robot, motion: Motion) -> tuple[Unde
     return tuple(out)
 
 
+@beside("the share of undetectable effects in standard errors", {})
 def hidden_variance(searched: Searched, missing: Sequence[Undetectable]) -> dict[str, float]:
     """Additional variance of the found coefficients due to effects hidden in the noise [SI²].
 
@@ -110,6 +112,7 @@ def hidden_variance(searched: Searched, missing: Sequence[Undetectable]) -> dict
     return total
 
 
+@beside("the note on undetectable effects", "")
 def describe(missing: Sequence[Undetectable]) -> str:
     """One sentence on the undetectable effects; empty if there are none."""
     groups: dict[tuple[Reason, tuple[int, ...]], list[str]] = {}
@@ -124,6 +127,7 @@ def describe(missing: Sequence[Undetectable]) -> str:
     return f"not detectable in these rows: {'; '.join(parts)}" if parts else ""
 
 
+@beside("the note on undecided flanks", "")
 def open_flanks_text(loads: Mapping[int, tuple[float, float]], chain: Chain) -> str:
     """Joints whose flank is undecided below some load, in a share of the rows, as one sentence."""
     parts = [

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.arm.robot import Robot
+from workbench.base.advice import beside
 from workbench.base.wording import capital
 from workbench.diagnosis.claims.cause import Cause, ResidualMap
 from workbench.diagnosis.remaining_error import RemainingError
@@ -15,6 +16,7 @@ MAX_STATED_CAUSES = 3
 """Maximum number of causes stated in full."""
 
 
+@beside("the verdict", (Verdict.UNEXPLAINED, "No verdict."))
 def conclude(
     causes: Sequence[Cause],
     residual_map: ResidualMap | None,
@@ -63,6 +65,7 @@ def _remaining_text(after: Errors, rest: str) -> str:
     return f"the remaining error{f' of {size}' if size else ''} {rest}"
 
 
+@beside("the text of the claims", "")
 def _claims(causes: Sequence[Cause], residual_map: ResidualMap | None) -> str:
     """Sentences on the causes and on the residual map."""
     sentences = [f"{c.stated}." for c in causes[:MAX_STATED_CAUSES]]

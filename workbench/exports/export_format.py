@@ -7,6 +7,7 @@ none), so that the error due to whatever a form can't represent is measured on t
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -30,7 +31,7 @@ from workbench.arm.usable_arm import (
     usable_arm,
 )
 from workbench.base import se3
-from workbench.base.errors import OptionError
+from workbench.base.errors import OptionError, understood
 from workbench.base.files import read_bytes, write_text
 from workbench.base.types import Matrix4
 from workbench.identification.checks.arm_match import require_same_arm
@@ -172,8 +173,9 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
     if not form.takes_calibrated:
         job = replace(job, robot=carried.robot.in_first_session)
     job = replace(job, before=before)
-    text = form.write(job)
-    read = form.read(text, job)
+    with understood(f"a file for --for {form.name}", "--into") if job.source else nullcontext():
+        text = form.write(job)
+        read = form.read(text, job)
     left = whole.left if max(whole.left.position_max, whole.left.rotation_max) > NO_DIFFERENCE else None
     remarks = carried.notes
     if form.takes_calibrated and read is not None:

@@ -15,6 +15,7 @@ from workbench.arm.calibration_record import Calibration, pose_keys
 from workbench.arm.confounded_constants import Combination, combinations
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
+from workbench.base.advice import beside
 from workbench.base.frames import data_frame
 from workbench.base.types import Outcome
 from workbench.base.wording import first_of
@@ -248,6 +249,7 @@ class Fit(AbstractReported):
         return tuple(p.text for p, b in zip(self.parameters, beyond, strict=True) if b and p.name in given)
 
     @property
+    @beside("cautions about the fit", ())
     def cautions(self) -> tuple[str, ...]:
         """Warnings that are the same for all algorithms."""
         found = []

@@ -10,6 +10,7 @@ import numpy as np
 import workbench.identification.report.table  # noqa: F401 how results are shown
 from workbench.arm.built_in_arms import posed_arm
 from workbench.arm.robot import Robot
+from workbench.base.advice import beside
 from workbench.base.arguments import checked_arguments, with_fields
 from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, part_of, progress
@@ -110,11 +111,14 @@ def identify(
         identifiability=ready.identifiability,
     )
     fit = found.best.fit
-    suspect = (
-        () if ready.identifiability is not None else ready.held_out_data.row[suspects(ready, fit)].tolist()
-    )
+    suspect = [] if ready.identifiability is not None else _suspects(ready, fit)
     progress(1.0, "done")
     return replace(found, outliers=_errors_of(ready, outlying, fit), suspects=tuple(suspect))
+
+
+@beside("held-out rows that no arm explains", [])
+def _suspects(ready: Prepared, fit: Fit) -> list[int]:
+    return ready.held_out_data.row[suspects(ready, fit)].tolist()
 
 
 def _runs(
@@ -145,6 +149,7 @@ def _runs(
     return runs
 
 
+@beside("the note on the prior", ())
 def _expected(problem: Problem, deviation: float | str) -> tuple[str, ...]:
     """A note on the prior deviation of the constants."""
     if problem.deviation is None or problem.deviation > MAX_DEVIATION:
@@ -160,6 +165,7 @@ def _all_rows(
     return prepare(robot, data, choices, **options), np.zeros(0, np.int64)
 
 
+@beside("errors of outliers", ())
 def _errors_of(ready: Prepared, rows: np.ndarray, fit: Fit) -> tuple[Outlier, ...]:
     """Outliers, worst first, with errors of the arm fitted to the other rows."""
     if not len(rows):
@@ -196,6 +202,7 @@ def _fit(problem, algorithm, loss) -> Fit:
     return replace(fit, warnings=_warnings(fit))
 
 
+@beside("warnings about the search", ())
 def _warnings(fit: Fit) -> tuple[str, ...]:
     """Warnings about one algorithm's search."""
     found = []

@@ -4,11 +4,13 @@ import json
 import re
 from datetime import date
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from workbench.base.advice import ask, failures
 from workbench.base.files import write_text
 
 NUMBERS = re.compile(r'\[\n\s*([^\[\]{}"]*?)\n\s*\]')
@@ -29,8 +31,19 @@ def json_text(content: Json) -> str:
 
 
 def document(schema: str, **content: Any) -> Json:
-    """A result as plain data under its schema."""
-    return plain({"schema": schema, **content})
+    """A result as plain data under its schema.
+
+    Args:
+        content: Values, or functions that compute them; one that fails leaves null and a warning.
+    """
+    with failures() as failed:
+        made = {key: ask(f"'{key}'", partial(_made, value), None) for key, value in content.items()}
+    more = {"warnings": [*(made.get("warnings") or ()), *failed]} if failed else {}
+    return {"schema": schema, **made, **more}
+
+
+def _made(value: Any) -> Any:
+    return plain(value() if callable(value) else value)
 
 
 def plain(value: Any) -> Any:

@@ -12,6 +12,7 @@ from markupsafe import Markup
 from rich.console import RenderableType
 
 from workbench.base.files import write_folder
+from workbench.base.wording import readable
 from workbench.report.json import Json, json_text
 from workbench.report.result_display import as_html
 
@@ -82,6 +83,7 @@ def write_page(
         Path of the page.
     """
     content = Markup("\n").join(block.html() for block in blocks)
+    title = readable(title)
     page = PAGE.format(title=title, kind=kind, look=Markup(LOOK.read_text("utf-8")), content=content)
     files = {names[1]: json_text(result).encode(), names[0]: page.encode()}
     return write_folder(folder, files) / names[0]

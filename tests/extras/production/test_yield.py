@@ -14,7 +14,6 @@ from refusals import mentions, refuses
 import workbench as wb
 from tests.plate.test_like_with_like import of_kind
 from tests.plate.test_plate_score import in_the_air
-from tests.session.test_blocked import DOWN
 from workbench.arm.built_in_arms import load_robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import running
@@ -26,10 +25,7 @@ from workbench.plate.plate import Kind, Target
 from workbench.plate.plate_toml import read_plate
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import alike
-from workbench.plate.target_readings import usual_sigma
 from workbench.plate.tolerances import Production
-from workbench.session.commands.drag import SelectTarget
-from workbench.session.commands.edit import ChooseBranch
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import _trial, next_step
 from workbench.session.page_state import Severity, Tab
@@ -233,27 +229,6 @@ def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
     assert (tried.arms, tried.unreached) == (20, 0)
     assert f"{100 * tried.share:.1f} % of 20 virtual arms" in tried.text
     assert session.page.messages[-1].text == tried.text
-
-
-def test_virtual_arms_read_what_the_page_s_targets_are(monkeypatch, first):
-    """Sockets were tried with the noise of seats: 0.25 mm where 0.04 mm was predicted."""
-    asked = []
-    limit = first.choices.wanted
-
-    def tried(robot, plate, **choices):
-        asked.append(choices["sigma"])
-        return yield_of(9, 10, wanted=replace(limit, position=1e-3))
-
-    monkeypatch.setattr("workbench.extras.production.session.try_plate", tried)
-    sockets = of_kind(first.plate, Kind.SOCKET)
-    trial = TryPlate(10).compute(start(first.robot, sockets))
-    assert asked == [usual_sigma(sockets)]
-    assert (trial.share, trial.used) == (0.9, pytest.approx(1.1))
-
-
-def test_a_plate_with_a_blocked_target_is_not_tried(do):
-    refused = do(SelectTarget(2), ChooseBranch(2, DOWN), TryPlate(20))
-    assert mentions(refused.page.messages[-1].text, "target 3")
 
 
 def test_the_guide_suggests_a_trial_only_where_an_error_is_wanted(first):

@@ -1,7 +1,6 @@
 """The plate's drawing: ezdxf's auditor finds nothing, and what is rebuilt from the file is the plate."""
 
 import io
-import sys
 from dataclasses import replace
 
 import ezdxf
@@ -10,7 +9,6 @@ import pytest
 from refusals import mentions
 
 from workbench.base import se3
-from workbench.base.errors import MissingExtraError
 from workbench.extras.workshop.drawing import dxf_of, pdf_of, plate_drawing
 from workbench.extras.workshop.fixture import fixture_of
 from workbench.plate.tolerances import Production
@@ -105,24 +103,8 @@ def test_tolerances_are_the_plate_s_own_and_stay_within_its_budget(mixed):
     assert mentions(usual, "±0.05 mm, ±0.05°", "position Ø0.050", "Ø0.012 to each other")
 
 
-def test_a_long_table_goes_on_beside_itself(plate_of):
-    places = [(0.1 * (i % 6) - 0.25, 0.1 * (i // 6) - 0.15, 0.05, 0.0, 0.0, 0.0) for i in range(24)]
-    fixture = fixture_of(plate_of(*places, size=(0.7, 0.45, 0.012)))
-    page = drawn(fixture)
-    assert [row["hole"] for row in table_of(page, "hole")] == [bore.label for bore in fixture.slab.bores]
-    outline = np.array(page.modelspace().query("LWPOLYLINE[layer=='OUTLINE']")[0].get_points("xy"))
-    assert min(y for x, y, _ in words(page) if x > outline[:, 0].max()) > -10.0
-
-
 def test_the_pdf_is_one_page_of_ink(plate):
     content = pdf_of(plate_drawing(fixture_of(plate)))
     assert content.startswith(b"%PDF")
     assert content.count(b"/Type /Page ") == 1
     assert len(content) > 100_000
-
-
-def test_without_ezdxf_the_extra_is_named(monkeypatch, fixture):
-    monkeypatch.setitem(sys.modules, "ezdxf", None)
-    with pytest.raises(MissingExtraError) as error:
-        plate_drawing(fixture)
-    assert error.value.extra == "cad"

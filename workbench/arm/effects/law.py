@@ -37,6 +37,7 @@ from workbench.arm.effects.axes import (
 )
 from workbench.arm.effects.valid_range import Learned
 from workbench.arm.motion import Motion
+from workbench.base.advice import beside
 from workbench.base.errors import RobotError
 
 Law = Float[np.ndarray, "rows e c"]
@@ -224,6 +225,7 @@ def check_together(effects: Iterable[AbstractLaw], chain: Chain, own: Collection
         raise RobotError(f"'{double}' occurs twice among the effects; merge them", found=double)
 
 
+@beside("notes on ranges of effects", ())
 def extrapolation_notes(
     effects: Iterable[AbstractLaw],
     chain: Chain,

@@ -41,8 +41,9 @@ MAX_ITERATIONS = 20
 """Maximum number of fixed-point iterations; a typical arm needs five."""
 FIXED_POINT_TOLERANCE = 1e-13
 """Change of a value [rad or m] below which the fixed point is reached."""
-MAX_LAST_CHANGE = 1e-9
-"""A row whose values still change by more [rad or m] in the last iteration has no deflection."""
+MAX_LAST_CHANGE = 0.05
+"""A row whose values still change by more [rad or m] in the last iteration has no deflection; play changes
+sides by its own size for ever where a moment is about zero."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,6 +46,7 @@ from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
+from workbench.base.advice import beside
 from workbench.diagnosis.claims.accepted_terms import best_of, distinct, includes, place_of
 from workbench.diagnosis.claims.cause import Cause, largest_first, together
 from workbench.diagnosis.claims.contributions import Explained, explained
@@ -93,6 +94,7 @@ MAX_LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""
 
 
+@beside("causes", ())
 def find_causes(
     searched: Searched,
     arm: Robot,

@@ -9,6 +9,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.effect import MIN_STATED_ERRORS as STATED
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.advice import beside
 from workbench.base.wording import joint_list
 from workbench.diagnosis.claims.standard_errors import StandardErrors
 
@@ -38,6 +39,7 @@ def clearness(effects: Sequence[AbstractEffect], std: Mapping[str, float]) -> di
     return out
 
 
+@beside("the description of an effect", "an effect")
 def sentence_of(
     effect: AbstractEffect, unsure: Sequence[int], std: StandardErrors, arm: Robot, motion: Motion
 ) -> str:

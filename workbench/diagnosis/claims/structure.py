@@ -22,6 +22,7 @@ from workbench.arm.effects.axes import own, turns
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.statics.wrenches import motion_wrenches
+from workbench.base.advice import beside
 from workbench.base.wording import joint_list
 from workbench.data.measuring_order import clock_of
 from workbench.identification.fit import Fit
@@ -109,6 +110,7 @@ class Structure:
         return tuple(a for a in self.axes if a.p * self.tests < FALSE_ALARM_SHARE)
 
     @property
+    @beside("the text on structure", "has structure")
     def sentence(self) -> str:
         """Axis with structure, as a clause; empty if there is none."""
         if not self.found:

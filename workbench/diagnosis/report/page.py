@@ -3,10 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from rich.console import Group
-from rich.text import Text
-
-from workbench.base.advice import Advice
+from workbench.base.advice import ask
 from workbench.diagnosis.report.budget import budget_bars
 from workbench.diagnosis.report.ranking import ranking
 from workbench.diagnosis.report.results_json import diagnosis_json
@@ -33,22 +30,20 @@ def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
 
 def _blocks(result: Diagnosis) -> Iterator[PageBlock]:
     yield PageBlock(shown=diagnosis_tables(result))
-    advice, whole = Advice(), result.identification()
-    budget = advice.ask("the error budget", lambda: budget_bars(result), "")
+    whole = result.identification()
+    budget = ask("the error budget", lambda: budget_bars(result), "")
     yield PageBlock(
         "What the error is made of", picture=budget, caption="Sizes at the tool, on held-out rows."
     )
-    rows = advice.ask(
+    rows = ask(
         "the errors row by row", lambda: svg(before_after(whole, order_of_measuring(whole)), "rows"), ""
     )
     yield PageBlock(
         "Before and after, row by row", picture=rows, caption="Nominal arm with the best base and tool, grey."
     )
-    if drawn := advice.ask("the candidates", lambda: ranking(result), None):
+    if drawn := ask("the candidates", lambda: ranking(result), None):
         yield PageBlock(
             "What was tried",
             picture=svg(drawn, "ranking"),
             caption="Each candidate added to the geometry alone.",
         )
-    if advice.warnings:
-        yield PageBlock(shown=Group(*map(Text, advice.warnings)))

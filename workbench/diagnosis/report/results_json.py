@@ -5,6 +5,7 @@ import numpy as np
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.events import AbstractEvent
+from workbench.base.advice import beside
 from workbench.diagnosis.claims.cause import Cause, ResidualMap
 from workbench.diagnosis.claims.structure import FALSE_ALARM_SHARE, Structure
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
@@ -22,7 +23,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
         DIAGNOSIS,
         robot=result.robot.name,
         reading=result.data.read_as or "as given",
-        measurements={
+        measurements=lambda: {
             "used": len(result.after_fit.problem.data),
             "held_out": len(result.held_out_data),
             "held_out_rows": result.held_out_data.row,
@@ -30,30 +31,31 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "excluded": excluded_json(result.excluded),
             "source": result.data.source,
         },
-        nominal=validation_json(result.nominal),
-        before=validation_json(result.before),
-        effects=[_accepted(e, result) for e in result.effects],
-        causes=[_cause(c) for c in result.causes],
-        map=None if result.residual_map is None else _map(result.residual_map),
-        after=validation_json(result.after),
+        nominal=lambda: validation_json(result.nominal),
+        before=lambda: validation_json(result.before),
+        effects=lambda: [_accepted(e, result) for e in result.effects],
+        causes=lambda: [_cause(c) for c in result.causes],
+        map=lambda: None if result.residual_map is None else _map(result.residual_map),
+        after=lambda: validation_json(result.after),
         noise=result.noise.json(),
         noise_floor=None if result.known_noise is None else result.known_noise.json(),
         **_joint_noise(result),
         saved_arm=None if result.now is None else {"from_row": result.now.row, "mean_mm": result.now.mean_mm},
-        structure=_structure(result.structure),
-        not_identifiable=[_undetectable(u, result) for u in result.undetectable],
+        structure=lambda: _structure(result.structure),
+        not_identifiable=lambda: [_undetectable(u, result) for u in result.undetectable],
         suspects=result.held_out_data.row[result.suspects],
         verdict=result.verdict,
         message=result.message,
         measure_next=result.measure_next,
         next_reasons=[reason.sentence for reason in result.next_reasons],
-        ranking=[_ranked(r) for r in result.ranking],
+        ranking=lambda: [_ranked(r) for r in result.ranking],
         warnings=result.warnings,
         notes=result.notes,
         seconds=result.seconds,
     )
 
 
+@beside("the noise of joint readings", {})
 def _joint_noise(result: Diagnosis) -> dict[str, object]:
     """Of every joint's readings; null for prismatic joints, whose noise is in mm under its own key."""
     found, chain = result.joint_noise, result.calibrated.chain

@@ -17,6 +17,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.effect import MIN_STATED_ERRORS
 from workbench.arm.joint_units import shown_joints, shown_units
+from workbench.base.advice import beside
 from workbench.base.errors import DataError
 from workbench.base.wording import first_of, plural
 from workbench.diagnosis.claims.cause import Cause
@@ -78,6 +79,7 @@ def summary(result: Diagnosis) -> RenderableType:
     return Group(*_beginning(result), *ranking, *_alternatives(result), *warnings)
 
 
+@beside("the noise of joint readings", "–")
 def joint_noise_text(result: Diagnosis) -> str:
     """Size of the noise of joint readings and its share of the remaining error; – for exact readings."""
     found = result.joint_noise
@@ -86,6 +88,7 @@ def joint_noise_text(result: Diagnosis) -> str:
     return f"{found.text(result.calibrated.chain)}, {100 * found.share:.0f} % of the remaining error"
 
 
+@beside("the verdict with its errors", [])
 def _beginning(result: Diagnosis) -> list[RenderableType]:
     """Robot and rows, verdict, errors before and after."""
     style = STYLES.get(result.verdict, "bold red")
@@ -116,6 +119,7 @@ def ranking_table(result: Diagnosis) -> Table:
     return table
 
 
+@beside("the heading", "")
 def heading(result: Diagnosis) -> str:
     fitted = len(result.after_fit.problem.data)
     rows = f"{fitted} rows fitted, {len(result.held_out_data)} held out"
@@ -126,6 +130,7 @@ def heading(result: Diagnosis) -> str:
     return f"{result.robot.name}: {rows}"
 
 
+@beside("the table of errors", Group())
 def errors_table(result: Diagnosis) -> Table:
     """Nominal arm, geometry alone, and with the effects, on fitted and held-out rows."""
     models = [("nominal", result.nominal), ("geometry", result.before)]
@@ -134,6 +139,7 @@ def errors_table(result: Diagnosis) -> Table:
     return models_table(models)
 
 
+@beside("the table of causes", Group())
 def causes_table(result: Diagnosis) -> Table:
     """Claimed causes with their confidence and what they explain."""
     headings = [f"explains\n[{unit}]" for _, unit in error_units(result)]
@@ -154,6 +160,7 @@ def odds_text(odds: float) -> str:
     return "> 10⁶ : 1" if odds > 1e6 else f"{odds:.0f} : 1"
 
 
+@beside("the table of effects", Group())
 def effects_table(result: Diagnosis) -> Table:
     """Added effects with coefficients ± standard errors, and the mean error without and with each."""
     rows = "held-out" if result.after.held_out is not None else "fitted"
@@ -182,12 +189,14 @@ def errors_without_and_with(found: Accepted, units: Units) -> Iterator[str]:
             yield "–" if spread is None else short(spread.mean)
 
 
+@beside("which effects are causes", False)
 def _is_claimed(result: Diagnosis, effect: AbstractEffect) -> bool:
     """Whether an effect of the model belongs to a cause rather than to the map."""
     causes = [c for c in result.causes if c.kind == effect.name]  # a cause names only its significant joints
     return any(set(c.joints) & set(effect.joints) or not effect.joints for c in causes)
 
 
+@beside("alternatives", [])
 def alternatives(result: Diagnosis) -> list[str]:
     """Alternatives that fit nearly as well as each effect, one line each."""
     sentences = (_instead(found) for found in result.effects)
@@ -211,6 +220,7 @@ def _instead(found: Accepted) -> str:
     return f"Alternatives to {sized(found.effect.phrase, found.after)}: {rivals}" if rivals else ""
 
 
+@beside("the text on outliers", "")
 def outlier_text(result: Diagnosis) -> str:
     """Which rows were excluded as outliers, how far they are off, and what to do."""
     rows = sorted(result.data.row[result.outliers].tolist())
@@ -222,6 +232,7 @@ def outlier_text(result: Diagnosis) -> str:
     return f"{subject}: {size}no model of the arm explains {it}; measure {it} again, or exclude {it}"
 
 
+@beside("the table of poses to measure next", Group())
 def next_table(result: Diagnosis) -> Table:
     """Joint positions of poses to measure next."""
     reasons = [Column("what it determines")] if result.next_reasons else []

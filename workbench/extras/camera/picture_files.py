@@ -1,14 +1,17 @@
 """Files of pictures: which a folder has, how they are read, how sharp they are."""
 
 import contextlib
-from collections.abc import Iterator, Mapping
+import struct
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import UInt8
 from PIL import Image
 
 from workbench.base.errors import FileError
+from workbench.base.files import read_bytes
 from workbench.base.wording import listed, plural
 from workbench.extras.camera.opencv import MAX_PIXELS, opencv
 from workbench.extras.camera.rig import Rig
@@ -19,6 +22,7 @@ ORIENTATION, DETAILS, FILM_FOCAL = 0x0112, 0x8769, 0xA405
 FILM = 43.27
 """… on film of this diagonal [mm] with the same field of view."""
 
+Image.MAX_IMAGE_PIXELS = MAX_PIXELS
 Picture = UInt8[np.ndarray, "height width"]
 
 
@@ -51,17 +55,34 @@ def _counting(path: Path) -> tuple[int, str]:
 def read_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
     """A picture in grey as the sensor saw it; turned as its EXIF says only where `size` [px] then fits."""
     cv2 = opencv()
-    picture = None
-    for flags in (cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION, cv2.IMREAD_GRAYSCALE):
-        with contextlib.suppress(cv2.error):  # of more than `MAX_PIXELS`
-            picture = cv2.imread(str(path), flags)
-        if picture is None or size is None or picture.shape[::-1] == size:
-            break
-    if picture is None:
+    found: list[Picture] = []
+    content = read_bytes(path, wanted="a picture")
+    for each, flag in ((_unturned(content), cv2.IMREAD_IGNORE_ORIENTATION), (content, 0)):
+        with contextlib.suppress(cv2.error):  # of more than `MAX_PIXELS`, or empty
+            picture = cv2.imdecode(np.frombuffer(each, np.uint8), cv2.IMREAD_GRAYSCALE | flag)
+            found += [] if picture is None else [picture]
+        if found and size in (None, found[-1].shape[::-1]):
+            return found[-1]
+    if not found:
         raise FileError(
             f"can't be read as a picture of at most {MAX_PIXELS // 10**6} megapixels", path=str(path)
         )
-    return picture
+    return found[0]
+
+
+def _unturned(content: bytes) -> bytes:
+    """A picture; a TIFF without how it is to be turned, as OpenCV turns every one, or fails to."""
+    order = {b"II*\0": "<", b"MM\0*": ">"}.get(content[:4])
+    if order is None:
+        return content
+    changed = bytearray(content)
+    with contextlib.suppress(struct.error):
+        (start,) = struct.unpack_from(f"{order}I", content, 4)
+        (count,) = struct.unpack_from(f"{order}H", content, start)
+        for entry in range(start + 2, start + 2 + 12 * count, 12):
+            if struct.unpack_from(f"{order}H", content, entry)[0] == ORIENTATION:
+                struct.pack_into(f"{order}H", changed, entry + 8, 1)
+    return bytes(changed)
 
 
 def readable(files: list[tuple[str, Path]], sizes: Mapping[str, tuple[int, int] | None]) -> Iterator[Picture]:
@@ -71,13 +92,17 @@ def readable(files: list[tuple[str, Path]], sizes: Mapping[str, tuple[int, int] 
             yield read_picture(path, sizes[camera])
 
 
+def _by_pillow(path: Path, read: Callable[[Image.Image], Any]) -> Any:
+    """What Pillow finds in a picture; None where it stumbles over it, each format in its own way."""
+    with contextlib.suppress(Exception), Image.open(path) as picture:
+        return read(picture)
+    return None
+
+
 def exif_note(paths: list[Path]) -> Iterator[str]:
     """A sentence on pictures whose EXIF says that they are to be turned."""
-    turned = []
-    for path in paths:
-        with contextlib.suppress(OSError, SyntaxError, ValueError), Image.open(path) as picture:
-            if picture.getexif().get(ORIENTATION, 1) != 1:
-                turned.append(path.name)
+    turns = {p.name: _by_pillow(p, lambda found: found.getexif().get(ORIENTATION)) for p in paths}
+    turned = [name for name, turn in turns.items() if turn not in (None, 1)]
     if turned:
         yield (
             f"{plural(len(turned), 'picture')} with an EXIF rotation, {listed(turned, longest=3)}: it is "
@@ -87,10 +112,8 @@ def exif_note(paths: list[Path]) -> Iterator[str]:
 
 def exif_focal(path: Path, size: tuple[int, int]) -> float | None:
     """Focal length [px] of a picture of this size by EXIF; None where it says none."""
-    with contextlib.suppress(OSError, SyntaxError, ValueError, TypeError), Image.open(path) as picture:
-        focal = float(picture.getexif().get_ifd(DETAILS).get(FILM_FOCAL, 0.0))
-        return focal / FILM * float(np.hypot(*size)) if focal > 0.0 else None
-    return None
+    focal = _by_pillow(path, lambda found: float(found.getexif().get_ifd(DETAILS).get(FILM_FOCAL, 0.0)))
+    return focal / FILM * float(np.hypot(*size)) if focal and focal > 0.0 else None
 
 
 def blur(picture: Picture) -> float:

@@ -24,7 +24,7 @@ from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import joint_elements
 from workbench.arm.robot import JointKind, Robot
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import MALFORMED, FileError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.exports.export_format import AbstractForm, Job
 from workbench.extras.hobby.layouts import COUNTED, TURN, ZERO
@@ -103,7 +103,7 @@ def read_motors(text: str, joints: int, *, path: str = "the LeRobot calibration"
     try:
         table = json.loads(text)
         motors = [Motor(name, *(int(entry[key]) for key in KEYS)) for name, entry in table.items()]
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except MALFORMED:
         keys = ", ".join(KEYS)
         raise FileError(f"is not a LeRobot motor calibration: each motor has {keys}", path=path) from None
     if len(motors) < joints:

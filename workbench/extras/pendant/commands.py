@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import workbench as wb
-from workbench.base.errors import OptionError
+from workbench.base.errors import OptionError, understood
 from workbench.cli import options as opt
 from workbench.cli.exit_status import in_section
 from workbench.cli.options import argument, option
@@ -196,7 +196,8 @@ def _applied(nominal, path: Path, form: str):
     from workbench.identification.checks.arm_match import require_same_arm
 
     text = form_named(form).text_of(path)
-    arm = form_named(form).read(text, Job(robot=nominal, nominal=nominal, source=text))
+    with understood(f"a file of the form {form}", str(path)):
+        arm = form_named(form).read(text, Job(robot=nominal, nominal=nominal, source=text))
     if arm is None:
         raise OptionError(f"files of the form {form} can't be imported; use the calibration's TOML instead")
     require_same_arm(arm, nominal)

@@ -4,11 +4,13 @@ import numpy as np
 
 from workbench.arm.calibration_record import MAX_POSITION, MAX_ROTATION
 from workbench.arm.usable_arm import unobserved_text
+from workbench.base.advice import beside
 from workbench.base.wording import in_mm
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.result import Run
 
 
+@beside("errors of the files after the final fit", {})
 def refitted_errors(run: Run) -> dict[str, Errors]:
     """Errors of the files after the final fit to all rows, on these rows; empty if there was none."""
     return {} if run.judged is None else run.saved.format_errors(run.fit.problem.data, run.places)
@@ -26,6 +28,7 @@ def judging_text(run: Run) -> str:
     return run.saved.rows_text(run.judging, kind)
 
 
+@beside("notes on the files", ())
 def file_notes(run: Run) -> list[str]:
     """Notes on the files, as clauses: the final fit, sessions, the flange apart from the measured point."""
     notes = []

@@ -7,7 +7,7 @@ from typing import Any
 from rich.console import Group
 from rich.text import Text
 
-from workbench.base.advice import Advice
+from workbench.base.advice import ask
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.errors.pass_or_fail import Judged, judge
 from workbench.identification.report.constants import corrections
@@ -40,19 +40,16 @@ def write_identification(result: Identification, folder: Path | str, *, wanted: 
 def _blocks(result: Identification, judged: Judged | None, use: Use) -> Iterator[PageBlock]:
     verdict = [Text(judged.verdict, style="bold")] if judged is not None else []
     yield PageBlock(shown=Group(*verdict, identification_tables(result, every=True)))
-    advice = Advice()
     place = order_of_measuring(result)
-    rows = advice.ask("the errors row by row", lambda: svg(before_after(result, place), "rows"), "")
+    rows = ask("the errors row by row", lambda: svg(before_after(result, place), "rows"), "")
     yield PageBlock(
         "Before and after, row by row", picture=rows, caption="Nominal arm with the best base and tool, grey."
     )
-    if drawn := advice.ask("the corrections", lambda: corrections(result.best), None):
+    if drawn := ask("the corrections", lambda: corrections(result.best), None):
         yield PageBlock(
             "Corrections of the constants", picture=svg(drawn, "corrections"), caption="With standard errors."
         )
     yield PageBlock("What a controller can take", shown=use.summary())
-    if advice.warnings:
-        yield PageBlock(shown=Group(*map(Text, advice.warnings)))
 
 
 def _requirement_json(judged: Judged) -> dict[str, Any]:

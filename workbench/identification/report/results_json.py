@@ -9,13 +9,14 @@ from collections.abc import Iterable
 import numpy as np
 
 from workbench.arm.joint_units import sliding
+from workbench.base.advice import ask
 from workbench.identification.controller_parameters import ControllerNumbers, PoseErrors
 from workbench.identification.errors.row_errors import Errors, Spread
 from workbench.identification.fit import Fit
 from workbench.identification.prior import prior_json
 from workbench.identification.report.parameters import unseen
 from workbench.identification.result import Evaluation, Identification, Run, Validation
-from workbench.report.json import Json, document, plain
+from workbench.report.json import Json, document
 
 IDENTIFICATION = "workbench.identification/1"
 EVALUATION = "workbench.evaluation/1"
@@ -24,30 +25,29 @@ CONTROLLER = "workbench.controller/1"
 
 def identification_json(result: Identification) -> Json:
     """The result of an identification as plain data."""
-    return plain(
-        {
-            "schema": IDENTIFICATION,
-            "robot": result.robot.name,
-            "reading": result.data.read_as or "as given",
-            "measurements": {
-                "used": len(result.train_rows),
-                "held_out": len(result.held_out_data),
-                "held_out_rows": result.held_out_data.row,
-                "excluded": excluded_json(result.excluded),
-                "outliers": [outlier.row for outlier in result.outliers],
-                "suspects": list(result.suspects),
-                "source": result.data.source,
-            },
-            "nominal": validation_json(result.nominal),
-            "algorithms": {name: _run(run) for name, run in result.runs.items()},
-            "unidentifiable": list(result.unidentifiable),
-            "warnings": list(result.warnings),
-            "notes": list(result.notes),
-            "noise": result.noise.json(),
-            "expected_deviation": result.best.fit.problem.deviation,
-        }
-        | ({} if result.identifiability is None else result.identifiability.json(result.best.fit))
-        | prior_json(result.best.fit)
+    known, fit = result.identifiability, result.best.fit
+    return document(
+        IDENTIFICATION,
+        robot=result.robot.name,
+        reading=result.data.read_as or "as given",
+        measurements=lambda: {
+            "used": len(result.train_rows),
+            "held_out": len(result.held_out_data),
+            "held_out_rows": result.held_out_data.row,
+            "excluded": excluded_json(result.excluded),
+            "outliers": [outlier.row for outlier in result.outliers],
+            "suspects": list(result.suspects),
+            "source": result.data.source,
+        },
+        nominal=lambda: validation_json(result.nominal),
+        algorithms=lambda: {name: _run(run) for name, run in result.runs.items()},
+        unidentifiable=lambda: list(result.unidentifiable),
+        warnings=lambda: list(result.warnings),
+        notes=list(result.notes),
+        noise=lambda: result.noise.json(),
+        expected_deviation=fit.problem.deviation,
+        **({} if known is None else ask("what may be identified", lambda: known.json(fit), {})),
+        **ask("the prior's share", lambda: prior_json(fit), {}),
     )
 
 

@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from workbench.base.advice import beside
 from workbench.base.wording import plural
 from workbench.identification.errors.row_errors import Errors, Spread
 from workbench.identification.fit import Fit
@@ -69,6 +70,7 @@ def identification_tables(
     return Group(*parts)
 
 
+@beside("the heading", "")
 def heading(result: Identification) -> str:
     rows = f"{plural(len(result.train_rows), 'row')} fitted, {len(result.held_out_data)} held out"
     if result.excluded:
@@ -87,6 +89,7 @@ def _calibrated(result: Identification) -> list[tuple[str, Run]]:
     return found if len(found) > 1 else [("calibrated", found[0][1])]
 
 
+@beside("the table of errors", Group())
 def models_table(models: Sequence[tuple[str, Validation | Run]]) -> Table:
     """Errors of several models on fitted and held-out rows."""
     lines = error_rows(models)
@@ -112,6 +115,7 @@ def evaluation_tables(result: Evaluation) -> RenderableType:
 
 
 @summary_of.register
+@beside("the table of parameters", Group())
 def parameters_tables(fit: Fit) -> RenderableType:
     """The joint table of the paper (Tables 3, 4) with nominal values and standard errors; then the frames."""
     content = parameter_table(fit)
@@ -138,6 +142,7 @@ def parameters_tables(fit: Fit) -> RenderableType:
     return Group(*parts)
 
 
+@beside("notes and warnings", [])
 def messages(result: Identification) -> list[RenderableType]:
     """Unobservable combinations, warnings and decisions, one line each."""
     lines: list[RenderableType] = [line("not identifiable", sentence) for sentence in result.unidentifiable]

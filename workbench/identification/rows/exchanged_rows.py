@@ -6,6 +6,7 @@ from itertools import combinations, permutations
 import numpy as np
 from jaxtyping import Int
 
+from workbench.base.advice import beside
 from workbench.data.dataset import Dataset
 from workbench.identification.fit import Fit
 from workbench.identification.rows.outlying_rows import limits, row_sizes
@@ -41,6 +42,7 @@ def exchanged_rows(fit: Fit, data: Dataset, outlying: Int[np.ndarray, " k"]) -> 
     ]
 
 
+@beside("the note on exchanged rows", "")
 def exchange_note(pairs: list[tuple[int, int]]) -> str:
     rows = "; ".join(f"rows {a} and {b} look exchanged" for a, b in pairs)
     return f"{rows}: with their measurements exchanged they fit; correct the file"

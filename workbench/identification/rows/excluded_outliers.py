@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.arm.effects.events import AbstractStep
 from workbench.arm.robot import Robot
+from workbench.base.advice import beside
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -139,6 +140,7 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
     return out
 
 
+@beside("the note on suspects", "")
 def suspect_note(rows: list[int], errors: Errors) -> str:
     """Which held-out rows no arm explains, and what to do, with the median as a robust alternative to the
     mean."""
@@ -149,6 +151,7 @@ def suspect_note(rows: list[int], errors: Errors) -> str:
     return f"{text}. With {it} the mean held-out error is {mean}, the median {median}" if mean else text
 
 
+@beside("the note on rows that stand out", "")
 def stand_out_note(rows: Int[np.ndarray, " held"], errors: Float[np.ndarray, " held"]) -> str:
     """Held-out rows with large errors, though other arms may explain them; empty if there are none.
 

@@ -23,7 +23,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
-from workbench.base.errors import FileError, OptionError, WorkbenchError
+from workbench.base.errors import MALFORMED, FileError, OptionError, WorkbenchError
 from workbench.base.files import open_regular, read_bytes
 from workbench.base.types import frozen
 from workbench.plate.plate import Plate
@@ -41,8 +41,6 @@ JOURNAL = "journal.jsonl"
 ROBOT, PLATE = Path(codec.INPUTS, "robot.toml"), Path(codec.INPUTS, "plate.toml")
 MET = 1e-6
 """Maximum distance of the tool from a target that a recorded posture reaches [m]."""
-MALFORMED = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)
-"""What reading a line raises that is not as it was written."""
 
 
 @dataclass(frozen=True)
@@ -260,7 +258,7 @@ def _first_states(header: dict[str, Any], robot: Robot, plate: Plate) -> tuple[T
         tools = tool_poses(robot, Motion(np.array([states[i].q for i in reached]).reshape(-1, robot.dof)))
         places = (se3.inverse(robot.base.pose) @ tools)[:, :3, 3]
         is_met = np.abs(places - plate.poses[reached, :3, 3]).max(initial=0.0) < MET
-    except (*MALFORMED, IndexError, WorkbenchError):
+    except (*MALFORMED, WorkbenchError):
         return ()
     return states if is_met and len(states) == len(plate) else ()
 

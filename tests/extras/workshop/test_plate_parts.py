@@ -13,7 +13,7 @@ from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.extras.workshop.fixture import MARGIN, fixture_of
+from workbench.extras.workshop.fixture import fixture_of
 from workbench.extras.workshop.outputs import targets_csv
 from workbench.extras.workshop.parts import Purpose
 from workbench.plate.design import optimise_plate
@@ -70,24 +70,6 @@ def test_mouths_lie_in_the_face_and_holes_meet(fixture):
         assert np.allclose(feet, below)
 
 
-def test_a_plate_without_size_is_large_enough(plate_of):
-    plate = plate_of((0.1, 0.0, 0.05, 0.2, 0.3, 0.0), (-0.1, 0.06, 0.05, 0.2, 2.0, 0.0), size=None)
-    fixture = fixture_of(plate)
-    for block in fixture.blocks:
-        assert (np.abs(block.footprint) <= 0.5 * fixture.slab.size[:2] - MARGIN + 1e-9).all()
-    assert "no size" in fixture.notes[0]
-
-
-def test_mounting_holes_keep_clear_of_blocks(plate_of):
-    fixture = fixture_of(plate_of((0.12, 0.07, 0.05, 0.0, 0.0, 0.0)))
-    kept = bores(fixture.slab, Purpose.MOUNTING)
-    assert len(kept) == 4  # the one under the block stands beside it, on the same edge
-    (moved,) = (b.mouth[:2] for b in kept if (b.mouth[:2] > 0.0).all())
-    assert np.isclose(moved, [0.13, 0.08]).sum() == 1
-    assert np.abs(moved - [0.12, 0.07]).max() >= 0.5 * SIDE
-    assert "left out" not in " ".join(fixture.notes)
-
-
 @pytest.mark.parametrize("name", ["ar4", "katana450", "panda", "so101"])
 def test_the_plate_that_an_arm_begins_on_can_be_made(name):
     """A Katana's targets were moved nearer until their blocks overlapped, or beyond the plate."""
@@ -115,16 +97,6 @@ def test_what_cannot_be_made_is_named(places, text, plate_of):
     with pytest.raises(OptionError) as error:
         fixture_of(plate)
     assert all(word in str(error.value) for word in text)
-
-
-def test_the_least_height_is_enough(plate_of):
-    """The height that the message asks for can be made, and 0.1 mm less can't."""
-    with pytest.raises(OptionError) as error:
-        fixture_of(plate_of((0.0, 0.0, 0.02, 0.4, 0.0, 0.3)))
-    minimum = float(str(error.value).split("needs ")[1].split(" mm")[0]) * 1e-3
-    fixture_of(plate_of((0.0, 0.0, minimum + 5e-5, 0.4, 0.0, 0.3)))
-    with pytest.raises(OptionError):
-        fixture_of(plate_of((0.0, 0.0, minimum - 1e-4, 0.4, 0.0, 0.3)))
 
 
 def test_balls_have_no_spin_that_would_make_shapes(aria, plate):
