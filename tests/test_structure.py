@@ -48,8 +48,8 @@ UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "read_urdf", "
 """`Robot.from_dh`, `from_urdf`, `save` and `predict` call these, which take or make a `Robot`."""
 LONGEST = 600
 BUDGETS = {
-    "root": 105,
-    "base": 2694,
+    "root": 255,
+    "base": 2185,
     "report": 1074,
     "arm": 10735,
     "data": 5955,
