@@ -75,9 +75,9 @@ SeedOption = Annotated[int, option("Seed of the random numbers.")]
 def _list_layouts(value: str | None) -> str | None:
     """The name of a layout; `list` prints all and ends the command."""
     if value == "list":
-        from workbench.data.readers.layouts import LAYOUTS, PLAIN
+        from workbench.data.readers.layouts import layout_names
 
-        print("\n".join((PLAIN, *LAYOUTS)))
+        say("\n".join(layout_names()))
         raise typer.Exit
     return value
 
