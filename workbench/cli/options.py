@@ -78,7 +78,7 @@ def _list_layouts(value: str | None) -> str | None:
     if value == "list":
         from workbench.data.readers.layouts import layout_names
 
-        print("\n".join(layout_names()))
+        say("\n".join(layout_names()))
         raise typer.Exit
     return value
 

@@ -54,6 +54,14 @@ def test_matlab_square_or_open_matrices_ask_for_row_or_column(read_here, tmp_pat
         read_measurements(file, columns="q[deg]=Q, xyz[mm|row]=P")
 
 
+@pytest.mark.parametrize(("joints", "points"), [((20, 6), (20, 3)), ((6, 240), (240, 3)), ((6, 5), (3, 5))])
+def test_matlab_shapes_that_leave_no_doubt(tmp_path, joints, points):
+    file = save_mat(tmp_path / "t.mat", q=np.zeros(joints), mA=np.ones(points), mB=np.ones(points))
+    data = read_measurements(file, columns="q[rad]=q, m1[m]=mA, m2[m]=mB")
+    assert data.q.shape == (max(points), 6)
+    assert data.markers.shape == (max(points), 2, 3)
+
+
 def test_matlab_matrices_that_do_not_fit(read_here, tmp_path):
     file = save_mat(tmp_path / "t.mat", Q=np.zeros((4, 2)), P=np.zeros((5, 3)))
     with refuses(FileError, "x[mm]", 5, "q1[deg]", 4):

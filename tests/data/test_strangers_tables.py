@@ -1,0 +1,109 @@
+"""Tables as strangers have them: reflectors in rows, reports, lists of measuring machines, programs."""
+
+import numpy as np
+import pytest
+from refusals import refuses
+
+from workbench.base.errors import DataError, FileError
+from workbench.data.readers import read_measurements
+
+SPOTS = ("A", "B", "C")
+
+
+def long_table(path, *, postures=6, drop=(), joints=None, names=SPOTS):
+    """Rows of every posture, one a reflector, but for those that are dropped."""
+    random = np.random.default_rng(1)
+    q = random.uniform(-1, 1, (postures, 3)) if joints is None else joints
+    rows = ["q1[rad],q2[rad],q3[rad],point,x[mm],y[mm],z[mm]"]
+    for k in range(postures):
+        for m, name in enumerate(names):
+            if (k, m) not in drop:
+                rows.append(",".join([*map(repr, q[k].tolist()), name, f"{100 * k + m}", f"{m}", "7"]))
+    path.write_text("\n".join(rows))
+    return q
+
+
+def test_reflectors_in_rows_are_markers_of_one_tool(tmp_path):
+    q = long_table(tmp_path / "t.csv", drop={(2, 1)})
+    data = read_measurements(tmp_path / "t.csv")
+    assert data.q == pytest.approx(q)
+    assert data.position is None
+    assert data.markers.shape == (6, 3, 3)
+    assert data.markers[4, 2] == pytest.approx([0.402, 0.002, 0.007])
+    assert np.argwhere(np.isnan(data.markers).all(2)).tolist() == [[2, 1]]
+    assert any("markers of one tool" in note for note in data.notes)
+
+
+def test_rows_that_are_excluded_are_markers_that_were_not_seen(tmp_path):
+    long_table(tmp_path / "t.csv")
+    head, *rows = (tmp_path / "t.csv").read_text().split("\n")
+    marked = [f"{row},{'true' if k == 4 else ''}" for k, row in enumerate(rows)]
+    (tmp_path / "t.csv").write_text("\n".join([f"{head},exclude", *marked]))
+    data = read_measurements(tmp_path / "t.csv")
+    assert np.argwhere(np.isnan(data.markers).all(2)).tolist() == [[1, 1]]
+    assert data.included.all()
+
+
+def test_sockets_and_repeats_stay_rows(tmp_path):
+    long_table(tmp_path / "one.csv", names=("A",))
+    assert len(read_measurements(tmp_path / "one.csv")) == 6
+    drop = {(k, m) for k in range(6) for m in range(3) if m != k % 3}  # each posture at one of three sockets
+    long_table(tmp_path / "sockets.csv", drop=drop)
+    assert read_measurements(tmp_path / "sockets.csv").markers is None
+
+
+REPORT = """Accuracy run
+Arm,desk arm
+Targets,3
+
+TARGETS
+Index,X,Y,Z
+0,0.2,0.0,0.3
+1,0.2,0.1,0.3
+
+MEASUREMENTS
+Number,Target,Joint 1[rad],Joint 2[rad],Actual X[m],Actual Y[m],Actual Z[m]
+0,0,0.2929,0.2023,0.12981,0.11636,0.29711
+1,1,0.7850,0.1551,0.27621,0.25728,0.23957
+"""
+
+
+def test_of_a_report_the_table_with_joints_is_read(tmp_path):
+    (tmp_path / "run.csv").write_text(REPORT + "\nSUMMARY\nMean,Max\n0.1,0.2\n")
+    data = read_measurements(tmp_path / "run.csv")
+    assert data.q.tolist() == [[0.2929, 0.2023], [0.785, 0.1551]]
+    assert data.position[1].tolist() == [0.27621, 0.25728, 0.23957]
+    assert any("lines 11–13" in note for note in data.notes)
+
+
+def test_several_tables_with_joints_are_named_by_their_lines(tmp_path):
+    (tmp_path / "run.csv").write_text(REPORT + REPORT)
+    with refuses(FileError, "lines 11–13", "lines 24–26"):
+        read_measurements(tmp_path / "run.csv")
+
+
+def test_a_list_of_a_measuring_machine_joins_by_its_names(tmp_path):
+    rows = "\n".join(f"P{k},1,0.0,{k}.5,2,3" for k in range(3))
+    (tmp_path / "cmm.csv").write_text(
+        f"Element Name,Number,Deviation,MX Coord.[mm],MY Coord.[mm],MZ Coord.[mm]\n{rows}"
+    )
+    with refuses(DataError, "--joints"):
+        read_measurements(tmp_path / "cmm.csv")
+    (tmp_path / "q.csv").write_text("point,q1[deg]\nP2,20\nP0,0\nP1,10\n")
+    data = read_measurements(tmp_path / "cmm.csv", joint_table=tmp_path / "q.csv")
+    assert np.rad2deg(data.q[:, 0]) == pytest.approx([0, 10, 20])
+    assert data.position[2] == pytest.approx([0.0025, 0.002, 0.003])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "def main():\n  movej(posj(10.0, -20.0), v=30)\n",
+        "/PROG  A\n/MN\n   1:J P[1] 100% FINE ;\n",
+        ".PROGRAM a()\n  JMOVE #p1\n",
+    ],
+)
+def test_a_program_is_called_one(tmp_path, text):
+    (tmp_path / "weld.drl").write_text(text)
+    with refuses(FileError, "RAPID", "KRL", "JBI", "URScript"):
+        read_measurements(tmp_path / "weld.drl")
