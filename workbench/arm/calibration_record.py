@@ -114,6 +114,8 @@ class Calibration:
         poses: Keys of all fitted rows, from `pose_keys`.
         std: Standard errors of the identified constants by name, in SI; without unobservable ones.
         nominal: Nominal values of the identified constants of arm and frames, SI; empty in older files.
+        covariance: Of the arm's constants among them, SI, in that order, for base and tool as found: of many
+            only sums are known. None in older files.
         observed: Observability of the tool; None in older files.
         error: Mean error on held-out rows, or fitted ones if none were held out [m], [rad]; None if unknown.
         reading: What its rows were taken to mean where that isn't what they say; its joints count so.
@@ -126,6 +128,7 @@ class Calibration:
     poses: UInt32[np.ndarray, " rows"]
     std: Mapping[str, float] = field(default_factory=dict)
     nominal: Mapping[str, float] = field(default_factory=dict)
+    covariance: Float[np.ndarray, "k k"] | None = None
     observed: Observed | None = None
     error: Expected | None = None
     reading: str = ""
@@ -142,6 +145,9 @@ class Calibration:
         table: dict[str, Any] = {"source": self.source, "poses": poses, "std": dict(self.std)}
         if self.nominal:
             table["nominal"] = dict(self.nominal)
+        if self.covariance is not None:
+            half = self.covariance[np.tril_indices(len(self.covariance))].astype("<f4")
+            table["covariance"] = base64.b64encode(half.tobytes()).decode()
         if self.error is not None:
             table["error"] = list(self.error)
         if self.reading:
@@ -167,6 +173,20 @@ def poses_of(text: str) -> UInt32[np.ndarray, " rows"] | None:
         return None
 
 
+def covariance_of(text: str) -> Float[np.ndarray, "k k"] | None:
+    """A covariance as `Calibration.table` wrote it, its lower half; None for anything else."""
+    try:
+        half = np.frombuffer(base64.b64decode(text, validate=True), "<f4").astype(float)
+    except (binascii.Error, ValueError):
+        return None
+    size = int(np.sqrt(2 * len(half)))
+    if len(half) != size * (size + 1) // 2 or not np.isfinite(half).all():
+        return None
+    table = np.zeros((size, size))
+    table[np.tril_indices(size)] = half
+    return frozen(table + np.tril(table, -1).T)
+
+
 def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | None:
     """The record in a robot's file; None if there is none."""
     if table is None:
@@ -174,12 +194,24 @@ def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | Non
     what = "[calibration]"
     reader.keys(
         table,
-        {"source", "poses", "std", "nominal", "error", "reading", "refused", "observed", "geometry"},
+        {
+            "source",
+            "poses",
+            "std",
+            "nominal",
+            "covariance",
+            "error",
+            "reading",
+            "refused",
+            "observed",
+            "geometry",
+        },
         what,
     )
     poses = poses_of(str(table.get("poses", "")))
-    if poses is None:
-        raise reader.fail(f"{what} poses are damaged; use the file written by the calibration")
+    covariance = covariance_of(str(table["covariance"])) if "covariance" in table else None
+    if poses is None or ("covariance" in table and covariance is None):
+        raise reader.fail(f"{what} poses or covariance are damaged; use the file written by the calibration")
 
     def named(key: str) -> dict[str, float]:
         values = reader.table(table.get(key, {}), f"{what} {key}")
@@ -190,6 +222,7 @@ def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | Non
         poses=poses,
         std=named("std"),
         nominal=named("nominal"),
+        covariance=covariance,
         error=_expected(table, "error", what, reader) if "error" in table else None,
         observed=_observed(table["observed"], reader) if "observed" in table else None,
         reading=str(table.get("reading", "")),

@@ -17,7 +17,7 @@ from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.base.frames import data_frame
-from workbench.base.types import Outcome
+from workbench.base.types import Outcome, frozen
 from workbench.base.wording import first_of
 from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome
 from workbench.identification.consider_covariance import Considered, covariance
@@ -119,6 +119,7 @@ class Fit(AbstractReported):
             poses=pose_keys(self.problem.data.q),
             std={name: value for name, value in std if name not in hidden and np.isfinite(value)},
             nominal={p.name: p.nominal for p in self.parameters if p.is_plain and not p.is_instrument},
+            covariance=self._of_geometry,
             observed=observed_by(self),
             reading=self.problem.data.read_as,
         )
@@ -164,6 +165,17 @@ class Fit(AbstractReported):
         if self.considered is None:
             return found
         return found + self.considered.covariance(self.problem.names, self.x, self.factor.root)
+
+    @property
+    def _of_geometry(self) -> Float[np.ndarray, "k k"]:
+        """Covariance of the arm's own constants [rad, m] for base, tool and effects as found: any other ones
+        are found anew with the arm."""
+        mine = np.array([p.is_geometry for p in self.parameters])
+        scale = np.where(self.std > 0.0, self.std, 1.0)
+        alike = self.covariance / np.outer(scale, scale)
+        cross = alike[np.ix_(mine, ~mine)]
+        own = alike[np.ix_(mine, mine)] - cross @ np.linalg.pinv(alike[np.ix_(~mine, ~mine)], 1e-9) @ cross.T
+        return frozen(own * np.outer(scale[mine], scale[mine]))
 
     @cached_property
     def std(self) -> Float[np.ndarray, " p"]:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from generator import VirtualArm
+from generator import VirtualArm, three_parallel
 from refusals import mentions, refuses
 
 import workbench as wb
@@ -13,6 +13,7 @@ from workbench.arm.frame import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Freedom
+from workbench.data.dataset import Dataset
 from workbench.extras.service.rezero.result import RezeroVerdict
 
 SIGMA = (5e-5, np.deg2rad(0.01))
@@ -289,3 +290,47 @@ def test_rows_that_no_zeros_explain_are_called_that(aria):
     assert found.verdict is RezeroVerdict.REFUSED
     assert "no zeros explain the rows" in found.sentence
     assert found.robot is arm
+
+
+@pytest.fixture(scope="module", params=["toml", "urdf"])
+def recalibrated(request, tmp_path_factory):
+    """An arm that was identified from a table, or from a URDF, whose constants rows can't tell apart."""
+    folder, rng, nominal = tmp_path_factory.mktemp("arm"), np.random.default_rng(5), three_parallel()
+    actual = nominal.perturbed(rng, length=1e-3, angle=2e-3)
+    (folder / "arm.toml").write_text(nominal.toml(free='"auto"'))
+    path = wb.load_robot(str(folder / "arm.toml")).save(folder / f"arm.{request.param}")
+
+    def rows(count, shift=0.0, *, noise=2e-5, turned=True):
+        q = rng.uniform(-2.0, 2.0, (count, nominal.dof))
+        pose = actual.pose(q + shift)
+        turn = se3.rotvec_to_matrix(rng.normal(0.0, 1e-4, (count, 3)))
+        return Dataset(
+            q=q,
+            row=np.arange(count),
+            source="rows.csv",
+            position=pose[:, :3, 3] + rng.normal(0.0, noise, (count, 3)),
+            rotation=pose[:, :3, :3] @ turn if turned else None,
+        )
+
+    saved = wb.identify(wb.load_robot(str(path)), rows(60)).robot.save(folder / "calibrated.toml")
+    return wb.load_robot(str(saved)), rows
+
+
+@pytest.mark.parametrize("turned", [True, False])
+@pytest.mark.parametrize("joint", [1, 2, 3])
+def test_a_tenth_of_a_degree_is_found_on_tables_and_urdfs(recalibrated, joint, turned):
+    arm, rows = recalibrated
+    found = wb.rezero(arm, rows(20, np.deg2rad(0.1) * np.eye(arm.dof)[joint], turned=turned))
+    (shift,) = found.moved
+    assert shift.joint == joint
+    assert shift.shift == pytest.approx(np.deg2rad(0.1), abs=shift.half)
+    assert shift.half < np.deg2rad(0.03)
+    assert found.error.after.position_mm.mean < 0.06
+
+
+def test_rows_that_stay_far_off_are_refused(recalibrated):
+    """Ten times the calibration's error is none that its zeros explain, whatever the rows scatter by."""
+    arm, rows = recalibrated
+    found = wb.rezero(arm, rows(20, noise=5e-4))
+    assert found.doubts
+    assert not found.moved

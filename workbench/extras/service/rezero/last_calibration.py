@@ -6,15 +6,19 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from scipy.linalg import block_diag
 
 from workbench.arm.robot import Robot
 from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
 
 BEST, NOMINAL = 1e-4, 5e-4
-"""Standard deviations of a calibration's constants at best, and of a data sheet's [rad or m]."""
+"""Standard deviations of a calibration's constants at best, unless its error was smaller, and of a data
+sheet's [rad or m]."""
 REPLACED = 10.0
 """Times that standard deviation by which the geometry next to a replaced joint may differ."""
+HELD = 1e-5
+"""Standard deviation of what a calibration held, as others took its place [rad or m]."""
 UNKNOWN = 0.05
 """Standard deviation of what nothing is known of [rad or m]: no row that shows it feels this."""
 
@@ -26,13 +30,13 @@ class LastCalibration:
     Args:
         robot: The arm as calibrated.
         begin: The same with zeros near those that the rows show: where a zero that was let go is sought.
-        std: Of every unknown, geometry and zeros, by the record in the arm's file, as if nothing had moved.
+        known: Of geometry and zeros, by the record in the arm's file, as if nothing had moved.
         renewed: Of the geometry next to replaced joints [rad or m].
     """
 
     robot: Robot
     begin: Robot
-    std: Mapping[str, float]
+    known: Prior
     renewed: Mapping[str, float]
 
     @classmethod
@@ -44,16 +48,27 @@ class LastCalibration:
             begin: The same with zeros near those that the rows show.
             replaced: Joints that were replaced, counted from 0.
         """
-        recorded = {} if robot.calibration is None else robot.calibration.std
-        names = dict.fromkeys((*robot.default_free, *robot.joint_offsets))
-        std = {n: max(recorded[n], BEST) if n in recorded else NOMINAL for n in names}
+        record = robot.calibration
+        recorded = {} if record is None else record.std
+        identified = () if record is None else (e.name for e in robot.elements if e.name in record.nominal)
+        names = tuple(dict.fromkeys((*identified, *robot.default_free, *robot.joint_offsets)))
+        held = HELD if record is not None and record.covariance is not None else NOMINAL
+        std = [max(recorded[n], BEST) if n in recorded else held for n in names]
+        covariance = np.diag(np.square(std))
+        if record is not None and record.covariance is not None:
+            at = [names.index(n) for n in record.nominal if n in names]
+            size, vectors = np.linalg.eigh(record.covariance)
+            best = BEST if record.error is None else np.clip(record.error.position, HELD, BEST)
+            covariance[np.ix_(at, at)] = (vectors * np.maximum(size, best**2)) @ vectors.T
+        known = Prior(names, robot.values(names), np.linalg.inv(covariance))
         near = (n for joint in replaced for link in (joint - 1, joint) for n in link_constants(robot, link))
-        return cls(robot, begin, std, {n: REPLACED * std[n] for n in near})
+        renewed = {n: REPLACED * float(np.sqrt(covariance[k, k])) for n in near for k in (names.index(n),)}
+        return cls(robot, begin, known, renewed)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Constants that are unknowns: geometry and zeros."""
-        return tuple(self.std)
+        return self.known.names
 
     def value(self, name: str) -> float:
         return float(self.robot.values((name,))[0])
@@ -61,9 +76,36 @@ class LastCalibration:
     def without(self, *loose: str) -> Prior:
         """The knowledge but that of some constants, which are sought about where the rows show them."""
         unknown = {**self.renewed, **dict.fromkeys(loose, UNKNOWN)}
-        sigma = {**self.std, **unknown}
-        values = [(self.begin if n in unknown else self.robot).values((n,))[0] for n in sigma]
-        return Prior(tuple(sigma), np.array(values), np.diag([s**-2.0 for s in sigma.values()]))
+        kept = self.known.keep(lambda n: n not in unknown)
+        values = np.concatenate([kept.values, self.begin.values(tuple(unknown))])
+        own = np.diag([s**-2.0 for s in unknown.values()])
+        return Prior((*kept.names, *unknown), values, block_diag(kept.information, own))
+
+    def shifts(
+        self, loose: Sequence[str], values: Mapping[str, float], covariance: Float[np.ndarray, "p p"]
+    ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
+        """How far zeros moved since the calibration, and standard deviations.
+
+            δ = z − z₀,      z₀ ~ N(ẑ₀ + B (g − ĝ), A⁻¹_zz),      B = −A⁻¹_zz A_zg
+
+        A is the information of the calibration. Of a zero and the geometry g it may have known the sum alone,
+        which moves by δ just as well.
+
+        Args:
+            loose: The zeros that were let go.
+            values: All unknowns as found now, by name.
+            covariance: Theirs.
+        """
+        known = self.known.keep(lambda n: n in values and (n in loose or n not in self.renewed))
+        mine = [known.names.index(n) for n in loose]
+        others = [k for k, n in enumerate(known.names) if n not in loose]
+        free = np.linalg.inv(known.information[np.ix_(mine, mine)])
+        turn = np.zeros((len(mine), len(known.names)))
+        turn[:, mine], turn[:, others] = np.eye(len(mine)), free @ known.information[np.ix_(mine, others)]
+        found = np.array([values[n] for n in known.names]) - known.values
+        at = [list(values).index(n) for n in known.names]
+        spread = turn @ covariance[np.ix_(at, at)] @ turn.T + free
+        return turn @ found, np.sqrt(np.diag(spread))
 
     def problem(
         self, like: Problem, x: Float[np.ndarray, " p"], loose: Sequence[str], **choices: Any

@@ -43,6 +43,8 @@ CHANCE = 0.01
 """Probability that some joint is reported to have moved though none has."""
 MAX_OFF = 0.02
 """Part of the reach within which rows must lie for zeros to be sought before the frames, or believed."""
+STILL_OFF = 3.0
+"""Times the calibration's error, or a known one of the instrument if larger, that rows may be off."""
 FARTHEST = np.deg2rad(120.0)
 """A zero that moved farther is that of another arm, or of a search that went astray."""
 
@@ -100,12 +102,12 @@ def rezero(
     problem = knowledge.problem(problem, problem.start, zeros) if decides else problem
     everything = Optimum.of(problem, measured=measured)
     moved, best = _moved(knowledge, everything, zeros)
-    own = {s.name: s for s in _shifts(robot, best)}
-    shifts = tuple(
-        replace(own[s.name], moved=True) if s.name in moved else s for s in _shifts(robot, everything)
-    )
-    written = {n: v for n, v in best.values.items() if n in moved or n in knowledge.renewed}
+    own = {s.name: s for s in _shifts(knowledge, best, moved)}
+    shifts = tuple(own.get(s.name, s) for s in _shifts(knowledge, everything, zeros))
+    shifts = tuple(replace(s, moved=s.name in moved and abs(s.shift) > s.half) for s in shifts)
     kept = {n: knowledge.value(n) for n in knowledge.names}
+    written = {n: best.values[n] for n in knowledge.renewed}
+    written |= {s.name: kept[s.name] + s.shift for s in shifts if s.moved}
     found = _aligned(best, best.problem.robot_at(best.x).with_values(kept | written))
     with part_of(0.6, 0.3):
         reasons = _astray(shifts, ready, everything) or doubts(knowledge, everything)
@@ -116,6 +118,8 @@ def rezero(
             "determine its zero; check that they are of this arm, or recalibrate it",
         )
     progress(0.9, "what can't be distinguished")
+    error = BeforeAfter(_errors(ready, best, _aligned(best, robot)), _errors(ready, best, found))
+    reasons = reasons or _still_off(robot, best, error.after)
     return Rezero(
         calibrated=robot,
         robot=robot if reasons else found,
@@ -123,7 +127,7 @@ def rezero(
         doubts=reasons,
         ambiguous=_ambiguous(knowledge, ready, shifts),
         renewed=tuple((n, best.values[n] - kept[n], best.std[n]) for n in knowledge.renewed),
-        error=BeforeAfter(_errors(ready, best, _aligned(best, robot)), _errors(ready, best, found)),
+        error=error,
         noise=best.problem.noise,
         rows=len(ready.problem.data),
         excluded=ready.excluded,
@@ -140,6 +144,23 @@ def _uncalibrated(robot: Robot) -> tuple[str, ...]:
         f"the file of '{robot.name}' has no calibration record, so its lengths and angles are assumed known "
         f"to {known} (1 σ); give the file that identify saved as the robot",
     )
+
+
+def _still_off(robot: Robot, fit: Optimum, after: Errors) -> tuple[str, ...]:
+    """A sentence on rows that are far less accurate with the zeros found than the calibration was."""
+    record, noise = robot.calibration, fit.problem.noise
+    if record is None or record.error is None:
+        return ()
+    scales = (1e3, " mm"), (float(np.rad2deg(1.0)), "°")
+    left = (after.position_mm, after.orientation_deg)
+    for errors, known, sigma, (scale, unit) in zip(left, record.error, noise[:2], scales, strict=True):
+        known, sigma = scale * known, scale * np.sqrt(3.0) * sigma * fit.measured
+        if errors is not None and errors.mean > STILL_OFF * max(known, sigma):
+            return (
+                f"with these zeros the rows are still {errors.mean:.2g}{unit} off, the calibration's were "
+                f"{known:.2g}{unit}; measure more poses, or calibrate again with 'workbench identify'",
+            )
+    return ()
 
 
 def _astray(shifts: tuple[JointShift, ...], ready: Prepared, fit: Optimum) -> tuple[str, ...]:
@@ -177,22 +198,22 @@ def _near(robot: Robot, data: Dataset) -> Robot:
     return problem.robot_at(search.x) if near and np.isfinite(search.x).all() else robot
 
 
-def _shifts(robot: Robot, fit: Optimum) -> tuple[JointShift, ...]:
-    """How far each zero is from where the calibration had it, which knew it only so well itself."""
-    wide, chain = fit.quantile(0.95), robot.chain
-    recorded = {} if robot.calibration is None else robot.calibration.std
-    std = {n: float(np.hypot(fit.std[n], recorded.get(n, 0.0))) for n in robot.joint_offsets}
+def _shifts(knowledge: LastCalibration, fit: Optimum, loose: Sequence[str]) -> tuple[JointShift, ...]:
+    """How far each zero that was let go is from where the calibration had it, which knew it only so well
+    itself."""
+    robot, chain, wide = knowledge.robot, knowledge.robot.chain, fit.quantile(0.95)
+    sizes = zip(loose, *knowledge.shifts(loose, fit.values, fit.factor.covariance()), strict=True)
     return tuple(
         JointShift(
-            joint=joint,
+            joint=robot.joint_offsets.index(name),
             name=name,
             unit=chain.elements[chain.index[name]].unit,
-            shift=fit.values[name] - float(chain.values[chain.index[name]]),
-            std=std[name],
-            half=wide * std[name],
-            determined=fit.std[name] < SIGNIFICANT * UNKNOWN,
+            shift=float(shift),
+            std=float(std),
+            half=float(wide * std),
+            determined=bool(std < SIGNIFICANT * UNKNOWN),
         )
-        for joint, name in enumerate(robot.joint_offsets)
+        for name, shift, std in sizes
     )
 
 
@@ -201,7 +222,7 @@ def _moved(
 ) -> tuple[tuple[str, ...], Optimum]:
     """Zeros that moved by more than chance, and the fit in which the others are held to the calibration.
 
-    Where the rows show that something moved but not which joint, it is the one that explains them best alone.
+    Where the rows show that something else moved but not which joint, it is the one that explains them best.
     """
 
     def with_free(*names: str) -> Optimum:
@@ -210,18 +231,13 @@ def _moved(
         return Optimum.fitted(own, own.start, everything.measured)
 
     limit = everything.quantile(1.0 - CHANCE / len(zeros))
-    determined = [s for s in _shifts(knowledge.robot, everything) if s.determined]
-    moved = tuple(s.name for s in determined if abs(s.shift) > limit * s.std)
-    if not moved:
-        nothing = with_free()
-        if everything.against(nothing, len(zeros))[0] > CHANCE:
-            return (), nothing
-        moved = (min(zeros, key=lambda name: with_free(name).square),)
-    held = with_free(*moved)
-    others = len(zeros) - len(moved)
-    if others and everything.against(held, others)[0] < CHANCE:
-        return tuple(s.name for s in determined), everything
-    return moved, held
+    known = (s for s in _shifts(knowledge, everything, zeros) if s.determined)
+    moved = [s.name for s in known if abs(s.shift) > limit * s.std]
+    while True:
+        held, others = with_free(*moved), [n for n in zeros if n not in moved]
+        if not others or everything.against(held, len(others))[0] > CHANCE:
+            return tuple(moved), held
+        moved.append(min(others, key=lambda name: with_free(*moved, name).square))
 
 
 def _aligned(fit: Optimum, robot: Robot) -> Robot:
