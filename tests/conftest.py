@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, settings
 from threadpoolctl import threadpool_limits
 from xdist.scheduler import LoadFileScheduling
 
-from workbench.base.registry import BROKEN_PARTS
+from workbench.parts import BROKEN
 
 # One thread of linear algebra a worker: several workers with several threads each only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -56,7 +56,7 @@ def pytest_configure(config: pytest.Config) -> None:
     Dispatcher.compile = compile_in_turn
 
 
-SHARING = ("/test_browser", "/test_round_trip", "studies/test_", "identification/report/", "extras/reports/")
+SHARING = ("/test_browser", "/test_round_trip", "studies/test_", "identification/report/")
 """Beginnings of tests' names that share what one worker builds for all of them."""
 FIRST = ("studies", "slow", "browser", "data", "views", "session", "plate", "cli", "diagnosis", "extras")
 """Marks, folders and files that take long, longest first: one that comes late leaves a worker idle."""
@@ -211,4 +211,4 @@ def nothing_left_out(monkeypatch):
     """What one test leaves out on purpose is no news for the next; mistakes in what describes are raised."""
     monkeypatch.setattr("workbench.base.advice.is_strict", True)
     yield
-    BROKEN_PARTS.clear()
+    BROKEN.clear()

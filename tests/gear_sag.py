@@ -21,7 +21,7 @@ class GearSag(AbstractEffect):
         moment = own(chain, self.joints, wrenches)
         return diagonal(-np.sign(moment) * np.sqrt(np.abs(moment)))
 
-    def own_slope(self, chain, motion, wrenches):
+    def slope(self, chain, motion, wrenches):
         moment = np.maximum(np.abs(own(chain, self.joints, wrenches)), 1e-3)
         return diagonal(-np.array(self.coefficients) / (2.0 * np.sqrt(moment)))
 

@@ -264,6 +264,8 @@ class TomlArm:
                 for t in (frames.get(k) or self.table.get(k, HERE) for k in ("base", "tool"))
             )
             gravity = frames.get("gravity") or self.table.get("gravity", [0, 0, -9.81])
+            for loads in (e["loads"] for e in self.effects if "loads" in e):
+                gravity = loads.get(f"gravity[{name}]", loads["gravity"])
             shift = self.shift(rows.take(mine), end, np.array(gravity))
             flange[mine] = self.frames(rows.q[mine], shift)[-1]
             tool[mine] = self.drifted(base, rows.time[mine]) @ flange[mine] @ end
@@ -478,6 +480,7 @@ def toml_arm(text: str) -> TomlArm:
     table = tomllib.loads(text)
     steps, driven, bodies = [], [], []
     effects = [e for e in table.get("effect", []) if e["name"] != "base-drift"]
+    links = next((e["loads"]["links"] for e in effects if "loads" in e), None)
     tilted = {j for e in effects if e["name"] in ("bearing-compliance", "clearance-tilt") for j in _joints(e)}
 
     deflected = {j for e in effects if e["name"] in BENDING for j in _joints(e)}
@@ -496,7 +499,10 @@ def toml_arm(text: str) -> TomlArm:
                 steps.append(("rxryrz"[2 * axis : 2 * axis + 2], 0.0, f"bend{len(driven) - 1}.{axis}"))
 
     def carry(entry: dict) -> None:
-        if entry.get("mass") is not None:
+        if links is not None:
+            if link := links[table["joint"].index(entry)]:
+                bodies.append(Body(len(steps), link[0], np.array(link[1:])))
+        elif entry.get("mass") is not None:
             bodies.append(Body(len(steps), entry["mass"], np.array(entry.get("com", [0.0, 0.0, 0.0]))))
 
     known = True
@@ -611,7 +617,8 @@ def mjcf_arm(text: str) -> FrameArm:
 
 def in_sessions(arm: FrameArm, toml: TomlArm) -> Arm:
     """An arm of one session on the bases, and with the tools, of all sessions of a TOML."""
-    sessions = toml.table.get("session", [])
+    alone = toml.table.get("calibration", {}).get("geometry", toml.table)
+    sessions = alone.get("session", [])
     frames = [[placed(s[k]["xyz"], s[k]["rpy"]) for k in ("base", "tool")] for s in sessions]
 
     def poses(rows: Rows) -> Poses:

@@ -1,5 +1,6 @@
 """The documentation: what its pages show is run, everything public is in its reference, and it builds."""
 
+import json
 import os
 import re
 import subprocess
@@ -9,10 +10,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import typer
 from documented_commands import commands, run_lines
-from PIL import Image
 
 import workbench
 from workbench.cli import add_plugins, app
@@ -107,69 +108,69 @@ def test_every_command_that_a_text_names_exists_with_its_options():
     assert unknown("workbench identity D") == "identity"
 
 
-def test_no_shell_block_of_the_readme_escapes_the_tests():
-    """Each is marked, and the mark is one that a test or the continuous integration runs."""
-    text = README.read_text(encoding="utf-8")
-    marks = re.findall(r"<!-- (\w+) -->\n```bash", text)
-    assert marks == ["start", "try", "test"]
-    assert text.count("```bash") == len(marks)
+def test_errors_of_measured_arms_are_the_golden_numbers():
+    """Means over the folds, as many digits as the README shows."""
+    arms = {"UR10": ("ur10",), "UR5": ("ur5",), "WAM": ("wam",), "Panda 1": ("panda_1", "panda_3"),
+            "iiwa 14": ("iiwa14",)}  # fmt: skip
+    table = README.read_text("utf-8").partition("## Results on measured arms")[2]
 
+    def means(name: str) -> tuple[list[float], list[float]]:
+        """Of geometry: nominal and fitted, position and orientation; of effects: position and orientation."""
+        parts = (golden(f"{verb}/{name}") for verb in ("identify", "diagnose"))
+        alone, found = ({k: v for k, v in part.items() if k.startswith("fold")} for part in parts)
+        geometry = [
+            np.mean([v[i] for k, v in alone.items() if stage in k])
+            for i in ((0, 1) if name == "ur10" else (0,))
+            for stage in ("nominal", "geometry")
+        ]
+        names = ("position", "turned") if name == "ur10" else ("position",)
+        return geometry, [np.mean([v[part][2] for v in found.values()]) for part in names]
 
-def test_lines_of_code_fit_the_page():
-    """`pages.css` has room for 109 characters; the ends of longer lines are cut off."""
-    texts = PAGES | {"README": README.read_text(encoding="utf-8")}
-    blocks = {name: re.findall(r"^```\w+\n(.*?)^```", text, re.DOTALL | re.M) for name, text in texts.items()}
-    lines = [(name, line) for name, found in blocks.items() for block in found for line in block.splitlines()]
-    assert len(lines) > 150
-    assert not [(name, line) for name, line in lines if len(line) > 109]
-
-
-def test_errors_of_measured_arms_are_those_of_the_benchmarks():
-    """The README repeats each figure; the measured one is in the benchmarks."""
-    measured = re.findall(
-        r"(WAM|iiwa|first Panda) [\d.]+ → ([\d.]+)", (TESTS / "benchmarks" / "README.md").read_text("utf-8")
-    )
-    rows = {"WAM": "| WAM", "iiwa": "| iiwa", "first Panda": "| Panda 1"}
-    for name, error in measured:
-        row = next(line for line in README.read_text("utf-8").splitlines() if line.startswith(rows[name]))
-        shown = re.findall(r"[\d.]+", row.split("|")[-2])[0]
-        assert shown == f"{float(error):.{len(shown) - 2}f}", row
-    assert len(measured) == len(rows)
-
-
-def test_figures_of_other_tools_are_those_of_the_benchmarks():
-    measured = (TESTS / "benchmarks" / "README.md").read_text("utf-8")
-    page = PAGES["other-tools"].partition("## Geometry")[2]
-    figures = re.findall(r"(?<=\| )([\d.]+ mm(?:, [\d.]+°)?) (?=\|)", page.partition("## Hand")[0])
-    assert len(figures) == 16
-    assert not [figure for figure in figures if figure not in measured]
-    chain = re.findall(r"^\| (.+?) \| ([\d.]+) mm \| ([\d.]+) mm \|$", page.partition("## Hand")[2], re.M)
-    assert len(chain) == 4
-    for arm, theirs, ours in chain:
-        row = next(
-            line for line in measured.splitlines() if line.startswith(f"| {arm.replace(' off by', '')} |")
+    for title, names in arms.items():
+        *_, geometry, effects, _ = next(x for x in table.splitlines() if x.startswith(f"| {title}")).split(
+            "|"
         )
-        assert f"| {theirs} | {ours} |" in row
-    for figure in re.findall(r"(\d\.\d{3}) mm", README.read_text("utf-8").partition("## Which tool")[2]):
-        assert f"{figure} mm" in page
+        for cell, which in ((geometry, 0), (effects, 1)):
+            shown, values = re.findall(r"\d+\.\d+", cell), [v for name in names for v in means(name)[which]]
+            for text, value in zip(shown, values, strict=True):
+                digits = len(text.partition(".")[2])
+                assert abs(float(text) - value) <= 0.5001 * 10**-digits, (title, text, value)
 
 
-def test_pictures_and_pages_that_are_linked_exist():
-    for name, text in PAGES.items():
-        for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text):
-            assert ((DOCS / name).parent / target).is_file(), f"{name}: {target}"
+def test_what_the_error_of_real_arms_is_made_of_are_the_golden_numbers():
+    """Of the first fold: nominal, what geometry, causes and map take, what is left."""
+    rows = re.findall(r"^\| ([\w ]+) \| ([\d. |–]+) \|$", PAGES["diagnose"], re.M)
+    assert len(rows) == 6
+    for title, cells in rows:
+        fold = golden(f"diagnose/{title.lower().replace('panda ', 'panda_').replace(' ', '')}")["fold 0"]
+        nominal, geometry, left = fold["position"]
+        by_map = 0.0 if fold["map_mm"] == "nan" else fold["map_mm"]
+        values = (nominal, nominal - geometry, geometry - left - by_map, by_map, left)
+        for text, value in zip(cells.replace("–", "0.00").split(" | "), values, strict=True):
+            assert float(text) == pytest.approx(value, abs=0.00501), (title, text, value)
 
 
-def test_pictures_can_be_opened_and_are_small():
-    folder = DOCS.parent / "pictures"
-    texts = "".join([*PAGES.values(), README.read_text("utf-8")])
-    shown = {folder / name for name in re.findall(r"pictures/([\w-]+\.\w+)", texts)}
-    assert shown == set(folder.iterdir())
-    for path in shown:
-        with Image.open(path) as picture:
-            picture.load()
-            assert min(picture.size) > 300, path
-        assert path.stat().st_size < 700_000, path
+def golden(part: str) -> dict[str, Any]:
+    return json.loads((TESTS / "benchmarks" / "golden.json").read_text("utf-8"))[part]["numbers"]
+
+
+def test_figures_of_the_peers_task_are_the_golden_numbers():
+    """Ours, on the page; those of the page, in the README."""
+    page, ours = PAGES["other-tools"], golden("peers")
+    for title, way in (("search alone (OPT2)", "OPT2"), ("`identify` with all checks", "identify")):
+        errors = (ours[f"{way}, {arm}"]["mm, deg"] for arm in ("plain", "tilted"))
+        cells = " | ".join(f"{mm:.3f} mm, {deg:.4f}°" for mm, deg in errors)
+        assert f"| workbench | {title} | {cells} |" in page
+    figures = re.findall(r"(\d\.\d{3}) mm", README.read_text("utf-8").partition("## Which tool")[2])
+    assert len(figures) > 3
+    assert not [figure for figure in figures if f"{figure} mm" not in page]
+
+
+def test_what_is_linked_exists():
+    texts = PAGES | {"../../README": README.read_text(encoding="utf-8")}
+    for name, text in texts.items():
+        for target in re.findall(r"\]\(([^)#:]+)[^)]*\)", text):
+            assert ((DOCS / name).parent / target).exists(), f"{name}: {target}"
 
 
 @pytest.mark.slow

@@ -57,19 +57,9 @@ def test_the_python(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "calibrated.urdf").is_file()
 
 
-def test_what_is_linked_exists():
-    for target in re.findall(r"\]\(([^)#:]+)\)", README):
-        assert (ROOT / target).exists(), target
-
-
 def test_names_of_the_root_are_no_modules():
     """A name that is also a folder would turn from a function into a module at the first import."""
     import workbench
 
     modules = {path.stem for path in (ROOT / "workbench").iterdir() if path.suffix in ("", ".py")}
     assert not modules & set(workbench.__all__)
-
-
-def test_two_commands_are_marked():
-    assert ".venv/bin/workbench" in block("start")
-    assert ".venv/bin/pytest" in block("test")

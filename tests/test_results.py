@@ -4,12 +4,10 @@ import threading
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 import workbench as wb
 from workbench.base import threads
 from workbench.base.errors import DataError, FileError, OptionError, RobotError, ShapeError
-from workbench.base.progress import running
 from workbench.data.readers.trajectory import Trajectory
 
 TABLE = [
@@ -45,26 +43,6 @@ def unchecked(request):
 # -- results --------------------------------------------------------------------------------------
 
 
-def test_an_identification_prints_as_a_small_table(fit):
-    """It printed 235 000 characters."""
-    text = str(fit)
-    assert len(text) < 2000
-    assert "nominal" in text
-    assert "calibrated" in text
-    assert not any(run.fit.title in text for run in fit.runs.values())  # they all ended at one arm
-    assert fit._repr_html_().count("<tr>") == 1 + 2 * 2
-
-
-def test_one_algorithm_prints_as_its_parameters(fit):
-    """A run printed 33 000 characters, its fit about as many."""
-    text = str(fit.runs["ols"])
-    assert text == str(fit.runs["ols"].fit)
-    assert "(OLS)" in text
-    assert len(text) < 5000
-    assert max(map(len, text.splitlines())) <= 100
-    assert "<table>" in fit.runs["ols"]._repr_html_()
-
-
 @pytest.mark.extra("trajectories")
 def test_a_plate_and_a_corrected_path_print_in_a_few_lines(fit):
     text = "targets made exactly, no play in the seats"
@@ -76,25 +54,10 @@ def test_a_plate_and_a_corrected_path_print_in_a_few_lines(fit):
     assert len(found) < 2000
 
 
-def test_short_paths_lead_to_the_arm_and_its_errors(fit):
-    assert fit.robot is fit.best.calibrated
-    assert fit.nominal_robot.name == "ARIA"
-    assert fit.error.before == fit.nominal.held_out
-    assert fit.error.after == fit.best.held_out
-    assert str(fit.error).startswith("mean error: position 2.7")
-
-
 def test_an_evaluation_prints_and_is_drawn(fit, rows):
     found = wb.evaluate(fit.robot, rows)
     assert "40" in str(found)
     assert found.plot()._repr_png_().startswith(b"\x89PNG")
-
-
-@pytest.mark.extra("reports")
-def test_pictures_are_chosen_by_name(fit):
-    assert fit.plot("corrections").axes
-    with refuses(OptionError, "before-after", option="name", found="nothing"):
-        fit.plot("nothing")
 
 
 def test_markup_in_a_name_is_only_text(rows):
@@ -117,14 +80,6 @@ def test_an_arm_from_a_table_is_the_arm_of_a_file(tmp_path):
     np.testing.assert_allclose(wb.tool_poses(urdf, q), wb.tool_poses(arm, q), atol=1e-12)
     assert arm.limits.tolist() == LIMITS
     assert repr(arm) == "<Robot mine: 6 joints, dh, 24 constants to identify>"
-
-
-def test_rows_may_be_named_and_of_another_convention():
-    named = [dict(zip(("theta", "d", "a", "alpha"), row, strict=True)) for row in TABLE]
-    named[2]["type"] = "prismatic"
-    arm = wb.Robot.from_dh(named, "craig")
-    assert arm.convention == "craig"
-    assert arm.moving[2].kind == "prismatic"
 
 
 @pytest.mark.parametrize(
@@ -169,21 +124,6 @@ def test_lists_and_whole_numbers_are_welcome(rows):
             wb.Dataset(*values)
 
 
-class Column(list):
-    """A column of a frame."""
-
-    def to_list(self) -> list:
-        return list(self)
-
-
-class Frame(dict):
-    """As much of a pandas or polars frame as is used."""
-
-    @property
-    def columns(self) -> list[str]:
-        return list(self)
-
-
 def frame_of(path) -> dict[str, list]:
     """A written file's columns."""
     head, *lines = [line.split(",") for line in path.read_text().splitlines() if not line.startswith("#")]
@@ -193,24 +133,16 @@ def frame_of(path) -> dict[str, list]:
     }
 
 
-@pytest.mark.parametrize("library", ["stand-in", "pandas", "polars"])
+@pytest.mark.parametrize("library", ["pandas", "polars"])
 def test_a_frame_is_read_by_its_columns_with_units(library, rows, tmp_path):
     path = wb.write_measurements(rows, tmp_path / "rows.csv")
     columns = frame_of(path)
-    if library == "stand-in":
-        frame = Frame({name: Column(values) for name, values in columns.items()})
-    else:
-        frame = pytest.importorskip(library).DataFrame(columns)
+    frame = pytest.importorskip(library).DataFrame(columns)
     read, wanted = wb.read_measurements(frame), wb.read_measurements(path)
     np.testing.assert_array_equal(read.q, wanted.q)
     np.testing.assert_array_equal(read.position, wanted.position)
     np.testing.assert_array_equal(read.rotation, wanted.rotation)
     assert len(read) == 40
-
-
-def test_what_is_no_frame_is_refused():
-    with refuses(OptionError, option="source", found=3.0):
-        wb.read_measurements(3.0)
 
 
 # -- threads --------------------------------------------------------------------------------------
@@ -271,17 +203,3 @@ def test_the_limit_holds_in_every_thread_whichever_was_first(own_limit):
         other.join()
         assert seen == [{1}, {1}]
         assert pools() == before
-
-
-def test_a_fit_limits_the_threads_of_linear_algebra(rows, own_limit):
-    control = pytest.importorskip("threadpoolctl")
-    seen: list[int] = []
-
-    def look(part: float, text: str) -> None:
-        seen.extend(pool["num_threads"] for pool in control.threadpool_info() if pool["user_api"] == "blas")
-
-    before = control.threadpool_info()
-    with control.threadpool_limits(2, user_api="blas"), running(look):
-        wb.identify(wb.load_robot("aria"), rows, algorithms=("ols",))
-    assert set(seen) == {1}
-    assert control.threadpool_info() == before

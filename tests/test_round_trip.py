@@ -6,6 +6,8 @@ error of the file, from its own numbers on the rows of the set, is the one that 
 
 import json
 import re
+import tomllib
+import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
@@ -206,6 +208,33 @@ ENTERED = [marked(*each) for each in (*product((*VIRTUAL, *REAL), ["python"]), *
 def test_each_file_leaves_what_was_shown(measured, entrance, diagnosed, run, tmp_path):
     saved = ENTRANCES[entrance](measured, tmp_path, diagnosed=diagnosed, run=run)
     saved.check(measured.rows)
+
+
+NO_WORSE = 1.02
+"""Ratio of errors that counts as none: rows fitted and held out weigh a little differently."""
+
+
+def test_without_its_effects_a_diagnosis_leaves_no_more_than_geometry_alone(measured):
+    alone, diagnosed = (saved_in_python(measured, d) for d in (False, True))
+    left = [trip.errors(files.arm(files.urdf), measured.rows) for files in (alone, diagnosed)]
+    assert left[1].position < NO_WORSE * left[0].position
+    if measured.rows.rotation is not None:
+        assert left[1].rotation < NO_WORSE * left[0].rotation
+
+
+def test_masses_and_gravity_leave_as_they_were_given(measured):
+    """What was fitted of them for an effect of load stands under the effect, and is read from there."""
+    files, robot = saved_in_python(measured, True), wb.load_robot(measured.robot)
+    given, found = (tomllib.loads(text) for text in (robot_text(robot), files.toml.read_text()))
+    assert found["gravity"] == given["gravity"]
+    for mine, own in zip(found["joint"], given["joint"], strict=True):
+        assert [mine.get(k) for k in ("mass", "com")] == [own.get(k) for k in ("mass", "com")]
+    again = tomllib.loads(robot_text(wb.load_robot(str(files.toml))))
+    assert all(again.get(key) == found.get(key) for key in ("joint", "effect", "gravity"))
+    nodes = ET.fromstring(files.urdf.read_text()).findall("link/inertial")
+    masses = [float(node.find("mass").get("value")) for node in nodes]
+    assert masses == [j["mass"] for j in given["joint"] if j.get("mass")]
+    assert all(float(node.find("inertia").get(k)) > 0.0 for node in nodes for k in ("ixx", "iyy", "izz"))
 
 
 # Formats ------------------------------------------------------------------------------------------------

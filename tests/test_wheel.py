@@ -1,7 +1,6 @@
 """The wheel alone, without the checkout: all that it needs is inside. Its commands: `.ci/run wheel`."""
 
 import os
-import re
 import socket
 import subprocess
 import sys
@@ -63,9 +62,6 @@ def test_the_wheel_holds_the_package_and_no_pictures(wheel):
     text = zipfile.ZipFile(wheel).read(metadata).decode()
     assert "License-Expression: Apache-2.0" in text
     assert any(n.endswith("licenses/LICENSE") for n in names)
-    points = zipfile.ZipFile(wheel).read(next(n for n in names if n.endswith("entry_points.txt"))).decode()
-    extras = {path.parent.name for path in (ROOT / "workbench" / "extras").glob("*/__init__.py")}
-    assert set(re.findall(r"= workbench\.extras\.(\w+)", points)) == extras
 
 
 def test_the_page(elsewhere):

@@ -1,4 +1,4 @@
-"""Verbs and records of the root with each argument replaced by a wrong value: never an error from inside."""
+"""What a notebook has at hand is taken, and a wrong value is refused in one sentence, never used."""
 
 import warnings
 from collections.abc import Iterator
@@ -10,11 +10,13 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 import numpy as np
+import pandas as pd
 import pytest
+from refusals import refuses
 
 import workbench as wb
-from workbench.base.argument_checks import with_fields
-from workbench.base.errors import OptionError, RobotError, ShapeError
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.base.errors import DataError, FileError, OptionError, RobotError, ShapeError
 from workbench.base.progress import Cancelled, running
 from workbench.data.simulation.instruments import Observes
 
@@ -139,157 +141,161 @@ def test_a_wrong_field_of_a_record_is_refused_in_words(name):
                 pytest.fail(f"{name}({field}={wrong!r}): {error!r}")
 
 
-def test_sizes_are_read_with_their_units(aria):
-    plate = wb.load_plate("table2")
-    found = wb.score(aria, plate, sigma="0.2mm,0.02deg")
-    assert found.sigma == pytest.approx((2e-4, np.deg2rad(0.02)))
-    for sigma in ("0.2", "0.2mm", "0.02deg,0.2mm", (1e-4,), 1e-4, (np.inf, 1.0), (1e-4, np.nan)):
-        with pytest.raises(OptionError) as refused:
-            wb.score(aria, plate, sigma=sigma)
-        assert refused.value.option == "sigma"
-    for errors in ((np.nan, 1e-3), (1e-3, np.inf), (-1e-3, 0.0)):
-        with pytest.raises(OptionError):
-            wb.measure_poses(aria, 5, errors=errors)
-    for sigma in ("0.2", "0.02deg", "0.2mm,0.02deg,1", (1e-4, np.inf)):
-        with pytest.raises(OptionError) as refused:
-            wb.optimise_plate(aria, plate, sigma=sigma)
-        assert refused.value.option == "sigma"
+@cache
+def arm():
+    return wb.load_robot("aria")
 
 
-def test_fields_of_records_are_read_with_their_units():
-    kept = wb.Constraints(clearance="5mm", errors="1mm,0.1deg", floor="-2cm")
-    assert (kept.clearance, kept.floor) == (0.005, -0.02)
-    assert kept.errors == pytest.approx((1e-3, np.deg2rad(0.1)))
-    blocks = wb.Blocks(heights="40mm,0.1m", tilts=("30deg", 0.0), shapes=(("50mm", "0deg", 0.0),))
-    assert blocks.heights == (0.04, 0.1)
-    assert blocks.tilts == pytest.approx((np.pi / 6, 0.0))
-    assert blocks.shapes == ((0.05, 0.0, 0.0),)
-    assert wb.Wanted(position="0.3mm") == wb.Wanted(position=3e-4)
+@cache
+def rows():
+    return wb.measure_poses(arm(), N, seed=1)[1]
 
 
-@pytest.mark.parametrize("size", ["0.5", "0.5 deg", -1e-3, np.nan, np.inf])
+N = 40
+BALL = np.full(3, np.nan)
+NO_ROTATION = 2.0 * np.eye(3)[None].repeat(N, 0)
+TWO_TARGETS = {"name": "mine", "targets": (), "region": wb.Region(min=[0, 0, 0], max=[1, 1, 1])}
+
+
 @pytest.mark.parametrize(
-    "verb", [pytest.param(v, marks=pytest.mark.extra("pendant")) for v in ("tcp", "frame")]
+    ("given", "meant"),
+    [
+        ({"noise": "0.1mm,0.01deg"}, {"noise": wb.Noise(1e-4, float(np.deg2rad(0.01)))}),
+        ({"noise": (1e-4, 2e-4)}, {"noise": wb.Noise(1e-4, 2e-4)}),
+        ({"exclude": np.array([3, 4])}, {"exclude": {3: "by hand", 4: "by hand"}}),
+        ({"held_out": "20%"}, {"held_out": 0.2}),
+        ({"free": "joint1.theta"}, {"free": ("joint1.theta",)}),
+        ({"region": "table2"}, {"region": wb.load_plate("table2").region}),
+    ],
 )
-def test_an_accuracy_without_its_unit_is_refused(verb, size):
-    arm, rows = right()["identify"]
-    with pytest.raises(OptionError) as refused:
-        getattr(wb, verb)(arm, rows, wanted=size)
-    assert refused.value.option == "wanted"
+def test_choices_are_taken_as_people_write_them(given, meant):
+    (name,) = given
+    assert repr(getattr(wb.FitChoices(**given), name)) == repr(getattr(wb.FitChoices(**meant), name))
 
 
-ONE_TARGET = {"xyz": np.zeros(3)}
-ONE_PLATE = {
-    "name": "mine",
-    "targets": (wb.Target(np.zeros(3)),),
-    "region": wb.Region(min=[0, 0, 0], max=[1, 1, 1]),
+def test_names_files_and_frames_stand_for_robots_and_data(tmp_path):
+    csv = wb.write_measurements(rows(), tmp_path / "rows.csv")
+    exact = wb.evaluate(arm(), wb.read_measurements(csv)).errors
+    for robot, data in (("aria", csv), (arm(), str(csv)), (arm(), pd.read_csv(csv))):
+        assert wb.evaluate(robot, data).errors == exact
+    assert len(wb.FitChoices(held_out=str(csv)).held_out) == N
+    assert len(wb.score("aria", "table2", sigma="0.2mm,0.02deg").plate) == 10
+
+
+def test_effects_come_one_by_one_or_in_a_list():
+    effects = (JointCompliance((1,), (1e-5,)), JointCompliance((2,), (2e-5,)))
+    assert arm().with_effects(effects).effects == arm().with_effects(*effects).effects == effects
+    assert arm().with_effects(effects).with_effects(()).effects == ()
+
+
+def data(**columns):
+    return wb.Dataset(**{"q": rows().q, "position": rows().position} | columns)
+
+
+def one_unknown():
+    q = rows().q.copy()
+    q[7, 2] = np.nan
+    return q
+
+
+REFUSED = {
+    OptionError: [
+        ("robot", lambda: wb.identify(rows(), arm())),
+        ("data", lambda: wb.identify(arm(), np.zeros((3, 6)))),
+        ("loss", lambda: wb.identify(arm(), rows(), loss="cubes")),
+        ("seed", lambda: wb.diagnose(arm(), rows(), seed=-1)),
+        ("sigma", lambda: wb.score(arm(), "table2", sigma="0.02deg,0.2mm")),
+        ("evaluation_poses", lambda: wb.score(arm(), "table2", evaluation_poses=np.full((5, 6), np.nan))),
+        ("source", lambda: wb.load_robot(3)),
+        ("tip", lambda: wb.load_robot("aria", tip="flange")),
+        ("sheet", lambda: wb.read_measurements(rows().to_frame(), sheet="x")),
+        ("effects", lambda: arm().with_effects("backlash")),
+        ("base", lambda: arm().with_frames(base=np.eye(4))),
+        (None, lambda: arm().with_values({"joint1.theta": np.nan})),
+        ("rows", lambda: rows().take([100])),
+        ("rows", lambda: rows().take([True] * 39)),
+        ("other", lambda: rows().joined(rows().to_frame())),
+        ("noise", lambda: wb.FitChoices(noise=wb.Noise(-1e-4))),
+        ("noise", lambda: wb.FitChoices(noise=wb.Noise(joints=3))),
+        ("held_out", lambda: wb.FitChoices(held_out="120%")),
+        ("held_out", lambda: wb.FitChoices(held_out=np.nan)),
+        ("xyz", lambda: wb.Target(xyz=BALL)),
+        ("sigma", lambda: wb.Target(xyz=np.zeros(3), sigma=(-1e-4, 0.0))),
+        ("anchors", lambda: wb.Plate(**TWO_TARGETS, anchors=[BALL])),
+        ("size", lambda: wb.Plate(**TWO_TARGETS, size=(0.5, 0.0, 0.01))),
+        ("clearance", lambda: wb.Constraints(clearance=np.inf)),
+        ("exclude", lambda: data(exclude=[2] * N)),
+        ("time", lambda: data(time=["noon"] * N)),
+        ("rotation", lambda: data(rotation=np.zeros((N, 3)))),
+        ("session", lambda: data(session="a")),
+        ("row", lambda: data(row=np.linspace(0.0, 1.0, N))),
+        ("q", lambda: data(q=None)),
+    ],
+    ShapeError: [
+        (None, lambda: wb.tool_poses(arm(), [0.0] * 5)),
+        (None, lambda: wb.Motion(np.zeros((3, 6)), wrench=np.zeros((3, 3)))),
+        (None, lambda: rows().joined(wb.measure_poses("iiwa7", 5)[1])),
+        (None, lambda: wb.identify(arm(), rows(), noise=wb.Noise(joints=(1e-4,) * 5))),
+        (None, lambda: data(torque=np.zeros((N, 3)))),
+        (None, lambda: data(position=np.zeros((39, 3)))),
+        (None, lambda: data(tilt={1: np.zeros((39, 2))})),
+        (None, lambda: wb.score(arm(), seven_joints())),
+    ],
+    DataError: [
+        (None, lambda: data(rotation=NO_ROTATION)),
+        (None, lambda: data(sigma=np.full((N, 6), -1e-4))),
+        (None, lambda: data(q=one_unknown())),
+        (None, lambda: wb.identify(arm(), rows(), held_out=rows())),
+        (None, lambda: wb.identify(arm(), rows().to_frame().rename(columns={"q2[rad]": "q1[rad]"}))),
+        (None, lambda: wb.solve(arm(), arm().predict(rows().q[0]), limits=[[1.0, -1.0]] * 6)),
+        (None, lambda: wb.Frame(rotation=np.zeros((3, 3)))),
+    ],
+    FileError: [
+        (None, lambda: wb.write_toml(arm(), "arm.urdf")),
+        (None, lambda: wb.write_urdf(arm(), "arm.toml")),
+        (None, lambda: wb.write_plate(wb.load_plate("table2"), "plate.csv")),
+        (None, lambda: wb.write_toml(arm(), "a\0b.toml")),
+        (None, lambda: wb.load_plate("a" * 300 + ".toml")),
+        (None, lambda: wb.read_measurements(rows().to_frame().to_csv())),
+    ],
+    RobotError: [(None, lambda: wb.Robot.from_dh(3))],
 }
 
 
-@pytest.mark.parametrize(
-    ("kind", "fields", "option", "value"),
-    [
-        (wb.Plate, ONE_PLATE, "xyz", np.array([0.0, np.nan, 0.0])),
-        (wb.Plate, ONE_PLATE, "rpy", np.array([0.0, np.inf, 0.0])),
-        (wb.Plate, ONE_PLATE, "xyz", np.zeros(2)),
-        (wb.Plate, ONE_PLATE, "size", np.array([0.5, 0.0, 0.01])),
-        (wb.Plate, ONE_PLATE, "anchors", np.full((3, 3), np.nan)),
-        (wb.Target, ONE_TARGET, "xyz", np.array([0.0, np.nan, 0.0])),
-        (wb.Target, ONE_TARGET, "sigma", (-1e-4, 0.0)),
-        (wb.Blocks, {}, "grid", np.nan),
-        (wb.Blocks, {}, "heights", (0.1, np.inf)),
-        (wb.Constraints, {}, "clearance", np.inf),
-        (wb.Region, {"min": np.zeros(3)}, "max", np.full(3, np.inf)),
-        (wb.Prior, {"names": ("joint1.theta",), "information": np.eye(1)}, "values", np.array([np.nan])),
-    ],
-)
-def test_numbers_of_records_are_finite_and_in_range(kind, fields, option, value):
-    with pytest.raises(OptionError) as refused:
-        kind(**{**fields, option: value})
-    assert refused.value.option == option
-
-
-@pytest.mark.parametrize(
-    "noise",
-    [
-        wb.Noise("a"),
-        wb.Noise(-1e-4),
-        wb.Noise(1e-4, rotation=0.0),
-        wb.Noise(joints=3),
-        wb.Noise(joints=(-1e-4,)),
-    ],
-)
-def test_a_noise_of_no_size_is_refused(noise):
-    with pytest.raises(OptionError) as refused:
-        wb.FitChoices(noise=noise)
-    assert refused.value.option == "noise"
-
-
-def test_joint_readings_may_be_exact_and_orientations_unmeasured():
-    assert wb.FitChoices(noise=wb.Noise(1e-4, np.nan, joints=(0.0,) * 6)).noise.joints == (0.0,) * 6
-
-
-@pytest.mark.parametrize(
-    ("verb", "record", "option", "set_value", "other"),
-    [
-        ("optimise_plate", {"request": wb.DesignRequest(number=6)}, "number", 6, 8),
-        ("identify", {"choices": wb.FitChoices(noise="0.1mm")}, "noise", "0.1mm", "0.2mm"),
-        ("diagnose", {"choices": wb.FitChoices(seed=1)}, "seed", 1, 2),
-    ],
-)
-def test_a_field_given_twice_must_have_one_value(verb, record, option, set_value, other):
-    call, args = getattr(wb, verb), right()[verb]
-    with pytest.raises(OptionError) as refused:
-        call(*args, **record, **{option: other})
-    assert refused.value.option == option
-    ends(call, *args, **record, **{option: set_value})
-
-
-def test_a_field_beside_a_record_that_leaves_it_open_is_taken():
-    request = with_fields(wb.DesignRequest, wb.DesignRequest(places=40), {"number": 8})
-    assert (request.number, request.places) == (8, 40)
-    assert with_fields(wb.FitChoices, None, {"seed": 3}).seed == 3
-
-
-@pytest.mark.parametrize("verb", ["score", "measure_plate", "optimise_plate"])
-def test_a_plate_with_joint_positions_of_another_arm_is_refused(aria, verb):
+def seven_joints():
     plate = wb.load_plate("table2")
-    plate = replace(plate, targets=(replace(plate.targets[0], q=np.zeros(7)),))
-    with pytest.raises(ShapeError) as refused:
-        getattr(wb, verb)(aria, plate)
-    assert (refused.value.expected, refused.value.found) == (6, 7)
-
-
-@pytest.mark.extra("pendant")
-def test_cells_of_a_joint_table_are_numbers():
-    for rows in ([{"a": "x"}], [{"a": None}]):
-        with pytest.raises(OptionError):
-            wb.table_readings(rows)
-    for call in (lambda: wb.Robot.from_dh(3), lambda: wb.Robot.from_dh([{"a": 0.1}], limits=3)):
-        with pytest.raises(RobotError):
-            call()
-    with pytest.raises(ShapeError) as refused:
-        wb.typed_readings(np.zeros((3, 4)), [False] * 6)
-    assert (refused.value.expected, refused.value.found) == (12, 4)
+    return replace(plate, targets=(replace(plate.targets[0], q=np.zeros(7)),))
 
 
 @pytest.mark.parametrize(
-    ("driver", "found", "expected"),
-    [("direction", 2, 6), ("torque", 1, 6), ("wrench", 3, 6), ("payload", 2, 1)],
+    ("kind", "option", "call"), [(kind, *case) for kind in REFUSED for case in REFUSED[kind]]
 )
-def test_drivers_of_a_motion_have_as_many_columns_as_they_need(driver, found, expected):
-    with pytest.raises(ShapeError) as refused:
-        wb.Motion(np.zeros((3, 6)), **{driver: np.zeros((3, found))})
-    assert (refused.value.expected, refused.value.found) == (expected, found)
+def test_what_is_wrong_is_refused_in_one_sentence(kind, option, call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with refuses(kind, **({"option": option} if option else {})) as refused:
+        call()
+    assert "\n" not in str(refused.value)
+    assert not list(tmp_path.iterdir())
 
 
-def test_joint_positions_are_rows(aria):
-    with pytest.raises(ShapeError):
-        wb.tool_poses(aria, wb.Motion(np.zeros(6)))
+def test_rows_are_kept_out_by_zeros_and_ones_too():
+    kept = data(exclude=[0] * 39 + [1])
+    assert wb.evaluate(arm(), kept).row_numbers.tolist() == list(range(39))
+    unknown = data(q=one_unknown(), exclude=np.arange(N) == 7)
+    assert len(wb.evaluate(arm(), unknown).row_numbers) == 39
 
 
-@pytest.mark.parametrize("share", [-0.1, 1.0, np.nan, "120%", "nan"])
-def test_a_share_that_is_none_is_refused(share):
-    with pytest.raises(OptionError) as refused:
-        wb.FitChoices(held_out=share)
-    assert refused.value.option == "held_out"
+def test_labels_are_texts():
+    named = data(session=np.array(["a", None] * 20, object), group=[1] * N)
+    assert (named.sessions, named.group.dtype.kind) == (("a", ""), "U")
+
+
+def test_held_out_rows_of_a_file_are_those_that_are_not_fitted():
+    found = wb.identify(arm(), rows().take(np.arange(30)), held_out=rows())
+    assert len(found.held_out_data) == 10
+
+
+def test_a_wrong_answer_about_postures_costs_one_sentence():
+    seen = wb.measure_poses(arm(), 30, seed=3, effects="joint-compliance:2")[1]
+    (warning,) = wb.diagnose(arm(), seen, measurable=lambda q: "yes").warnings
+    assert len(warning) < 300

@@ -9,7 +9,7 @@
 
 Names are imported when they are first used, so that importing the package costs nothing. Which there are and
 where they live stands in `__init__.pyi`, which type checkers and editors read as well; those of extras and of
-other packages are entry points of the group `workbench.root`.
+other packages stand in their records of parts.
 """
 
 from collections.abc import Callable
@@ -29,57 +29,47 @@ def _homes() -> dict[str, str]:
     return {name: home for name, home in found.items() if not home.startswith("workbench.extras.")}
 
 
-@cache
-def _plugged_in() -> dict:
-    """Entry points of names that extras and other packages add to the root."""
-    from workbench.base.registry import installed
+def _offered() -> dict:
+    """Names that extras and other packages add to the root, with their parts and where these come from."""
+    from workbench.parts import offered
 
-    return {entry.name: entry for entry in reversed(installed("workbench.root"))}
+    return {name: (part, origin) for name, part, origin in reversed([*offered("root")])}
 
 
-def _loaded(entry):
-    """The verb or class of an entry point; another package's that is broken raises what names it."""
+def _loaded(name: str, part, origin: str):
+    """The verb or class of a record; another package's that is broken raises what names it."""
+    from workbench.parts import resolved
+
     try:
-        part = entry.load()
-        if not callable(part):
+        if not callable(found := resolved(part)):
             raise TypeError("a name of the root is a function or a class")
     except Exception as error:  # whatever is wrong with somebody else's package
-        home = entry.dist.name if entry.dist is not None else entry.value
-        message = f"'{entry.name}' of {home} can't be used: {type(error).__name__}: {error}"
+        message = f"'{name}' of {origin} can't be used: {type(error).__name__}: {error}"
         raise AttributeError(message) from error
-    return part
+    return found
 
 
 @cache
 def _checked(verb: Callable) -> Callable:
     """A verb that the package itself calls as it is, with its arguments checked or read."""
-    from workbench.base.argument_checks import checked_arguments
+    from workbench.base.arguments import checked_arguments
 
-    import_module("workbench.data.argument_types")  # what stands for an arm and for measurements
     return checked_arguments()(verb)
-
-
-@cache
-def _shown(record: type) -> type:
-    """A class as help should show it."""
-    from workbench.base.argument_checks import shown_plainly
-
-    return shown_plainly(record)
 
 
 def __getattr__(name: str):
     if name == "__all__":
         return __dir__()
+    if name == "__version__":
+        return import_module("workbench.base.installed_package").package_version()
     if name in _homes():
         part = getattr(import_module(_homes()[name]), name)
-    elif name.startswith("_") or name not in _plugged_in():
+    elif name.startswith("_") or name not in (offered := _offered()):
         raise AttributeError(f"module 'workbench' has no attribute '{name}'")
     else:
-        part = _loaded(_plugged_in()[name])
-    if isinstance(part, type):
-        return _shown(part)
-    return part if hasattr(part, "__signature__") else _checked(part)
+        part = _loaded(name, *offered[name])
+    return part if isinstance(part, type) or hasattr(part, "__signature__") else _checked(part)
 
 
 def __dir__() -> list[str]:
-    return sorted({*_homes(), *_plugged_in()})
+    return sorted({*_homes(), *_offered()})

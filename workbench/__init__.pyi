@@ -28,6 +28,8 @@ from workbench.data.writer import write_measurements as write_measurements
 from workbench.diagnosis.diagnose import diagnose as diagnose
 from workbench.diagnosis.identify_with_effects import identify as identify
 from workbench.diagnosis.result import Diagnosis as Diagnosis
+from workbench.extras.camera.hand_eye import HandEye as HandEye
+from workbench.extras.camera.hand_eye import handeye as handeye
 from workbench.extras.camera.pixel_table import read_pixels as read_pixels
 from workbench.extras.camera.rig import read_rig as read_rig
 from workbench.extras.hobby.motor_map import MotorMap as MotorMap
@@ -54,6 +56,8 @@ from workbench.identification.prior import Prior as Prior
 from workbench.identification.problem import Noise as Noise
 from workbench.identification.result import Evaluation as Evaluation
 from workbench.identification.result import Identification as Identification
+from workbench.parts import Parts as Parts
+from workbench.parts import register as register
 from workbench.plate.design import optimise_plate as optimise_plate
 from workbench.plate.measured_plate import load_plate as load_plate
 from workbench.plate.optimiser.constraints import Constraints as Constraints
@@ -69,3 +73,5 @@ from workbench.plate.score import score as score
 from workbench.plate.simulated_measurement import measure_plate as measure_plate
 from workbench.plate.simulated_measurement import measure_poses as measure_poses
 from workbench.views.page.show import show as show
+
+__version__: str

@@ -1,13 +1,11 @@
-"""Pictures of README and documentation: `python assets/docs/pictures.py [tour] [notebook] [drawings]`, or all.
+"""Pictures of README and documentation: `python assets/docs/pictures.py [tour] [notebook] [drawing]`, or all.
 
 Chromium has to be installed. In `assets/pictures` they make
 
 - tour: `tour.webp` (it moves), `page-design.png`, `identify.png` and `diagnose.png`: the story of `workbench serve --demo` is
   played, and every few commands the page is kept as it stands;
 - notebook: `notebook.png`, what an executed notebook shows;
-- drawings: `drawing-plate.png` and `drawing-block.png`, two drawings of Table 2, optimised.
-
-`error-budget.png` needs measured data: `tests/benchmarks/error_budget.py`.
+- drawing: `drawing-plate.png`, the drawing of Table 2, optimised.
 """
 
 import html
@@ -26,8 +24,7 @@ sys.path.insert(0, str(ROOT))
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.design import optimise_plate
-from workbench.extras.workshop.drawing import figure_of
-from workbench.extras.workshop.drawing_set import drawings_of
+from workbench.extras.workshop.drawing import figure_of, plate_drawing
 from workbench.extras.workshop.fixture import fixture_of
 from workbench.plate.plate_toml import load_plate
 from workbench.report.figures import png
@@ -139,19 +136,18 @@ def notebook(browser: Browser) -> None:
     page.screenshot(path=PICTURES / "notebook.png", full_page=True)
 
 
-def drawings() -> None:
-    """The plate and its first block."""
+def drawing() -> None:
+    """The plate's."""
     design = optimise_plate(load_robot("aria"), load_plate("table2"))
-    fixture = fixture_of(design.plate)
-    for name, sheet in zip(("plate", "block"), drawings_of(fixture).values(), strict=False):
-        picture = Image.open(io.BytesIO(png(figure_of(sheet), dots=100)))
-        picture.save(PICTURES / f"drawing-{name}.png", optimize=True)
+    figure = figure_of(plate_drawing(fixture_of(design.plate)))
+    picture = Image.open(io.BytesIO(png(figure, dots=100))).convert("L")
+    picture.save(PICTURES / "drawing-plate.png", optimize=True)
 
 
 def main(requested: list[str]) -> None:
     """Make the pictures that are asked for."""
-    if not requested or "drawings" in requested:
-        drawings()
+    if not requested or "drawing" in requested:
+        drawing()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=shutil.which("chromium") or shutil.which("chromium-headless-shell"), args=FLAGS

@@ -1,17 +1,13 @@
 """The chain of elementary transforms: against products of plain matrices, and its derivative."""
 
 import numpy as np
-import pytest
 from checks import check_jacobian, pose_change
 from generator import four, move, rotation, turn
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from refusals import refuses
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Chain, Element
-from workbench.base.errors import OptionError
-from workbench.base.types import frozen
 
 CODES = "xyz"
 
@@ -98,78 +94,3 @@ def test_twist_by_hand():
     chain = Chain((Element(Axis.RZ, "a", joint=0), Element(Axis.TX, "b", 1.0), Element(Axis.TZ, "c")), 1)
     twists = chains.twists(chain, np.zeros((1, 1)), np.arange(3))[1][0]
     np.testing.assert_array_equal(twists.T, [[0, 1, 0, 0, 0, 1], [1, 0, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]])
-
-
-def test_columns_come_in_the_order_asked_for():
-    rng = np.random.default_rng(1)
-    chain = random_chain(rng, 9, constants=False)
-    q = rng.normal(size=(2, chain.dof))
-    order = np.array([5, 0, 7, 2])
-    every = chains.twists(chain, q, np.arange(9))[1]
-    np.testing.assert_array_equal(chains.twists(chain, q, order)[1], every[:, :, order])
-
-
-def test_given_arrays_are_written_and_dirt_in_them_does_not_matter():
-    rng = np.random.default_rng(2)
-    chain = random_chain(rng, 8, constants=False)
-    q = rng.normal(size=(4, chain.dof))
-    out = np.full((4, 4, 4), np.nan), np.full((4, 6, 8), np.nan)
-    found = chains.twists(chain, q, np.arange(8), out=out)
-    assert found[0] is out[0]
-    assert found[1] is out[1]
-    expected = chains.twists(chain, q, np.arange(8))
-    for a, b in zip(found, expected, strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
-@pytest.mark.parametrize("rows", [0, 1, 5000])
-def test_any_number_of_rows(rows):
-    chain = random_chain(np.random.default_rng(3), 6)
-    q = np.zeros((rows, chain.dof))
-    assert chains.poses(chain, q).shape == (rows, 4, 4)
-    assert chains.twists(chain, q, np.arange(2))[1].shape == (rows, 6, 2)
-    assert chains.frames(chain, q, np.array([-1, 5])).shape == (rows, 2, 4, 4)
-
-
-def test_joint_rows_of_any_layout():
-    rng = np.random.default_rng(4)
-    chain = random_chain(rng, 10)
-    q = rng.normal(size=(6, chain.dof))
-    expected = chains.poses(chain, q)
-    wide = np.zeros((6, 2 * chain.dof))
-    wide[:, ::2] = q
-    for same in (np.asfortranarray(q), wide[:, ::2]):
-        np.testing.assert_array_equal(chains.poses(chain, same), expected)
-
-
-def test_arrays_are_read_only_and_values_are_kept():
-    chain = random_chain(np.random.default_rng(5), 6)
-    for array in (chain.axes, chain.drivers, chain.values, chain.constants):
-        assert not array.flags.writeable
-    before = chain.values.copy()
-    chain.with_values(before + 1.0)
-    np.testing.assert_array_equal(chain.values, before)
-
-
-def test_units_and_names():
-    chain = Chain((Element(Axis.RX, "tilt"), Element(Axis.TZ, "up")), 0)
-    assert [e.unit for e in chain.elements] == ["rad", "m"]
-    assert chain.indices(["up", "tilt"]).tolist() == [1, 0]
-    assert chain.indices([]).shape == (0,)
-    with refuses(OptionError, option="names", found="nothing"):
-        chain.indices(["nothing"])
-
-
-def test_the_loops_are_compiled_once():
-    """Arrays that may and may not be written to are one type to them: each more would take seconds."""
-    chain = random_chain(np.random.default_rng(2), 5)
-    q, values, shift = np.zeros((2, chain.dof)), np.zeros(5), np.zeros((2, 5))
-    for loop, call in (
-        (chains._poses, chains.poses),
-        (chains._twists, lambda *arguments, **options: chains.twists(*arguments, np.arange(2), **options)),
-    ):
-        before = set(loop.signatures)
-        for first, second, third in ((q, values, shift), (frozen(q), frozen(values), frozen(shift))):
-            call(chain, first)
-            call(chain, first, values=second, shift=third)
-        assert len(set(loop.signatures) - before) <= 1

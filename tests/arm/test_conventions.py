@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.chain import Axis
-from workbench.arm.conventions import JointEntry, build_elements, default_free, joint_names
+from workbench.arm.conventions import JointEntry, default_free
 from workbench.arm.joint import JointKind
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.motion import Motion
-from workbench.base.errors import FileError, RobotError
 
 
 def rot(axis, angle):
@@ -137,15 +134,6 @@ def test_links_multiply_with_every_kind_of_joint(name, tmp_path):
         np.testing.assert_allclose(frames[-1], t, atol=1e-13)
 
 
-@pytest.mark.parametrize(("plain", "wide"), [("dh", "hayati"), ("craig", "craig-hayati")])
-def test_beta_of_the_plain_conventions_stands_where_the_wide_ones_have_it(plain, wide, tmp_path):
-    rows = np.random.default_rng(2).uniform(-2, 2, (3, 5))
-    q = np.random.default_rng(3).uniform(-2, 2, (4, 3))
-    first = tool_poses(write(tmp_path, plain, rows, ["revolute"] * 3), Motion(q))
-    second = tool_poses(write(tmp_path, wide, rows, ["revolute"] * 3), Motion(q))
-    np.testing.assert_array_equal(first, second)
-
-
 def katana_3_3(q):
     """Katana eq. (3.3) with Table 3.1, in metres; joint 6 is inactive."""
     degrees, table = (
@@ -181,13 +169,6 @@ def test_katana_is_the_thesis(name, printed):
     q = np.random.default_rng(4).uniform(robot.limits[:, 0], robot.limits[:, 1], (20, 5))
     expected = [corner @ printed(row) for row in q]
     np.testing.assert_allclose(tool_poses(robot, Motion(q)), expected, atol=1e-14)
-
-
-def test_both_forms_of_the_katana_agree_at_nominal():
-    first, second = load_robot("katana450"), load_robot("katana450-three-rotation")
-    q = np.random.default_rng(5).uniform(first.limits[:, 0], first.limits[:, 1], (50, 5))
-    np.testing.assert_allclose(tool_poses(first, Motion(q)), tool_poses(second, Motion(q)), atol=1e-14)
-    np.testing.assert_array_equal(first.limits, second.limits)
 
 
 @pytest.mark.parametrize("name", ["katana450-three-rotation"])
@@ -237,34 +218,3 @@ def test_four_constants_of_each_joint_are_free_and_beta_replaces_d_between_paral
     entries = [entry(0.0), entry(quarter), entry(np.pi), entry(0.0)]
     assert default_free("hayati", entries) == [parallel, perpendicular, parallel, perpendicular]
     assert default_free("craig", entries) == [perpendicular, perpendicular, parallel, parallel]
-
-
-def test_a_sliding_or_fixed_neighbour_is_no_parallel_axis():
-    slide, fixed = JointKind.PRISMATIC, JointKind.FIXED
-    perpendicular = ("theta", "d", "a", "alpha")
-    entries = [entry(), entry(kind=slide), entry(), entry(kind=fixed)]
-    assert default_free("hayati", entries) == [perpendicular, perpendicular, perpendicular, ()]
-
-
-def test_free_names_are_those_of_the_table():
-    with refuses(RobotError, found="delta"):
-        build_elements("hayati", [entry(free=("theta", "delta"))])
-    elements, ends = build_elements("hayati", [entry(free=("beta",)), entry(free=())])
-    assert [e.name for e in elements if e.free] == ["joint1.beta"]
-    assert ends == (4, 9)
-
-
-def test_elements_carry_their_joint_and_link():
-    entries = [entry(), entry(kind=JointKind.FIXED), entry(kind=JointKind.PRISMATIC)]
-    assert joint_names(entries) == ["joint1", "fixed1", "joint2"]
-    elements, _ = build_elements("craig", entries)
-    driven = [e for e in elements if e.joint is not None]
-    assert [(e.name, e.axis, e.joint, e.link) for e in driven] == [
-        ("joint1.theta", Axis.RZ, 0, 0),
-        ("joint2.d", Axis.TZ, 1, 2),
-    ]
-
-
-def test_an_arm_without_a_moving_joint_is_none(tmp_path):
-    with pytest.raises(FileError):
-        write(tmp_path, "hayati", np.zeros((1, 5)), ["fixed"])

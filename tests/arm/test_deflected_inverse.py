@@ -1,11 +1,9 @@
 """Inverse kinematics of arms that bend, against forward evaluation."""
 
-from dataclasses import replace
-
 import generator
 import numpy as np
 import pytest
-from refusals import mentions, refuses
+from refusals import mentions
 
 from workbench.arm.effects import EFFECTS
 from workbench.arm.inverse import solve as inverse
@@ -13,7 +11,6 @@ from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
-from workbench.base.errors import DataError
 
 SOFT = (
     EFFECTS["joint-compliance"]((1, 2), (2e-4, 3e-4)),
@@ -74,19 +71,6 @@ def test_five_joints_meet_position_and_axis(arms):
         np.testing.assert_allclose(pose[:3, 2:], target[:3, 2:], atol=1e-9)
 
 
-def test_rows_have_their_own_loads(arms):
-    robot = arms["aria"].with_effects(EFFECTS["joint-compliance"]((1,), (2e-4,)))
-    rng = np.random.default_rng(0)
-    q = rng.uniform(-1.0, 1.0, (6, 6))
-    motion = Motion(q, payload=np.linspace(0.0, 3.0, 6))
-    targets = tool_poses(robot, motion)
-    followed = inverse.follow_many(robot, targets, q + 0.02, motion=motion)
-    np.testing.assert_allclose(followed.q, q, atol=1e-8)
-    for i, result in enumerate(inverse.solve_many(robot, targets, motion=motion)):
-        chosen = inverse.choose(result, near=q[i])
-        np.testing.assert_allclose(chosen.q, q[i], atol=1e-8)
-
-
 def test_a_load_that_turns_within_the_play_is_said(arms):
     """At the pose where joint 2 is balanced, either flank throws the tool to the other side of the target."""
     play = EFFECTS["backlash"]((1,), (1e-3,))
@@ -123,30 +107,3 @@ def _balanced(robot):
     at = next(i for i in range(39) if values[i] * values[i + 1] < 0)
     q[1] = brentq(moment, grid[at], grid[at + 1], xtol=1e-14)
     return q
-
-
-def test_a_map_of_part_of_a_joint_leaves_its_limits(arms):
-    knots = tuple(np.linspace(-0.5, 0.5, 6))
-    sizes = (1e-3, 0.0, -2e-3, 1e-3, 0.0, 1e-3)
-    robot = arms["aria"].with_effects(EFFECTS["local-joint-error"]((0,), sizes, knots=knots))
-    q = np.array([0.3, 0.4, -0.8, 0.3, 0.7, 0.2])
-    for at in (q, q + 0.3 * np.eye(6)[0], q + np.eye(6)[0]):  # within, where it fades out, where it is zero
-        target = tool_poses(robot, Motion(at[None]))[0]
-        inside = inverse.solve(robot, target).within_limits
-        assert inside
-        for branch in inside:
-            np.testing.assert_allclose(tool_poses(robot, Motion(branch.q[None]))[0], target, atol=1e-9)
-        assert inverse.follow(robot, target, q).converged
-
-
-def test_what_drives_an_effect_is_asked_for(arms):
-    robot = arms["aria"].with_effects(EFFECTS["thermal-growth"]((), (1e-5,)))
-    q = np.array([[0.3, 0.4, -0.8, 0.3, 0.7, 0.2]])
-    warm = Motion(q, temperature=np.array([40.0]))
-    target = tool_poses(robot, warm)[0]
-    with refuses(DataError, column="temperature[degC]"):
-        inverse.solve(robot, target)
-    chosen = inverse.choose(inverse.solve(robot, target, motion=warm), near=q[0])
-    np.testing.assert_allclose(chosen.q, q[0], atol=1e-8)
-    cold = replace(warm, temperature=np.array([0.0]))
-    assert np.abs(inverse.choose(inverse.solve(robot, target, motion=cold), near=q[0]).q - q[0]).max() > 1e-5

@@ -12,19 +12,17 @@ from rigid_body import rigid_body
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
-from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics import forward
-from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import deflect, shift_of
 from workbench.arm.statics.load_derivatives import wrench_derivative
-from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.arm.urdf import read_urdf
 from workbench.arm.urdf_writer import write_urdf
-from workbench.base.errors import DataError, RobotError, ShapeError
+from workbench.base.errors import DataError, RobotError
+from workbench.base.types import Outcome
 
 KNOTS = tuple(np.linspace(-3.2, 3.2, 7))
 SIZES = {
@@ -115,16 +113,16 @@ def fits(robot: Robot, effect) -> bool:
     return not (effect.name == "joint-harmonic" and robot.name == "sliding" and 3 in effect.joints)
 
 
-def test_the_catalogue_is_tried_whole():
-    assert {e.name for e in CATALOGUE.values()} == set(EFFECTS)
-
-
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_zero_coefficients_change_nothing(arms, arm, name):
     robot, effect = arms[arm], CATALOGUE[name]
     motion, deflected = motion_of(robot), robot.with_effects(effect)
     assert not np.any(effect.coefficients)
+    law = effect.law(deflected.chain, motion, joint_wrenches(deflected, motion.q))
+    assert law.shape == (len(motion), len(effect.elements(deflected.chain)), len(effect.names))
+    assert np.isfinite(law).all()
+    assert set(deflected.coefficients) == set(deflected.coefficient_units) == set(effect.names)
     np.testing.assert_array_equal(
         forward.tool_poses(deflected, motion), forward.tool_poses(robot, Motion(motion.q))
     )
@@ -143,35 +141,10 @@ def test_zero_coefficients_change_nothing(arms, arm, name):
 
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("name", CATALOGUE)
-def test_shapes_and_units(arms, arm, name):
-    robot, effect, motion = arms[arm], CATALOGUE[name], motion_of(arms[arm])
-    robot = robot.with_effects(effect)
-    wrenches = joint_wrenches(robot, motion.q)
-    law = effect.law(robot.chain, motion, wrenches)
-    assert law.shape == (len(motion), len(effect.elements(robot.chain)), len(effect.names))
-    assert np.isfinite(law).all()
-    assert len(effect.units(robot.chain)) == len(effect.names)
-    assert set(robot.coefficients) == set(robot.coefficient_units) == set(effect.names)
-    assert shift_of(robot, motion).shape == (len(motion), len(robot.chain.elements))
-    empty = motion.take(slice(0, 0))
-    assert forward.tool_poses(robot, empty).shape == (0, 4, 4)
-
-
-@pytest.mark.parametrize("arm", ARMS)
-@pytest.mark.parametrize("name", CATALOGUE)
 def test_the_total_derivative(arms, arm, name):
     """Constants, frames and coefficients, through the fixed point."""
     robot = arms[arm]
     check_derivative(robot.with_effects(sized(robot, CATALOGUE[name])))
-
-
-def test_the_total_derivative_of_many_effects_at_once(arms):
-    robot = arms["aria"]
-    chosen = [
-        CATALOGUE[n] for n in ("joint-compliance", "bearing-compliance", "thermal-growth", "base-drift")
-    ]
-    flexible = replace(CATALOGUE["link-flexure"], joints=(4, 5))
-    check_derivative(robot.with_effects(*(sized(robot, e) for e in (*chosen, flexible))))
 
 
 def check_derivative(robot: Robot):
@@ -224,6 +197,26 @@ def test_the_fixed_point_is_one(arms):
         law = effect.law(robot.chain, motion, again)
         shift[:, robot.chain.indices(effect.elements(robot.chain))] += law @ effect.coefficients
     np.testing.assert_allclose(shift, deflected.shift, atol=1e-12)
+
+
+def test_an_arm_too_soft_for_its_load_has_no_deflection():
+    """Upright it has one, and half as soft everywhere."""
+    robot = load_robot("ur10").with_effects(EFFECTS["joint-compliance"]((1,), (0.02,)))
+    upright = [0.0, -np.pi / 2, 0.0, -np.pi / 2, 0.0, 0.0]
+    both = Motion(np.array([upright, [0.3, -1.2, 1.0, -0.5, 0.4, 0.2]]))
+    assert (
+        deflect(robot.with_effects(EFFECTS["joint-compliance"]((1,), (0.01,))), both).outcome
+        is Outcome.CONVERGED
+    )
+    deflected = deflect(robot, both)
+    assert deflected.outcome is Outcome.ITERATION_LIMIT
+    for found in (deflected.shift, deflected.wrenches):
+        assert np.isfinite(found[0]).all()
+        assert np.isnan(found[1]).all()
+    for predict in (forward.tool_poses, forward.link_frames, forward.identification_jacobian):
+        assert np.isfinite(predict(robot, both.q[0])[0]).all()
+        with refuses(DataError, row=1):
+            predict(robot, both)
 
 
 @pytest.mark.parametrize("arm", ["aria", "katana"])
@@ -291,22 +284,6 @@ def test_torques_stand_in_for_masses(arms):
 
 
 @pytest.mark.parametrize(
-    ("name", "column"),
-    [("backlash by motion", "direction1"), ("thermal-growth", "temperature"), ("base-drift", r"time\[s\]")],
-)
-def test_missing_drivers_are_named(arms, name, column):
-    robot = arms["aria"].with_effects(CATALOGUE[name])
-    q = motion_of(robot).q
-    with pytest.raises(DataError, match=f"{CATALOGUE[name].name}.*{column}"):
-        forward.tool_poses(robot, Motion(q))
-    holes = {"temperature": np.full(len(q), 20.0), "time": np.zeros(len(q)), "direction": np.ones(q.shape)}
-    for values in holes.values():
-        values[4] = np.nan
-    with refuses(DataError, row=4):
-        forward.tool_poses(robot, Motion(q, **holes))
-
-
-@pytest.mark.parametrize(
     "effect",
     [
         EFFECTS["local-joint-error"]((1,), (2e-3, 1e-3, 3e-3), knots=(-1.0, 0.0, 1.0), range=(-0.9, 0.8)),
@@ -331,16 +308,6 @@ def test_a_map_fades_smoothly_beyond_its_range(arms, effect):
     assert mentions(note, "-51.57° to 45.84°", "2 of 3")
     assert mentions(note, "row 7", "-229.2°")
     assert robot.extrapolation_warnings(q[inside]) == []
-
-
-def test_what_repeats_every_turn_does_not_fade(arms):
-    q = np.array([[0.3, 0.4, -0.8, 0.3, 0.7, 0.2]])
-    for effect in (CATALOGUE["local-joint-error periodic"], EFFECTS["joint-harmonic"]((1,), order=(3, 7))):
-        robot = arms["aria"].with_effects(sized(arms["aria"], effect))
-        np.testing.assert_allclose(
-            forward.tool_poses(robot, Motion(q)), forward.tool_poses(robot, Motion(q + 2 * np.pi)), atol=1e-12
-        )
-        assert robot.extrapolation_warnings(q + 2 * np.pi) == []
 
 
 @pytest.mark.parametrize(
@@ -369,26 +336,6 @@ def test_what_repeats_every_turn_does_not_fade(arms):
 def test_an_arm_refuses_effects_without_sense(arms, name, arguments, text):
     with pytest.raises(RobotError, match=text):
         arms["aria"].with_effects(EFFECTS[name](**arguments))
-
-
-def test_the_same_effect_twice_is_refused(arms):
-    with refuses(RobotError, found="joint2.compliance"):
-        arms["aria"].with_effects(EFFECTS["joint-compliance"]((1,)), EFFECTS["joint-compliance"]((1,)))
-    both = arms["aria"].with_effects(CATALOGUE["bearing-compliance"], CATALOGUE["clearance-tilt"])
-    assert len(both.chain.elements) == len(arms["aria"].chain.elements) + 8
-
-
-def test_a_linearisation_has_columns_for_coefficients(arms):
-    robot = arms["aria"].with_effects(sized(arms["aria"], CATALOGUE["joint-compliance"]))
-    names = ("joint1.theta", "joint3.compliance")
-    found = linearise(robot, motion_of(robot).q, names=names)
-    assert found.units == ("rad", "rad/(N*m)")
-    assert np.abs(found.jacobian[:, 1]).max() > 0.0
-
-
-def test_drivers_of_another_length_are_refused():
-    with pytest.raises(ShapeError):
-        Motion(np.zeros((3, 6)), time=np.zeros(2))
 
 
 def test_a_urdf_has_the_geometry_that_is_best_without_effects(arms, tmp_path):
@@ -420,60 +367,3 @@ BOUNDS = {
     "local-joint-error": 0.05,
 }
 """At 25 N m about every axis and over 90 s."""
-
-
-@pytest.mark.parametrize("case", BOUNDS)
-def test_the_largest_credible_size_moves_an_element_as_far_as_the_docstring_says(case):
-    effect = CATALOGUE[case]
-    robot = carrying(effect)
-    q, time = np.zeros((3, robot.dof)), np.array([5.0, 50.0, 95.0])
-    motion = Motion(q, direction=np.ones_like(q), time=time, temperature=time)
-    found = effect.bounds(robot.chain, motion, np.full((3, robot.dof, 6), 25.0))
-    assert found == pytest.approx([BOUNDS[case]] * len(effect.names))
-
-
-def test_teeth_of_any_number_may_be_off_by_as_much_as_cheap_gears_are():
-    """By one part in k of an eccentric's bound, true ripples of 4 mrad were refused from order 13 on."""
-    ripple = EFFECTS["joint-harmonic"]((1,), order=19)
-    motion = Motion(np.zeros((1, load_robot("aria").dof)))
-    assert ripple.bounds(load_robot("aria").chain, motion, np.zeros((1, 6, 6))) == pytest.approx([5e-3] * 2)
-
-
-def carrying(effect):
-    return load_robot("aria").with_effects(effect)
-
-
-def test_small_moments_tell_nothing_of_how_soft_a_joint_can_be():
-    soft = EFFECTS["joint-compliance"]((1,))
-    robot = carrying(soft)
-    light = np.full((2, robot.dof, 6), 1e-3)
-    assert soft.bounds(robot.chain, Motion(np.zeros((2, robot.dof))), light) == (pytest.approx(0.05),)
-
-
-@pytest.mark.parametrize("name", EFFECTS)
-def test_what_is_usually_hidden_is_credible(name):
-    """On the built-in arm at random postures: the bound lies well above sizes that virtual arms hide."""
-    robot, rng = load_robot("aria"), np.random.default_rng(0)
-    effect = EFFECTS[name].example(robot, 1, rng)
-    q = rng.uniform(-1.0, 1.0, (20, robot.dof))
-    motion = Motion(q, direction=np.sign(q), time=np.arange(20.0), temperature=20.0 + q[:, 0])
-    wide = robot.with_effects(effect)
-    maximum = np.array(effect.bounds(wide.chain, motion, motion_wrenches(robot, motion)))
-    assert np.isfinite(maximum).all()
-    usual = EFFECTS[name].typical_size or EFFECTS[name].surprise_size or 0.0
-    assert (maximum > 2.0 * usual).all()
-
-
-@pytest.mark.parametrize("name", EFFECTS)
-def test_an_effect_is_told_in_words_that_are_not_its_name(name):
-    effect = CATALOGUE[name]
-    told = effect.plain
-    assert told != effect.label
-    assert name not in told
-    assert "{" not in told
-    assert all(str(joint + 1) in told for joint in effect.joints)
-
-
-def test_several_joints_are_told_together():
-    assert JointCompliance((1, 2)).plain == "joints 2 and 3 give under load"
-    assert JointCompliance((1,)).plain == "joint 2 gives under load"

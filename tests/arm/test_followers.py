@@ -1,24 +1,17 @@
 """Mimic joints of a URDF: poses, derivatives, loads, files and fits against plain matrices."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from checks import check_jacobian, pose_change
 from generator import move, turn
 
 from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.joint_frames import joint_frames
 from workbench.arm.kinematics.forward import geometric_jacobian, identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.wrenches import motion_wrenches, own_axis
 from workbench.arm.urdf import read_urdf
 from workbench.arm.urdf_writer import write_urdf
-from workbench.base.errors import FileError, RobotError
-from workbench.base.types import Freedom
-from workbench.data.dataset import Dataset
-from workbench.identification.identify import identify
 
 LINK = '<link name="{}"><inertial><origin xyz="0.1 0.02 0.03"/><mass value="{}"/></inertial></link>'
 JOINT = (
@@ -128,40 +121,3 @@ def test_files_keep_the_follower(robot, ending, tmp_path):
         write_urdf(back, tmp_path / "frames.urdf")
         plain = read_urdf(tmp_path / "frames.urdf")
         np.testing.assert_allclose(tool_poses(plain, Motion(Q)), tool_poses(moved, Motion(Q)), atol=1e-12)
-
-
-def test_such_an_arm_is_calibrated(robot):
-    rng = np.random.default_rng(8)
-    q = rng.uniform(-1.8, 1.8, (120, 3))
-    names = robot.default_free
-    actual = robot.with_values(dict(zip(names, rng.normal(0.0, 1e-3, len(names)).tolist(), strict=True)))
-    position = tool_poses(actual, Motion(q))[:, :3, 3] + rng.normal(0.0, 2e-5, (len(q), 3))
-    known = robot.with_frames(base=replace(robot.base, free=Freedom.FIXED))
-    found = identify(known, Dataset(q=q, position=position))
-    assert found.best.held_out.position_mm.mean < 0.06
-
-
-def test_what_a_follower_follows_must_move_before_it(tmp_path):
-    path = tmp_path / "strange.urdf"
-    path.write_text(TEXT.replace('mimic joint="lower"', 'mimic joint="upper"'), encoding="utf-8")
-    with pytest.raises(FileError):
-        read_urdf(path)
-
-
-def test_forms_without_followers_refuse_them(robot):
-    with pytest.raises(RobotError):
-        joint_frames(robot)
-
-
-def test_bodies_beside_the_chain_weigh(tmp_path):
-    """Two tools on one flange: the chain ends there, and their masses hang on the last link."""
-    hand = LINK.format("hand", 0.5) + (
-        '<joint name="h" type="fixed"><parent link="d"/><child link="hand"/><origin xyz="0 0 0.1"/></joint>'
-    )
-    path = tmp_path / "tools.urdf"
-    path.write_text(TEXT.replace("</robot>", hand + "</robot>"), encoding="utf-8")
-    robot = read_urdf(path)
-    last = robot.moving[-1]
-    assert last.mass == pytest.approx(1.5)
-    np.testing.assert_allclose(last.com, np.array([0.15, 0.03, 0.045 + 0.05]) / 1.5)
-    assert any("0.5 kg" in note for note in robot.notes)

@@ -10,8 +10,7 @@ import pytest
 from workbench.arm.effects.gravity_sag import GravitySag, terms_of
 from workbench.arm.kinematics import forward
 from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml, write_toml
-from workbench.base.errors import RobotError
+from workbench.arm.robot_toml import read_toml
 
 TOOL = generator.move("z", 0.13) @ generator.turn("x", 0.4) @ generator.move("y", 0.05)
 BASE = generator.turn("y", 0.3) @ generator.move("x", 0.2)
@@ -87,28 +86,3 @@ def test_the_total_derivative(pair):
     _, twists = forward.identification_jacobian(deflected, motion, names)
     x = np.array([known[n] for n in names])
     checks.check_jacobian(poses, twists, x, difference=checks.pose_change, tolerance=1e-6)
-
-
-def test_a_file_holds_it(pair, tmp_path):
-    effect = next(sags(pair[1]))
-    effect = replace(effect, coefficients=tuple(1e-3 * np.arange(1.0, 1.0 + len(effect.names))))
-    robot = pair[1].with_effects(effect)
-    assert read_toml(write_toml(robot, tmp_path / "arm.toml")).effects == (effect,)
-
-
-@pytest.mark.parametrize(
-    ("settings", "text"),
-    [
-        ({"terms": ""}, "2x 2y 3x"),
-        ({"terms": "3x 3x"}, "different"),
-        ({"terms": "1x"}, "no term '1x'"),
-        ({"terms": "7x"}, "no term '7x'"),
-        ({"terms": "3m"}, "no term '3m'"),
-        ({"terms": "weight"}, "no term 'weight'"),
-        ({"terms": "3x", "gravity": (0.0, 0.0, 0.0)}, "direction"),
-        ({"joints": (1, 2), "terms": "3x"}, "one revolute joint"),
-    ],
-)
-def test_what_makes_no_sense_is_refused(pair, settings, text):
-    with pytest.raises(RobotError, match=text):
-        pair[1].with_effects(GravitySag(**{"joints": (1,)} | settings))

@@ -8,9 +8,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from workbench.arm.motion import Motion
-from workbench.identification.report.constants import influence_figure
 from workbench.plate.poses.iso_cube import iso_cube_poses
-from workbench.report.figures import svg
 
 
 @pytest.fixture(scope="module")
@@ -60,10 +58,3 @@ def test_the_thesis_reads_like_ours(katana, poses):
     assert np.isclose(mean["joint2.theta"], 0.78 * PRINTED_INFLUENCE["joint2.theta"], rtol=0.03)
     assert lowest["joint2.theta"] < PRINTED_INFLUENCE["joint2.theta"] < largest["joint2.theta"]
     assert largest["joint3.theta"] > lowest["joint2.theta"]  # §3.5: the order of influence changes
-
-
-def test_the_picture_names_every_constant(katana, poses):
-    figure = influence_figure(influence(katana, Motion(poses), names=CONSTANTS), printed=PRINTED_INFLUENCE)
-    text = svg(figure, "influence")
-    assert all(f">{name}<" in text for name in CONSTANTS)
-    assert "printed mean" in text

@@ -12,7 +12,6 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import roomy
 from workbench.arm.inverse.reduced_arm import compile_arm
-from workbench.arm.inverse.solve import Task
 from workbench.arm.kinematics import forward
 from workbench.arm.kinematics import reachable as reach
 from workbench.arm.motion import Motion
@@ -20,7 +19,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base import se3
 from workbench.base.assets import assets
-from workbench.base.errors import DataError, OptionError, RobotError, ShapeError
+from workbench.base.errors import OptionError
 
 UNLIMITED = np.tile([-np.inf, np.inf], (6, 1))
 
@@ -142,13 +141,6 @@ def test_table_2_is_reached_within_limits_in_eight_ways():
             assert (branch.q <= robot.limits[:, 1]).all()
 
 
-def test_one_pose_alone_and_twice_gives_the_same():
-    robot = load_robot("aria")
-    first, second = (inverse.solve(robot, table2()[3]) for _ in range(2))
-    assert first.names == second.names
-    assert all(np.array_equal(a.q, b.q) for a, b in zip(first.branches, second.branches, strict=True))
-
-
 def test_a_joint_that_moves_little_keeps_a_quarter_of_its_travel():
     """All branches of a SCARA need the same height: rounding must not choose between them."""
     arm = [{"d": 0.4, "a": 0.3}, {"a": 0.25, "alpha": np.pi}, {"type": "prismatic"}, {}]
@@ -191,14 +183,6 @@ def test_names_are_kept_from_pose_to_pose_and_from_nominal_to_calibrated():
     assert kept == total
 
 
-def test_elbow_up_means_above():
-    robot = load_robot("aria")
-    for q, elbow in (([0.0, 0.9, -1.2, 0.0, 0.5, 0.0], "up"), ([0.0, 0.3, 0.9, 0.0, 0.5, 0.0], "down")):
-        target = forward.tool_poses(robot, Motion(np.array([q])))[0]
-        branch = inverse.nearest_branch(inverse.solve(robot, target), np.array(q))
-        assert branch.name.startswith(f"shoulder right, elbow {elbow}")
-
-
 def test_choice_by_name_by_joints_and_automatic():
     robot = load_robot("aria")
     result = inverse.solve(robot, table2()[0])
@@ -235,73 +219,6 @@ def test_reasons():
     assert 2.5 <= held.nearest.q[1] <= 2.6
     assert held.nearest.position_error > 1e-4
     assert q.shape == (6,)
-
-
-def test_what_is_missing_does_not_depend_on_what_is_asked_for_first():
-    targets = np.stack([down(2.0, 0.0, 0.205), down(0.75, 0.2, 0.1)])
-    robot = load_robot("aria")
-    forwards, backwards = inverse.solve_many(robot, targets), inverse.solve_many(robot, targets)[::-1]
-    message = [(r.reason, r.nearest.q.tolist()) for r in backwards]
-    assert [(r.reason, r.nearest.q.tolist()) for r in forwards] == message[::-1]
-
-
-def test_too_close_is_told_from_too_far():
-    joint = load_robot("aria").joints[0]
-    elements = tuple(
-        chains.Element(axis, f"joint{i + 1}.{axis.name}", value, joint=driver, link=i)
-        for i, length in enumerate((0.5, 0.3, 0.0))
-        for axis, value, driver in ((chains.Axis.RZ, 0.0, i), (chains.Axis.TX, length, None))
-    )
-    joints = tuple(replace(joint, name=f"joint{i + 1}") for i in range(3))
-    planar = Robot(
-        name="planar", convention="elementary", elements=elements, link_ends=(1, 3, 5), joints=joints
-    )
-    result = inverse.solve(planar, se3.pose(np.eye(3), np.array([0.1, 0.0, 0.0])))
-    assert mentions(result.reason, "100 mm too close")
-    assert abs(result.nearest.position_error - 0.1) < 1e-6
-    reached = inverse.solve(planar, se3.pose(np.eye(3), np.array([0.5, 0.3, 0.0])))
-    assert len(reached.branches) == 2
-    assert not reached.finite  # the last joint turns about the tool's own point
-    far = inverse.solve(planar, se3.pose(np.eye(3), np.array([0.9, 0.0, 0.0])))
-    assert mentions(far.reason, "100 mm beyond")
-
-
-def test_redundant_tasks_show_representatives():
-    for name, task in (("wam", Task.POSE), ("panda", Task.POSE), ("aria", Task.POSITION)):
-        robot = load_robot(name)
-        middle = robot.search_limits.mean(1) + 0.3
-        target = forward.tool_poses(robot, Motion(middle[None]))[0]
-        result = inverse.solve(robot, target, task=task)
-        assert not result.finite
-        assert "infinitely many" in result.note
-        assert 2 <= len(result.within_limits) <= 8
-        q = np.array([b.q for b in result.branches])
-        assert np.abs(forward.tool_poses(robot, Motion(q))[:, :3, 3] - target[:3, 3]).max() < 1e-9
-
-
-def test_five_joints_can_be_asked_for_a_whole_pose():
-    robot = load_robot("katana450")
-    q = np.array([0.3, 0.4, -0.8, 0.5, 0.2])
-    target = forward.tool_poses(robot, Motion(q[None]))[0]
-    result = inverse.solve(robot, target, task=Task.POSE)
-    assert min(wrapped(b.q - q).max() for b in result.branches) < 1e-6
-    turned = target @ se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, 0.2])), np.zeros(3))
-    missed = inverse.solve(robot, turned, task=Task.POSE)
-    assert missed.branches == ()
-    assert "not in this orientation" in missed.reason
-
-
-@pytest.mark.parametrize(("name", "seed"), [("ur5", None), ("ur5", 1)])
-def test_a_singular_pose_gives_few_solutions(name, seed):
-    robot = load_robot(name) if seed is None else perturbed(load_robot(name), seed)
-    q = np.array([0.3, -1.0, 1.0, 0.4, 0.0, 0.7])
-    target = forward.tool_poses(robot, Motion(q[None]))[0]
-    result = inverse.solve(robot, target)
-    assert 1 <= len(result.branches) <= 16
-    assert result.finite == (seed is not None)
-    assert any(b.continuum for b in result.branches) == (seed is None)
-    poses = forward.tool_poses(robot, Motion(np.array([b.q for b in result.branches])))
-    assert np.abs(poses - target).max() < 1e-8
 
 
 def test_a_prismatic_arm_is_searched():
@@ -341,19 +258,6 @@ def test_follow_keeps_the_branch_and_the_limits():
     assert ((stuck.q >= robot.limits[:, 0]) & (stuck.q <= robot.limits[:, 1])).all()
 
 
-def test_follow_many_agrees_with_follow():
-    robot = perturbed(load_robot("katana450"), 6)
-    q, targets = random_targets(robot, 20, 1)
-    q = np.clip(q, robot.limits[:, 0], robot.limits[:, 1])
-    targets = forward.tool_poses(robot, Motion(q))
-    many = inverse.follow_many(robot, targets, q + 0.02)
-    for i in range(len(q)):
-        one = inverse.follow(robot, targets[i], q[i] + 0.02)
-        assert np.array_equal(one.q, many.q[i])
-        assert one.converged == many.converged[i]
-    assert many.converged.mean() > 0.8
-
-
 def test_reach_agrees_with_the_full_solution():
     robot = load_robot("aria")
     rng = np.random.default_rng(2)
@@ -369,33 +273,3 @@ def test_reach_agrees_with_the_full_solution():
     quick, _ = reach.reachable(robot, poses, certain=False)
     assert not (quick & ~mask).any()
     assert quick.sum() >= mask.sum() - 2
-
-
-def test_reach_of_other_tasks_and_arms():
-    for name, task in (("katana450", None), ("wam", None), ("aria", Task.POSITION)):
-        robot = load_robot(name)
-        rng = np.random.default_rng(1)
-        q = rng.uniform(*np.clip(robot.limits, -3, 3).T, (50, robot.dof))
-        mask, found = reach.reachable(robot, forward.tool_poses(robot, Motion(q)), task=task)
-        assert mask.mean() > 0.95
-        assert found.shape == q.shape
-    mask, found = reach.reachable(load_robot("aria"), np.empty((0, 4, 4)))
-    assert mask.shape == (0,)
-
-
-def test_bad_input():
-    robot = load_robot("aria")
-    mirrored = np.diag([1.0, 1.0, -1.0, 1.0])
-    broken = table2()[0].copy()
-    broken[0, 3] = np.nan
-    for pose in (mirrored, broken, np.eye(4) * 2):
-        with pytest.raises(DataError):
-            inverse.solve(robot, pose)
-    with pytest.raises(ShapeError) as caught:
-        inverse.solve(robot, table2()[0], limits=np.zeros((5, 2)))
-    assert (caught.value.expected, caught.value.found) == (6, 5)
-    with pytest.raises(ShapeError):
-        inverse.follow(robot, table2()[0], np.zeros(5))
-    doubled = replace(robot, elements=(*robot.elements[:-1], replace(robot.elements[-1], joint=0)))
-    with pytest.raises(RobotError):
-        inverse.solve(doubled, table2()[0])

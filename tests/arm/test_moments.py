@@ -1,10 +1,8 @@
 """Moments at the joints against pinocchio, in motion, under a wrench at the tool and on a deflected arm."""
 
-import generator
 import numpy as np
 import pinocchio as pin
 import pytest
-from checks import joint_wrenches
 from rigid_body import rigid_body
 
 from workbench.arm.built_in_arms import load_robot
@@ -12,7 +10,6 @@ from workbench.arm.effects import EFFECTS
 from workbench.arm.motion import Motion
 from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.moments import joint_moments
-from workbench.base.errors import ShapeError
 
 ROWS = 12
 
@@ -45,16 +42,6 @@ def test_moments_in_motion_are_those_of_pinocchio(katana):
     assert np.abs(still.about - found.about).max() > 0.1
 
 
-def test_torques_in_motion_are_those_of_the_equations_of_motion(katana):
-    motion, body = swing(katana), rigid_body(katana)
-    data = body.model.createData()
-    torques = [
-        pin.rnea(body.model, data, *states)
-        for states in zip(motion.q, motion.velocity, motion.acceleration, strict=True)
-    ]
-    np.testing.assert_allclose(joint_moments(katana, motion).about, torques, atol=1e-10)
-
-
 def test_a_wrench_at_the_tool_is_held_by_the_transposed_jacobian(katana):
     """pinocchio's Jacobian of the tool, in the measuring frame's axes; the Katana's base is not turned."""
     q, body = swing(katana).q, rigid_body(katana)
@@ -68,26 +55,6 @@ def test_a_wrench_at_the_tool_is_held_by_the_transposed_jacobian(katana):
         np.testing.assert_allclose(found[row], -jacobian.T @ wrench[row], atol=1e-10)
 
 
-def test_a_weight_at_the_tool_is_a_payload(katana):
-    q = swing(katana).q
-    weight = np.tile([0.0, 0.0, -9.81 * 1.5, 0.0, 0.0, 0.0], (ROWS, 1))
-    np.testing.assert_allclose(
-        joint_wrenches(katana, q, wrench=weight),
-        joint_wrenches(katana, q, payload=np.full(ROWS, 1.5)),
-        atol=1e-12,
-    )
-
-
-def test_by_hand_a_side_pull_on_a_stretched_arm_turns_joint_one(katana):
-    """Upper arm, forearm and hand level along x: 0.19 + 0.139 m to the wrist."""
-    q = np.zeros((1, 5))
-    pull = np.array([[0.0, 10.0, 0.0, 0.0, 0.0, 0.0]])
-    side = joint_moments(katana, Motion(q, wrench=pull)).about[0, 0]
-    arm = generator.katana().pose(q)[0, :3, 3] - generator.katana().base[:3, 3]
-    assert side == pytest.approx(-10.0 * arm[0])
-    assert joint_moments(katana, Motion(q)).about[0, 0] == pytest.approx(0.0, abs=1e-12)
-
-
 def test_the_arm_bends_under_its_motion(katana):
     motion = swing(katana)
     soft = katana.with_effects(
@@ -98,8 +65,3 @@ def test_the_arm_bends_under_its_motion(katana):
     place = soft.chain.indices(["joint2.theta", "joint3.theta"])
     np.testing.assert_allclose(deflected.shift[:, place], -1e-3 * about[:, 1:3], atol=1e-12)
     assert np.abs(deflected.shift[:, place] - deflect(soft, Motion(motion.q)).shift[:, place]).max() > 1e-4
-
-
-def test_a_wrench_of_other_rows_is_refused(katana):
-    with pytest.raises(ShapeError):
-        joint_wrenches(katana, np.zeros((2, 5)), wrench=np.zeros((1, 6)))

@@ -42,22 +42,6 @@ def test_an_arm_in_a_session_is_mounted_so_and_has_no_others(robot):
     assert robot.in_session("elsewhere").mounting is robot.mounting
 
 
-def test_values_move_what_they_name(robot):
-    moved = robot.mounting.with_values({"base[front].x": 1.0, "gravity[front].y": 0.1}, "[front]")
-    assert moved.base.xyz.tolist() == [1.0, *robot.base.xyz[1:]]
-    assert moved.gravity @ robot.gravity == pytest.approx(np.cos(0.1) * 9.81**2)
-    assert moved.tool is robot.tool
-    assert robot.mounting.with_values({"base[rear].x": 1.0}, "[front]").base is robot.base
-
-
-def test_another_gravity_is_that_of_sessions_without_their_own(robot):
-    own, other = np.array([0.0, 1.0, -9.7]), np.array([0.5, 0.0, -9.7])
-    sessions = robot.sessions | {"front": replace(robot.mounting, gravity=own)}
-    moved = replace(robot, sessions=sessions).under(other)
-    assert moved.in_session("front").gravity is own
-    assert moved.in_session("rear").gravity is moved.gravity is other
-
-
 def test_a_session_without_a_gravity_has_that_of_the_arm(robot):
     wall = replace(robot.under(np.array([9.81, 0.0, 0.0])), sessions={"front": Mounting(base=robot.base)})
     assert wall.in_session("front").gravity is wall.gravity

@@ -36,11 +36,6 @@ def test_a_table_in_other_units_is_refused_with_joint_unit_and_remedy(table, exp
         assert all(text in str(error.value) for text in expected)
 
 
-def test_inches_are_asked_about():
-    assert any("inches" in note for note in Robot.from_dh(scaled(1 / 0.0254)).notes)
-    assert not Robot.from_dh(UR5).notes
-
-
 def test_files_are_checked_by_the_same_rule(tmp_path):
     good = write_toml(Robot.from_dh(UR5), tmp_path / "good.toml").read_text()
     for old, new, expected in (

@@ -7,7 +7,7 @@ from refusals import refuses
 import workbench as wb
 from workbench.arm.effects import EFFECTS
 from workbench.arm.motion import Motion
-from workbench.base.errors import DataError, OptionError, ShapeError
+from workbench.base.errors import DataError, ShapeError
 
 ONE = [0, 1, -1, 0, 1, 0]
 
@@ -32,12 +32,6 @@ def test_one_pose_gives_one_answer(arm, given):
     assert twists.shape == (1, 6, len(arm.default_free))
 
 
-def test_several_poses_give_several(arm):
-    assert wb.tool_poses(arm, [ONE, ONE]).shape == arm.predict(np.array([ONE, ONE])).shape == (2, 4, 4)
-    assert wb.tool_poses(arm, np.zeros((0, 6))).shape == (0, 4, 4)
-    assert wb.tool_poses(arm, Motion(np.zeros((1, 6)))).shape == (1, 4, 4)
-
-
 @pytest.mark.parametrize(
     "given", [np.zeros(5), [0.0] * 5, np.zeros((3, 5)), np.zeros((2, 2, 5))], ids=np.shape
 )
@@ -49,28 +43,6 @@ def test_another_number_of_joints_is_refused_with_both_numbers(arm, function, gi
         function(arm, given)
     assert (caught.value.expected, caught.value.found) == (6, 5)
     assert "'ARIA' has 6 joints, got 5" in str(caught.value)
-
-
-@pytest.mark.parametrize("given", [["a"] * 6, [[0, 1], [2]], object()])
-def test_what_is_no_number_is_refused(arm, given):
-    with refuses(OptionError, option="joint positions [rad or m]", found=given):
-        wb.tool_poses(arm, given)
-
-
-def test_poses_are_reached_from_lists(arm):
-    pose = wb.tool_poses(arm, ONE)
-    assert wb.solve(arm, pose.tolist()).reachable
-    found = wb.follow(arm, pose.tolist(), ONE)
-    assert found.converged
-    assert found.q == pytest.approx(ONE, abs=1e-9)
-    with pytest.raises(ShapeError) as caught:
-        wb.follow(arm, pose, [0.0] * 5)
-    assert (caught.value.expected, caught.value.found) == (6, 5)
-    for wrong in (pose[:3], pose[None], 1.0):
-        with refuses(ShapeError, expected=4):
-            wb.solve(arm, wrong)
-        with refuses(ShapeError, expected=4):
-            wb.follow(arm, wrong, ONE)
 
 
 def test_what_drives_an_effect_is_said_by_a_motion(arm):

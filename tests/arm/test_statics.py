@@ -1,23 +1,17 @@
 """Joint wrenches by hand, against pinocchio, and as derivatives of the potential energy."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from checks import holding, joint_wrenches
-from refusals import refuses
 from rigid_body import rigid_body
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
-from workbench.arm.statics import wrenches
-from workbench.arm.statics.load_derivatives import _derivatives, wrench_derivative
-from workbench.arm.statics.wrenches import _wrenches, inertia_regressor, masses, own_axis
+from workbench.arm.statics.wrenches import inertia_regressor, masses, own_axis
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
-from workbench.base.errors import RobotError, ShapeError
 from workbench.base.types import frozen
 
 HEAVY = [name for name in built_in_robots() if load_robot(name).has_masses]
@@ -73,24 +67,6 @@ def test_sliding_and_turning_about_every_axis_agree_with_pinocchio(mixed):
     check_against_pinocchio(mixed)
 
 
-def test_payload_agrees_with_pinocchio(mixed):
-    q, speed, change = (rows(mixed, seed=s) for s in range(3))
-    centre = np.array([0.05, -0.02, 0.1])
-    body = rigid_body(mixed, payload=2.5, payload_com=centre)
-    found = joint_wrenches(
-        mixed, q, payload=np.full(len(q), 2.5), payload_com=centre, velocity=speed, acceleration=change
-    )
-    np.testing.assert_allclose(found, body.wrenches(q, velocity=speed, acceleration=change), atol=1e-10)
-
-
-def test_payload_is_taken_row_by_row(mixed):
-    q = rows(mixed, 4)
-    found = joint_wrenches(mixed, q, payload=np.arange(4.0))
-    for i in range(4):
-        alone = joint_wrenches(mixed, q[i : i + 1], payload=np.array([float(i)]))
-        np.testing.assert_allclose(found[i], alone[0], atol=1e-13)
-
-
 def test_own_component_is_the_holding_torque_of_rnea(mixed):
     import pinocchio as pin
 
@@ -130,13 +106,6 @@ def test_level_arm_by_hand(tmp_path):
     np.testing.assert_allclose(found[0], [0, 0, 3 * 9.81, 0, -2 * 9.81 * 0.3, 0], atol=1e-12)
 
 
-def test_base_turns_nothing_but_the_measuring_frame(mixed):
-    q = rows(mixed)
-    np.testing.assert_array_equal(
-        joint_wrenches(mixed, q), joint_wrenches(mixed.with_frames(base=Frame()), q)
-    )
-
-
 def test_masses_of_fixed_links_count(tmp_path):
     def arm(tail):
         path = tmp_path / "arm.toml"
@@ -162,47 +131,6 @@ def test_shift_is_the_same_as_other_constants(mixed):
     np.testing.assert_allclose(found, shifted, atol=1e-12)
 
 
-def test_no_rows_give_no_wrenches(mixed):
-    assert joint_wrenches(mixed, np.zeros((0, 4))).shape == (0, 4, 6)
-
-
-def test_input_is_left_alone_and_read_only_input_is_taken(mixed):
-    q = rows(mixed)
-    kept = q.copy()
-    q.setflags(write=False)
-    joint_wrenches(mixed, q, velocity=q, acceleration=q)
-    np.testing.assert_array_equal(q, kept)
-
-
-def test_a_missing_mass_is_named():
-    arm = load_robot("aria")
-    joints = tuple(replace(j, mass=None) if i == 3 else j for i, j in enumerate(arm.joints))
-    with refuses(RobotError, found="joint4"):
-        masses(replace(arm, joints=joints))
-    with refuses(RobotError, found="joint1"):
-        joint_wrenches(load_robot("iiwa14"), np.zeros((1, 7)))
-
-
-@pytest.mark.parametrize(
-    ("options", "expected", "found"),
-    [
-        ({"velocity": np.zeros((2, 5))}, 6, 5),
-        ({"acceleration": np.zeros((3, 6))}, 2, 3),
-        ({"payload": np.zeros(1)}, 2, 1),
-    ],
-)
-def test_other_shapes_are_refused(options, expected, found):
-    with pytest.raises(ShapeError) as caught:
-        joint_wrenches(load_robot("aria"), np.zeros((2, 6)), **options)
-    assert (caught.value.expected, caught.value.found) == (expected, found)
-
-
-def test_a_joint_count_that_is_not_the_robots_is_refused():
-    with pytest.raises(ShapeError) as caught:
-        joint_wrenches(load_robot("aria"), np.zeros((2, 5)))
-    assert (caught.value.expected, caught.value.found) == (6, 5)
-
-
 def test_the_inertia_regressor_is_how_pinocchio_s_wrenches_change(mixed):
     """By every mass and centre, also of rows that move; of each weight alone, as wrenches add up."""
     q, speed, change = (rows(mixed, seed=s) for s in range(3))
@@ -213,26 +141,3 @@ def test_the_inertia_regressor_is_how_pinocchio_s_wrenches_change(mixed):
         ends = (rigid_body(mixed.with_values({name: value + s})) for s in (step, -step))
         up, down = (body.wrenches(q, velocity=speed, acceleration=change) for body in ends)
         np.testing.assert_allclose(found[..., column], (up - down) / (2.0 * step), atol=1e-8)
-
-
-def test_the_inertia_regressor_of_no_rows_is_an_empty_table(mixed):
-    found = inertia_regressor(mixed, Motion(np.empty((0, mixed.dof))), masses(mixed))
-    assert found.shape == (0, mixed.dof, 6, len(mixed.inertia))
-
-
-def test_the_inertia_regressor_moves_the_arm_once_for_all_weights(mixed, monkeypatch):
-    runs = []
-    monkeypatch.setattr(wrenches, "_wrenches", lambda *given: runs.append(_wrenches(*given)))
-    inertia_regressor(mixed, Motion(rows(mixed)), masses(mixed))
-    assert len(runs) == 1
-
-
-def test_every_kind_of_weights_runs_the_same_compiled_loop(mixed):
-    """Arrays of another kind, such as read-only ones, would each have it compiled anew, for seconds."""
-    q, weights = rows(mixed), masses(mixed)
-    other = weights.with_values([*mixed.inertia.values()])
-    for given in (None, weights, other):
-        joint_wrenches(mixed, q, weights=given, payload=np.ones(len(q)), payload_com=[0.0, 0.0, 0.1])
-        wrench_derivative(mixed, q, np.arange(3), np.array([[1, 4]]), weights=given)
-    inertia_regressor(mixed, Motion(q), weights)
-    assert len(_wrenches.signatures) == len(_derivatives.signatures) == 1

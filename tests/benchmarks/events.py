@@ -1,7 +1,7 @@
 """Diagnose virtual arms to which something happened while they were measured, and count what was named.
 
     python tests/benchmarks/events.py --arms 10                        # tuning seeds
-    python tests/benchmarks/events.py --seeds judging --arms 100 --json events.jsonl --check
+    python tests/benchmarks/events.py --seeds judging --arms 100 --check
     python tests/benchmarks/events.py --cases knock,late --wrong
 
 Arms are those of `tests/diagnosis`, plain numpy that shares nothing with the package, one morphology after
@@ -16,7 +16,6 @@ import os
 import sys
 import time
 from dataclasses import dataclass, replace
-from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -30,8 +29,8 @@ from decide import DISTINGUISHABLE, Sight
 from draws import draw
 from generator import four, move, rotation
 from laws import poses as deflected_poses
-from ledger import Ledger, run_options
 from morphologies import MORPHOLOGIES
+from options import run_options
 
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
@@ -275,13 +274,9 @@ def _near(true: int | None, found: int) -> bool:
 
 def main(arguments=None):
     given = run_options(__doc__.splitlines()[0], "cases", CASES, arms=10, arguments=arguments)
-    ledger = Ledger(given.json, "events")
-    for seed, name in product(given.seeds, given.kinds):
-        if (key := f"{name} {seed}") not in ledger:
-            ledger.add(key, judge(name, seed))
     held = True
     for name in given.kinds:
-        found = [ledger.records[f"{name} {seed}"] for seed in given.seeds]
+        found = [judge(name, seed) for seed in given.seeds]
         shown = [f for f in found if f["shown"]]
         right, false = sum(f["right"] for f in shown), sum(bool(f["false"]) for f in found)
         others = f"and {sum(f['right'] for f in found) - right}/{len(found) - len(shown)} hardly shown"

@@ -1,7 +1,7 @@
 """Diagnose virtual arms of which the file doesn't tell all, and count what was called certain and isn't true.
 
     python tests/benchmarks/incomplete.py --arms 32                           # tuning seeds
-    python tests/benchmarks/incomplete.py --seeds judging --arms 1000 --json incomplete.jsonl --check
+    python tests/benchmarks/incomplete.py --seeds judging --arms 1000 --check
     python tests/benchmarks/incomplete.py --gaps one-mass,lift --wrong
 
 Every seed draws one of `GAPS`, what is hidden (any kind of `tests/diagnosis/cases.py`, laws that the
@@ -32,8 +32,8 @@ from claims import Claim, claims
 from conditions import CONDITIONS, Conditions, under
 from generator import four, rotation
 from judge import false_names
-from ledger import Ledger, run_options
 from morphologies import MORPHOLOGIES
+from options import run_options
 from scipy.stats import beta
 
 from workbench.arm.built_in_arms import load_robot
@@ -254,12 +254,8 @@ def upper(count: int, whole: int) -> float:
 
 def main(arguments=None):
     given = run_options(__doc__.splitlines()[0], "gaps", GAPS, arms=32, arguments=arguments)
-    ledger = Ledger(given.json, "incomplete")
     wanted = [(given.kinds[seed % len(given.kinds)], seed) for seed in given.seeds]
-    for gap, seed in wanted:
-        if f"{gap} {seed}" not in ledger:
-            ledger.add(f"{gap} {seed}", judge(gap, seed))
-    records = {(gap, seed): ledger.records[f"{gap} {seed}"] for gap, seed in wanted}
+    records = {(gap, seed): judge(gap, seed) for gap, seed in wanted}
     for name in (*given.kinds, "all"):
         found = [r for (gap, _), r in records.items() if name in (gap, "all")]
         certain = [any(c[1] == "certain" and not c[3] for c in r["claims"]) for r in found]

@@ -1,23 +1,22 @@
 """Diagnose measured arms, and print what was found and the errors on rows that took no part.
 
     python tests/benchmarks/real_diagnosis.py                         # five folds and two halves of every set
-    python tests/benchmarks/real_diagnosis.py --sets ur5,wam --seeds 0:3 --json ur5.jsonl
+    python tests/benchmarks/real_diagnosis.py --sets ur5,wam --seeds 0:3
     python tests/benchmarks/real_diagnosis.py --x-plane 0.8           # the UR10 without one plane of its grid
 
 Folds are drawn over whole groups where the data have them (the UR10: grid points). Every fold is a diagnosis
 of its own, so causes may differ from fold to fold; errors are means over the held-out rows of all folds. Then
-each half of the rows is diagnosed without the other: two halves of one arm should name the same causes. With
-`--json` an interrupted run goes on where it stopped.
+each half of the rows is diagnosed without the other: two halves of one arm should name the same causes. Every
+part is printed on standard error as it ends.
 """
 
 import argparse
-import json
 import os
 import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -26,7 +25,6 @@ sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
 import numpy as np
 from claims import claims, map_gain
-from ledger import Ledger
 from real_arms import SETS, load, plane, set_names, splits
 from rich.console import Console
 from rich.table import Table
@@ -88,7 +86,6 @@ def options(arguments=None):
     )
     parser.add_argument("--no-halves", action="store_true", help="leave the comparison of two halves out")
     parser.add_argument("--data", type=Path, default=DATA, help="folder of the measurements")
-    parser.add_argument("--json", type=Path, help="keep every diagnosis in this file, and go on from it")
     parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
     return parser.parse_args(arguments)
 
@@ -203,15 +200,12 @@ HEADS = (
 
 def main(arguments=None):
     given = options(arguments)
-    ledger = Ledger(given.json)
     folds: dict[str, list[Part]] = {}
     pairs: dict[str, list[Part]] = {}
     for name, part, robot, train, held in tasks(given):
-        key = f"{name}, {part}"
-        if key not in ledger:
-            ledger.add(key, asdict(one(robot, train, held)))
-            print(key, json.dumps(ledger.records[key], ensure_ascii=False), file=sys.stderr, flush=True)
-        (pairs if part.startswith("half") else folds).setdefault(name, []).append(Part(**ledger.records[key]))
+        done = one(robot, train, held)
+        print(f"{name}, {part}: {done}", file=sys.stderr, flush=True)
+        (pairs if part.startswith("half") else folds).setdefault(name, []).append(done)
     table = Table(*HEADS, "joint noise", "s", title="diagnosis of measured arms: nominal → geometry → final")
     for name, parts in folds.items():
         table.add_row(*row(name, parts))

@@ -1,199 +1,144 @@
-"""Compare workbench with its peers, and time it alone: `python tests/benchmarks/run.py`.
+"""Compare workbench with its peers on one task (`task.py`): `python tests/benchmarks/run.py`.
 
-Every package gets the same task (task.py) in its own process with the same number of threads; what is
-fair about it is said in README.md beside this file.
+Every package gets the same files in its own process with the same number of threads; a peer gets a virtual
+environment in the user's cache folder, made once (about 1.8 GB in all). What is fair about it: README.md.
 """
 
 import argparse
 import json
 import os
 import statistics
+import subprocess
 import sys
 import tempfile
-import time
+from collections.abc import Iterator
 from pathlib import Path
 
-import environments
 import numpy as np
 import task
-from environments import Failed
-from table import Table, compared, count, seconds, show
+from rich.console import Console
+
+from workbench.report.tables import new_table
 
 HERE = Path(__file__).resolve().parent
-ROOT = HERE.parents[1]
-REFERENCE = "OPT2"
-FASTER, RATE, LARGE, HELP, STATIC = 20.0, 1e6, 2.0, 0.3, 0.1
-STEADY = 1.5
-"""A pose may take this many times longer among a million than among ten thousand: growth is linear."""
-MEMORY = 64.0
-"""MB beyond the input that a million poses may take."""
+PEERS = {
+    "pybotics": ("pybotics==3.1.2",),
+    "figaroh": ("figaroh==1.0.2", "pin>=3.7,<5"),
+    "robotkinecal": ("robotkinecal==0.1.0", "setuptools<81"),
+}
+"""What pip is asked for. robotkinecal's toolbox still imports pkg_resources."""
+PYTHONS = ((3, 10), (3, 12))
+"""Oldest and newest that all peers accept."""
+THREADS = ("OMP_NUM", "OPENBLAS_NUM", "MKL_NUM", "NUMEXPR_NUM", "NUMBA_NUM", "VECLIB_MAXIMUM", "BLIS_NUM")
+FASTER, RATE = 20.0, 1e6
+"""By how much a search beats the fastest peer's, and poses with Jacobian a second."""
+HEADS = ("way", "parameters", "time [ms]", "evaluations", "held-out error", "… axes tilted")
 
 
-def options():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--cache", type=Path, default=environments.default_cache(), help="peers' environments"
-    )
-    parser.add_argument("--python", help="Python that makes the peers' environments")
-    parser.add_argument("--peers", default=",".join(environments.REQUIREMENTS), help="names, commas between")
-    parser.add_argument("--repeats", type=int, default=7, help="timed repetitions of a peer's identification")
-    parser.add_argument("--poses", type=int, default=100)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--threads", type=int, default=1, help="threads of every process")
-    parser.add_argument("--limit", type=float, default=900.0, help="seconds until a worker is given up")
-    parser.add_argument("--json", type=Path, help="write everything that was measured to this file")
-    parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
-    return parser.parse_args()
+def environment(threads: int) -> dict[str, str]:
+    """Variables of every worker: threads limited alike, nothing of this environment's Python."""
+    kept = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")}
+    return {**kept, **{f"{name}_THREADS": str(threads) for name in THREADS}, "MPLBACKEND": "Agg"}
 
 
-def ours(command, given, **more):
-    """Run this environment's Python on workbench."""
-    env = environments.environment(given.threads, PYTHONPATH=str(ROOT), **more)
-    return environments.run([sys.executable, *command], limit=given.limit, env=env)
+def call(*command, limit: float, env: dict[str, str]) -> str:
+    """Standard output of a process; its last error in a RuntimeError."""
+    ended = subprocess.run([*map(str, command)], capture_output=True, text=True, timeout=limit, env=env)
+    if ended.returncode:
+        raise RuntimeError((ended.stderr.strip() or f"exit status {ended.returncode}").splitlines()[-1])
+    return ended.stdout
 
 
-def parsed(printed):
-    """The JSON that a worker printed, or why there is none."""
-    if isinstance(printed, Failed):
-        return {"failed": printed.reason}
+def interpreter(peer: str, cache: Path, env: dict[str, str]) -> Path:
+    """The Python of a peer's environment, made if it is not there."""
+    folder, wanted = cache / peer, "\n".join(PEERS[peer])
+    python, done = folder / "bin" / "python", folder / "requirements.txt"
+    if not done.exists() or done.read_text() != wanted:
+        own = PYTHONS[0] <= sys.version_info[:2] <= PYTHONS[1]
+        call(sys.executable if own else "python3.12", "-m", "venv", "--clear", folder, limit=600, env=env)
+        call(python, "-m", "pip", "install", "--quiet", *PEERS[peer], limit=3600, env=env)
+        done.write_text(wanted)
+    return python
+
+
+def report_of(package: str, given: argparse.Namespace, folder: Path) -> dict:
+    """What a package's worker printed, or why there is nothing."""
+    print(f"{package} …", file=sys.stderr, flush=True)
+    env, script = environment(given.threads), HERE / f"worker_{package}.py"
+    try:
+        if package == "workbench":
+            python, env["PYTHONPATH"] = Path(sys.executable), str(HERE.parents[1])
+        else:
+            python = interpreter(package, given.cache, env)
+        printed = call(python, script, folder, given.repeats, limit=given.limit, env=env)
+    except (RuntimeError, OSError, subprocess.TimeoutExpired) as error:
+        return {"failed": str(error), "paths": [], "rates": []}
     return json.loads(printed.strip().splitlines()[-1])
 
 
-def worked(package, given, folder):
-    """One package's report."""
-    script, rest = HERE / f"worker_{package}.py", (folder, str(given.repeats))
-    print(f"{package} …", file=sys.stderr, flush=True)
-    if package == "workbench":
-        return parsed(ours((script, *rest), given))
-    python = environments.interpreter(package, given.cache, given.python)
-    if isinstance(python, Failed):
-        return {"failed": python.reason}
-    env = environments.environment(given.threads, MPLBACKEND="Agg")
-    return parsed(environments.run([python, script, *rest], limit=given.limit, env=env))
+def milliseconds(path: dict) -> float:
+    return 1e3 * statistics.median(path["arms"]["plain"]["seconds"])
 
 
-def first_calls(given):
-    """The first calls with an empty folder of compiled code, then with the folder that they left."""
-    with tempfile.TemporaryDirectory() as folder:
-        first = (HERE / "single_process.py", "first")
-        runs = [parsed(ours(first, given, NUMBA_CACHE_DIR=folder)) for _ in range(2)]
-    return dict(zip(("cold", "warm"), runs, strict=True))
+def rows(package: str, report: dict, arrays: dict) -> Iterator[tuple[str, ...]]:
+    """Cells of a package's ways; its error on each arm is added to the report."""
+    if "failed" in report:
+        yield f"{package}: not measured, {report['failed']}", *[""] * (len(HEADS) - 1)
+    for path in report["paths"]:
+        cells = []
+        for arm, entry in path["arms"].items():
+            mm, deg = entry["error"] = task.errors(entry["predicted"], arrays[f"{arm}_held_out"])
+            cells.append(f"{mm:.3f} mm" + (f", {deg:.4f}°" if path["rotation"] else ""))
+        facts = (path["parameters"], f"{milliseconds(path):.3g}", path["arms"]["plain"]["evaluations"])
+        yield f"{package}: {path['name']}", *map(str, facts), *cells
+    for rate in report["rates"]:
+        poses = f"{rate['poses_per_second']:.3g} poses with Jacobian a second"
+        yield f"{package}: {rate['name']}", "", poses, *[""] * (len(HEADS) - 3)
 
 
-def help_time(given):
-    """Median wall time of `workbench --help`, or why there is none."""
-    beside = Path(sys.executable).with_name("workbench")
-    if not any((ROOT / "workbench" / place).exists() for place in ("cli.py", "cli/__init__.py")):
-        return {"failed": "no command line yet"}
-    env = environments.environment(given.threads, PYTHONPATH=str(ROOT))
-    command = [beside, "--help"] if beside.exists() else [sys.executable, "-m", "workbench", "--help"]
-    times = []
-    for _ in range(6):
-        began = time.perf_counter()
-        printed = environments.run(command, limit=60, env=env)
-        times.append(time.perf_counter() - began)
-        if isinstance(printed, Failed):
-            return {"failed": printed.reason}
-    return {"seconds": statistics.median(times[1:])}
+def bounds(reports: dict[str, dict]) -> Iterator[tuple[str, bool]]:
+    """Sentences and whether they hold."""
+    ours = reports["workbench"]
+    peers = [path for name, report in reports.items() if name != "workbench" for path in report["paths"]]
+    if peers and ours["paths"]:
+        mine = next(path for path in ours["paths"] if path["name"] == "OPT2")
+        ratio = min(map(milliseconds, peers)) / milliseconds(mine)
+        yield f"search {ratio:.0f} times as fast as the fastest peer's (≥ {FASTER:.0f})", ratio >= FASTER
+        error, *others = (path["arms"]["plain"]["error"][0] for path in (mine, *peers))
+        yield f"held-out error {error:.3f} mm, best peer's {min(others):.3f} mm", error <= 1.05 * min(others)
+    for rate in ours["rates"]:
+        found = rate["poses_per_second"]
+        yield f"{found:.3g} poses with Jacobian a second (≥ {RATE:.0g})", found >= RATE
 
 
-def alone(table, measured):
-    """Rows and bounds of workbench alone."""
-    table.heading("workbench alone")
-    growth, first, large, static, shown = (
-        measured[k] for k in ("growth", "first", "large", "wrenches", "help")
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "workbench-benchmarks"
+    parser.add_argument("--cache", type=Path, default=cache, help="peers' environments")
+    parser.add_argument(
+        "--peers", default=",".join(PEERS), help="names, commas between; empty: workbench alone"
     )
-    if isinstance(growth, list):
-        for part in growth:
-            rate = f"{count(part['rows'] / part['seconds'])} poses/s"
-            memory = f"{part['beyond_input']:.1f} MB beyond the input"
-            table.add(
-                f"{count(part['rows'])} poses, 24 columns",
-                "24",
-                seconds(part["seconds"]),
-                "",
-                rate,
-                "",
-                memory,
-            )
-        each = {p["rows"]: p["seconds"] / p["rows"] for p in growth}
-        ratio, memory = each[1_000_000] / each[10_000], growth[-1]["beyond_input"]
-        value = f"{ratio:.2f}× the time per pose of ten thousand, {memory:.0f} MB beyond the input"
-        table.check("linear growth to 1 M poses in bounded memory", value, ratio < STEADY and memory < MEMORY)
-    for state, part in first.items():
-        if "failed" in part:
-            table.add(f"first calls, {state} cache", "", "not measured", "", "", "", part["failed"])
-            continue
-        text = f"then identification {seconds(part['identification'])}; imports {seconds(part['imports'])}"
-        table.add(f"first Jacobian, {state} cache", "24", seconds(part["jacobian"]), "", "", "", text)
-    if "failed" in large:
-        table.add("11 911 poses", "", "not measured", "", "", "", large["failed"])
-    else:
-        parameters = str(large["parameters"])
-        table.add("11 911 poses, search", parameters, seconds(large["search"]), "", "", "", "OPT2")
-        more = f"OPT2, all checks; with three algorithms {seconds(large['all_three'])}"
-        error = f"{large['held_out_mm']:.3f} mm (noise included)"
-        whole = str(large["whole_parameters"])
-        table.add("11 911 poses, whole run", whole, seconds(large["whole"]), "", error, "", more)
-        slowest = max(large["search"], large["whole"])
-        table.check("11 911 poses with 40 parameters in under 2 s", seconds(slowest), slowest < LARGE)
-    bound = "joint loads of 12 000 poses in under 0.1 s"
-    value = seconds(static["seconds"]) if "seconds" in static else f"not measured: {static['failed']}"
-    table.check(bound, value, static["seconds"] < STATIC if "seconds" in static else None)
-    value = seconds(shown["seconds"]) if "seconds" in shown else f"not measured: {shown['failed']}"
-    table.add("workbench --help", "", value)
-    table.check(
-        "workbench --help in under 0.3 s", value, shown["seconds"] < HELP if "seconds" in shown else None
-    )
-    table.add("one drag step", "", "by drag.py")
-
-
-def bounds(table, reports, mine, rate):
-    """The bounds on the comparison."""
-    paths = [p for name, r in reports.items() if name != "workbench" for p in r.get("paths", ())]
-    bound = "identification at least 20× faster than the fastest peer"
-    if mine and paths:
-        fastest = min(statistics.median(p["arms"]["plain"]["seconds"]) for p in paths)
-        table.check(bound, f"{fastest / mine:.0f}×", fastest >= FASTER * mine)
-        errors = [p["arms"]["plain"]["error"][0] for p in paths]
-        own = next(p for p in reports["workbench"]["paths"] if p["name"] == REFERENCE)
-        reached = own["arms"]["plain"]["error"][0]
-        value = f"{reached:.3f} mm, best peer {min(errors):.3f} mm"
-        table.check("held-out error not above the best peer's", value, reached <= 1.05 * min(errors))
-    else:
-        table.check(bound, "not measured", None)
-    bound = "poses with Jacobian at 1 M/s on one core"
-    table.check(bound, f"{count(rate)}/s" if rate else "not measured", rate >= RATE if rate else None)
-
-
-def main():
-    given = options()
-    table, load = Table(), os.getloadavg()[0]
+    parser.add_argument("--repeats", type=int, default=7, help="timed repetitions of a peer's identification")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--threads", type=int, default=1, help="threads of every process")
+    parser.add_argument("--limit", type=float, default=900.0, help="seconds until a worker is given up")
+    parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
+    given = parser.parse_args()
+    table = new_table(f"6R arm, 100 poses, medians of {given.repeats}", *HEADS)
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        arrays = task.make(given.seed, given.poses, 2 * given.poses)
+        folder, arrays = Path(name), task.make(given.seed, 100, 200)
         np.savez(folder / "task.npz", **arrays)
         (folder / "arm.urdf").write_text(task.urdf())
-        packages = ["workbench", *(p for p in environments.REQUIREMENTS if p in given.peers.split(","))]
-        reports = {package: worked(package, given, folder) for package in packages}
-    print("workbench alone …", file=sys.stderr, flush=True)
-    measured = {
-        k: parsed(ours((HERE / "single_process.py", k), given)) for k in ("growth", "large", "wrenches")
-    }
-    measured |= {"first": first_calls(given), "help": help_time(given)}
-    mine, rate = compared(table, reports, arrays, REFERENCE)
-    bounds(table, reports, mine, rate)
-    alone(table, measured)
-    threads = f"{given.threads} thread{'s' if given.threads > 1 else ''} a process"
-    show(table, f"6R arm, 0.1 mm and 0.02° noise, medians of {given.repeats} repeats, {threads}")
-    busy = max(load, os.getloadavg()[0] - given.threads)
-    if busy > 0.5:
-        print(
-            f"The machine was busy with other work (load {busy:.1f}, {os.cpu_count()} cores): measure again."
-        )
-    if given.json:
-        given.json.write_text(json.dumps({"reports": reports, "alone": measured, "checks": table.checks}))
-    return int(given.check and not table.good)
+        packages = ("workbench", *filter(None, given.peers.split(",")))
+        reports = {package: report_of(package, given, folder) for package in packages}
+    for package, report in reports.items():
+        for cells in rows(package, report, arrays):
+            table.add_row(*cells)
+    Console(width=150).print(table)
+    checks = list(bounds(reports))
+    for text, holds in checks:
+        print(f"{'✓' if holds else '✗'} {text}")
+    return int(given.check and not all(holds for _, holds in checks))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
-"""Figures of workbench alone, each in a process of its own: `single_process.py growth|first|large|wrenches`.
+"""Figures of workbench alone, each in a process of its own: `python tests/benchmarks/single_process.py`.
+
+One alone: `single_process.py growth|first|large|wrenches`.
 
 growth: poses with identification Jacobians block by block, and the greatest memory beyond the input.
-first: the very first calls of a process (the folder of compiled code is the caller's).
+first: the very first calls of a process (`NUMBA_CACHE_DIR` says where the compiled code is).
 large: 11 911 poses of a 7-joint arm with 40 parameters, base and tool among them.
 wrenches: what the joints of ARIA carry in 12 000 poses.
 """
@@ -9,6 +11,7 @@ wrenches: what the joints of ARIA carry in 12 000 poses.
 import json
 import resource
 import statistics
+import subprocess
 import sys
 import time
 from dataclasses import replace
@@ -131,4 +134,10 @@ def wrenches():
 
 
 if __name__ == "__main__":
-    print(json.dumps({f.__name__: f for f in (growth, first, large, wrenches)}[sys.argv[1]]()))
+    parts = {f.__name__: f for f in (growth, first, large, wrenches)}
+    if len(sys.argv) == 2:
+        print(json.dumps(parts[sys.argv[1]]()))
+    else:
+        for part in parts:
+            printed = subprocess.check_output([sys.executable, __file__, part], text=True)
+            print(part, printed, end="", flush=True)

@@ -14,7 +14,6 @@ from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
-from workbench.data.readers import read_measurements
 from workbench.data.writer import write_measurements
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
@@ -92,12 +91,6 @@ def test_a_mistake_gets_one_sentence_and_writes_nothing(refused, soft, options, 
     refused([message], *command, status=1 if message == "file: " else 64)
 
 
-def test_too_few_rows_are_refused(refused, soft):
-    rows = read_measurements(soft / "soft.csv")
-    write_measurements(rows.take(np.arange(4)), Path("few.csv"))
-    refused(["at least"], "diagnose", "few.csv", "--robot", "aria", status=1)
-
-
 # -- saved effects where data enter ---------------------------------------------------------------
 
 
@@ -111,18 +104,6 @@ def test_directions_come_from_the_order_in_time(moved):
     assert any("direction of motion" in note for note in run.notes)
     held = identify(loose, rows.take(np.arange(20)), algorithms=("ols",), held_out=rows)
     assert held.best.held_out.position_mm.max < 1e-5
-
-
-def test_an_arm_that_needs_no_directions_is_given_none(moved):
-    _, rows = moved
-    assert not any("direction" in note for note in evaluate(load_robot("aria"), rows).notes)
-
-
-def test_without_times_the_missing_column_is_named(refused, moved):
-    loose, rows = moved
-    write_toml(loose, Path("loose.toml"))
-    write_measurements(replace(rows, time=None), Path("rows.csv"))
-    refused(["direction1"], "evaluate", "rows.csv", "--robot", "loose.toml", status=1)
 
 
 def test_a_map_of_a_joint_fades_where_it_was_not_learned(run, soft):

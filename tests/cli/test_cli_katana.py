@@ -3,7 +3,6 @@
 import json
 
 import pytest
-from refusals import mentions
 
 
 @pytest.fixture
@@ -28,17 +27,6 @@ def test_level_1_frees_the_offsets_alone(run, refused, tmp_path, rows):
     assert errors[0] > 10.0 * errors[1]
     options = ("--robot", "katana450", "--level", 1, "--free", "joint1.theta")
     refused(["--level 1"], "identify", rows, *options, status=64)
-
-
-@pytest.mark.parametrize("instrument", ["laser-tracker-fixed", "inclinometer", "plane-probe"])
-def test_instruments_are_chosen_by_name(run, tmp_path, instrument):
-    options = "simulate --robot katana450 --poses 80 --out i.csv --instrument"
-    status, out, _ = run(*options.split(), instrument)
-    assert status == 0
-    assert mentions(out, "80 rows")
-    head = (tmp_path / "i.csv").read_text().splitlines()[0]
-    wanted = {"laser-tracker-fixed": "x[m]", "inclinometer": "tilt_x2[rad]", "plane-probe": "contact"}
-    assert wanted[instrument] in head
 
 
 def test_influence_is_an_algorithm(run, tmp_path, rows):

@@ -25,12 +25,6 @@ def test_score_of_table_2(run, tmp_path):
     assert found["set"]["open"] == []
 
 
-def test_score_says_what_is_not_told_apart(run):
-    status, out, _ = run("plate", "score", "table2", "--robot", "aria", "--unknown", "base,tool")
-    assert status == 0
-    assert mentions(out, "base x with tool x")
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [

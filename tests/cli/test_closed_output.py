@@ -1,16 +1,12 @@
 """A reader that closes the pipe costs no file: every command writes all of them before it prints anything."""
 
-import json
-import os
-import subprocess
-import sys
-from importlib.metadata import entry_points
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.parts import offered
 
 WRITTEN = ("--out", "--save", "--json", "--report", "--actual", "--picture", "--readings", "--save-mapping")
 WRITTEN += ("--urdf", "--toml", "--controller")
@@ -35,9 +31,7 @@ OF_EXTRAS = {
     "plate export": "table2 --formats csv --out out",
     "plate yield": "table2 --robot aria --arms 20 --poses 20 --json r.json",
 }
-COMMANDS += tuple(
-    f"{e.name} {OF_EXTRAS[e.name]}" for e in entry_points(group="workbench.commands") if e.name in OF_EXTRAS
-)
+COMMANDS += tuple(f"{name} {OF_EXTRAS[name]}" for name, *_ in offered("commands") if name in OF_EXTRAS)
 
 
 @pytest.fixture(scope="module")
@@ -67,27 +61,3 @@ def test_every_file_is_there_though_nobody_reads(command, inputs, run_unread, tm
     assert status == 0, err
     outputs = [tmp_path / options[k + 1] for k, word in enumerate(options) if word in WRITTEN]
     assert all(path.exists() for path in outputs)
-
-
-@pytest.mark.parametrize("closed", ["pipe", "descriptor"])
-def test_a_closed_standard_output_in_a_process_of_its_own(closed, inputs, tmp_path):
-    """Nobody reads the pipe, even its result; or there is no standard output at all."""
-    command = f"identify {inputs / 'rows.csv'} --robot aria --algorithm ols --save cal.toml --json "
-    command += "-" if closed == "pipe" else "r.json"
-    reader, writer = os.pipe()
-    os.close(reader)
-    done = subprocess.run(
-        [sys.executable, "-m", "workbench", *command.split()],
-        cwd=tmp_path,
-        stdout=writer,
-        stderr=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": str(Path(wb.__file__).parents[1])},
-        preexec_fn=(lambda: os.close(1)) if closed == "descriptor" else None,
-        check=False,
-    )
-    os.close(writer)
-    assert done.returncode == 0, done.stderr
-    assert b"Traceback" not in done.stderr
-    assert wb.load_robot(tmp_path / "cal.toml").calibration is not None
-    if closed == "descriptor":
-        assert json.loads((tmp_path / "r.json").read_text())["robot"] == "ARIA"

@@ -3,14 +3,10 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from other_process import ENDED, commands, python
-from refusals import mentions, refuses
 
-from workbench.__main__ import main
 from workbench.cli.exit_status import run as ended
 
 HELP = [sys.executable, "-m", "workbench", "--help"]
@@ -37,33 +33,6 @@ def test_what_is_raised_is_said(error, status, sentence, capsys):
     assert capsys.readouterr().err.startswith(sentence)
 
 
-def test_a_bug_is_shown_as_one():
-    with pytest.raises(ZeroDivisionError):
-        ended(raising(ZeroDivisionError()), [])
-
-
-def test_an_interrupted_command_says_so(run, monkeypatch):
-    from workbench.arm import built_in_arms
-
-    def interrupted(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(built_in_arms, "load_robot", interrupted)
-    status, _, errors = run("evaluate", "none.csv", "--robot", "aria")
-    assert (status, errors) == (130, "workbench: stopped\n")
-
-
-def test_an_interrupt_while_the_commands_are_read_says_so(monkeypatch, capsys):
-    def interrupted(name, *_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.delitem(sys.modules, "workbench.cli")
-    monkeypatch.setattr(sys, "meta_path", [SimpleNamespace(find_spec=interrupted)])
-    with refuses(SystemExit, code=130):
-        main()
-    assert capsys.readouterr().err == "workbench: stopped\n"
-
-
 def test_a_closed_pipe_is_no_mistake():
     with subprocess.Popen(HELP, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as program:
         program.stdout.close()
@@ -78,21 +47,6 @@ def test_a_full_device_is_one_sentence():
     assert done.stderr.splitlines() == [
         b"workbench: No space left on device; make room, or choose another place"
     ]
-
-
-def test_a_locale_without_our_letters():
-    environment = {
-        "PYTHONUTF8": "0",
-        "LC_ALL": "POSIX",
-        "PYTHONCOERCECLOCALE": "0",
-        "PYTHONIOENCODING": "ascii",
-    }
-    code = "from workbench.cli.exit_status import run; run(lambda words: print('0.1' + chr(176)), [])"
-    path = {"PYTHONPATH": ":".join(sys.path)}
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment | path, capture_output=True, check=False
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (0, b"0.1?\n", b"")
 
 
 def test_a_result_on_standard_output_is_alone_there(run, tmp_path):
@@ -110,19 +64,13 @@ def test_a_result_on_standard_output_is_alone_there(run, tmp_path):
         ("--help", 0),
         ("plate score table2 --robot aria", 0),
         ("evaluate none.csv --robot aria", 1),
-        ("evaluate fresh.csv --robot none.toml", 1),
         ("evaluate fresh.csv --robot panda", 1),
-        ("diagnose fresh.csv --robot ur10", 1),
         ("soft.cvs", 1),
         ("fly", 64),
         ("evaluate", 64),
-        ("plate fly", 64),
         ("plate", 64),
         ("evaluate fresh.csv --robot aria --fly", 64),
-        ("identify fresh.csv --robot aria --levelled=3", 64),
-        ("simulate --robot aria --out d.csv --poses 0", 64),
         ("simulate --robot aria --out d.csv --poses many", 64),
-        ("identify fresh.csv --robot aria --wanted 3", 64),
         ("identify fresh.csv --robot aria --held-out 120%", 64),
     ],
 )
@@ -134,14 +82,6 @@ def test_the_status_tells_wrong_usage_from_no_result_and_from_a_bad_one(command,
     assert bool(out) == (status in (0, 2))
 
 
-def test_a_word_that_looks_like_a_file_is_no_unknown_command(run, tmp_path):
-    _, _, err = run("soft.cvs")
-    assert "no such file" in err
-    (tmp_path / "soft.cvs").write_text("q1[rad]\n0\n")
-    _, _, err = run("soft.cvs")
-    assert ".csv" in err
-
-
 def test_a_share_may_be_given_in_per_cent(run):
     run("simulate", "--robot", "aria", "--poses", "40", "--out", "rows.csv")
     found = []
@@ -150,28 +90,6 @@ def test_a_share_may_be_given_in_per_cent(run):
         found.append(json.loads(run("identify", *options)[1])["measurements"])
     assert found[0] == found[1]
     assert found[0]["held_out"] == 10
-
-
-def test_a_number_without_a_unit_is_answered_with_that_number_in_units(run):
-    run("simulate", "--robot", "aria", "--poses", "10", "--out", "rows.csv")
-    _, _, err = run("identify", "rows.csv", "--robot", "aria", "--noise", "0.05")
-    assert mentions(err, "0.05 mm")
-    assert mentions(err, "0.05 m")
-
-
-def test_a_folder_that_is_made_is_said(run, tmp_path):
-    options = "plate score table2 --robot aria --json no/such/r.json"
-    status, out, _ = run(*options.split())
-    assert status == 0
-    assert (tmp_path / "no" / "such" / "r.json").is_file()
-    assert str(Path("no") / "such") + " does not exist" in out
-
-
-def test_a_file_without_columns_is_refused_without_an_empty_table(run, tmp_path):
-    (tmp_path / "bad.csv").write_text("")
-    status, out, err = run("preview", "bad.csv")
-    assert (status, out) == (1, "")
-    assert "bad.csv" in err
 
 
 SIMULATED = "simulate --robot aria --poses 30 --seed 1 --out rows.csv"

@@ -10,16 +10,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
+from rich.text import Text
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.base.errors import FileError, RobotError
 from workbench.base.wording import as_cell, of_cell, readable
-from workbench.cli import exit_status, options
+from workbench.cli import options
 from workbench.data.readers import read_measurements
 from workbench.data.writer import measurements_csv
 from workbench.plate.simulated_measurement import measure_poses
-from workbench.report.html import page_template
+from workbench.report.result_display import as_html
 from workbench.report.tables import new_table
 from workbench.views.page import html
 
@@ -44,23 +45,13 @@ def test_a_terminal_obeys_no_name(capfd):
     assert readable("ü → 3 mm\tx\ny — „z“") == "ü → 3 mm\tx\ny — „z“"
 
 
-def test_a_terminal_obeys_no_reason(capfd):
-    def command(text):
-        options.fail(f"the arm {OBEYED} fails")
-
-    assert exit_status.run(command, []) == exit_status.UNUSABLE
-    err = capfd.readouterr().err
-    assert obeyed(err) == []
-    assert err.endswith(" fails\n")
-
-
 def test_a_page_obeys_no_name():
     text = html.text(MARKUP + OBEYED)
     assert obeyed(text) == []
     assert "<" not in text
-    made = page_template("parts.html").environment.from_string("{{ name }}").render(name=MARKUP + OBEYED)
+    made = as_html(Text(MARKUP + OBEYED))
     assert obeyed(made) == []
-    assert "<" not in made
+    assert "<script" not in made
 
 
 @pytest.mark.parametrize("name", ["a\nimport os", "a\x1b[2J", "a\u202eb", "a\x00"])
@@ -115,7 +106,7 @@ def test_from_the_file_to_the_report(run, tmp_path):
         assert status in (0, 2), err
         assert obeyed(out + err) == []
     pages = [p for p in Path("report").iterdir() if p.suffix in (".html", ".svg")]
-    assert len(pages) > 3
+    assert len(pages) == 2
     for page in pages:
         content = page.read_text()
         assert "<script>alert" not in content

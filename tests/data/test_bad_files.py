@@ -6,7 +6,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from workbench.base.errors import DataError, FileError, OptionError, ShapeError, UnitError
+from workbench.base.errors import DataError, FileError, OptionError, UnitError
 from workbench.data.readers import preview, read_measurements
 
 HEAD = "q1[rad],q2[rad],x[m],y[m],z[m]\n"
@@ -47,34 +47,12 @@ def test_unknown_and_unfit_units(file, unit):
     assert "'x[" in str(error)
 
 
-def test_wrong_number_of_joints(file):
-    error = refusal(file(HEAD + ROWS), ShapeError, joints=6)
-    assert (error.expected, error.found) == (6, 2)
-
-
-def test_missing_joint_position_of_a_row_that_is_kept_out(file):
-    data = read_measurements(
-        file("q1[rad],q2[rad],x[m],y[m],z[m],exclude\n0.1,,1,2,3,true\n0.1,0.2,1,2,3,false\n")
-    )
-    assert data.exclude.tolist() == [True, False]
-
-
 @pytest.mark.parametrize("cells", ["1,2,", ",,", "1,,3"])
 def test_rows_with_gaps_in_the_observation_are_kept_out(file, cells):
     data = read_measurements(file(HEAD + ROWS + f"0.1,0.2,{cells}\n"))
     assert data.exclude.tolist() == [False, False, True]
     assert data.reason[2].startswith("lacks")
     assert any("line 4" in note and "excluded" in note for note in data.notes)
-
-
-def test_trailing_separators_do_no_harm(file):
-    data = read_measurements(file(HEAD.strip() + ",\n" + "".join(row + ",\n" for row in ROWS.split())))
-    assert data.q.shape == (2, 2)
-
-
-def test_missing_file_and_folder(tmp_path):
-    refusal(tmp_path / "none.csv")
-    refusal(tmp_path)
 
 
 def test_unreadable_options(file):
@@ -149,13 +127,6 @@ def test_quaternions_with_few_digits_are_normalised_and_said(file):
     data = read_measurements(file(QUATERNION_HEAD + "0.1,0.2,1,2,3,0.707,0.707,0,0\n"))
     np.testing.assert_allclose(data.rotation[0], [[1, 0, 0], [0, 0, -1], [0, 1, 0]], atol=1e-12)
     assert any("normalised" in note for note in data.notes)
-
-
-def test_an_impossible_orientation_of_a_row_that_is_kept_out(file):
-    head = QUATERNION_HEAD.strip() + ",exclude,reason\n"
-    data = read_measurements(file(head + "0.1,0.2,1,2,3,0,0,0,0,true,slipped\n0.1,0.2,1,2,3,1,0,0,0,,\n"))
-    assert data.reason.tolist() == ["slipped", ""]
-    assert np.isnan(data.rotation[0]).all()
 
 
 BOTH = QUATERNION_HEAD.strip() + ",roll[deg],pitch[deg],yaw[deg]\n"

@@ -15,30 +15,11 @@ def data(q, **more):
     return Dataset(q=q, row=np.arange(len(q)), position=np.zeros((len(q), 3)), **more)
 
 
-def test_signs_of_the_last_motion_hold_while_a_joint_stands():
-    found = with_directions(data(TURN, time=np.arange(7.0)))
-    assert found.direction.ravel().tolist() == [0, 1, 1, 1, -1, -1, -1]
-    assert "direction of motion" in found.notes[-1]
-
-
-def test_rows_are_taken_in_their_order_in_time():
-    order = np.random.default_rng(1).permutation(7)
-    found = with_directions(data(TURN[order], time=np.arange(7.0)[order]))
-    assert found.direction.ravel()[np.argsort(order)].tolist() == [0, 1, 1, 1, -1, -1, -1]
-
-
 def test_every_session_begins_anew():
     session = np.array(["b", "a", "b", "a", "b", "a", "b"])
     found = with_directions(data(TURN, time=np.arange(7.0), session=session)).direction.ravel()
     assert found[session == "b"].tolist() == [0, 1, 1, -1]
     assert found[session == "a"].tolist() == [0, 1, -1]
-
-
-def test_joints_are_told_apart_and_trembling_is_no_motion():
-    q = np.column_stack([TURN, -TURN, np.zeros(7), 1e-8 * np.arange(7)])
-    found = with_directions(data(q, time=np.arange(7.0))).direction
-    assert (found[:, 1] == -found[:, 0]).all()
-    assert not found[:, 2:].any()
 
 
 def test_a_plain_loop_agrees_on_random_runs():

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
 
-from workbench.base.errors import DataError, FileError, MissingExtraError
+from workbench.base.errors import DataError, FileError
 from workbench.data.readers import preview, read_measurements, read_trajectory
 from workbench.data.readers.text import separator_of
 
@@ -105,11 +105,6 @@ def test_workbook_with_two_tables_asks_which(read, read_here):
     assert "sheet 'B'" in read(content, "t.xlsx", sheet="B").notes[0]
 
 
-def test_workbook_with_empty_sheets(read, read_here):
-    with pytest.raises(FileError, match="empty"):
-        read(workbook({"A": [], "B": []}), "t.xlsx")
-
-
 def test_workbook_rows_count_as_in_the_workbook(read, read_here):
     rows = [
         [],
@@ -152,13 +147,6 @@ def test_parquet(read, tmp_path):
     assert data.reason.tolist() == ["", "lacks z"]
 
 
-def test_parquet_without_its_library(read, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    with pytest.raises(MissingExtraError) as caught:
-        read(b"PAR1" + bytes(8), "t.parquet")
-    assert caught.value.extra == "parquet"
-
-
 @pytest.mark.parametrize(
     "columns",
     [
@@ -178,11 +166,6 @@ def test_orientation_in_every_form(read, columns):
     head, row = columns.format(h=0.5**0.5).split("\n")
     data = read(f"q1[rad],x[m],y[m],z[m],{head}\n0.1,1,2,3,{row}\n")
     np.testing.assert_allclose(data.rotation[0], ROTATED, atol=1e-12)
-
-
-def test_roll_pitch_yaw_is_rz_ry_rx(read):
-    data = read("q1[rad],x[m],y[m],z[m],roll[deg],pitch[deg],yaw[deg]\n0,1,2,3,90,0,90\n")
-    np.testing.assert_allclose(data.rotation[0], [[0, 0, 1], [1, 0, 0], [0, 1, 0]], atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -213,31 +196,12 @@ def test_names_of_joints(read, heads):
     assert heads[0] in "qQ" or any("read as" in note for note in data.notes)
 
 
-def test_units_in_names_are_said(read):
-    data = read("q1_deg,x_mm,y_mm,z_mm\n90,1,2,3\n")
-    assert data.position[0].tolist() == [0.001, 0.002, 0.003]
-    assert sum("taken from its name" in note for note in data.notes) == 4
-
-
-def test_goals_and_unknown_columns_are_said(read):
-    data = read("q1[rad],x[m],y[m],z[m],Goal x[m],operator,Nr\n0.1,1,2,3,9,me,1\n")
-    message = " | ".join(data.notes)
-    assert "'Goal x[m]' is a commanded value, not a measurement" in message
-    assert "'operator', 'Nr'" in message
-
-
 def test_the_caller_renames_columns(read):
     text = "a,b,x,y,z,q1\n90,45,1,2,3,7\n"
     data = read(text, columns="q1[deg]=a,q2[deg]=b,x[mm]=x,y[mm]=y,z[mm]=z")
     np.testing.assert_allclose(np.degrees(data.q[0]), [90, 45])
     assert data.position[0].tolist() == [0.001, 0.002, 0.003]
     assert any("'a' is read as q1[deg]" in note for note in data.notes)
-
-
-def test_the_caller_names_columns_in_order_and_leaves_some_out(read):
-    data = read("first second words 1\n7 90 1 2 3\n", columns="-,q1[deg],x[m],y[m],z[m]")
-    np.testing.assert_allclose(np.degrees(data.q[0]), [90])
-    assert any("named -, q1[deg]" in note for note in data.notes)
 
 
 def test_everything_else(read):
@@ -264,36 +228,10 @@ def test_everything_else(read):
     assert data.reason.tolist() == ["", "slipped"]
 
 
-def test_distances_without_anchor_share_one(read):
-    data = read("q1[rad],q2[rad],distance[mm]\n0,0,1\n0,1,2\n")
-    assert set(data.anchor) == {"anchor"}
-    assert any("one anchor" in note for note in data.notes)
-
-
 def test_contacts_need_no_numbers(read):
     data = read("q1[rad],q2[rad],contact\n0,0,hole\n0,1,\n")
     assert data.position is None
     assert data.exclude.tolist() == [False, True]
-
-
-def test_rows_may_carry_different_observations(read):
-    data = read("q1[rad],x[m],y[m],z[m],distance[m],anchor\n0,1,2,3,,\n0,,,,0.5,A\n0,,,,0.5,\n")
-    assert data.included.tolist() == [True, True, False]
-    assert data.reason[2] == "lacks anchor"
-
-
-def test_grad_is_said(read):
-    data = read("q1[Grad],x[m],y[m],z[m]\n90,1,2,3\n")
-    np.testing.assert_allclose(data.q[0], [np.pi / 2])
-    assert any("360 to a turn" in note for note in data.notes)
-
-
-@pytest.mark.parametrize("label", ["pick;place", "a\tb", "7;8", '"a, b;c"'])
-def test_another_separator_in_every_label(read, label):
-    rows = "".join(f"{k},500,1,2,{k},{label}\n" for k in (1, 2, 3))
-    data = read("q1[deg],q2[mm],x[mm],y[mm],z[mm],session\n" + rows)
-    assert data.position[:, 2] == pytest.approx([1e-3, 2e-3, 3e-3])
-    assert list(data.session) == [label.strip('"')] * 3
 
 
 @given(
@@ -322,15 +260,6 @@ def test_preview_says_what_was_understood(tmp_path):
     ]
     assert shown.columns[-1].key is None
     assert "decimal commas" in shown.decisions
-
-
-def test_preview_lists_all_problems_of_columns(tmp_path):
-    path = tmp_path / "t.csv"
-    path.write_text("q1,x[foo],y[m],z[m],y[m],session\n1,1,2,3,2,a\n")
-    shown = preview(path)
-    assert len(shown.problems) == 3
-    assert shown.rows == 1
-    assert shown.sessions == ("a",)
 
 
 def test_trajectories(tmp_path):

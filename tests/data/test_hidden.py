@@ -5,9 +5,7 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
-from workbench.arm.effects.base_drift import BaseDrift
 from workbench.arm.statics.deflection import shift_of
-from workbench.base.errors import OptionError
 from workbench.data.simulation.hidden_effects import MAX_BEND, hidden_effects, surprise, varied_state
 from workbench.identification.evaluate import evaluate
 from workbench.plate.simulated_measurement import measure_poses
@@ -49,13 +47,6 @@ def test_journals_rely_on_the_effect_of_a_surprise(aria):
     assert light.coefficients == (0.003290189874035463, -0.0004947909809827785)
 
 
-def test_an_effect_from_elsewhere_may_be_the_surprise(aria, monkeypatch):
-    """Its own file says so; nothing else names it."""
-    monkeypatch.setattr(BaseDrift, "surprise_size", 1e-7)
-    drawn = {surprise(aria, rng=np.random.default_rng(seed)).name for seed in range(20)}
-    assert drawn == {"joint-harmonic", "joint-compliance", "backlash", "base-drift"}
-
-
 def test_joint_and_size_are_as_said(aria):
     rng = np.random.default_rng(0)
     text = ["joint-compliance:3:4e-5", "base-drift::1e-7", "joint-coupling:4:1e-3", "backlash:5:2e-3"]
@@ -83,20 +74,3 @@ def test_rows_carry_what_drives_the_effects(aria):
     plain, same = measure_poses(aria, 40, instrument="ideal", seed=3)
     assert not plain.effects
     assert same.time is None
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("wobble", "unknown effect 'wobble'; known: joint-compliance, backlash"),
-        ("backlash:0", "joint must be 1–6, got '0'"),
-        ("backlash:two", "joint must be 1–6, got 'two'"),
-        ("thermal-growth:2", "whole arm"),
-        ("joint-compliance:2:soft", "number.*'soft'"),
-        ("joint-compliance:2:0", "number.*'0'"),
-        ("joint-compliance:1", "nothing drives it"),
-    ],
-)
-def test_words_without_sense_are_refused(aria, text, message):
-    with pytest.raises(OptionError, match=message):
-        hidden_effects(aria, [text], rng=np.random.default_rng(0))

@@ -2,17 +2,15 @@
 
 import numpy as np
 import pytest
-from refusals import mentions
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import DataError, OptionError
 from workbench.data.readers import read_measurements
 from workbench.data.simulation.instruments import INSTRUMENTS, THREE_MARKERS, Instrument, Observes
-from workbench.data.simulation.readings import SIDES, Sight, lost, mounting, station, three_planes
-from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
+from workbench.data.simulation.readings import SIDES, mounting, station, three_planes
+from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.data.writer import write_measurements
 from workbench.identification.identify import identify
 from workbench.plate.simulated_measurement import measure_poses
@@ -43,38 +41,6 @@ def test_a_fixed_reflector_is_lost_beyond_45_degrees(katana):
     assert np.isfinite(rows.position[rows.included]).all()
     assert all("line of sight" in reason for reason in rows.reason[~rows.included])
     assert any("looks along" in note for note in rows.notes)
-
-
-def test_the_side_that_is_seen_most_is_taken(katana):
-    """However the tool's axes are named, as many rows are seen, and no side sees more."""
-    poses, place, sight = tool_poses(katana, Motion(random_q(katana, 300))), station(katana), Sight(cone=0.8)
-    kept = []
-    for rpy in ((0.0, 0.0, 0.0), (0.0, np.pi / 2, 0.0), (np.pi / 2, 0.0, 0.0)):
-        turned = poses.copy()
-        turned[:, :3, :3] = poses[:, :3, :3] @ se3.rpy_to_matrix(np.array(rpy))
-        kept.append(int((lost(sight, turned, place)[0] == "").sum()))
-    line = place - poses[:, :3, 3]
-    line /= np.linalg.norm(line, axis=1, keepdims=True)
-    each = [(np.einsum("rij,j,ri->r", poses[:, :3, :3], side, line) >= np.cos(0.8)).sum() for side in SIDES]
-    assert kept == [max(each)] * 3
-
-
-def test_an_optical_tracker_needs_its_distance(katana):
-    q = random_q(katana, 50)
-    near = Instrument(
-        name="near",
-        observes=Observes.POINT,
-        sigma_position=0.0,
-        sight=Sight(near=2.0, far=7.0),
-        place=np.zeros(3),
-    )
-    with pytest.raises(DataError) as error:
-        simulate(katana, Motion(q), instrument=near, rng=np.random.default_rng(0))
-    assert mentions(str(error.value), "2 to 7 m")
-    assert (
-        simulate(katana, Motion(q), instrument=INSTRUMENTS["optotrak"], rng=np.random.default_rng(0)).exclude
-        is None
-    )
 
 
 @pytest.mark.parametrize("samples", [1, 16])
@@ -165,15 +131,6 @@ def test_an_arm_is_found_with_each(katana, name, within_mm, tmp_path):
     held = run.best.held_out.position_mm
     assert run.nominal.held_out.position_mm.mean > 5.0
     assert held.mean < within_mm
-
-
-def test_what_a_probe_or_an_instrument_refuses(katana):
-    poses = tool_poses(katana, Motion(random_q(katana, 3)))
-    with pytest.raises(OptionError) as error:
-        simulate_targets(katana, poses, instrument=INSTRUMENTS["plane-probe"], rng=np.random.default_rng(0))
-    assert "--poses" in str(error.value)
-    with pytest.raises(OptionError):
-        Instrument(name="x", observes=Observes.POINT, sigma_position=1e-5, samples=0)
 
 
 def test_a_bent_arm_touches_with_its_bend(katana):

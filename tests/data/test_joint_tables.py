@@ -4,7 +4,7 @@ import numpy as np
 from refusals import refuses
 
 import workbench as wb
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 
 Q = np.random.default_rng(3).uniform(-1.0, 1.0, (8, 6))
 PLACES = np.random.default_rng(4).uniform(-1.0, 1.0, (8, 3))
@@ -43,8 +43,3 @@ def test_by_row(tmp_path):
     np.testing.assert_allclose(data.q, Q)
     with refuses(DataError, "q.csv", found=(8, 7)):
         wb.read_measurements(points(tmp_path), joint_table=joints(tmp_path, range(7)))
-
-
-def test_joints_twice_are_one_too_many(tmp_path):
-    with refuses(OptionError, option="joint_table"):
-        wb.read_measurements(joints(tmp_path, range(8)), joint_table=joints(tmp_path, range(8)))

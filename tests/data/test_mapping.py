@@ -6,7 +6,7 @@ from refusals import mentions
 
 import workbench as wb
 from workbench.base.errors import WorkbenchError
-from workbench.data.readers.mapping import mapping_text, read_mapping, with_column, write_mapping
+from workbench.data.readers.mapping import read_mapping, write_mapping
 from workbench.data.readers.preview import preview
 
 
@@ -32,18 +32,6 @@ def test_a_mapping_is_stored_and_used_again(tmp_path, run):
     assert mentions(out, "Achse 1")
     assert 'Halle = "-"' in (tmp_path / "n.toml").read_text()
     assert run("preview", "a.csv", "--mapping", "m.toml")[0] == 0
-
-
-def test_choices_one_after_the_other_name_the_files_own_headings(tmp_path):
-    """The second is made on what the first was read as, and what is stored serves the next file."""
-    (tmp_path / "a.csv").write_text("A1,X,Y,Z,hall\n90,1,2,3,4\n45,1,2,4,5\n")
-    found = preview(tmp_path / "a.csv")
-    for heading, meaning in (("A1", "q1[deg]"), ("X", "x[mm]"), ("hall", "temperature[degC]")):
-        (tmp_path / "m.toml").write_text(with_column(mapping_text(found), heading, meaning))
-        found = preview(tmp_path / "a.csv", columns=read_mapping(tmp_path / "m.toml").columns)
-        assert [c.heading for c in found.columns] == ["A1", "X", "Y", "Z", "hall"]
-    np.testing.assert_allclose(found.dataset.position, 1e-3 * np.array([[1, 2, 3], [1, 2, 4]]))
-    assert found.dataset.temperature.tolist() == [4.0, 5.0]
 
 
 @pytest.mark.parametrize(
@@ -75,23 +63,3 @@ def test_columns_called_as_the_robots_joints_are_those_joints(header, tmp_path):
     shown = preview(tmp_path / "a.csv", joints=NAMES).columns
     assert [c.heading for c in shown[1:4]] == header.split(",")
     assert [c.key for c in shown[1:4]] == ["q1", "q2", "q3"]
-
-
-@pytest.mark.parametrize(
-    "header", ["turn[deg],elbow[deg],wrist[deg]", "turn[deg],turn[deg],elbow[deg]", "q1[deg],q2[deg],q3[deg]"]
-)
-def test_other_names_than_the_robots_are_read_as_they_are(header, tmp_path):
-    (tmp_path / "a.csv").write_text(f"{header},x[mm],y[mm],z[mm]\n90,45,30,1,2,3\n")
-    with_names, without = (preview(tmp_path / "a.csv", joints=joints) for joints in (NAMES, 3))
-    assert [c.key for c in with_names.columns] == [c.key for c in without.columns]
-
-
-def test_angles_beyond_a_turn_are_offered_as_degrees(tmp_path):
-    (tmp_path / "a.csv").write_text("q1,q2,x[mm],y[mm],z[mm]\n1.2,90,1,2,3\n0.3,−170,1,2,3\n")
-    message = " ".join(preview(tmp_path / "a.csv").problems)
-    assert "'q1[deg]'" in message
-
-
-def test_lengths_beyond_any_arm_are_offered_as_millimetres(tmp_path):
-    (tmp_path / "a.csv").write_text("q1[deg],x,y,z\n1.2,900,1,2\n0.3,120,2,3\n")
-    assert "'x[mm]'" in " ".join(preview(tmp_path / "a.csv").problems)

@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
-from workbench.identification.rows.row_selection import check_enough, hold_out_share
+from workbench.identification.rows.row_selection import hold_out_share
 
 NOTE = "orientation from the quaternion qw, qx, qy, qz"
 
@@ -40,9 +38,3 @@ def test_copies_of_a_row_are_held_out_together(rows):
     train, held = hold_out_share(data, 0.2, rng=np.random.default_rng(0))
     assert len(held) == 9
     assert not {i % 15 for i in train} & {i % 15 for i in held}
-
-
-def test_copies_of_a_row_measure_nothing_new(aria, rows):
-    data = replace(rows.take(np.tile(np.arange(2), 20)), row=np.arange(40))
-    with refuses(DataError, found=(2, 12)):
-        check_enough(aria, data, None)

@@ -62,12 +62,6 @@ def test_a_second_event_splits_the_rows_after_the_first_one():
     assert len(wb.split_sessions(once, 7).sessions) == 3
 
 
-def test_a_row_that_is_not_there_is_refused():
-    data = replace(wb.Dataset(q=np.zeros((3, 1))), row=np.array([4, 5, 6]))
-    with refuses(DataError, row=3):
-        split_sessions(data, 3)
-
-
 def test_sessions_are_written_and_read_back(tmp_path):
     data = wb.split_sessions(wb.Dataset(q=np.zeros((5, 6)), position=np.ones((5, 3))), 2)
     back = read_measurements(write_measurements(data, tmp_path / "rows.csv"))

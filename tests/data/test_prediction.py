@@ -38,15 +38,6 @@ def test_components_are_measured_minus_predicted_along_the_axes(robot):
     assert found.rotation == pytest.approx(np.tile(np.sin(angle) * turn / angle, (5, 1)))  # eq. (16)
 
 
-def test_norms_are_the_row_errors(robot):
-    rng = np.random.default_rng(2)
-    q = rng.uniform(-1.0, 1.0, (5, 6))
-    data = measured(robot, q, rng.normal(0, 1e-3, (5, 3)), rng.normal(0, 1e-4, (5, 3)))
-    found, errors = row_components(robot, data), row_errors(robot, data)
-    assert np.linalg.norm(found.position, axis=1) == pytest.approx(errors.position)
-    assert np.linalg.norm(found.rotation, axis=1) == pytest.approx(errors.rotation, rel=1e-6)
-
-
 def test_sessions_have_their_own_frames(robot):
     q = np.random.default_rng(3).uniform(-1.0, 1.0, (4, 6))
     moved = Frame(xyz=np.array([1.0, 2.0, 3.0]))
@@ -60,11 +51,6 @@ def test_sessions_have_their_own_frames(robot):
     assert np.isnan(found.rotation).all()
     assert found.has_position.all()
     assert not np.isfinite(found.rotation).any()
-
-
-def test_distances_have_no_components(robot):
-    data = Dataset(q=np.zeros((2, 6)), row=np.arange(2), distance=np.ones(2), anchor=np.array(["A", "A"]))
-    assert np.isnan(row_components(robot, data).position).all()
 
 
 def test_what_drives_the_effects_is_taken_from_every_row(robot):

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from refusals import mentions, refuses
+from refusals import mentions
 
 from workbench.base import se3
-from workbench.base.errors import FileError, OptionError, UnitError
 from workbench.data.readers import read_measurements
 
 pytestmark = [pytest.mark.data, pytest.mark.usefixtures("read_here")]
@@ -20,17 +19,6 @@ def ur10(shared_data):
     return read_measurements(shared_data / "ur10_ipa" / "measurements.csv", joints=6)
 
 
-def test_the_plain_reading_of_the_grid_series_asks_for_units(shared_data):
-    with refuses(UnitError, "line 1", "column 'Timestamp'"):
-        read_measurements(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv", layout="plain")
-
-
-@pytest.mark.parametrize("name", ["LICENSE", "SOURCE.md", "robot.toml", ""])
-def test_what_is_no_table_is_refused(shared_data, name):
-    with pytest.raises(FileError):
-        read_measurements(shared_data / "mukca" / name)
-
-
 def ur5_test_rows(shared_data):
     converted = read_measurements(shared_data / "ur5_jacobi" / "measurements.csv")
     return converted.take(np.arange(len(converted) - 20, len(converted)))
@@ -42,15 +30,6 @@ def test_workbooks(shared_data, name):
     expected = ur5_test_rows(shared_data)
     np.testing.assert_allclose(data.q, expected.q, atol=2e-10)
     np.testing.assert_allclose(data.position, expected.position, atol=1e-9)
-
-
-def test_the_sheet_can_be_chosen(shared_data):
-    file = shared_data / "importer_variants" / "ur5_title_units_row.xlsx"
-    assert len(read_measurements(file, sheet="Messwerte")) == 20
-    with refuses(OptionError, "'Messwerte'", option="sheet", found="Data"):
-        read_measurements(file, sheet="Data")
-    with pytest.raises(FileError):
-        read_measurements(file, sheet="Info")
 
 
 def test_german_utf16(shared_data, ur10):

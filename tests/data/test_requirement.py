@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from workbench.base.errors import OptionError
 from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.prediction import RowComponents
 
@@ -42,31 +41,9 @@ def test_rows_and_axes_pass_or_fail():
     assert np.rad2deg(check.worst[3:]) == pytest.approx([0.6, 0.7, 0.6])
 
 
-def test_points_are_judged_by_position_alone():
-    check = Requirement().wanted.check(rows([[0.1, 0.2, 0.3], [NAN] * 3], [[NAN] * 3] * 2))
-    assert check.judged.tolist() == [True, False]
-    assert check.ok
-    assert check.share == 1.0
-    assert check.unmeasured
-    assert np.isnan(check.shares[3:]).all()
-
-
 def test_lengths_are_held_against_the_limit_of_one_axis():
     wanted = Requirement().wanted
     assert wanted.within_by_norms(1e-3, wanted.rotation)
     lengths, angles = np.array([9e-4, 1.1e-3, NAN, 9e-4, 9e-4]), np.array([0.0, 0.0, 0.0, 0.02, NAN])
     assert wanted.within_by_norms(lengths, angles).tolist() == [True, False, False, False, True]
     assert Wanted(position=1e-3).within_by_norms(1e-3, np.inf)
-
-
-def test_rows_without_any_position_are_not_judged():
-    check = Requirement().wanted.check(rows([[NAN] * 3], [[NAN] * 3]))
-    assert not check.ok
-    assert np.isnan(check.share)
-    assert np.isnan(check.shares).all()
-
-
-@pytest.mark.parametrize("changes", [{"radius": 0.0}, {"insertion": -1.0}, {"per_axis": 3e-3}])
-def test_impossible_requirements(changes):
-    with pytest.raises(OptionError):
-        Requirement(**changes)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from refusals import mentions, refuses
+from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
@@ -12,7 +12,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes, instrument_named
+from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
 
 
@@ -45,14 +45,6 @@ def test_hidden_errors_are_even_and_within_their_bounds(seed):
     assert np.array_equal(actual.values(others), aria.values(others))
 
 
-def test_hidden_errors_of_chosen_constants(aria):
-    actual = virtual_arm(aria, rng=rng(), names=("tool.x",), length=0.1)
-    assert 0.0 < abs(actual.values(("tool.x",))[0]) <= 0.1
-    assert np.array_equal(actual.values(aria.default_free), aria.values(aria.default_free))
-    many = [virtual_arm(aria, rng=rng(s)).values(("joint2.a",))[0] - 0.41 for s in range(300)]
-    assert np.std(many) == pytest.approx(1e-3 / np.sqrt(3.0), rel=0.1)
-
-
 def test_ideal_measurements_are_the_actual_poses(aria):
     q = rng().uniform(-0.9, 1.6, (20, 6))
     actual = virtual_arm(aria, rng=rng(1))
@@ -77,19 +69,6 @@ def test_noise_has_the_deviation_of_the_instrument(aria):
     assert np.allclose(data.sigma[0], [5e-5] * 3 + [np.deg2rad(0.01)] * 3)
 
 
-def test_the_same_seed_gives_the_same_measurements(aria, targets):
-    def run(seed):
-        generator = rng(seed)
-        actual = virtual_arm(aria, rng=generator)
-        return simulate_targets(actual, targets, instrument=INSTRUMENTS["plate"], rng=generator)
-
-    one, two, other = run(5), run(5), run(6)
-    assert np.array_equal(one.q, two.q)
-    assert np.array_equal(one.position, two.position)
-    assert np.array_equal(one.rotation, two.rotation)
-    assert not np.array_equal(one.q, other.q)
-
-
 @pytest.mark.parametrize("branch", ["auto", "mixed", "shoulder right, elbow up, wrist flip"])
 def test_at_targets_the_actual_arm_is_there(aria, targets, branch):
     actual = virtual_arm(aria, rng=rng(7))
@@ -103,18 +82,11 @@ def test_at_targets_the_actual_arm_is_there(aria, targets, branch):
 
 def test_seat_noise_at_targets(aria, targets):
     many = np.concatenate([targets] * 30)
-    data = simulate_targets(
-        aria, many, instrument=INSTRUMENTS["plate"], rng=rng(1), near=_near(aria, targets, 30)
-    )
+    data = simulate_targets(aria, many, instrument=INSTRUMENTS["plate"], rng=rng(1))
     error = se3.pose_error(se3.pose(data.rotation, data.position), many)
     assert np.allclose(error[:, :3].std(0), 1e-4, rtol=0.12)
     assert np.allclose(error[:, 3:].std(0), np.deg2rad(0.02), rtol=0.12)
     assert np.allclose(tool_poses(aria, Motion(data.q)), many, atol=1e-8)
-
-
-def _near(robot, targets, times):
-    data = simulate_targets(robot, targets, instrument=INSTRUMENTS["ideal"], rng=rng())
-    return np.tile(data.q, (times, 1))
 
 
 def test_mixed_uses_all_branches_alike(aria, targets):
@@ -123,39 +95,6 @@ def test_mixed_uses_all_branches_alike(aria, targets):
     signs = {tuple(row) for row in np.stack([mixed.q[:, 0] > -0.5, mixed.q[:, 4] > 0], -1).tolist()}
     assert len(signs) == 4
     assert np.ptp(mixed.q[:, 0]) > np.ptp(one.q[:, 0])
-
-
-def test_near_the_nominal_joint_positions(aria, targets):
-    nominal = simulate_targets(
-        aria,
-        targets,
-        instrument=INSTRUMENTS["ideal"],
-        rng=rng(),
-        branch="shoulder right, elbow up, wrist flip",
-    )
-    actual = virtual_arm(aria, rng=rng(9))
-    data = simulate_targets(actual, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), near=nominal.q)
-    assert np.allclose(tool_poses(actual, Motion(data.q)), targets, atol=1e-8)
-    assert np.abs(data.q - nominal.q).max() < 0.8
-    assert len(data.notes) == 1
-    with refuses(DataError, target=0):
-        simulate_targets(
-            actual, targets + 5.0 * _up(), instrument=INSTRUMENTS["ideal"], rng=rng(), near=nominal.q
-        )
-
-
-def test_a_branch_outside_the_limits_of_the_actual_arm_is_said(aria, targets):
-    mixed = simulate_targets(aria, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), branch="mixed")
-    actual = virtual_arm(aria, rng=rng(9), length=5e-3, angle=np.deg2rad(5.0))
-    data = simulate_targets(actual, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), near=mixed.q)
-    assert np.allclose(tool_poses(actual, Motion(data.q)), targets, atol=1e-8)
-    assert mentions(data.notes[1], "target 6")
-
-
-def _up():
-    lift = np.zeros((4, 4))
-    lift[2, 3] = 1.0
-    return lift
 
 
 def test_targets_stand_in_the_base_of_the_robot(aria, targets):
@@ -196,22 +135,11 @@ def test_points_markers_distances_and_contacts(aria, targets):
 
 def test_bad_targets_and_branches(aria, targets):
     ideal = INSTRUMENTS["ideal"]
+    far = targets.copy()
+    far[:, 2, 3] += 5.0
     with refuses(DataError, target=0):
-        simulate_targets(aria, targets + 5.0 * _up(), instrument=ideal, rng=rng())
+        simulate_targets(aria, far, instrument=ideal, rng=rng())
     with refuses(DataError, target=0, found="sideways"):
         simulate_targets(aria, targets, instrument=ideal, rng=rng(), branch="sideways")
     with refuses(OptionError, option="branch", found=2):
         simulate_targets(aria, targets, instrument=ideal, rng=rng(), branch=["auto", "auto"])
-
-
-def test_instruments():
-    with refuses(OptionError, "laser-tracker", option="instrument", found="ruler"):
-        instrument_named("ruler")
-    assert instrument_named("plate").sigma_rotation == pytest.approx(np.deg2rad(0.02))
-    mine = Instrument(name="mine", observes=Observes.POINT, sigma_position=1e-3)
-    assert instrument_named("mine", {**INSTRUMENTS, "mine": mine}) is mine
-    with refuses(OptionError, option="sigma_position", found=-1.0):
-        Instrument(name="x", observes=Observes.POINT, sigma_position=-1.0)
-    with refuses(OptionError, option="sigma_rotation"):
-        Instrument(name="x", observes=Observes.POSE, sigma_position=1.0)
-    assert all(i.note for i in INSTRUMENTS.values())

@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
 from workbench.arm.frame import Frame
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.data.observations.tilt import reading, seen_from, upward
 from workbench.data.readers import read_measurements
@@ -80,17 +78,6 @@ def test_joint_offsets_are_found_from_tilts_alone(arm, tmp_path):
     assert fit.variance_factor == pytest.approx(1.0, abs=0.25)
 
 
-def test_links_that_were_not_read_do_not_count(arm):
-    rng = np.random.default_rng(1)
-    q = rng.uniform(-2.5, 2.5, (12, arm.dof))
-    rows = simulate(arm, Motion(q), instrument=INSTRUMENTS["inclinometer"], rng=rng)
-    tilt = {2: rows.tilt[2], 4: np.where(np.arange(12)[:, None] < 5, np.nan, rows.tilt[4])}
-    problem = Problem.build(arm, replace(rows, tilt=tilt), free=("joint2.theta", "joint5.theta"))
-    assert problem.count == 2 * 12 + 2 * 7
-    assert not problem.jacobian(problem.start)[:, 1].any()  # joint 5 lies beyond links 2 and 4
-    assert problem.jacobian(problem.start)[:, 0].any()
-
-
 @pytest.fixture(scope="module")
 def loose():
     """A Katana with a loose and soft joint 3, read on links 2 to 5 under loads."""
@@ -124,11 +111,3 @@ def test_candidates_of_a_diagnosis_are_seen_from_the_links(loose):
     order = [n for e in deflected.effects for n in e.names]
     found = np.concatenate(parts)[:, [order.index(n) for n in deflected.coefficients]]
     np.testing.assert_allclose(found, whole, atol=1e-9 * np.abs(whole).max())
-
-
-def test_a_link_that_the_arm_has_not_is_named(arm):
-    rows = simulate(
-        arm, Motion(np.zeros((3, 6))), instrument=INSTRUMENTS["inclinometer"], rng=np.random.default_rng(0)
-    )
-    with refuses(DataError, column="tilt_x7"):
-        Problem.build(arm, replace(rows, tilt={7: rows.tilt[1]}))

@@ -135,12 +135,6 @@ def test_the_header_is_that_of_the_formats(tmp_path):
         ]
 
 
-def test_sliding_joints_are_lengths(tmp_path):
-    path = write_measurements(small(), tmp_path / "rows.csv", prismatic={1})
-    assert path.read_text().startswith("q1[rad],q2[m],")
-    assert_same(small(), read_measurements(path))
-
-
 def test_rows_that_are_kept_out_come_back(tmp_path):
     data = Dataset(
         q=np.zeros((2, 1)),
@@ -166,8 +160,3 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     assert caught.value.path == str(path)
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["rows.csv"]
-
-
-def test_a_folder_is_no_place_to_write(tmp_path):
-    with pytest.raises(FileError):
-        write_measurements(small(), tmp_path)

@@ -66,20 +66,7 @@ def make(
     observation: str = "pose",
     free_frames: bool = False,
 ) -> Case:
-    """Draw a case; the same arm and effect for any number of poses, noise and observation.
-
-    Args:
-        kind: One of `CASES`.
-        seed: From `TUNING` or `JUDGING`.
-        arm: One of `MORPHOLOGIES`.
-        poses: Measured rows, up to `ROWS` or more.
-        noise: Factor of `SIGMA`.
-        observation: `pose` or `point`.
-        free_frames: Whether base and tool are unknown, or known exactly.
-
-    Raises:
-        UnseenError: This arm can't show such an effect.
-    """
+    """Draw a case; the same arm and effect for any number of poses, noise and observation."""
     if seed not in TUNING and seed not in JUDGING:
         raise ValueError(f"seed {seed} is neither for tuning nor for judging")
     source = np.random.SeedSequence([seed, zlib.crc32(f"{kind} {arm}".encode())])

@@ -53,16 +53,7 @@ RIPPLE = 13, 20
 
 
 def draw(name, arm, state, rng, *, detail=None, joint=None):
-    """An effect of this name; None where the joint that was drawn can't show one.
-
-    Args:
-        name: As in `laws`.
-        arm: The arm as made, whose weights move it.
-        state: The measured poses, which the size refers to.
-        rng: Source of joint, size and shape.
-        detail: Order of a harmonic or `ripple`, cause of a backlash.
-        joint: Instead of one at random.
-    """
+    """An effect of this name; None where the joint that was drawn can't show one."""
     if name in WHOLE:
         return _whole(name, rng)
     joint = int(rng.integers(arm.dof)) if joint is None else joint

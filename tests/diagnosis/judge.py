@@ -12,7 +12,7 @@ and axes, per standard deviation of the noise per axis. The saved model is good 
 """
 
 import time
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from cases import ANY, CASES, Case, Named
@@ -105,27 +105,9 @@ class Judged:
         """Whether the saved model is good."""
         return self.error <= HALF
 
-    def as_json(self):
-        """Plain numbers and words."""
-        return asdict(self) | {"right": self.right, "good": bool(self.good)}
-
-    @classmethod
-    def from_json(cls, record):
-        """As `as_json` wrote it, and a file read it."""
-        known = {f.name: record[f.name] for f in fields(cls)}
-        for name in ("truth", "found", "missed", "extra", "left_open"):
-            known[name] = tuple(Named(n["name"], tuple(n["joints"]), n["detail"]) for n in known[name])
-        return cls(**known | {"odds": tuple((p, true) for p, true in known["odds"])})
-
 
 def judge(case: Case, diagnose, **options) -> Judged:
-    """Diagnose one arm and compare.
-
-    Args:
-        case: The arm.
-        diagnose: Takes its robot and data, gives a diagnosis.
-        options: Passed on to it.
-    """
+    """Diagnose one arm and compare."""
     start = time.perf_counter()
     facts = {"kind": case.kind, "arm": case.arm, "seed": case.seed, "truth": case.truth, "seen": case.seen}
     facts["nameless"] = CASES[case.kind].nameless

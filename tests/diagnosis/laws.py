@@ -230,13 +230,7 @@ def pieces(arm: VirtualArm, q, growth):
 
 
 def frames(arm: VirtualArm, joints, bend):
-    """Transforms (joints, rows, 4, 4) to right before each drive, and to each link, in the arm's first frame.
-
-    Args:
-        arm: The arm.
-        joints: Its `pieces`.
-        bend: Rotation vectors (rows, n, 3) right before each drive.
-    """
+    """Transforms (joints, rows, 4, 4) to right before each drive, and to each link, in the first frame."""
     here = np.broadcast_to(np.eye(4), (len(bend), 4, 4))
     shift = own_shift(arm, bend)
     tilts, shifts = four(rotation(bend - shift)), move("z", shift[..., 2])

@@ -17,17 +17,7 @@ SLACK = 0.02
 
 
 def open_rows(actual, filed, effects, measured, exact, masses, coms):
-    """Which of some rows are open (rows,).
-
-    Args:
-        actual: The arm as made.
-        filed: Likewise, with masses and centres as the file has them.
-        effects: What is hidden.
-        measured: State of the measured rows.
-        exact: State of the rows that are asked for.
-        masses: Greatest relative error of the file's masses.
-        coms: Greatest error of its centres, per axis [m].
-    """
+    """Which of some rows are open (rows,)."""
     loose = [e.joints[0] for e in effects if e.name == "backlash" and e.detail == "moment"]
     out = np.zeros(len(exact.q), bool)
     if not loose or not masses + coms:

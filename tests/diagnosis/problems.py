@@ -12,13 +12,7 @@ STEP = 1e-5
 
 
 def geometric(case, *, rows=None, free_frames=False):
-    """The geometric problem of a case.
-
-    Args:
-        case: The arm.
-        rows: Which rows; all if None.
-        free_frames: Whether base and tool are unknown.
-    """
+    """The geometric problem of a case."""
     data = case.data if rows is None else case.data.take(rows)
     frames = FrameFreedom(base=FRAME_PARTS, tool=FRAME_PARTS) if free_frames else None
     return Problem.build(case.robot, data, noise=Noise(*case.sigma), frames=frames)
@@ -43,16 +37,7 @@ def with_effects(problem, *effects):
 
 
 def slopes(problem, effects, at=None):
-    """Derivative of what is predicted in the coefficients of effects, by central differences.
-
-    Args:
-        problem: Without these effects, its unknowns at their nominal values.
-        effects: That are added.
-        at: Values of the problem's own unknowns by name; nominal ones if None.
-
-    Returns:
-        (components, coefficients), whitened.
-    """
+    """Derivative of what is predicted in the coefficients of effects, by central differences."""
     wide = with_effects(problem, *effects)
     x = np.array([(at or {}).get(p.name, p.nominal) for p in wide.parameters])
     columns = []

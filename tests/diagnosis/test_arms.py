@@ -6,11 +6,11 @@ import generator
 import numpy as np
 import pinocchio as pin
 import pytest
-from arms import ARMS, BADLY, JUDGING, MISSEATED, MORPHOLOGIES, ROWS, SIGMA, TUNING, make, useful
-from cases import CASES, Named, stated
+from arms import ARMS, MORPHOLOGIES, ROWS, SIGMA, TUNING, make
+from cases import CASES, stated
 from decide import Sight, catalogue, coefficients, decidable
-from draws import CREEP, FEEBLE, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw, sized
-from laws import BY_STATE, NAMELESS, SLIP, WHOLE, Effect, change, poses, straight_moments, turns, wound
+from draws import CREEP, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw
+from laws import SLIP, WHOLE, Effect, change, poses, straight_moments, turns, wound
 
 from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import tool_poses
@@ -68,18 +68,6 @@ def test_poses_and_moments_equal_pin(name):
             np.testing.assert_allclose(moments[row, joint], held, atol=1e-10)
 
 
-@pytest.mark.parametrize("name", MORPHOLOGIES)
-def test_poses_equal_the_package(name):
-    case = make("none", TUNING[2], name)
-    robot = case.robot
-    np.testing.assert_allclose(
-        tool_poses(robot, Motion(case.data.q)), MORPHOLOGIES[name]().pose(case.data.q), atol=1e-13
-    )
-    assert (case.data.q >= robot.limits[:, 0]).all()
-    assert (case.data.q <= robot.limits[:, 1]).all()
-    assert len(useful(case.actual, case.data.q)) == ROWS
-
-
 @pytest.mark.parametrize("name", [*ARMS, "scara", "gantry"])
 def test_laws_equal_the_package_to_first_order(name, tmp_path):
     """Every effect of the catalogue in every joint: the check of conventions and signs."""
@@ -128,71 +116,10 @@ def test_effects_have_the_stated_sizes(cases, kind):
             assert angle.max() < 1.001 * LARGEST
 
 
-@pytest.mark.parametrize(("kind", "arm"), KINDS)
-def test_what_the_program_gets(cases, kind, arm):
-    case = cases[kind]
-    assert case.robot.effects == ()
-    assert case.robot.has_masses
-    assert case.robot.dof == case.actual.dof == case.data.joints
-    assert (len(case.data), len(case.exact)) == (120, 200)
-    for column in ("time", "temperature", "direction"):
-        assert np.std(getattr(case.data, column)) > 0.1
-    confounded = np.corrcoef(case.data.time, case.data.temperature)[0, 1]
-    assert abs(confounded) < 0.9
-    assert len(case.misseated) in (range(BADLY[0], BADLY[1] + 1) if CASES[kind].misseated else (0,))
-    difference = change(_poses(case.data), poses(case.actual, case.hidden, case.state))
-    good = np.setdiff1d(np.arange(120), case.misseated)
-    off = np.linalg.norm(difference[list(case.misseated), :3], axis=1)
-    np.testing.assert_allclose(off, MISSEATED, atol=6 * SIGMA[0])
-    np.testing.assert_allclose(np.std(difference[good, :3]), SIGMA[0], rtol=0.13)
-    np.testing.assert_allclose(np.std(difference[good, 3:]), SIGMA[1], rtol=0.13)
-
-
 def _poses(data):
     out = np.tile(np.eye(4), (len(data), 1, 1))
     out[:, :3, :3], out[:, :3, 3] = data.rotation, data.position
     return out
-
-
-def test_exact_rows_have_no_noise_and_their_own_drivers(cases):
-    case = cases["tool-payload"]
-    assert case.exact.payload.tolist() == [1.5] * 200
-    assert not set(map(tuple, case.exact.q)) & set(map(tuple, case.data.q))
-    deflected = case.robot.with_effects(*(stated(e) for e in case.hidden))
-    bend = change(tool_poses(deflected, Motion.of(case.exact)), tool_poses(case.robot, Motion(case.exact.q)))
-    true = change(_poses(case.exact), case.actual.pose(case.exact.q))
-    assert np.abs(true - bend).max() < 0.05 * np.abs(bend).max()
-
-
-def test_same_seed_same_rows_whatever_is_asked_for():
-    first, second = (make("two", TUNING[5], "katana") for _ in range(2))
-    np.testing.assert_array_equal(first.data.position, second.data.position)
-    assert first.hidden == second.hidden
-    fewer = make("two", TUNING[5], "katana", poses=40, noise=2.0, observation="point")
-    assert fewer.hidden == first.hidden
-    assert fewer.truth == first.truth
-    assert fewer.data.rotation is None
-    np.testing.assert_array_equal(fewer.data.q, first.data.q[:40])
-    exact = poses(first.actual, first.hidden, first.state)[:40, :3, 3]
-    np.testing.assert_allclose(
-        np.std(fewer.data.position - exact), 2.0 * np.std(first.data.position[:40] - exact), rtol=0.5
-    )
-    other = make("two", TUNING[6], "katana")
-    assert np.abs(other.data.q - first.data.q).max() > 0.1
-
-
-def test_seeds_for_tuning_are_not_for_judging():
-    assert not set(TUNING) & set(JUDGING)
-    assert min(JUDGING) == 1_000_000
-    with pytest.raises(ValueError, match="neither"):
-        make("none", 10_000)
-
-
-def test_free_frames_are_away_from_where_they_are_said_to_be():
-    case = make("compliance", TUNING[7], "aria", free_frames=True)
-    away = change(case.actual.base[None], case.robot.base.pose[None])[0]
-    assert 1e-3 < np.linalg.norm(away[:3]) < 0.04
-    np.testing.assert_array_equal(make("compliance", TUNING[7], "aria").actual.base, case.robot.base.pose)
 
 
 def test_what_nobody_can_see_is_not_asked_for():
@@ -276,48 +203,3 @@ def test_a_slide_shifts_where_a_joint_turns():
     dent = Effect("dent", (2,), (1e-3,), shape=(2 * np.pi * 0.1, 1.0))
     middle = replace(state, q=state.q * [1, 1, 0, 1] + [0, 0, 0.1, 0])
     np.testing.assert_allclose(turns(arm, dent, middle, None)[:, 2, 2], 1e-3)
-
-
-def test_three_at_once_are_apart_and_ripples_are_fine():
-    three = make("three", TUNING[2], "three-parallel").hidden
-    assert len({e.name for e in three}) == len({e.joints[:1] or e.name for e in three}) == 3
-    orders = {make("ripple", seed, "aria").truth[0].detail for seed in TUNING[:4]}
-    assert len(orders) > 1
-    assert orders <= set(range(13, 21))
-
-
-def test_a_mount_that_leans_turns_gravity_and_nobody_says_so():
-    case = make("leaning-mount", TUNING[2])
-    down = np.array([0.0, 0.0, -1.0])
-    assert np.degrees(np.arccos(case.actual.gravity @ down / 9.81)) == pytest.approx(2.0)
-    np.testing.assert_array_equal(case.robot.gravity, [0.0, 0.0, -9.81])
-    assert case.truth == tuple(Named(e.name, e.joints) for e in case.hidden)
-
-
-def test_nameless_effects_are_not_in_the_catalogue():
-    assert not set(NAMELESS) & set(EFFECTS)
-    assert set(PEAKS) | set(WHOLE) == (set(EFFECTS) - UNDRAWN) | set(NAMELESS)
-    assert set(BY_STATE) >= {"dent", "kinked gear", "dragging hose"}
-
-
-def test_sizes_are_those_of_the_tool():
-    case = make("none", TUNING[10], "three-parallel")
-    effect = sized(Effect("encoder-scale", (0,)), case.actual, case.state, np.random.default_rng(1))
-    reach = np.hypot(*(case.actual.pose(case.state.q)[:, :2, 3].T))
-    expected = effect.size[0] * np.abs(case.state.q[:, 0]) * reach
-    moved = change(poses(case.actual, [effect], case.state), poses(case.actual, [], case.state))
-    np.testing.assert_allclose(np.linalg.norm(moved[:, :3], axis=1).max(), expected.max(), rtol=0.02)
-
-
-def test_exact_rows_have_settled_flanks():
-    """Rows are left out of the noise-free ones where less than friction decides, and only there."""
-
-    def deciding(case, data):
-        load = np.zeros(len(data)) if data.payload is None else data.payload
-        held = straight_moments(case.actual, replace(case.state, q=data.q, payload=load))
-        return np.abs(held[:, case.hidden[0].joints[0], 2])
-
-    cases = [make("backlash-moment", seed, "aria") for seed in TUNING[17:22]]
-    assert min(deciding(case, case.exact).min() for case in cases) >= FEEBLE
-    assert min(deciding(case, case.data).min() for case in cases) < FEEBLE
-    assert {len(case.exact) for case in cases} == {200}

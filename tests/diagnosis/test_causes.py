@@ -2,15 +2,11 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from arms import make
 from claims import claims
 from refusals import mentions
 
-from workbench.arm.effects.bearing_compliance import BearingCompliance
-from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.diagnosis.claims.cause import together
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.remaining_error import CHECK_DRIVES
@@ -69,14 +65,6 @@ def test_an_effect_that_the_nominal_geometry_does_not_need_is_dropped():
 )
 def test_words_are_odds(odds, word):
     assert Confidence.of(odds) == word
-
-
-def test_effects_of_one_kind_are_one_of_all_their_joints():
-    whole = together([JointCompliance((3,), (4e-4,)), JointCompliance((0, 1), (1e-4, 2e-4))])
-    assert whole.joints == (0, 1, 3)
-    np.testing.assert_allclose(whole.coefficients, (1e-4, 2e-4, 4e-4))
-    alone = BearingCompliance((2,), (1e-4,))
-    assert together([alone]) is alone
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """A diagnosis for people and scripts: plain data, tables, page and pictures."""
 
-import io
 import json
 import pickle
 import threading
@@ -8,19 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rich.console import Console
 from scipy.optimize import least_squares
 
 from workbench import load_robot
-from workbench.arm.effects import EFFECTS
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.progress import Cancelled, cancelled, running
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.notes import NO_DIRECTION
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.diagnosis.report.table import Size, diagnosis_tables, error_units, lines, sizes
+from workbench.diagnosis.report.table import error_units
 from workbench.identification.problem import Problem
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -121,14 +117,6 @@ def test_orientations_are_judged_wherever_positions_are(diagnosed, nothing):
     assert [unit for _, unit in error_units(nothing)] == ["mm"]
 
 
-def test_a_cause_and_its_effect_say_the_same(diagnosed):
-    (cause,) = diagnosed.causes
-    (effect,) = [e for e in diagnosed.effects if e.effect.names == cause.effects[0].names]
-    assert effect.text == cause.text
-    assert str(cause.confidence) in cause.stated
-    assert cause.stated in diagnosed.message
-
-
 def test_the_saved_arm_leaves_the_error_that_is_stated(diagnosed):
     rows = diagnosed.final_fit.problem.data
     seen = tool_poses(diagnosed.calibrated, Motion.of(rows))[:, :3, 3]
@@ -148,82 +136,6 @@ def test_what_was_not_measured_is_null(nothing):
 # -- words ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("size", "message"),
-    [
-        (Size("a", 0.041234, 0.000312, "mrad"), "0.04123 ± 0.00031 mrad"),
-        (Size("a", -2.5, 0.25, "mm/h"), "−2.50 ± 0.25 mm/h"),
-        (Size("a", 23.4, 11.0, "µm/(m·K)"), "23 ± 11 µm/(m·K)"),
-        (Size("a", 0.5, np.nan, "%"), "0.5 %"),
-        (Size("a", 0.724560776, 1e-12, "mrad"), "0.72456 ± < 0.00001 mrad"),
-        (Size("a", -123456.0, 1e-3, "mm"), "−123456 ± < 1 mm"),
-        (Size("a", 0.0, 0.0031, "mm"), "0.0000 ± 0.0031 mm"),
-    ],
-)
-def test_sizes_have_two_digits_of_their_error(size, message):
-    assert size.text == message
-
-
-def test_units_are_readable():
-    chain = load_robot("aria").with_effects(EFFECTS["base-drift"]()).chain
-    drift = EFFECTS["base-drift"]((), (1e-6, 0.0, 0.0, 0.0, 0.0, 1e-7))
-    found = sizes(drift, (1e-7,) * 6, chain)
-    assert [(s.value, s.unit) for s in (found[0], found[5])] == [
-        (pytest.approx(3.6), "mm/h"),
-        (pytest.approx(0.36), "mrad/h"),
-    ]
-    soft = EFFECTS["joint-compliance"]((1,), (4.1e-5,))
-    assert lines(soft, (1e-6,), chain) == (("compliance", "0.0410 ± 0.0010 mrad/(N·m)"),)
-    ((name, text),) = lines(DENT, (1e-4,) * 9, chain)
-    assert name.startswith("9 coefficients")
-    assert name.endswith("knot4")
-    assert text == "2.00 ± 0.10 mrad"
-    ((_, text),) = lines(DENT, (1e-2,) * 9, chain)
-    assert "±" not in text
-
-
-@pytest.mark.parametrize("width", [80, 100])
-def test_the_terminal_tells_it_all(diagnosed, width):
-    text = io.StringIO()
-    Console(file=text, width=width).print(diagnosis_tables(diagnosed))
-    shown = " ".join(text.getvalue().split())
-    assert max(map(len, text.getvalue().splitlines())) <= width
-    for message in ("explained:", "geometry", "with effects", "joint-compliance,"):
-        assert message in shown
-    assert f"outliers: data row {WRONG}:" in shown
-    assert "chance" not in shown
-    assert "…" not in shown.replace(" …", "")
-
-
-@pytest.mark.parametrize(("left", "is_shown"), [(0.96, False), (0.7, True)])
-def test_poses_that_tell_little_more_are_not_shown(diagnosed, left, is_shown):
-    reasons = tuple(replace(reason, shrinks_to=left) for reason in diagnosed.next_reasons)
-    text = io.StringIO()
-    Console(file=text, width=100).print(diagnosis_tables(replace(diagnosed, next_reasons=reasons)))
-    assert ("Measure next" in text.getvalue()) is is_shown
-
-
-def test_a_screen_has_one_standard_error_for_one_size(diagnosed):
-    """What poses to measure next would tell is relative to it."""
-    effects = [s.text for e in diagnosed.effects for s in sizes(e.effect, e.std, diagnosed.robot.chain)]
-    assert all(" ± " in message for message in effects)
-    sharpened = [r.sentence for r in diagnosed.next_reasons if "observable" not in r.sentence]
-    assert all(sentence.endswith((" % smaller", "by less than 1 %")) for sentence in sharpened)
-
-
-def test_what_has_no_certain_cause_is_not_called_explained(diagnosed):
-    """The verdict of the schema tells of noise alone; words and colours for people follow the confidence."""
-    assert diagnosed.is_good
-    assert diagnosed.verdict_text == "explained"
-    for doubtful in (
-        replace(diagnosed, causes=()),
-        replace(diagnosed, causes=tuple(replace(c, odds=5.0) for c in diagnosed.causes)),
-    ):
-        assert not doubtful.is_good
-        assert "explained" not in doubtful.verdict_text
-        assert diagnosis_json(doubtful)["verdict"] == "explained"
-
-
 def test_effects_that_make_held_out_rows_worse_are_said_to(diagnosed):
     """By more than the standard error of the mean difference, row by row."""
     assert diagnosed.harm is None
@@ -238,20 +150,6 @@ def test_effects_that_make_held_out_rows_worse_are_said_to(diagnosed):
         assert (found.harm is not None) is is_worse
         assert found.is_good is not is_worse
     assert replace(found, effects=()).harm is None
-
-
-def test_nothing_found_is_said_plainly(nothing):
-    text = io.StringIO()
-    Console(file=text, width=80).print(diagnosis_tables(nothing))
-    assert "no effect found:" in text.getvalue()
-    assert "with effects" not in text.getvalue()
-    assert "held out " not in text.getvalue().splitlines()[3]
-
-
-def test_play_by_motion_that_could_not_be_tried_is_said_to(diagnosed):
-    assert NO_DIRECTION in diagnosed.notes
-    _, rows = measure_poses(load_robot("aria"), 40, seed=2)
-    assert NO_DIRECTION not in diagnose(load_robot("aria"), replace(rows, time=np.arange(40.0))).notes
 
 
 # -- cancelled ------------------------------------------------------------------------------------
@@ -269,14 +167,6 @@ def cancelled_at(after, robot, rows):
 def compliant():
     robot = load_robot("aria")
     return robot, measure_poses(robot, 40, effects=("joint-compliance:2:5e-5",), seed=1)[1]
-
-
-@pytest.mark.parametrize("after", [0.0, 0.1, 0.3, 0.6, 0.9])
-def test_a_diagnosis_that_is_cancelled_gives_no_conclusion(compliant, after):
-    """At its beginning, in the fits, in the search, while the arm is chosen, and before its end."""
-    done = cancelled_at(after, *compliant)
-    assert done[-1] >= after
-    assert max(done) < 1.0
 
 
 def test_a_cancelled_diagnosis_leaves_nothing_behind(compliant):

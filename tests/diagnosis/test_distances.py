@@ -36,19 +36,3 @@ def test_held_out_anchors_are_judged_by_identify_and_diagnose(aria, distances):
     assert found["before"]["held_out"]["position_mm"]["mean"] > 0.0
     assert found["suspects"] == []
     assert sum(f"{EACH} held-out rows" in note and "anchors" in note for note in found["notes"]) == 1
-
-
-def test_an_anchor_of_a_few_rows_judges_nothing(aria, distances):
-    names = distances.anchor.copy()
-    names[:5] = "new"
-    other = replace(distances, anchor=names).take(np.r_[0:5, 20:30])
-    judged = identify(aria, distances.take(np.arange(30, 96)), algorithms=("opt2",), held_out=other)
-    assert len(judged.held_out_data) == 10
-    assert any("5 held-out rows" in note and "fewer than 6 each" in note for note in judged.notes)
-
-
-def test_few_rows_warn_of_nothing(aria):
-    _, rows = measure_poses(aria, 14, seed=4)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert str(diagnose(aria, replace(rows, sigma=None)).verdict) == "no effect found"

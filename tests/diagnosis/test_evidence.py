@@ -1,6 +1,5 @@
 """Evidence, p-values and cross-validation from inner products, against the explicit tables they stand for."""
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -9,20 +8,15 @@ from scipy import linalg, stats
 from tables import BAND, EFFECTS, FOLDS, GEOMETRY, ROWS, Table
 
 from workbench.arm.effects import Candidate
-from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.diagnosis.search.evidence import (
     MIN_F_RATIO,
     Term,
     coefficients,
-    differs,
     jackknifed,
     left_by,
     offer,
     offers,
-    precision_of,
-    solve,
     validated,
-    without_each_fold,
 )
 from workbench.diagnosis.search.stepwise_search import supported
 
@@ -61,13 +55,6 @@ def test_free_candidates_are_judged_as_by_least_squares_and_the_f_test(name, see
         ratio = ((before - after) / 2) / (after / (freedom - 2))
         expected = np.log(stats.f.sf(ratio, 2, freedom - 2)) if ratio >= MIN_F_RATIO else 0.0
         assert o.log_p == pytest.approx(expected, abs=1e-3)
-
-
-def test_the_true_effect_is_far_ahead():
-    table = Table(4, joint1_cos2=40.0)
-    found = sorted(offers(left_by(table.grams, ()), FREE), key=lambda o: -o.gain)
-    assert found[0].term.candidate is FREE[1]
-    assert found[0].gain > 20.0 + found[1].gain
 
 
 def restricted(table, model, covariance):
@@ -125,18 +112,6 @@ def test_the_evidence_of_a_free_one_beside_shrunk_ones_allows_for_their_spread()
     )
 
 
-def test_shapes_without_a_name_must_bring_more():
-    table = Table(2, **TRUE)
-    spline = LocalJointError((5,), knots=tuple(np.linspace(-1, 1, 16).tolist()), range=(-1.0, 1.0))
-    grams = replace(
-        table.grams,
-        names=tuple(spline.names[BAND.names.index(n)] if n in BAND.names else n for n in table.names),
-    )
-    named = offer(left_by(table.grams, ()), SHRUNK)
-    nameless = offer(left_by(grams, ()), Candidate(spline, SMOOTH))
-    assert nameless.gain == pytest.approx(named.gain - LocalJointError.handicap)
-
-
 @pytest.mark.parametrize("loose", [1e-7, 1e-2])
 @pytest.mark.parametrize("name", MODELS)
 def test_folds_are_predicted_as_by_explicit_fits_to_the_others(name, loose):
@@ -155,49 +130,11 @@ def test_coefficients_are_those_of_least_squares_in_their_own_units(name, loose)
         assert value == pytest.approx(scaled / scale, rel=1e-4, abs=1e-7)
 
 
-@pytest.mark.parametrize("precision", [1e-12, 1e14, 1e18])
-def test_a_model_of_very_different_precisions_is_solved_without_a_warning(precision):
-    """A coefficient that is shrunk to nothing stands beside free ones: scipy warned of the condition."""
-    table = Table(3, **TRUE)
-    table.columns[:, 2] = table.columns[:, 3] + 1e-9 * table.columns[:, 4]
-    model = (*MODELS["free"], Term(SHRUNK, precision))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        found = coefficients(table.grams, model)
-        assert np.isfinite(validated(table.grams, model)).all()
-        assert np.isfinite(left_by(table.grams, model).square)
-    if precision > 1.0:
-        plain = coefficients(table.grams, MODELS["free"])
-        assert [found[n] for n in plain] == pytest.approx(list(plain.values()), rel=1e-3)
-
-
-def test_precisions_are_in_units_of_scaled_coefficients():
-    table, term = Table(6), Term(SHRUNK, 0.7)
-    rows = table.prior_rows((term,))[-16:, -16:]
-    assert precision_of(table.grams, term) == pytest.approx(rows.T @ rows, rel=1e-6, abs=1e-9)
-    assert not precision_of(table.grams, Term(FREE[0])).any()
-
-
 def test_what_no_row_shows_is_not_offered():
     table = Table(7)
     table.columns[:, :2] = table.geometry[:, :2]
     found = [o.term.candidate for o in offers(left_by(table.grams, ()), FREE)]
     assert found == list(FREE[1:])
-
-
-def test_asking_for_some_columns_alone_gives_the_same():
-    table, model = Table(8, **TRUE), MODELS["both"]
-    whole = offer(left_by(table.grams, model), FREE[4])
-    alone = offer(left_by(table.grams, model, FREE[4].names), FREE[4])
-    assert (alone.gain, alone.log_p) == pytest.approx((whole.gain, whole.log_p))
-
-
-def test_a_model_is_shrunk_anew_on_other_rows():
-    """On ten times the noise the likeliest precision rises."""
-    table, noisy = Table(9, **TRUE), Table(9, **TRUE)
-    noisy.left = noisy.left + 10.0 * np.random.default_rng(0).standard_normal(ROWS)
-    quiet, loud = (offer(left_by(t.grams, MODELS["free"]), SHRUNK).term.precision for t in (table, noisy))
-    assert loud > 3.0 * quiet
 
 
 def test_what_is_larger_than_credible_is_not_offered():
@@ -239,20 +176,6 @@ def test_an_effect_that_other_folds_do_not_ask_for_is_dropped():
     assert supported(table.grams, (truth, chance)) == (truth,)
     grams = replace(table.grams, maximum=np.full(len(table.names), 20.0))
     assert supported(grams, (truth,)) == ()
-
-
-def test_what_one_fold_alone_asks_for_differs_from_nothing_by_chance():
-    table = Table(4, joint1_cos2=10.0)
-    term = Term(FREE[1])
-    rows = table.fold == 0
-    table.left[rows] += 200.0 * table.of(term)[rows, 0]
-    grams = table.grams
-    whole, parts = solve(grams, (term,), grams.total), without_each_fold(grams, (term,))
-    sizes = [np.linalg.lstsq(np.column_stack([table.geometry, table.of(term)])[table.fold != f],
-             table.left[table.fold != f], rcond=None)[0][GEOMETRY:] for f in range(FOLDS)]  # fmt: skip
-    assert parts[:, grams.columns(term.candidate.names)] == pytest.approx(np.array(sizes), rel=1e-3)
-    assert not differs(grams, term, whole, parts)
-    assert differs(grams, term, whole, np.tile(whole, (FOLDS, 1)))
 
 
 def test_the_jackknife_of_a_mean_is_its_standard_error():

@@ -95,26 +95,3 @@ def test_an_outlier_among_the_held_out_rows_is_a_suspect(clean, spoilt):
     errors = diagnosis_json(spoilt)["after"]["held_out"]["position_mm"]
     assert errors["median"] < 0.5 * errors["mean"]
     assert f"the median {errors['median']:.3g} mm" in note
-
-
-def test_a_suspect_chooses_nothing_and_is_not_fitted(clean, spoilt):
-    assert (spoilt.after_fit.x == clean.after_fit.x).all()
-    assert spoilt.outliers.tolist() == []
-    assert len(spoilt.final_fit.problem.data) == 69
-    assert int(clean.held_out_rows[3]) not in spoilt.final_fit.problem.data.row
-    assert (np.abs(spoilt.final_fit.x - clean.final_fit.x) <= clean.final_fit.std).all()
-
-
-def test_rows_of_another_file_are_never_fitted(aria, rows, clean):
-    fitted, other = rows.take(clean.train_rows), rows.take(clean.held_out_rows)
-    found = diagnose(aria, fitted, held_out=other)
-    assert found.final_fit is found.after_fit
-    assert found.after.held_out is not None
-
-
-def test_the_arm_is_an_identification_like_any_other(clean):
-    found = clean.identification()
-    assert (found.robot.elements, found.robot.effects) == (clean.robot.elements, clean.robot.effects)
-    assert found.runs["opt2"].held_out == clean.after.held_out
-    assert found.error.after.position_mm.mean < 0.3 * found.error.before.position_mm.mean
-    assert len(found.nominal_rows[0].position) == len(found.train_rows) == len(found.best.train_rows.position)

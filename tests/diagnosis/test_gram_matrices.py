@@ -17,7 +17,6 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.thermal_growth import ThermalGrowth
-from workbench.diagnosis.search.candidate_columns import carriers
 from workbench.diagnosis.search.evidence import Term
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import refit
@@ -111,27 +110,6 @@ def test_accepted_effects_are_given_back_to_the_residual():
     assert along == pytest.approx(own @ left, rel=2 * APPROXIMATE)
     stiff = problem.residual(x)[: problem.size]
     assert left @ left > 10.0 * (stiff @ stiff)
-
-
-def test_a_band_carries_the_columns_of_its_single_orders():
-    single = JointHarmonic((3,), order=2)
-    assert carriers([single, BAND, EncoderScale((3,))]) == (BAND, EncoderScale((3,)))
-    stage = fitted(make("none", 3), rows=ROWS)
-    together = compress(stage.problem, stage.fit.x, [single, BAND], FOLD)
-    alone = compress(stage.problem, stage.fit.x, [single], FOLD)
-    assert together.names == BAND.names
-    assert together.scales(single.names) == pytest.approx(alone.scale, rel=1e-9)
-
-
-def test_what_no_row_reaches_is_not_scaled():
-    """Knots beyond all rows have columns of zeros, and nothing divides by them."""
-    stage = fitted(make("none", 3), rows=ROWS)
-    beyond = LocalJointError((0,), knots=(-7.0, 0.0, 7.0, 8.0, 9.0, 10.0, 11.0), range=(-7.0, 11.0))
-    grams = compress(stage.problem, stage.fit.x, [beyond], FOLD)
-    assert (np.abs(stage.problem.data.q[:, 0]) < 7.0).all()
-    assert np.isfinite(grams.folds).all()
-    dead = grams.total[grams.geometry :][:-1].any(1)
-    assert (grams.scale[~dead] == 1.0).all()
 
 
 def test_effects_of_several_elements_alone_have_their_own_inner_products():

@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 from arms import ARMS, make
-from problems import fitted, slopes, with_effects
+from problems import fitted, slopes
 
-from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.data.dataset import Dataset
-from workbench.diagnosis import next_poses as next_poses_module
 from workbench.diagnosis.next_poses import next_poses
 from workbench.identification.problem import Problem
 
@@ -74,46 +72,3 @@ def test_poses_stay_within_what_was_measured(arm):
     where, seen = case.actual.pose(found)[:, :3, 3], case.data.position
     margin = 0.11 * np.ptp(seen, axis=0)
     assert ((where > seen.min(0) - margin) & (where < seen.max(0) + margin)).all()
-
-
-def test_the_same_seed_gives_the_same_poses():
-    fit = fitted(make("none", 6, poses=40)).fit
-    one, same, other = (
-        next_poses(fit.problem, fit.x, REQUESTED, rng=np.random.default_rng(s))[0] for s in (1, 1, 2)
-    )
-    assert (one == same).all()
-    assert not (one == other).all()
-
-
-def test_rivals_that_no_row_separates_may_be_asked_for():
-    """A joint that never moved: the scale of its encoder shows nothing yet."""
-    case = make("none", 6, poses=40)
-    fit = fitted(case).fit
-    wide = with_effects(fit.problem, EncoderScale((2,)))
-    x = np.append(fit.x, 0.0)[[[*fit.problem.names, "joint3.scale"].index(n) for n in wide.names]]
-    found, reasons = next_poses(wide, x, (EncoderScale((2,)), *REQUESTED), rng=np.random.default_rng(0))
-    assert np.isfinite(found).all()
-    assert len(reasons) == len(found)
-    for reason in reasons:
-        assert 0.0 < reason.shrinks_to < 1.0
-        assert reason.gain > 0.0
-        assert "±" in reason.sentence
-    assert len(found) == 5
-
-
-@pytest.mark.parametrize(("size", "stated"), [(0.18, False), (0.001, True)])
-def test_no_error_is_promised_that_says_nothing_of_an_arm(size, stated):
-    """A knot of a joint's error that a pose would show to ± 180 mrad is not made observable by it."""
-    unknown = next_poses_module._DescribedUnknown(
-        "local-joint-error at joint 3", "local-joint-error, joint 3", "rad"
-    )
-    new = 0.5 * next_poses_module.UNKNOWN_ERRORS
-    reason = next_poses_module._reason(
-        1.0,
-        np.array([[(10.0 * next_poses_module.OPEN_ERROR) ** 2]]),
-        np.array([[new**2]]),
-        known=0,
-        scale=np.array([new / size]),
-        unknowns=[unknown],
-    )
-    assert ("±" in reason.sentence) is stated

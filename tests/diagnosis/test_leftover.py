@@ -9,7 +9,6 @@ from conditions import CONDITIONS, under
 from judge import error_of
 from problems import fitted
 
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.diagnosis.claims.structure import structure_of
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
@@ -34,7 +33,7 @@ def trembling(case, sigma, seed):
 
 
 @pytest.mark.parametrize("arm", ARMS)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_noisy_readings_are_recognised(arm, seed):
     case = trembling(make("none", seed, arm), READINGS, seed)
     found = joint_noise(fitted(case))
@@ -54,31 +53,13 @@ def test_readings_that_a_file_rounds_are_told_from_readings_that_scatter():
     assert joint_noise(fitted(both)).digit == 0.0
 
 
-def test_angles_commanded_in_whole_degrees_are_not_rounded_readings():
-    """More digits were to be recorded, though joints stood off by a tenth of what rounding makes."""
-    case = trembling(make("none", 1, "aria"), READINGS, 1)
-    whole = replace(case.data, q=np.deg2rad(np.round(np.rad2deg(case.data.q))))
-    moved = (tool_poses(case.robot, whole.q) - tool_poses(case.robot, case.data.q))[:, :3, 3]
-    commanded = replace(whole, position=whole.position + moved, rotation=None)
-    found = joint_noise(fitted(replace(case, data=commanded)))
-    assert found is not None
-    assert found.digit == 0.0
-
-
 @pytest.mark.parametrize("arm", ARMS)
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_noise_of_the_instrument_is_not_taken_for_it(arm, seed):
     case = make("none", seed, arm)
     assert joint_noise(fitted(case)) is None
     positions = replace(case, data=replace(case.data, rotation=None))
     assert joint_noise(fitted(positions)) is None
-
-
-def test_noisy_readings_show_in_positions_alone():
-    case = trembling(make("none", 1), READINGS, 1)
-    found = joint_noise(fitted(replace(case, data=replace(case.data, rotation=None))))
-    assert found is not None
-    np.testing.assert_allclose(found.sigma, READINGS, rtol=0.25)
 
 
 def test_every_joint_has_its_own_noise():
@@ -90,12 +71,6 @@ def test_every_joint_has_its_own_noise():
     assert found.sigma[2] == pytest.approx(READINGS, rel=0.2)
     assert max(np.delete(found.sigma, 2)) < 0.1 * READINGS
     assert found.text(case.robot.chain).endswith("mrad in joint 3")
-
-
-def test_heavy_tails_and_misplaced_rows_are_no_noise_of_readings():
-    for seed in range(3):
-        assert joint_noise(fitted(under(CONDITIONS["t3"], "none", seed))) is None
-        assert joint_noise(fitted(make("misseated", seed))) is None
 
 
 def test_a_diagnosis_weighs_by_noisy_readings_and_begins_with_them():
@@ -115,15 +90,6 @@ def test_errors_that_follow_the_angle_of_a_joint_are_no_noise_of_its_readings(ki
     assert joint_noise(fitted(make(kind, 31, "three-parallel"))) is None
 
 
-def test_noise_of_readings_that_an_effect_explains_is_gone_with_it():
-    """Its moment had been taken for noise of two joints, which carried a harmonic too."""
-    case = under(CONDITIONS["ideal"], "compliance", 2, "katana")
-    result = diagnose(case.robot, case.data, held_out=0.0)
-    assert [(a.effect.name, a.effect.joints) for a in result.effects] == [("joint-compliance", (1,))]
-    assert result.joint_noise is None
-    assert diagnosis_json(result)["joint_noise_deg"] is None
-
-
 def test_what_a_missing_effect_leaves_has_structure():
     """A clearance of many noise units, in neighbouring poses alike; and noise has none."""
     deflected, clean = 0, 0
@@ -133,35 +99,3 @@ def test_what_a_missing_effect_leaves_has_structure():
         clean += bool(structure_of(fitted(make("none", seed, "katana")).fit, rng).found)
     assert deflected >= 5
     assert clean == 0
-
-
-@pytest.mark.parametrize("pace", [0.0, 0.03, 0.1, 0.3])
-def test_what_decays_does_not_step(pace):
-    """A UR5 that warmed up over its first 150 rows was said to step between rows 55 and 56."""
-    case = make("none", 3, "katana")
-    done = np.argsort(np.argsort(case.data.time)) / len(case.data)
-    shape = np.exp(-done / pace) if pace else done < 0.4
-    moved = replace(case.data, position=case.data.position + 3e-4 * shape[:, None])
-    found = structure_of(fitted(replace(case, data=moved)).fit, np.random.default_rng(0))
-    assert found.found
-    assert (found.step is not None) is (pace == 0.0)
-
-
-@pytest.mark.extra("reports")
-def test_the_picture_in_the_order_of_the_rows_names_sessions():
-    case = make("none", 3, "katana")
-    names = np.where(case.data.row < 50, "before noon", "after noon")
-    result = diagnose(case.robot, replace(case.data, session=names), held_out=0.0)
-    (panel, *_) = result.plot("structure").axes
-    assert [t.get_text().strip() for t in panel.texts] == ["before noon", "after noon"]
-
-
-def test_a_doubt_because_of_a_map_does_not_say_that_structure_remains():
-    """The message then said both that what remains has structure and that it shows none."""
-    case = make("belt-stretch", 0, "aria")
-    found = diagnose(case.robot, case.data)
-    (cause,) = found.causes
-    assert set(cause.joints) <= set(found.residual_map.joints)
-    assert not found.structure.found
-    assert "map" in cause.doubt
-    assert "structure" not in cause.doubt

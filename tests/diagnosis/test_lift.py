@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from lift import COM, LOST, MASS, draw, file, measure, rotation, table
+from lift import LOST, draw, file, measure, rotation, table
 from round_trip import read_arm, read_rows
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.slide_extension import ExtensionClearance, ExtensionCompliance
-from workbench.arm.masses import with_assumed_masses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
 from workbench.data.readers.read import read_measurements
@@ -79,14 +78,6 @@ def test_the_saved_file_alone_says_where_the_arm_is(found):
     np.testing.assert_allclose(ours, theirs, atol=1e-9)
 
 
-def test_gravity_is_told_from_positions_alone(tmp_path):
-    """Without inclinometers the two angles keep their prior, and still nothing false is certain."""
-    robot, data, _ = campaign(tmp_path, 9002, tilts=False)
-    result = diagnose(robot, data)
-    assert not {"base-drift", "encoder-scale"} & {c.kind for c in result.causes if c.confidence == "certain"}
-    assert "extension-compliance" in {c.kind for c in result.causes}
-
-
 def test_nothing_is_told_of_a_lift_whose_tipping_cannot_be_tried(tmp_path):
     """Without masses a lift that tips seems to slide too little: certain, and false for seven of eight."""
     robot, data, _ = campaign(tmp_path, 9001, tilts=False, masses=False)
@@ -100,9 +91,3 @@ def test_a_level_measuring_frame_tells_gravity(tmp_path):
     result = diagnose(robot, data, levelled=True)
     off = [g @ down(actual) / 9.81**2 for g in (result.robot.gravity, robot.gravity)]
     assert np.arccos(min(off[0], 1.0)) < 1e-3 < np.arccos(off[1])
-
-
-def test_masses_of_neighbours_stand_for_a_missing_one():
-    robot = load_robot("ur5")
-    assert with_assumed_masses(robot) is robot
-    assert len(MASS) == len(COM)

@@ -1,19 +1,13 @@
 """What is named: rows that stand out, sessions that drift, what the map takes off."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from refusals import mentions
 
 import workbench as wb
-from workbench.arm.effects import Candidate
-from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.diagnosis.claims.structure import structure_of
-from workbench.diagnosis.diagnose import _residual_map as residual_map
-from workbench.diagnosis.search.evidence import Term
-from workbench.identification.errors.row_errors import Errors, RowErrors
 from workbench.identification.rows.excluded_outliers import stand_out_note
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -41,18 +35,6 @@ def test_the_session_that_drifts_is_named_with_how_far(sessions):
     assert drifts["moving"] == pytest.approx(DRIFT, rel=0.25)
 
 
-def test_a_step_within_a_session_says_which(sessions):
-    step = np.where(np.arange(100) >= 80, 0.3e-3, 0.0)[:, None] * [0.0, 0.0, 1.0]
-    _, still = measure_poses(wb.load_robot("aria"), 100, instrument="laser-tracker", seed=4)
-    found = found_in(replace(still, session=sessions.session, position=still.position + step))
-    assert found.step == (79, 80)
-    assert found.where == "moving"
-
-
-def test_one_session_needs_no_name(sessions):
-    assert found_in(replace(sessions, session=None)).drifts == {}
-
-
 def test_held_out_rows_that_stand_out_are_named_with_the_mean_without_them():
     errors = np.array([0.1, 0.12, 0.09, 1.2, 0.11, np.nan]) * 1e-3
     result = stand_out_note(np.array([3, 8, 20, 125, 130, 140]), errors)
@@ -62,32 +44,3 @@ def test_held_out_rows_that_stand_out_are_named_with_the_mean_without_them():
     assert stand_out_note(np.arange(5), errors[[0, 1, 2, 4, 5]]) == ""
     assert stand_out_note(np.arange(0), errors[:0]) == ""
     assert stand_out_note(np.arange(2), np.full(2, np.nan)) == ""
-
-
-@pytest.mark.parametrize(
-    ("named", "before", "after"), [(0.2, 0.2, 0.1), (0.55, 0.4, 0.1), (0.2, 0.2, 0.21), (0.55, 0.4, 0.5)]
-)
-def test_the_map_takes_off_no_more_than_the_geometry_leaves(named, before, after):
-    """Causes fitted with a map may predict worse than the geometry where they stand alone; and a map
-    that held-out rows are worse for was said to predict."""
-
-    def errors(size):
-        return Errors.of(RowErrors(np.full(3, 1e-3 * size), np.full(3, np.nan), np.full(3, np.nan)))
-
-    def validation(size):
-        return SimpleNamespace(errors=SimpleNamespace(held_out=errors(size), train=None))
-
-    cause, other = EncoderScale((1,), (0.01,)), EncoderScale((2,), (0.01,))
-    model = (Term(Candidate(cause)), Term(Candidate(other)))
-    last = SimpleNamespace(found=SimpleNamespace(model=model))
-    trial = SimpleNamespace(refitted=lambda model: errors(named))
-    found = residual_map(
-        SimpleNamespace(last=last, before=validation(0.4), after=validation(after)),
-        SimpleNamespace(effects=[SimpleNamespace(effect=e) for e in (cause, other)], trial=trial),
-        [SimpleNamespace(effects=(cause,))],
-    )
-    assert found.effects == (other,)
-    assert found.before.position_mm.mean == pytest.approx(before)
-    assert found.after.position_mm.mean == pytest.approx(after)
-    assert found.is_better is (after < before)
-    assert found.beside_causes is (named < 0.4)

@@ -1,9 +1,5 @@
 """Models with a term less, from one factorisation, against those that are fitted anew."""
 
-import gc
-import warnings
-import weakref
-
 import numpy as np
 import pytest
 from tables import BAND, EFFECTS, Table
@@ -41,30 +37,3 @@ def test_what_is_left_is_updated_as_terms_come_and_go():
         found = left_without(grams, model, group)
         assert (found.model, found.freedom) == (rest.model, rest.freedom)
         assert found.inner == pytest.approx(rest.inner, abs=1e-6)
-
-
-def test_what_was_kept_of_models_goes_with_the_inner_products():
-    """They are hundreds of MB for a thousand rows: none may wait for a search of garbage."""
-    grams = Table(1, joint1_cos2=40.0).grams
-    model = (Term(FREE[1]), Term(FREE[3]))
-    left_of(grams, model)
-    left_without(grams, model, model[:1])
-    gone = weakref.ref(grams)
-    gc.collect()
-    gc.disable()
-    try:
-        del grams
-        assert gone() is None
-    finally:
-        gc.enable()
-
-
-def test_terms_of_very_different_sizes_go_without_a_warning():
-    """Precisions of maps span many orders: a block of the inverse is well conditioned once it is scaled."""
-    grams = Table(1, joint1_cos2=40.0, joint2_sin1=25.0).grams
-    model = (Term(FREE[1]), Term(SHRUNK, 1e20), Term(FREE[3]))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        found = validated_without(grams, model, [model[:2], model[1:], model])
-    anew = [validated(grams, drop(model, g)) for g in (model[:2], model[1:], model)]
-    assert found == pytest.approx(np.array(anew), rel=1e-6)

@@ -42,16 +42,6 @@ def test_a_robust_fit_is_near_that_of_the_good_rows_alone():
     assert set(off) == set(np.flatnonzero(found))
 
 
-def test_rows_that_were_not_fitted_are_judged_with_their_own_spread():
-    """A clean row far from the others must not look wrong for what the answer's spread adds to it."""
-    case = make("none", 8)
-    stage = fitted(case)
-    keep = np.ones(120, bool)
-    keep[:20] = False
-    few = fitted(case, rows=np.flatnonzero(keep))
-    assert not find_outliers(stage.problem, few.fit.x, keep, few.fit.factor).any()
-
-
 def test_clean_rows_are_called_wrong_no_more_often_than_stated():
     """One row in a hundred arms, at most: in twenty arms of 60 rows none or one."""
     accused = 0

@@ -18,8 +18,7 @@ from workbench.diagnosis.search import refit as refits
 from workbench.diagnosis.search.evidence import Term, left_by, offer
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import linear_answer, refit, robot_with, with_own_noise
-from workbench.identification.column_products import Columns, inner_products
-from workbench.identification.undetermined_combinations import factorise, factorise_pieces, factorise_products
+from workbench.identification.column_products import inner_products
 
 BAND = JointHarmonic((1,), order=tuple(range(1, 9)))
 FOLD = np.arange(120) % 5
@@ -85,44 +84,6 @@ def test_shrunk_coefficients_are_held_by_their_variance():
     assert not held[np.ix_(others, columns)].any()
 
 
-@pytest.mark.parametrize("arm", ARMS)
-def test_pieces_together_are_the_whole(arm):
-    """Also of a problem with prior knowledge."""
-    stage, grams, model = offered(make("compliance", 2, arm))
-    problem = refit(stage.problem, grams, model).problem
-    x = problem.start + 1e-3 * problem.units
-    whole = problem.evaluate(x)
-    pieces = [piece for _, piece in problem.pieces(x)]
-    assert len(pieces) >= 2
-    assert np.concatenate([p.residual for p in pieces]) == pytest.approx(whole.residual, abs=1e-9)
-    assert np.concatenate([p.jacobian for p in pieces]) == pytest.approx(whole.jacobian, abs=1e-9)
-    cost, gradient = problem.cost_and_gradient(x)
-    assert cost == pytest.approx(0.5 * whole.residual @ whole.residual, rel=1e-10)
-    expected = -whole.jacobian.T @ whole.residual
-    assert np.abs(gradient - expected).max() < 1e-9 * np.abs(expected).max()
-
-
-@pytest.mark.parametrize("parts", [1, 2, 7, 40])
-def test_a_factor_in_pieces_is_that_of_the_whole(parts):
-    """Pieces may have fewer rows than there are unknowns."""
-    rng = np.random.default_rng(parts)
-    jacobian, residual = rng.standard_normal((120, 9)), rng.standard_normal(120)
-    jacobian *= 100.0
-    jacobian[:, 8] = jacobian[:, 0] - jacobian[:, 3]
-    units = rng.uniform(0.1, 10.0, 9)
-    whole = factorise(jacobian, residual, units)
-    cuts = np.sort(rng.choice(np.arange(1, 120), parts - 1, replace=False))
-    pieces = zip(np.split(residual, cuts), np.split(jacobian, cuts), strict=True)
-    part = factorise_pieces(pieces, units)
-    assert part.root.shape == whole.root.shape == (9, 8)
-    assert part.covariance() == pytest.approx(whole.covariance(), abs=1e-10)
-    assert part.covariance() == pytest.approx(
-        units[:, None] * np.linalg.pinv((jacobian * units).T @ (jacobian * units), rcond=1e-10) * units,
-        abs=1e-8,
-    )
-    assert part.residual_square == pytest.approx(residual @ residual)
-
-
 def test_noise_is_what_the_fit_leaves():
     """Of twice the noise that the problem was whitened by; a fit of 24 constants has its freedom."""
     case = make("none", 4, noise=2.0)
@@ -150,33 +111,3 @@ def test_inner_products_need_no_jacobian():
     np.testing.assert_allclose(
         found / np.outer(size, size), table.T @ table / np.outer(size, size), atol=1e-12
     )
-
-
-def test_inner_products_factorise_as_the_rows_do_or_say_that_they_can_not():
-    fit = fitted(make("none", 2)).fit
-    at, units = fit.problem.evaluate(fit.x), fit.problem.units
-    table = np.column_stack([at.jacobian, at.residual])
-    whole = factorise(at.jacobian, at.residual, units)
-    found = factorise_products(table.T @ table, units)
-    assert found.s == pytest.approx(whole.s, rel=1e-6)
-    assert found.step() == pytest.approx(whole.step(), abs=1e-9)
-    assert found.covariance() == pytest.approx(whole.covariance(), rel=1e-5, abs=1e-15)
-    twice = np.column_stack([at.jacobian[:, 0], table])
-    assert factorise_products(twice.T @ twice, np.append(units[0], units)) is None
-
-
-def test_heavy_fits_keep_one_curvature_and_end_where_the_others_end(monkeypatch):
-    stage, grams, model = offered(make("compliance", 2))
-    begin = linear_answer(stage, grams, model)
-    whole = refit(stage.problem, grams, model, begin=begin).fit
-    monkeypatch.setattr(refits.noises, "MAX_QUICK_PRODUCTS", 0.0)
-    heavy = refit(stage.problem, grams, model, begin=begin).fit
-    assert heavy.problem.names == whole.problem.names
-    assert heavy.history[-1] == pytest.approx(whole.history[-1], rel=1e-5)
-
-
-def test_rows_without_unknown_columns_give_an_empty_table():
-    """Such as frames of another session: a pose to measure next could not be computed."""
-    none = np.zeros(0, int)
-    empty = Columns(np.zeros((2, 3, 0)), np.zeros((2, 3, 0)), np.zeros((2, 0)), none, none)
-    assert empty.table.shape == (6, 0)

@@ -41,12 +41,3 @@ def test_rows_about_a_step_are_left_out_where_they_do_not_show_it(size, some):
     rows = {row for row, reason in found.excluded if reason == UNDECIDED}
     assert bool(rows) is some
     assert rows <= set(data.row[order[STEP - MAX_BESIDE_STEP : STEP + MAX_BESIDE_STEP]].tolist())
-
-
-def test_rows_between_a_step_and_where_the_rows_have_it_are_left_out():
-    robot, data, order = stepped(5e-3, wrong=1)
-    found = identify(robot, data, held_out=0.0, loss="squares")
-    assert not found.excluded
-    found = identify(robot, data, held_out=0.0)
-    out = {row for row, _ in found.excluded} | {o.row for o in found.outliers}
-    assert out == {int(data.row[order[STEP]])}

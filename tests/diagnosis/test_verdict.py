@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import mentions
 
 import workbench as wb
 from workbench.arm.effects.encoder_scale import EncoderScale
@@ -13,15 +12,10 @@ from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
-from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
-from workbench.diagnosis.claims.structure import Structure, neighbours
-from workbench.diagnosis.confidence import Confidence
+from workbench.diagnosis.claims.structure import Structure
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.gravity_direction import GravityDirection
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict
-from workbench.diagnosis.verdict import conclude, doubts
-from workbench.identification.errors.row_errors import Errors, Spread, explains_little
 from workbench.identification.problem import Noise
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -63,12 +57,6 @@ def test_what_is_left_is_compared_with_the_noise_that_rows_state(soft):
     assert "times what the known noise" in doubted.message
 
 
-def test_noise_that_was_given_too_large_is_not_agreed_with(soft):
-    robot, rows = soft
-    found = diagnose(robot, replace(rows, sigma=None), noise=Noise(1e-3, 1e-2))
-    assert mentions(found.message, "1 mm")
-
-
 def test_rows_of_one_group_are_cross_validated_one_by_one(soft):
     robot, rows = soft
     found = diagnose(robot, replace(rows, group=np.full(len(rows), "all")), held_out=0.0)
@@ -85,53 +73,6 @@ def test_no_effect_is_added_where_the_geometry_explains_little(soft):
     assert "No effects were added" in found.message
     assert found.effects == ()
     assert found.calibrated.effects == ()
-
-
-def test_few_rows_are_not_told_that_joints_moved_together(soft):
-    robot, rows = soft
-    found = diagnose(robot, rows.take(np.arange(6)), held_out=0.0)
-    assert "more poses" in found.message
-    assert not [note for note in found.notes if "together" in note]
-    assert not found.is_tried
-    assert not found.is_good
-
-
-def test_nothing_is_certain_where_structure_could_not_be_tested(soft, monkeypatch):
-    """What fails beside a result costs a warning; what rests on it must not be called certain then."""
-    assert diagnose(*soft).causes[0].confidence == Confidence.CERTAIN
-    monkeypatch.setattr("workbench.diagnosis.diagnose.structure_of", lambda *_: 1 / 0)
-    found = diagnose(*soft)
-    assert found.causes[0].confidence == Confidence.PROBABLE
-    assert found.causes[0].doubt
-    assert "structure" in found.warnings[0]
-    untested = diagnose(soft[0], replace(soft[1], sigma=None))
-    assert mentions(untested.message, "could not be tested")
-    assert not mentions(untested.message, "too few rows")
-
-
-def test_a_doubt_names_its_cause_where_there_are_others(soft):
-    """A drift that no repeat confirms stood after two other causes: "no pose was repeated" said of none."""
-    (sure,) = diagnose(*soft).causes
-    doubted = replace(sure, effects=(EncoderScale((1,), (1e-3,)),), doubt="no pose was repeated")
-    assert doubts([doubted]) == ["No pose was repeated."]
-    (sentence,) = doubts([sure, doubted])
-    assert doubted.label in sentence
-    assert sure.label not in sentence
-
-
-@pytest.mark.parametrize(("count", "looked"), [(18, False), (40, True)])
-def test_structure_that_was_not_looked_for_is_not_denied(soft, count, looked):
-    robot, rows = soft
-    found = diagnose(robot, replace(rows.take(np.arange(count)), sigma=None), held_out=0.0)
-    assert bool(found.structure.tests) is looked
-    assert ("shows no structure" in found.message) is looked
-
-
-def test_a_repeated_row_is_not_its_own_neighbour():
-    q = np.repeat(np.random.default_rng(0).uniform(-1.0, 1.0, (30, 6)), 4, axis=0)
-    near = neighbours(q, 3)
-    assert (near != np.arange(120)[:, None]).all()
-    assert (near // 4 == np.arange(120)[:, None] // 4).all()
 
 
 @pytest.mark.parametrize(
@@ -155,45 +96,6 @@ def test_sliding_joints_slide(tmp_path, effect, text):
     assert text in effect.sentence(read_toml(path).chain, rows)
 
 
-@pytest.mark.parametrize(("angle", "reduces"), [(0.05, True), (0.5, False)])
-def test_without_positions_orientations_say_whether_an_effect_helps(soft, angle, reduces):
-    """Errors [deg]: 2 nominal, 0.1 with the geometry alone, then with an effect; nothing of positions."""
-    robot, _ = soft
-    unmeasured = Spread.of(np.zeros(0))
-    nominal, before, after = (Errors(unmeasured, Spread.of(np.full(5, size))) for size in (2.0, 0.1, angle))
-    effect = JointCompliance((1,), (5e-5,))
-    cause = Cause(effects=(effect,), odds=100.0, contribution_mm=np.nan, text="it gives way", look_alikes=())
-    _, message = conclude([cause], None, NOISE_ONLY, robot=robot, nominal=nominal, before=before, after=after)
-    assert ("not reduce" not in message) is reduces
-    residual_map = ResidualMap(effects=(effect,), before=before, after=after, beside_causes=False)
-    assert residual_map.is_better is reduces
-    assert explains_little(nominal, nominal, robot.reach)
-    assert not explains_little(nominal, Errors(unmeasured, Spread.of(np.full(5, 0.05))), robot.reach)
-
-
-def test_what_the_geometry_has_already_reduces_nothing(soft):
-    """The direction of gravity is identified with the geometry, so nothing is added for it."""
-    robot, _ = soft
-    nominal, found = (Errors(Spread.of(np.full(5, size)), None) for size in (2.0, 0.1))
-    tilted = Cause(
-        effects=(GravityDirection((), (0.01, 0.0)),),
-        odds=100.0,
-        contribution_mm=1.0,
-        text="The arm is tilted",
-        look_alikes=(),
-        is_added=False,
-    )
-    verdict, message = conclude(
-        [tilted], None, NOISE_ONLY, robot=robot, nominal=nominal, before=found, after=found
-    )
-    assert verdict is Verdict.EXPLAINED
-    assert not mentions(message, "adding")
-    _, message = conclude(
-        [tilted], None, NOISE_ONLY, robot=robot, nominal=nominal, before=nominal, after=nominal
-    )
-    assert mentions(message, "No effects were added")
-
-
 def test_all_arms_are_compared_on_the_same_rows(soft):
     """Three rows are so little off that they show only beside the effect: then no arm is judged by them."""
     robot, rows = soft
@@ -206,10 +108,3 @@ def test_all_arms_are_compared_on_the_same_rows(soft):
     assert {len(each.position) for each in compared} == {len(rows) - len(found.outliers)}
     for errors, each in zip((found.nominal, found.before, found.after), compared, strict=True):
         assert errors.train.position_mm.mean == pytest.approx(1e3 * each.position.mean())
-
-
-def test_causes_stand_largest_first(soft):
-    (cause,) = diagnose(*soft).causes
-    sizes = (0.2, np.nan, 0.5)
-    ordered = largest_first(*(replace(cause, contribution_mm=size) for size in sizes))
-    assert [c.contribution_mm for c in ordered[:2]] == [0.5, 0.2]

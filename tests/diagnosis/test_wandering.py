@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from arms import make
 from real_arms import load
 from scipy.stats import multivariate_normal
 
@@ -24,15 +23,6 @@ def test_the_filter_gives_the_density_of_a_walk(q):
     dense = multivariate_normal(cov=walk + np.diag(1.0 / info)).logpdf(y)
     white = multivariate_normal(cov=np.diag(1.0 / info)).logpdf(np.zeros(12))
     assert _likelihood(y, info, q) == pytest.approx(dense - white, abs=1e-6)
-
-
-@pytest.mark.parametrize(("seed", "arm"), [(9210, "aria"), (9211, "three-parallel")])
-def test_a_drive_that_winds_up_has_no_events(seed, arm):
-    """Two steps of a zero were certain, two more and a warm-up probable."""
-    case = make("wind-up", seed, arm)
-    found = diagnose(case.robot, case.data, held_out=0.0)
-    assert not [c for c in found.causes if c.event is not None]
-    assert found.now is None
 
 
 @pytest.mark.data

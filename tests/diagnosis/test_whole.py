@@ -66,17 +66,6 @@ def test_held_out_rows_choose_nothing():
     assert other.after.held_out.position_mm.mean > 3 * result.after.held_out.position_mm.mean
 
 
-def test_the_same_seed_gives_the_same_diagnosis():
-    case = make("harmonic-2", 4, "three-parallel")
-    one, same = (diagnose(case.robot, case.data, seed=5) for _ in range(2))
-    assert (one.after_fit.x == same.after_fit.x).all()
-    assert (one.held_out_rows == same.held_out_rows).all()
-    assert one.message == same.message
-    assert one.verdict is Verdict.EXPLAINED
-    assert "reduces the error from" in one.message
-    assert "twice per turn" in one.message
-
-
 def test_a_soft_joint_is_found_with_base_and_tool_free():
     """Some 0.9 mm of compliance are left to 0.03 mm on rows without noise."""
     case = make("compliance-all", 1, "aria", free_frames=True)

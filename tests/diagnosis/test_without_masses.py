@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 from arms import TUNING, make
 from laws import straight_moments
-from refusals import mentions
 
-from workbench.arm.effects.gravity_sag import GravitySag
 from workbench.arm.motion import Motion
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.next_poses import expected_torques
-from workbench.diagnosis.search.candidates import catalogue
 
 TORQUE_NOISE = 0.05
 """Of measured joint torques [N m]."""
@@ -66,31 +63,6 @@ def test_a_varying_payload_weighs_the_compliance():
     assert abs(last - case.hidden[0].size[0]) < 5.0 * found.std[-1] / 9.81
 
 
-def test_the_sentence_gives_angles_alone():
-    sag = GravitySag((3,), (0.002, 0.001, 0.009), terms="4x 4y payload")
-    case = make("payload", TUNING[1], "aria")
-    text = sag.sentence(case.robot.chain, Motion.of(case.data))
-    assert text.startswith("Joint 4 deflects")
-    assert mentions(text, "2 mrad")
-
-
-@pytest.mark.parametrize(("arm", "seed"), HARMONICS)
-def test_an_error_once_per_turn_of_a_level_axis_may_be_weight(arm, seed):
-    """The sag by the next link alone is one sine of its angle, too: neither is named."""
-    case = make("harmonic-1", seed, arm)
-    found = diagnose(massless(case.robot), case.data, held_out=0.0)
-    (cause,) = (c for c in found.causes if c.joints == case.hidden[0].joints)
-    assert cause.confidence is Confidence.OPEN
-    assert {cause.kind, *(e.name for e in cause.look_alikes)} >= {"joint-harmonic", "gravity-sag"}
-
-
-def test_nothing_is_claimed_of_a_stiff_arm():
-    case = make("none", TUNING[11], "aria")
-    found = diagnose(massless(case.robot), case.data)
-    assert found.effects == ()
-    assert sum("gravity-sag was tried" in note for note in found.notes) == 1
-
-
 @pytest.mark.parametrize("arm", [arm for arm, _ in CASES])
 def test_torques_of_other_poses(arm):
     case = make("payload", TUNING[1], arm)
@@ -100,24 +72,3 @@ def test_torques_of_other_poses(arm):
     expected = expected_torques(massless(case.robot), near, replace(far, torque=None))
     off = expected - straight_moments(case.actual, case.state)[half:, :, 2]
     assert np.sqrt((off**2).mean()) < 2.0 * TORQUE_NOISE
-
-
-def test_what_is_offered():
-    case = make("payload", TUNING[1], "aria")
-    robot, motion = massless(case.robot), Motion.of(case.data)
-
-    def sags(robot, motion):
-        effects = (c.effect for c in catalogue(robot, motion).candidates)
-        return {e.joints[0]: e for e in effects if isinstance(e, GravitySag) and e.terms.split()[2:]}
-
-    assert sags(case.robot, motion) == {}
-    assert set(sags(robot, motion)) == set(range(6))
-    assert sags(robot, motion)[5].terms == "6x 6y payload"
-    assert sags(robot, replace(motion, payload=None))[4].terms == "5x 5y 6x 6y"
-    aslant = robot.under(np.array([3.0, 0.0, -4.0]))
-    assert sags(aslant, motion)[0].gravity == (0.6, 0.0, -0.8)
-    assert sags(robot.under(np.zeros(3)), motion) == {}
-    gaps = np.zeros_like(motion.q)
-    assert sags(robot, replace(motion, torque=gaps)) == {}
-    gaps[3, 1] = np.nan
-    assert set(sags(robot, replace(motion, torque=gaps))) == set(range(6))

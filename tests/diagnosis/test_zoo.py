@@ -1,6 +1,5 @@
 """The benchmark of the diagnosis, run with the geometric fit alone: it names nothing, and is told so."""
 
-import json
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,7 +10,6 @@ from arms import make
 from workbench.identification.identify import identify
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
-import ledger
 import zoo
 
 ALONE = ["--jobs", "0", "--on", "classic", "--diagnose", f"{__name__}:geometry"]
@@ -30,11 +28,9 @@ def geometry(robot, data, held_out):
     )
 
 
-def test_geometry_alone_is_judged(tmp_path, capsys):
-    kept = tmp_path / "judged.jsonl"
+def test_geometry_alone_is_judged(capsys):
     arguments = [*ALONE, "--cases", "none,scale,dent,misseated", "--arms", "3", "--alarms", "ideal,masses10"]
-    arguments += ["--wrong", "--check", "--json", str(kept)]
-    assert zoo.main(arguments) == 1
+    assert zoo.main([*arguments, "--wrong", "--check"]) == 1
     printed = capsys.readouterr().out
     for line in (
         "✗ scale: right ≥ 95%: 0 % (0–56)",
@@ -47,41 +43,15 @@ def test_geometry_alone_is_judged(tmp_path, capsys):
     ):
         assert line in printed
     assert printed.count("encoder-scale ") == 3
-    (head, _), *records = (json.loads(line) for line in kept.read_text().splitlines())
-    assert head == "sources"
-    assert [key for key, _ in records[:3]] == ["none, ideal, 0", "none, masses10, 0", "scale, ideal, 0"]
-    assert {r["arm"] for key, r in records if key.startswith("none")} == {"aria", "three-parallel", "katana"}
-    assert all(r["good"] for key, r in records if key.startswith("none"))
-    assert not any(r["good"] for key, r in records if key.startswith("scale"))
-
-
-def test_an_interrupted_run_goes_on(tmp_path, capsys, monkeypatch):
-    kept = tmp_path / "judged.jsonl"
-    arguments = [*ALONE, "--cases", "none", "--alarms", "ideal", "--json", str(kept), "--arms"]
-    assert zoo.main([*arguments, "1"]) == 0
-    with kept.open("a") as file:
-        file.write('["none, ideal, 1", {"kind": "no')  # killed while it wrote
-    tried = []
-    monkeypatch.setattr(zoo, "one", lambda task, given: tried.append(task.seed) or {})
-    assert zoo.main([*arguments, "2"]) == 0
-    assert tried == [1]
-    monkeypatch.setattr(ledger, "fingerprint", lambda: "other sources")
-    with pytest.raises(SystemExit, match="other sources"):
-        zoo.main([*arguments, "2"])
-
-
-def test_parts_are_switched_off_by_name(monkeypatch):
-    monkeypatch.setitem(
-        zoo.OFF, "groups", (("workbench.diagnosis.search.candidates", "CONFOUNDED_CORRELATION", 2.0),)
-    )
-    monkeypatch.setitem(zoo.OFF, "lost", (("workbench.diagnosis.search.candidates", "GONE", None),))
-    from workbench.diagnosis.search import candidates
-
-    monkeypatch.setattr(candidates, "CONFOUNDED_CORRELATION", candidates.CONFOUNDED_CORRELATION)
-    zoo.switch_off(["groups"])
-    assert candidates.CONFOUNDED_CORRELATION == 2.0
-    with pytest.raises(SystemExit, match="GONE"):
-        zoo.switch_off(["lost"])
+    judged = zoo.run(zoo.options(arguments))
+    assert list(judged)[:3] == [zoo.Task("none", "ideal", seed) for seed in range(3)]
+    assert {j.arm for task, j in judged.items() if task.kind == "none"} == {
+        "aria",
+        "three-parallel",
+        "katana",
+    }
+    assert all(j.good for task, j in judged.items() if task.kind == "none")
+    assert not any(j.good for task, j in judged.items() if task.kind == "scale")
 
 
 @pytest.mark.parametrize(
@@ -90,7 +60,6 @@ def test_parts_are_switched_off_by_name(monkeypatch):
         (["--cases", "nonsense"], "--cases doesn't know nonsense; choose from none, compliance"),
         (["--conditions", "rain"], "--conditions doesn't know rain"),
         (["--on", "hexapod"], "--on doesn't know hexapod"),
-        (["--off", "everything"], "--off doesn't know everything"),
     ],
 )
 def test_unknown_words_are_refused(text, message, capsys):

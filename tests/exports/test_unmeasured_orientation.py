@@ -12,18 +12,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tomli_w
 from points_and_tilts import DH
 from refusals import refuses
 
 import workbench as wb
 from tests.exports import readers
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import robot_text
 from workbench.arm.usable_arm import off_nominal, unobserved_text, usable_arm
 from workbench.base.errors import OptionError
-from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.readers.trajectory import Trajectory
 from workbench.exports import FORMS, Job, export_robot
@@ -119,15 +115,6 @@ def trajectory(q: np.ndarray) -> Trajectory:
     return Trajectory(source="t.csv", q=q, time=None, position=None, rotation=None, notes=())
 
 
-def test_a_file_says_what_was_observed(cell):
-    seen = wb.load_robot(cell.saved).calibration.observed
-    assert (seen.position, seen.rotation) == (3, 0)
-    assert seen.sees_position
-    assert not seen.sees_rotation
-    assert seen.tool.position < 1e-4 < seen.tool.rotation
-    assert seen.q.shape[1] == 6
-
-
 @pytest.mark.extra("trajectories")
 def test_a_corrected_trajectory_leaves_orientations_as_they_were(cell):
     arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
@@ -213,22 +200,6 @@ def test_how_far_the_flange_is_from_nominal_is_that_of_the_file(cell):
     assert sizes == pytest.approx([own, *2 * [turned_in_file(table)]], rel=0.06)
 
 
-@pytest.mark.extra("trajectories")
-def test_a_corrected_path_says_how_far_its_arm_is_from_the_saved_model(cell):
-    arm = wb.load_robot(cell.saved)
-    path = wb.compensate(arm, trajectory(cell.q), nominal=wb.load_robot("ur5"))
-    mean = missed(arm)
-    assert in_mm(mean) in "; ".join(path.notes)
-    assert in_mm(np.hypot(arm.calibration.error.position, mean)) in "; ".join(path.notes)
-
-
-def missed(arm: wb.Robot) -> float:
-    """Mean distance of the arm used from the saved one, over its measured poses [m]."""
-    both = (tool_poses(each, Motion(arm.calibration.observed.q)) for each in (arm, usable_arm(arm).robot))
-    before, after = (poses[:, :3, 3] for poses in both)
-    return float(np.linalg.norm(before - after, axis=1).mean())
-
-
 def test_controller_numbers_that_turn_an_unmeasured_tool_are_not_advised(cell):
     arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
     for variant in use_of(arm, nominal).variants:
@@ -249,35 +220,3 @@ def test_controller_numbers_that_are_advised_help(cell, run, tmp_path):
             at = base @ flanges(cell.q + variant["offsets"]) @ np.append(variant["tool"]["xyz"], 1.0)
             assert distances(at[:, :3], cell.points(cell.q)) == pytest.approx(mean[1], abs=0.1)
     assert out
-
-
-@pytest.mark.extra("trajectories")
-def test_a_corrected_path_is_not_said_to_have_no_error(cell, run, tmp_path):
-    rows = "\n".join(",".join(map(repr, row)) for row in cell.q[:20].tolist())
-    (tmp_path / "t.csv").write_text(",".join(f"q{k + 1}[rad]" for k in range(6)) + "\n" + rows + "\n")
-    options = ("compensate", "t.csv", "--robot", cell.saved, "--nominal", "ur5", "--out", "o.csv")
-    status, out, _ = run(*options, "--json", "r.json")
-    assert status == 0
-    assert not re.search(r"e-\d", out)
-    own = wb.load_robot(cell.saved).calibration.error.position
-    assert own > 0.3 * NOISE
-    used = np.hypot(own, usable_arm(wb.load_robot(cell.saved)).left.position_mean)
-    assert f"{1e3 * used:.3f}" in out
-    assert json.loads((tmp_path / "r.json").read_text())["model_error"][0] == pytest.approx(used)
-    assert run(*options, "--orientations")[0] == 64
-
-
-@pytest.mark.extra("trajectories")
-def test_an_older_file_without_a_record_is_taken_for_positions_alone(cell, tmp_path):
-    table = tomllib.loads(Path(cell.saved).read_text())
-    for key in ("observed", "nominal", "error"):
-        del table["calibration"][key]
-    path = tmp_path / "old.toml"
-    path.write_text(tomli_w.dumps(table))
-    old = wb.load_robot(path)
-    found = wb.compensate(old, trajectory(cell.q), nominal=wb.load_robot("ur5"))
-    wanted, before, after = flanges(cell.q), cell.flanges(cell.q), cell.flanges(found.q)
-    assert angles(after, wanted) < angles(before, wanted) + 0.08  # it has no measured poses to go by either
-    assert any("does not say what was measured" in note for note in found.notes)
-    with refuses(OptionError, "assumed", option="positions_only"):
-        wb.compensate(old, trajectory(cell.q), nominal=wb.load_robot("ur5"), positions_only=False)

@@ -6,14 +6,10 @@ import generator
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot_toml import read_toml
-from workbench.base.errors import OptionError
-from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.identification.errors.expected_deviation import with_expected_deviation
 from workbench.identification.identify import identify
-from workbench.identification.prior import Prior
 from workbench.identification.problem import Noise, Problem
 
 REFLECTOR = 0.031
@@ -74,15 +70,6 @@ def test_one_reflector_leaves_the_wrist_as_it_is(seed, tmp_path):
     assert run.best.held_out.position_mm.mean < 1.02 * free.best.held_out.position_mm.mean
 
 
-def test_without_expectation_too_the_arm_nearest_to_nominal_is_taken(tmp_path):
-    nominal, _, rows = reflector_rows(np.random.default_rng(7))
-    robot = robot_of(nominal, tmp_path, free='"auto"')
-    run = identify(robot, rows, deviation=np.inf)
-    for found in (run.robot, run.runs["ols"].calibrated, run.runs["opt2"].calibrated):
-        assert found.values(("joint6.theta",)) == pytest.approx([0.0], abs=1e-4)
-    assert run.best.deviation <= 1.01 * min(r.deviation for r in run.runs.values())
-
-
 @pytest.mark.parametrize("size", [3e-4, 3e-3, 3e-2])
 def test_the_size_of_an_arms_errors_is_found(size, tmp_path):
     found = []
@@ -96,44 +83,3 @@ def test_the_size_of_an_arms_errors_is_found(size, tmp_path):
         problem = Problem.build(robot_of(arm, tmp_path), rows, noise=Noise(5e-5, 1e-4))
         found.append(with_expected_deviation(problem).deviation)
     assert np.median(found) == pytest.approx(size, rel=0.25)
-
-
-def test_exact_rows_are_fitted_exactly(tmp_path):
-    rng = np.random.default_rng(5)
-    made = generator.aria().perturbed(rng)
-    q = made.random(rng, 40)
-    position, rotation = made.measure(q, rng)
-    rows = Dataset(q=q, row=np.arange(40), position=position, rotation=rotation)
-    run = identify(load_robot("aria"), rows, algorithms=("opt2",))
-    assert run.best.held_out.position_mm.max < 1e-6
-
-
-def test_what_was_expected_is_no_knowledge_for_the_next_calibration(tmp_path):
-    nominal, _, rows = reflector_rows(np.random.default_rng(1))
-    fit = identify(robot_of(nominal, tmp_path, free='"auto"'), rows, algorithms=("opt2",)).best.fit
-    assert fit.problem.deviation is not None
-    prior = Prior.of(fit)
-    place = prior.names.index("joint6.theta")
-    assert prior.information[place, place] < 1e-3 / fit.problem.deviation**2
-    assert any("base yaw" in message.text for message in fit.unidentifiable)
-    assert "joint6.theta" in fit.only_expected
-
-
-def test_expectation_and_knowledge_stand_beside_each_other():
-    rows = Dataset(q=np.zeros((3, 6)), row=np.arange(3), position=np.zeros((3, 3)))
-    robot = load_robot("aria").with_frames(base=replace(load_robot("aria").base, free=Freedom.FIXED))
-    problem = Problem.build(robot, rows)
-    expected = problem.with_deviation(1e-3).with_prior(("joint1.d",), np.array([0.21]), np.array([[1e4]]))
-    assert expected.deviation == 1e-3
-    assert len(expected.prior) == 1 + len(problem.names)
-    known = expected.without_deviation()
-    assert known.prior.shape == (1, len(problem.names))
-    assert known.prior_centre[problem.names.index("joint1.d")] == 0.21
-    assert problem.with_deviation(1e-3).without_deviation().prior is None
-
-
-@pytest.mark.parametrize("given", ["much", -1.0, 0.0, float("nan")])
-def test_an_expectation_that_is_none_is_refused(given):
-    rows = Dataset(q=np.zeros((3, 6)), row=np.arange(3), position=np.zeros((3, 3)))
-    with pytest.raises(OptionError):
-        with_expected_deviation(Problem.build(load_robot("aria"), rows), given)

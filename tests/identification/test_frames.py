@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.readers import read_measurements
@@ -64,16 +62,6 @@ def test_alignment_finds_any_base_and_tool(seed, points):
     np.testing.assert_allclose(aligned.base.pose, actual.base.pose, atol=1e-7)
 
 
-def test_a_base_at_ninety_degrees_of_pitch_is_no_trouble():
-    rng = np.random.default_rng(1)
-    robot = load_robot("ur10")
-    base = se3.pose(se3.rpy_to_matrix(np.array([0.3, np.pi / 2, -0.2])), np.array([1.0, 2.0, 0.5]))
-    actual = robot.with_frames(base=Frame.from_pose(base))
-    choice = choose_frames(auto(robot), rows_of(actual, rng, 40, noise=(1e-4, 3e-4)))
-    found = choice.robot.base.pose
-    np.testing.assert_allclose(found, base, atol=1e-3)
-
-
 def test_known_frames_stay_where_the_data_agree_with_them():
     rng = np.random.default_rng(2)
     robot = auto(load_robot("aria"))
@@ -96,15 +84,6 @@ def test_moved_base_is_freed_and_said():
     assert any("180.0° about z" in note for note in choice.notes)
 
 
-def test_a_base_that_is_declared_known_but_turned_is_refused():
-    rng = np.random.default_rng(4)
-    robot = load_robot("aria")
-    turned = Frame.from_pose(se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, np.pi])), np.zeros(3)))
-    data = rows_of(robot.with_frames(base=turned), rng, 40, noise=(1e-4, 3e-4))
-    with refuses(DataError, "180.0° about z", column="base"):
-        choose_frames(robot, data)
-
-
 def test_sessions_with_their_own_base_are_recognised():
     rng = np.random.default_rng(5)
     robot = auto(load_robot("panda"))
@@ -123,25 +102,6 @@ def test_sessions_with_their_own_base_are_recognised():
     assert choice.freedom.base_per_session
     assert not choice.freedom.tool_per_session
     assert set(choice.robot.sessions) == {"a", "b", "c"}
-
-
-def test_one_base_over_sessions_stays_one():
-    rng = np.random.default_rng(6)
-    robot = auto(load_robot("panda"))
-    placed = robot.with_frames(base=Frame.from_pose(random_pose(rng), Freedom.AUTO))
-    data = replace(rows_of(placed, rng, 75, noise=(1e-4, 3e-4)), session=np.repeat(["a", "b", "c"], 25))
-    choice = choose_frames(robot, data)
-    assert choice.freedom.base == FRAME_PARTS
-    assert not choice.freedom.base_per_session
-
-
-def test_tool_rotation_is_not_offered_to_points():
-    rng = np.random.default_rng(7)
-    robot = auto(load_robot("ur5"))
-    tool = Frame.from_pose(se3.pose(np.eye(3), np.array([0.02, -0.03, 0.1])))
-    placed = robot.with_frames(base=Frame.from_pose(random_pose(rng)), tool=tool)
-    choice = choose_frames(robot, rows_of(placed, rng, 80, noise=(1e-4, 0.0), points=True))
-    assert choice.freedom.tool == FRAME_PARTS[:3]
 
 
 @pytest.mark.data

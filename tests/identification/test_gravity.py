@@ -18,7 +18,6 @@ from workbench.arm.statics.wrenches import gravity_regressor, masses, motion_wre
 from workbench.data.dataset import Dataset
 from workbench.data.observations.tilt import reading, seen_from
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.noise import of_residual
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
 SOFT = JointCompliance((1, 2), (3e-4, 5e-4))
@@ -89,12 +88,6 @@ def test_residuals_by_all_unknowns(links, inertia, levelled, sessions):
     check_jacobian(lambda x: -problem.residual(x), problem.jacobian(x), x, tolerance=2e-5, step=1e-5)
 
 
-def test_tilts_alone_take_the_file_at_its_word():
-    data = replace(rows(arm()), position=None)
-    problem = Problem.build(arm(), data, effects=SOFT.names, noise=NOISE)
-    assert not any(n.startswith(("gravity", "tilt")) for n in problem.names)
-
-
 def test_how_the_arm_stands_is_read_from_its_base(tmp_path):
     """Tilts find gravity and how askew inclinometers are mounted; the file then deflects as the arm does."""
     standing = tilted(ODD, np.array([0.010, -0.006]))
@@ -113,21 +106,6 @@ def test_how_the_arm_stands_is_read_from_its_base(tmp_path):
     np.testing.assert_allclose(
         tool_poses(read_toml(tmp_path / "arm.toml"), Motion(data.q))[:, :3, 3], data.position, atol=2e-4
     )
-
-
-def test_each_channel_has_its_own_noise():
-    """Inclinometers that are off by much leave the weight of positions as it is."""
-    robot = arm()
-    data, rng = rows(robot, 80, links=(2,)), np.random.default_rng(2)
-    data = replace(
-        data,
-        position=data.position + rng.normal(0.0, 5e-5, data.position.shape),
-        tilt={2: data.tilt[2] + rng.normal(0.0, 5e-3, (80, 2))},
-    )
-    problem = Problem.build(robot, data, free=(), noise=NOISE)
-    left = of_residual(problem, problem.start)
-    assert left.position == pytest.approx(5e-5, rel=0.15)
-    assert left.tilt == pytest.approx(5e-3, rel=0.15)
 
 
 def test_sessions_keep_their_gravity_in_the_file(tmp_path):

@@ -5,16 +5,12 @@ from dataclasses import replace
 import generator
 import numpy as np
 import pytest
-from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.base import se3
-from workbench.base.errors import OptionError
-from workbench.base.progress import running
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.identification.evaluate import evaluate
@@ -74,13 +70,6 @@ def distances(arm, rng, rows, noise=0.0):
 KNOWN = {f"anchor[{n}].{a}": ANCHORS[i, k] for i, n in enumerate("ABC") for k, a in enumerate("xyz")}
 
 
-def test_distances_from_unknown_anchors(arm):
-    rng = np.random.default_rng(2)
-    run = identify(load_robot("aria"), distances(arm, rng, 150, 1e-4))
-    assert run.best.held_out.position_mm.mean < 0.15
-    assert run.nominal.held_out.position_mm.mean > 10 * run.best.held_out.position_mm.mean
-
-
 def test_distances_from_known_anchors(arm):
     rng = np.random.default_rng(3)
     run = identify(load_robot("aria"), distances(arm, rng, 120), known=KNOWN)
@@ -122,16 +111,6 @@ def test_contacts_do_not_shrink_the_arm(arm):
     for result in run.runs.values():
         lengths = {p.name: v for p, v in zip(result.fit.parameters, result.fit.x, strict=True)}
         assert lengths["joint4.d"] == pytest.approx(0.336, abs=0.02)
-
-
-def test_held_out_anchors_that_nobody_fitted_are_left_out_and_said(arm):
-    data = distances(arm, np.random.default_rng(6), 80)
-    anchor = data.anchor.astype("U2")
-    anchor[-6:] = [f"h{i}" for i in range(6)]
-    data = replace(data, anchor=anchor)
-    run = identify(load_robot("aria"), data.take(np.arange(70)), held_out=data.take(np.arange(70, 80)))
-    assert len(run.held_out_data) == 4
-    assert any("6 held-out rows" in note for note in run.notes)
 
 
 def test_held_out_anchors_of_few_rows_leave_rows_and_data_alike(arm):
@@ -215,13 +194,6 @@ def test_a_joint_that_never_moved_makes_the_model_doubtful_elsewhere(arm):
     assert run.transfer.anywhere.position > 3 * run.transfer.near.position
 
 
-def test_nothing_to_spare_is_said(arm):
-    run = identify(load_robot("aria"), poses(arm, np.random.default_rng(13), 4), held_out=0.0)
-    assert run.best.fit.spare < 1
-    with refuses(OptionError, option="free"):
-        identify(load_robot("aria"), poses(arm, np.random.default_rng(13), 8), free=(), held_out=0.0)
-
-
 def test_sigma_of_rows_reaches_every_observation(arm):
     rng = np.random.default_rng(14)
     data = distances(arm, rng, 300, 1e-3)
@@ -236,42 +208,8 @@ def test_sigma_of_rows_reaches_every_observation(arm):
     assert run.noise.rotation == pytest.approx(3e-4, rel=0.15)
 
 
-def test_observations_that_are_not_used_are_said(arm):
-    data = poses(arm, np.random.default_rng(15), 40)
-    run = identify(load_robot("aria"), replace(data, distance=np.full(40, 0.5)), algorithms=("ols",))
-    assert any("40 rows also carry distances" in note for note in run.notes)
-
-
 def test_evaluation_gives_what_identification_said(arm):
     data = distances(arm, np.random.default_rng(16), 120, 1e-4)
     run = identify(load_robot("aria"), data, held_out=0.0)
     found = evaluate(run.best.calibrated, data)
     assert found.errors.position_mm.mean == pytest.approx(run.best.train.position_mm.mean, rel=0.02)
-
-
-def test_groups_that_are_sessions_are_held_out_whole(arm):
-    rng = np.random.default_rng(17)
-    data = join(*(poses(arm, rng, 15) for _ in range(5)), sessions=list("abcde"))
-    run = identify(load_robot("aria"), replace(data, group=data.session), algorithms=("ols",))
-    assert len(run.held_out_rows) == 15
-
-
-def test_wrong_frames_are_suspected(arm):
-    rng = np.random.default_rng(18)
-    data = join(*(poses(arm, rng, 25, some_base(rng)) for _ in range(3)), sessions=list("abc"))
-    run = identify(frames(load_robot("aria"), Freedom.FREE), data, frames="shared", algorithms=("opt2",))
-    assert any("explains little" in w for w in run.warnings)
-
-
-def test_cancel_ends_the_run_with_what_it_has(arm):
-    with running(cancel=lambda: True):
-        run = identify(load_robot("aria"), poses(arm, np.random.default_rng(19), 60))
-    assert len(run.runs) == 1
-    assert not run.best.fit.outcome.ok
-
-
-def test_base_frame_of_an_asset_is_used(arm):
-    moved = se3.pose(np.eye(3), np.array([0.1, 0.0, 0.0]))
-    robot = load_robot("aria").with_frames(base=Frame.from_pose(moved))
-    run = identify(robot, poses(arm, np.random.default_rng(20), 60, moved))
-    assert run.best.held_out.position_mm.mean < 0.3

@@ -8,10 +8,8 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from workbench.arm.motion import Motion
-from workbench.base.progress import running
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms.identifier import AbstractIdentifier
 from workbench.identification.algorithms.influence_based import RCOND, InfluenceBased, pose_weights
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Noise, Problem
@@ -65,6 +63,14 @@ def small_steps(jacobian, residual, weights, *, factor=0.1, resolution=1e-5, lim
     return answer
 
 
+def test_weights_are_the_imposed_deviations(katana):
+    _, problem = problem_of(katana, 30)
+    columns = problem.evaluate(problem.start).jacobian.reshape(30, 3, 17)
+    deviations = np.array([ANGLE if p.unit == "rad" else LENGTH_DEVIATION for p in problem.parameters])
+    expected = influence(katana, Motion(problem.data.q), names=CONSTANTS).weights
+    assert np.allclose(pose_weights(columns * deviations), expected, atol=2e-3)
+
+
 @pytest.mark.parametrize("factor", [0.05, 0.5])
 def test_small_steps_end_at_the_closed_form_whatever_the_factor(factor):
     """Eqs. (3.7), (3.8) with C < 1 lead to K Jᵀ(J K Jᵀ)⁻¹ ΔP."""
@@ -90,14 +96,6 @@ def test_one_pose_is_explained_as_the_small_steps_explain_it(katana):
     assert np.allclose(moved, steps, rtol=1e-6, atol=1e-9)
 
 
-def test_weights_are_the_imposed_deviations(katana):
-    _, problem = problem_of(katana, 30)
-    columns = problem.evaluate(problem.start).jacobian.reshape(30, 3, 17)
-    deviations = np.array([ANGLE if p.unit == "rad" else LENGTH_DEVIATION for p in problem.parameters])
-    expected = influence(katana, Motion(problem.data.q), names=CONSTANTS).weights
-    assert np.allclose(pose_weights(columns * deviations), expected, atol=2e-3)
-
-
 @pytest.mark.parametrize("weighted", [True, False])
 @pytest.mark.parametrize("turned", [True, False])
 def test_an_arm_is_found(katana, weighted, turned):
@@ -120,14 +118,3 @@ def test_few_noisy_poses_are_where_it_helps(katana):
     ours, least_squares = np.log(errors).T
     gain = ours - least_squares
     assert gain.mean() + 2.0 * gain.std(ddof=1) / np.sqrt(len(gain)) < 0.0
-
-
-def test_the_end_is_honest(katana):
-    _, problem = problem_of(katana, 60)
-    assert InfluenceBased(limit=2).search(problem).outcome is Outcome.ITERATION_LIMIT
-    answers = iter([False, True])
-    with running(cancel=lambda: next(answers)):
-        stopped = InfluenceBased().search(problem)
-    assert stopped.outcome is Outcome.CANCELLED
-    assert stopped.iterations == 1
-    assert issubclass(InfluenceBased, AbstractIdentifier)

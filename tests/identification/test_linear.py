@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import Parameter
 from workbench.identification.algorithms.identifier import gauge_step
+from workbench.identification.prior import Prior
 from workbench.identification.undetermined_combinations import factorise
 
 
@@ -51,32 +52,23 @@ def test_two_equal_columns_make_one_null_direction():
     assert found.text == "base yaw with joint1.theta"
 
 
-def test_a_faint_direction_is_held_and_named_apart():
-    rng = np.random.default_rng(1)
-    jacobian, residual = full(rng)
-    jacobian[:, 2] = 1e-3 * rng.normal(size=30)
-    factor = factorise(jacobian, residual)
-    assert factor.rank == 4
-    assert factor.null_space.shape[1] == 0
-    np.testing.assert_allclose(np.abs(factor.weak[:, 0]), [0, 0, 1, 0, 0], atol=1e-5)
-    assert abs(factor.step()[2]) < 1e-3
-
-
-def test_fewer_rows_than_columns():
-    rng = np.random.default_rng(2)
-    jacobian = 1e3 * rng.normal(size=(3, 5))
-    factor = factorise(jacobian, rng.normal(size=3))
-    assert factor.rank == 3
-    assert factor.null_space.shape == (5, 2)
-    np.testing.assert_allclose(jacobian @ factor.null_space, 0.0, atol=1e-9)
-
-
-def test_covariance_is_zero_along_what_is_not_seen():
+def test_covariance_is_that_of_least_squares_and_zero_along_what_is_not_seen():
     rng = np.random.default_rng(3)
     jacobian, residual = full(rng)
+    whole = np.linalg.inv(jacobian.T @ jacobian)
+    np.testing.assert_allclose(factorise(jacobian, residual).covariance(), whole, rtol=1e-8, atol=1e-20)
     jacobian[:, 4] = 0.0
-    factor = factorise(jacobian, residual)
-    np.testing.assert_allclose(factor.covariance()[4], 0.0, atol=1e-20)
+    found = factorise(jacobian, residual).covariance()
+    np.testing.assert_allclose(found[4], 0.0, atol=1e-20)
+    four = np.linalg.inv(jacobian[:, :4].T @ jacobian[:, :4])
+    np.testing.assert_allclose(found[:4, :4], four, rtol=1e-8, atol=1e-20)
+
+
+def test_knowledge_of_some_constants_is_the_inverse_of_their_covariance():
+    jacobian, _ = full(np.random.default_rng(4))
+    names, information = tuple("abcde"), jacobian.T @ jacobian
+    kept = Prior(names, np.zeros(5), information).keep(lambda name: name in "ace").information
+    np.testing.assert_allclose(np.linalg.inv(kept), np.linalg.inv(information)[::2, ::2], rtol=1e-8)
 
 
 @given(st.integers(0, 2**32 - 1))

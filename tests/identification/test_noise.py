@@ -50,11 +50,6 @@ def test_a_few_rows_that_claim_to_be_exact_do_not_carry_the_fit(rows):
     assert stated.instrument.position == pytest.approx(np.sqrt(np.mean(claims**2)), rel=0.1)
 
 
-def test_positions_that_claim_too_much_do_not_give_orientation_away(rows):
-    plain, stated = fitted(rows), fitted(claimed(rows, 1e-3 * SIGMA[0], SIGMA[1]))
-    assert stated.best.held_out.orientation_deg.mean < 1.05 * plain.best.held_out.orientation_deg.mean
-
-
 def test_what_is_left_beyond_the_stated_noise_is_found():
     rng = np.random.default_rng(6)
     arm = generator.aria().perturbed(rng, 1e-3, 3e-3)
@@ -71,18 +66,6 @@ def test_what_is_left_beyond_the_stated_noise_is_found():
     found = fitted(claimed(data, own, SIGMA[1])).best.fit.problem.noise
     assert found.position == pytest.approx(1e-4, rel=0.12)
     assert found.rotation < 0.5 * SIGMA[1]
-
-
-def test_true_statements_stand(rows):
-    rng = np.random.default_rng(7)
-    arm = generator.aria().perturbed(rng, 1e-3, 3e-3)
-    q = arm.random(rng, 160)
-    position, rotation = arm.measure(q, rng, *SIGMA)
-    data = Dataset(q=q, row=np.arange(160), position=position, rotation=rotation)
-    run = fitted(claimed(data, *SIGMA))
-    assert run.best.fit.variance_factor == pytest.approx(1.0, abs=0.2)
-    assert run.best.fit.problem.noise.position < 0.5 * SIGMA[0]
-    assert run.noise.position == pytest.approx(SIGMA[0], rel=0.15)
 
 
 def test_a_sigma_of_zero_is_rounding(tmp_path, rows):

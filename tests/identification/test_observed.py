@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+import round_trip as trip
+from generator import three_parallel
 
 import workbench as wb
 from workbench.arm.frame import Frame
@@ -31,9 +33,15 @@ def seen(**columns):
     [
         ({"position": lambda t, n: t[:, :3, 3] + n}, (3, 0), False),
         ({"position": lambda t, n: t[:, :3, 3] + n, "rotation": lambda t, n: t[:, :3, :3]}, (3, 3), True),
+        (
+            {"position": lambda t, n: t[:, :3, 3] + 1e2 * n, "rotation": lambda t, n: t[:, :3, :3]},
+            (3, 3),
+            True,
+        ),
         ({"markers": lambda t, n: (t[:, None] @ TWO)[..., :3, 0] + n[:, None]}, (3, 2), False),
+        ({"markers": lambda t, n: (t[:, None] @ THREE)[..., :3, 0] + n[:, None]}, (3, 3), True),
     ],
-    ids=["point", "pose", "two markers"],
+    ids=["point", "pose", "pose by coarse positions", "two markers", "three markers"],
 )
 def test_directions_that_no_number_depends_on_are_not_seen(columns, directions, is_whole):
     found = seen(**columns)
@@ -45,3 +53,33 @@ def test_directions_that_no_number_depends_on_are_not_seen(columns, directions, 
 
 TWO = np.array([[0.05, 0.0, 0.0, 1.0], [-0.05, 0.02, 0.0, 1.0]])[:, :, None]
 """Two markers on the tool, as columns."""
+THREE = np.concatenate([TWO, [[[0.01], [-0.06], [0.09], [1.0]]]])
+"""A third one, not in line with them."""
+
+
+def test_the_urdf_of_an_arm_with_several_reflectors_is_the_calibrated_arm(tmp_path):
+    """What the last joint's zero and length are is left to the reflectors' places; all else was measured."""
+    rng, nominal = np.random.default_rng(3), three_parallel()
+    arm = nominal.perturbed(rng, length=1.5e-3, angle=4e-3)
+    q = rng.uniform(-2.0, 2.0, (80, arm.dof))
+    markers = (arm.pose(q)[:, None] @ THREE)[..., :3, 0] + rng.normal(0.0, 2e-5, (80, 3, 3))
+    (tmp_path / "nominal.toml").write_text(nominal.toml(free='"auto"'))
+    data = Dataset(q=q, row=np.arange(80), source="rows.csv", markers=markers)
+    found = wb.identify(wb.load_robot(str(tmp_path / "nominal.toml")), data)
+    left = {}
+    for kind in ("toml", "urdf"):
+        flange, _ = trip.read_arm(found.robot.save(tmp_path / f"arm.{kind}"))(trip.rows_of(q))
+        left[kind] = _off_reflectors(flange, markers)
+    assert left["urdf"] < 1.05 * left["toml"] < 5e-5
+
+
+def _off_reflectors(flange, markers):
+    """Mean distance from reflectors of the best places on the flange, on the best base [m]."""
+    base = np.eye(4)
+    for _ in range(200):
+        seen = base @ flange
+        places = np.einsum("rji,rkj->rki", seen[:, :3, :3], markers - seen[:, None, :3, 3]).mean(0)
+        at = np.einsum("rij,kj->rki", flange[:, :3, :3], places) + flange[:, None, :3, 3]
+        base = trip.aligned(at.reshape(-1, 3), markers.reshape(-1, 3))
+    at = at @ base[:3, :3].T + base[:3, 3]
+    return np.linalg.norm(at - markers, axis=2).mean()

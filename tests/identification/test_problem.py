@@ -12,15 +12,12 @@ from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, Linearised
 from workbench.data.observations.tilt import reading
-from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.identify import identify
 from workbench.identification.problem import FrameFreedom, Noise, Problem
-from workbench.plate.simulated_measurement import measure_poses
 
 ROWS = 12
 OURS = [kind for kind in OBSERVATIONS.values() if kind.__module__.startswith("workbench.data.")]
@@ -87,7 +84,7 @@ def test_unknowns_of_another_package_s_observation_are_none_of_the_arm(monkeypat
         unknowns = ("floor.z",)
 
         @classmethod
-        def own_rows(cls, data):
+        def applies(cls, data):
             return np.ones(len(data), bool)
 
         @classmethod
@@ -158,26 +155,6 @@ def test_rows_choose_the_first_observation_that_fits():
     assert set(problem.component_rows[problem.component_channels]) == set(range(5, ROWS))
 
 
-def test_a_row_without_an_observation_is_refused():
-    robot = load_robot("aria")
-    data = measured(robot, np.random.default_rng(0), "PointObservation")
-    position = data.position.copy()
-    position[4] = np.nan
-    with refuses(DataError, row=4):
-        Problem.build(robot, replace(data, position=position))
-
-
-def test_unknown_names_are_refused():
-    robot = load_robot("aria")
-    data = measured(robot, np.random.default_rng(0), "PointObservation")
-    with refuses(OptionError, option="free", found="joint9.theta"):
-        Problem.build(robot, data, free=("joint9.theta",))
-    with refuses(OptionError, option="bounds", found="joint2.d"):
-        Problem.build(robot, data, bounds={"joint2.d": (-1.0, 1.0)})
-    with refuses(OptionError, 0.205, option="bounds", found="joint1.d"):
-        Problem.build(robot, data, bounds={"joint1.d": (0.3, 0.4)})
-
-
 def test_noise_given_by_rows_comes_to_the_common_one():
     robot = load_robot("aria")
     data = measured(robot, np.random.default_rng(0), "PointObservation")
@@ -187,14 +164,6 @@ def test_noise_given_by_rows_comes_to_the_common_one():
     weights = problem.inverse_sigma.reshape(ROWS, 3)
     np.testing.assert_allclose(weights[2], 1.0 / np.hypot(0.01, 0.1))  # what the model lacks comes on top
     np.testing.assert_allclose(weights[[0, 1, 3]], 10.0)
-
-
-def test_known_anchors_are_not_identified():
-    robot = load_robot("aria")
-    data = measured(robot, np.random.default_rng(0), "DistanceObservation")
-    known = {f"anchor[A].{axis}": v for axis, v in zip("xyz", (0.5, 0.1, 0.2), strict=True)}
-    problem = Problem.build(robot, data, known=known)
-    assert [n for n in problem.names if n.startswith("anchor")] == [f"anchor[B].{a}" for a in "xyz"]
 
 
 def test_prior_joins_the_residuals():
@@ -227,23 +196,6 @@ def test_robot_at_moves_arm_and_session_frames():
     again = Problem.build(moved, data, free=())
     np.testing.assert_allclose(again.physical(again.residual(again.start)), direct, atol=1e-12)
     assert list(moved.sessions) == ["front", "left"]
-
-
-def test_few_problems_are_set_up(monkeypatch):
-    """What needs no search is predicted without one: counts, errors of a model, its rivals in a diagnosis."""
-    robot, build, count = load_robot("aria"), Problem.build.__func__, [0]
-
-    def counted(cls, *args, **options):
-        count[0] += 1
-        return build(cls, *args, **options)
-
-    _, data = measure_poses(robot, 60, effects=("joint-compliance:2",), seed=1)
-    monkeypatch.setattr(Problem, "build", classmethod(counted))
-    identify(robot, data, algorithms=["opt2"])
-    assert count[0] <= 6
-    count[0] = 0
-    diagnose(robot, data)
-    assert count[0] <= 15
 
 
 @pytest.mark.parametrize("kind", ["PoseObservation", "DistanceObservation"])

@@ -26,8 +26,6 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.rows.outlying_rows import Loss
 from workbench.identification.undetermined_combinations import factorise
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.region_poses import nearby_poses
-from workbench.plate.simulated_measurement import measure_plate
 
 PLATE_NOISE = Noise(1e-4, np.deg2rad(0.02))
 ALGORITHMS = {"ols": (Ols(), 1e-9), "opt1": (Opt1(), 1e-6), "opt2": (Opt2(), 1e-9)}
@@ -121,41 +119,6 @@ def test_errors_are_as_large_as_their_standard_errors_say(tmp_path):
         sizes.append(2.0 * search.history[-1] / (problem.size - factor.rank))
     assert np.mean(squares) == pytest.approx(1.0, abs=0.12)
     assert np.mean(sizes) == pytest.approx(1.0, abs=0.05)
-
-
-@pytest.mark.slow
-def test_noisy_arms_on_the_plate(capsys):
-    """The paper's plate at 0.1 mm and 0.02°: what it gives near the plate, and anywhere."""
-    robot, plate = load_robot("aria"), load_plate("table2")
-    figures = {}
-    for branch in ("designed", "mixed", "auto"):
-        near, anywhere = [], []
-        for seed in range(20):
-            actual, rows = measure_plate(robot, plate, branch=branch, seed=seed)
-            problem = Problem.build(robot, rows, noise=PLATE_NOISE)
-            found = problem.robot_at(Opt2().search(problem).x)
-            rng = np.random.default_rng(10_000 + seed)
-            q = nearby_poses(actual, plate.region, 30, rng=rng, measured=rows.q)
-            near.append(_means(actual, found, q))
-            anywhere.append(_means(actual, found, rng.uniform(*robot.limits.T, (200, 6))))
-        figures[branch] = np.mean(near, axis=0), np.mean(anywhere, axis=0)
-    with capsys.disabled():
-        print("\nARIA, Table 2, 20 virtual arms, 0.1 mm / 0.02°: mean held-out error")
-        for branch, (near, anywhere) in figures.items():
-            print(
-                f"  branches {branch:9s} within 20° of the targets {near[0]:.3f} mm {near[1]:.4f}°,"
-                f" any pose within the limits {anywhere[0]:.3f} mm {anywhere[1]:.4f}°"
-            )
-    assert figures["designed"][0][0] <= 0.16
-    assert figures["designed"][0][1] <= 0.026
-    assert figures["designed"][1][0] < 0.3 < figures["auto"][1][0]
-
-
-def _means(actual, found, q):
-    error = se3.pose_error(tool_poses(actual, Motion(q)), tool_poses(found, Motion(q)))
-    return 1e3 * np.linalg.norm(error[:, :3], axis=1).mean(), np.rad2deg(
-        np.linalg.norm(error[:, 3:], axis=1)
-    ).mean()
 
 
 def test_points_recover_what_points_can_show(tmp_path):

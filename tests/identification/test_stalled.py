@@ -4,13 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from refusals import refuses
 
-import workbench as wb
-from workbench.base.errors import OptionError
 from workbench.base.types import Outcome
-from workbench.identification.algorithms import ALGORITHMS
-from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome
+from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 
@@ -67,38 +63,3 @@ def test_a_fit_that_did_not_converge_says_so_on_standard_error(command, run, mea
     (line,) = err.strip().splitlines()
     assert line.startswith("workbench: the fit (")
     assert "did not converge: stalled" in line
-
-
-def test_an_algorithm_from_elsewhere_is_chosen_by_name(run, measured):
-    class Mine(AbstractIdentifier):
-        name, title, summary = "mine", "Mine", "Ordinary least squares under another name."
-
-        def search(self, problem):
-            return Ols().search(problem)
-
-    ALGORITHMS.register(Mine())
-    try:
-        fit = wb.identify(wb.load_robot("aria"), wb.read_measurements(measured), algorithms=("mine",))
-        assert list(fit.runs) == ["mine"]
-        assert run("identify", measured, "--robot", "aria", "--algorithm", "mine")[0] == 0
-    finally:
-        ALGORITHMS.remove("mine")
-    with refuses(OptionError, "ols, opt1, opt2, influence", option="algorithms", found="mine"):
-        wb.identify(wb.load_robot("aria"), wb.read_measurements(measured), algorithms=("mine",))
-
-
-def test_choices_are_one_record_or_keywords(measured):
-    from inspect import signature
-
-    from workbench.identification.fit_choices import FitChoices
-
-    arm, data = wb.load_robot("aria"), wb.read_measurements(measured)
-    choices = FitChoices(held_out=0.0, exclude={3: "a bump"})
-    fit = wb.identify(arm, data, choices, algorithms=("ols",), seed=5)
-    assert fit.excluded == ((3, "a bump"),)
-    assert len(fit.train_rows) == 29
-    assert {"held_out", "frames", "algorithms", "bounds"} <= set(signature(wb.identify).parameters)
-    with refuses(TypeError, "diagnose()", "'held'"):
-        wb.diagnose(arm, data, held=0.3)
-    with refuses(OptionError, "auto", option="frames", found="some"):
-        wb.identify(arm, data, frames="some")

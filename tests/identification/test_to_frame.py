@@ -25,17 +25,6 @@ def test_measurements_go_out_and_come_back():
     assert list(slider.to_frame(prismatic=[1]))[:2] == ["q1[rad]", "q2[m]"]
 
 
-def test_parameters_by_name():
-    pytest.importorskip("pandas")
-    fit = FIT.best.fit
-    frame = fit.to_frame()
-    assert list(frame.index) == list(fit.problem.names)
-    assert frame.loc["joint2.a", "identified"] == FIT.robot.values(["joint2.a"])[0]
-    assert frame.loc["joint2.a", "nominal"] == ARM.values(["joint2.a"])[0]
-    np.testing.assert_array_equal(frame["std"], fit.std)
-    assert set(frame["unit"]) == {"rad", "m"}
-
-
 def test_errors_row_by_row():
     pytest.importorskip("pandas")
     frame = FIT.to_frame()
@@ -63,26 +52,6 @@ def test_parameters_and_residuals_of_a_fit():
     np.testing.assert_allclose(angles, FIT.to_frame()["calibrated rotation[rad]"].sort_index(), atol=1e-6)
     alone = wb.evaluate(FIT.robot, ROWS).residuals()
     np.testing.assert_allclose(alone["z[m]"], signed["z[m]"], atol=1e-12)
-
-
-def test_a_diagnosis_has_the_same_frames():
-    pytest.importorskip("pandas")
-    found = wb.diagnose(ARM, ROWS)
-    assert list(found.parameters().index) == list(found.final_fit.problem.names)
-    for frame in (found.residuals(), found.to_frame()):
-        assert frame["held_out"].sum() == len(found.held_out_data)
-    size = np.linalg.norm(found.residuals()[["x[m]", "y[m]", "z[m]"]], axis=1)
-    np.testing.assert_allclose(size, found.to_frame()["calibrated position[m]"], atol=1e-9)
-
-
-def test_polars_where_pandas_is_missing(monkeypatch):
-    polars = pytest.importorskip("polars")
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    frame = FIT.residuals()
-    assert isinstance(frame, polars.DataFrame)
-    assert frame.columns[:3] == ["row", "held_out", "x[m]"]
-    assert FIT.parameters()["name"].to_list() == list(FIT.best.fit.problem.names)
-    np.testing.assert_array_equal(wb.read_measurements(ROWS.to_frame()).q, ROWS.q)
 
 
 def test_without_either_the_extra_is_named(monkeypatch):

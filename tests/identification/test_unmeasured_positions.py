@@ -10,14 +10,6 @@ import numpy as np
 import pytest
 from points_and_tilts import DH, hidden, points, robot_file, upwards, write_mixed, write_rows
 
-import workbench as wb
-from workbench.session import Worker, start
-from workbench.session.commands.data import LoadData
-from workbench.session.commands.identify import Identify
-from workbench.session.journal.numbers import changed_numbers
-from workbench.session.next_step import next_step
-from workbench.views.page.panels.result_card import result_card
-
 
 @pytest.fixture
 def mixed(tmp_path):
@@ -46,22 +38,6 @@ def test_evaluate_reports_the_measured_positions_alone(mixed, run, tmp_path):
     )
     angle = np.rad2deg(np.linalg.norm(np.cross(seen, u), axis=1))[10:]
     assert found["errors"]["tilt_deg"]["rms"] == pytest.approx(np.sqrt((angle**2).mean()), rel=1e-6)
-
-
-def test_inclinometers_alone_give_no_position(run, tmp_path):
-    write_rows(tmp_path / "tilts.csv", hidden(1e-3), seen=0, tilted=20, seed=1)
-    robot_file(tmp_path / "arm.toml")
-    status, out, err = run("evaluate", "tilts.csv", "--robot", "arm.toml", "--json", "r.json")
-    assert status == 0, err
-    found = json.loads((tmp_path / "r.json").read_text())["errors"]
-    assert found["position_mm"] is None
-    assert found["orientation_deg"] is None
-    assert found["tilt_deg"]["mean"] > 0.01
-    assert "0.000" not in out
-    evaluation = wb.evaluate(
-        wb.load_robot(tmp_path / "arm.toml"), wb.read_measurements(tmp_path / "tilts.csv")
-    )
-    assert len(evaluation.plot().axes) == 1
 
 
 @pytest.mark.extra("reports")
@@ -109,26 +85,3 @@ def test_a_fit_of_inclinometers_alone_reports_their_angles(command, run, tmp_pat
     pages = [path.read_text() for path in (tmp_path / "out").glob("*.html")]
     assert pages
     assert "nan mm" not in " ".join(pages)
-
-
-def test_the_page_says_no_number_of_what_nobody_measured(tmp_path):
-    """Inclinometers alone in the app: its sentence, its card and its recorded numbers."""
-    write_rows(tmp_path / "tilts.csv", hidden(1e-3), seen=0, tilted=60, seed=1)
-    first = start(wb.load_robot(robot_file(tmp_path / "arm.toml")), wb.load_plate("table2"))
-    worker = Worker(first)
-    try:
-        for command in (LoadData("tilts.csv", (tmp_path / "tilts.csv").read_bytes()), Identify()):
-            worker.submit(command)
-            assert worker.wait(120.0)
-        session = worker.session
-        assert session.results.identification is not None, session.page.messages[-1].text
-        shown = (
-            session.page.messages[-1].text,
-            next_step(session).sentence,
-            next_step(session).figure,
-            result_card(session),
-        )
-        assert not any("nan" in text or "0 mm" in text for text in shown), shown
-        assert changed_numbers(session, None)
-    finally:
-        worker.close()

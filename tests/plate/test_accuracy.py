@@ -6,8 +6,6 @@ import pytest
 from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
-from workbench.base.types import frozen
-from workbench.plate import predicted_error as accuracy
 from workbench.plate.observability import INDICES, I
 from workbench.plate.optimality_criterion import criterion_of
 from workbench.plate.predicted_error import position_weight, predicted_error
@@ -35,26 +33,6 @@ def test_against_sampled_parameters(aria, q):
     assert error.rotation_mean < error.rotation_rms
 
 
-def test_the_region_is_linearised_once_for_all_moves_of_a_drag(aria, q, monkeypatch):
-    requested, weights = [], []
-    monkeypatch.setattr(
-        accuracy,
-        "identification_jacobian",
-        lambda *args: requested.append(1) or identification_jacobian(*args),
-    )
-    region = frozen(q[10:].copy())
-    fresh = predicted_error(linearise(aria, q[:10]), aria, q[10:])
-    for move in range(3):
-        linearisation = linearise(aria, q[:10] + 0.01 * move)
-        error = predicted_error(linearisation, aria, region)
-        weights.append(position_weight(aria, region, linearisation.names))
-        if not move:
-            assert np.array_equal(error.position, fresh.position)
-    assert len(requested) == 2  # for the fresh array, and once for the region that stays
-    assert all(weight is weights[0] for weight in weights)
-    assert np.array_equal(weights[0], position_weight(aria, q[10:], linearisation.names))
-
-
 def test_trace_with_the_weight_is_the_mean_square(aria, q):
     linearisation = linearise(aria, q[:10])
     weight = position_weight(aria, q[10:], linearisation.names)
@@ -76,9 +54,3 @@ def test_an_open_combination_makes_the_error_infinite_only_where_it_matters(aria
     known = predicted_error(linearise(aria, q[:10]), aria, q[10:])
     redundant = predicted_error(linearise(aria, q[:10], names=names), aria, q[10:])
     assert np.allclose(redundant.position, known.position, rtol=1e-6)
-
-
-def test_error_grows_with_the_noise_and_falls_with_repetition(aria, q):
-    once = predicted_error(linearise(aria, q[:10]), aria, q[10:])
-    twice = predicted_error(linearise(aria, np.concatenate([q[:10]] * 2)), aria, q[10:])
-    assert np.allclose(twice.position * np.sqrt(2.0), once.position)

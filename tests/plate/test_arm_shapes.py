@@ -14,12 +14,10 @@ from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.capsules import CapsuleArm, capsule_arm
-from workbench.plate.optimiser.clearance import Surroundings, arm_shape
-from workbench.plate.optimiser.meshes import MeshArm, mesh_arm
-from workbench.plate.optimiser.optimise import DesignRequest
-from workbench.plate.optimiser.shapes import block_hulls, plate_hull
+from workbench.plate.optimiser.clearance import arm_shape
+from workbench.plate.optimiser.meshes import mesh_arm
+from workbench.plate.optimiser.shapes import plate_hull
 from workbench.plate.plate_toml import load_plate
 
 NAMES = ("base", "shoulder", "upperarm", "forearm", "wrist1", "wrist2", "wrist3")
@@ -100,11 +98,6 @@ def test_links_are_as_far_apart_as_their_samples_say(arm, q, samples):
             assert sampled - 2.0 * SPACING <= found <= sampled + 1e-9
 
 
-def test_meshes_are_as_low_as_their_lowest_sample(arm, q, samples):
-    lowest = arm.lowest(arm.placements(q))
-    assert np.allclose(lowest, np.stack([cloud[..., 2].min(1) for cloud in samples], axis=1), atol=1e-6)
-
-
 def test_what_only_tells_whether_the_clearance_is_kept_agrees_with_the_distances(arm, plate):
     placements = arm.placements(rng(3).uniform(-3.0, 3.0, (200, 6)))
     every, hulls = np.ones(len(arm.pieces), bool), [plate_hull(plate)]
@@ -120,13 +113,6 @@ def test_neighbours_are_not_checked_and_the_flange_is_the_probe(arm):
     assert gaps.min() == 2
     assert len(arm.pairs) == 15
     assert arm.probes.tolist() == [False] * 6 + [True]
-
-
-def test_links_that_are_never_so_far_apart_are_not_asked_to_be(ur5, arm):
-    """Base and upper arm of a UR5 are at most 17.5 mm apart, whatever the posture."""
-    wide = mesh_arm(ur5, 0.05)
-    assert [0, 2] in arm.pairs.tolist()
-    assert [0, 2] not in wide.pairs.tolist()
 
 
 def test_a_capsule_about_a_mesh_has_all_of_it_inside(arm):
@@ -147,21 +133,6 @@ def test_a_tool_beyond_the_flange_is_a_slender_probe(ur5):
     rod = found.pieces[-1]
     ends = se3.apply(at, rod.corners)
     assert np.linalg.norm(ends - tip, axis=1).min() == pytest.approx(rod.margin, abs=1e-9)
-
-
-def test_a_tool_at_a_flange_without_a_mesh_is_a_probe_too(tmp_path):
-    path = tmp_path / "bare.urdf"
-    box = '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
-    joint = '<parent link="a"/><child link="b"/><origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>'
-    limit = '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
-    path.write_text(
-        f'<robot name="bare"><link name="a">{box}</link><link name="b"/>'
-        f'<joint name="ab" type="revolute">{joint}{limit}</joint></robot>'
-    )
-    arm = mesh_arm(load_robot(path), 0.01)
-    assert arm.probes.tolist() == [False, True]
-    assert np.isfinite(arm.placements(np.zeros((1, 1)))).all()
-    assert np.isfinite(arm.pieces[-1].corners).all()
 
 
 def test_primitives_of_a_urdf_are_exact(tmp_path):
@@ -192,34 +163,6 @@ def test_primitives_of_a_urdf_are_exact(tmp_path):
     assert lowest[:, 2] == pytest.approx([0.9, 0.95], abs=1e-4)
 
 
-def test_capsules_are_what_they_were(plate):
-    aria = load_robot("aria")
-    arm = arm_shape(aria, 0.01)
-    assert isinstance(arm, CapsuleArm)
-    q = np.array(
-        [
-            [0.345, -0.149, -5.403, 0.556, -2.04, 0.668],
-            [1.401, -0.325, -4.53, -3.004, 2.477, -1.61],
-            [-3.113, 1.475, -4.053, -2.733, -1.036, -0.187],
-        ]
-    )
-    placements = arm.placements(q)
-    around = Surroundings(arm, (plate_hull(plate),), 0.0).distances(placements, far=5.0)
-    assert around == pytest.approx(
-        np.array(
-            [
-                [0.023964420330883168, 0.10431083239502666, -0.05143158459408568],
-                [0.005424879929522286, 0.034258437798629596, -0.075380746693164],
-                [-0.017156493006450863, 0.16517504, 0.013032511361314891],
-            ]
-        ),
-        abs=1e-12,
-    )
-    hulls = block_hulls(plate, plate.poses[[1, 5, 6]])
-    own = arm.hull_distances(placements, hulls, checked=~arm.probes, far=5.0)
-    assert own == pytest.approx([0.1974067764875415, -0.04024009977018894, 0.1615436381812146], abs=1e-12)
-
-
 def test_a_urdf_without_its_meshes_is_capsules_and_says_so(folder, tmp_path):
     alone = tmp_path / "alone.urdf"
     alone.write_bytes((folder / "urdf" / "ur5_robot.urdf").read_bytes())
@@ -227,13 +170,3 @@ def test_a_urdf_without_its_meshes_is_capsules_and_says_so(folder, tmp_path):
     assert isinstance(arm, CapsuleArm)
     assert "alone.urdf" in arm.source
     assert type(arm_shape(load_robot("ur5"), 0.01)) is type(capsule_arm(load_robot("ur5")))
-
-
-def test_a_plate_is_optimised_with_the_meshes(ur5, arm, plate):
-    design = optimise_plate(ur5, plate, request=DesignRequest(number=3, places=25, starts=1), seed=1)
-    assert design.notes[0] == "clearance is that of the collision meshes of ur5_robot.urdf"
-    assert isinstance(arm, MeshArm)
-    q = np.stack([target.q for target in design.plate.targets])
-    around = Surroundings(arm, (plate_hull(plate),), 0.0).distances(arm.placements(q))
-    assert around.min() >= 0.01
-    assert design.clearance.min() >= 0.01

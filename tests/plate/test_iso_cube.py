@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.base.errors import DataError, OptionError
-from workbench.plate.poses.iso_cube import MIN_MOVE, _cubes, iso_cube_poses, largest_cube, plane_points
+from workbench.plate.poses.iso_cube import MIN_MOVE, _cubes, iso_cube_poses, plane_points
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
 
@@ -56,28 +55,3 @@ def test_the_poses_stand_on_the_planes_and_move_all_joints(katana, poses):
     assert ((poses.q >= katana.limits[:, 0]) & (poses.q <= katana.limits[:, 1])).all()
     assert np.isclose(poses.min_move, np.abs(np.diff(poses.q, axis=0)).min())
     assert poses.min_move >= MIN_MOVE
-
-
-def test_every_part_of_the_cube_is_reached(katana):
-    """The cube is reached in every part, and stands beside the base's column."""
-    cube = largest_cube(katana, rng=np.random.default_rng(1))
-    assert np.allclose(cube.size, cube.size[0])
-    q = np.random.default_rng(2).uniform(*katana.search_limits.T, (400_000, 5))
-    points = in_base(katana, q)[:, :3, 3]
-    shares = (points - cube.min) / cube.size
-    inner = shares[((shares > 0.0) & (shares < 1.0)).all(axis=1)]
-    assert len(np.unique((4 * inner).astype(int), axis=0)) == 64
-    assert (
-        (np.linalg.norm(cube.centres[0][:2]) > 0.5 * cube.size[0])
-        or (cube.min > 0).any()
-        or (cube.max < 0).any()
-    )
-
-
-def test_mistakes_are_named(katana):
-    with pytest.raises(OptionError):
-        iso_cube_poses(katana, 1, rng=np.random.default_rng(0))
-    far = Region(min=np.full(3, 2.0), max=np.full(3, 2.5), cube=0.5)
-    with pytest.raises(DataError) as error:
-        iso_cube_poses(katana, 10, rng=np.random.default_rng(0), cube=far)
-    assert "smaller cube" in str(error.value)

@@ -4,30 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import mentions
 
-from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.plate import design
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser import optimise
-from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
-from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
-from workbench.plate.plate import Kind, Target
+from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import write_plate
-from workbench.plate.report.design import design_tables
-from workbench.plate.report.plates import comparison_table
-from workbench.plate.score import alike, score_plates
-from workbench.plate.stock import Stock
-from workbench.plate.target_readings import SIGMAS
-from workbench.plate.tolerances import EXACT, Production
-from workbench.report.result_display import AbstractShown
-from workbench.session.commands.plate import ImprovePlate
-from workbench.session.start import start
+from workbench.plate.tolerances import EXACT, PIN_PLAY, Production
 
-PINS = Stock().play
 OWN = Production(position=5e-5, angle=1e-3, play=(2e-5, 2e-3))
 
 
@@ -52,7 +39,7 @@ def searched(monkeypatch):
 def test_a_search_assumes_the_same_making_from_python_and_as_a_command(searched, run, aria, plate, tmp_path):
     """From Python the drawn pins had no play; the command overruled the play that a plate's file states."""
     plates = (
-        (plate, (replace(EXACT, play=PINS), "seat")),
+        (plate, (replace(EXACT, play=PIN_PLAY), "seat")),
         (replace(plate, production=OWN), (OWN, "seat")),
         (replace(of_kind(plate, Kind.SOCKET), production=OWN), (replace(OWN, play=(0.0, 0.0)), "socket")),
     )
@@ -62,17 +49,9 @@ def test_a_search_assumes_the_same_making_from_python_and_as_a_command(searched,
         assert run("plate", "optimise", path, "--robot", "aria", "--out", "best.toml")[0] == 0
         assert searched == [requested, requested]
         searched.clear()
-    machined = replace(METHODS["machined"].production, play=PINS)
     options = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml")
     assert run(*options, "--play", "none", "--tolerance", "0.1mm,0deg")[0] == 0
-    assert run(*options, "--made", "machined")[0] == 0
-    assert searched == [(Production(position=1e-4), "seat"), (machined, "seat")]
-
-
-def test_the_page_searches_for_what_its_own_figure_holds(searched, aria, plate):
-    session = start(aria, plate)
-    ImprovePlate().compute(session)
-    assert set(searched) == {(EXACT, "seat")}
+    assert searched == [(Production(position=1e-4), "seat")]
 
 
 def test_a_plate_is_moved_to_the_best_place_that_is_tried(searched, monkeypatch, aria, plate):
@@ -102,58 +81,3 @@ def test_only_seats_have_play_and_orientations(plate):
     known = replace(sockets, targets=tuple(replace(t, sigma=(5e-5, 1.0)) for t in sockets.targets))
     assert known.assumptions == "targets known to 0.05 mm (one σ)"
     assert replace(plate, production=OWN).assumptions.endswith("seat play ±0.02 mm, ±0.11°")
-
-
-def test_plates_that_differ_in_what_they_include_are_told_apart(aria, plate, solutions):
-    fixed = plate.with_joints(np.stack([found[0].q for found in solutions]), plate.branches)
-    other = replace(of_kind(fixed, Kind.SOCKET), name="Cones")
-    scores = score_plates(aria, alike([replace(fixed, production=OWN), other]), sigma=SIGMAS["seat"])
-    out = " ".join(_text(comparison_table(scores, scores)).split())
-    assert "all include" not in out
-    assert mentions(out, "Table 2", "0.1 mm, 0.02°")
-    assert mentions(out, "Cones", "±0.05 mm, ±0.057°")
-
-
-def _text(shown):
-    class Shown(AbstractShown):
-        def summary(self):
-            return shown
-
-    return repr(Shown())
-
-
-def test_few_angles_say_what_they_cost(searched, monkeypatch, aria, plate):
-    """Like few shapes; blocks that are bought have no others to compare with."""
-    costs = {(): 1.5e-4, (0.0, np.deg2rad(30.0)): 1.56e-4}
-
-    def search(robot, given, *, request, **_):
-        return PlateDesign(plate=given, cost=costs[request.blocks.tilts], rotation=1e-4, start_cost=2e-4)
-
-    monkeypatch.setattr(optimise, "optimise_plate", search)
-    request = DesignRequest(blocks=Blocks(tilts=(0.0, float(np.deg2rad(30.0)))))
-    found = optimise_plate(aria, plate, request=request)
-    message = "blocks of 0°, 30° alone cost 0.006 mm (4 %): 0.156 mm instead of 0.150 mm with any tilt"
-    assert found.notes == (message,)
-    assert message in " ".join(_text(design_tables(found)).split())
-    bought = replace(request, blocks=replace(request.blocks, levels=(0.05, 0.1)))
-    assert optimise_plate(aria, plate, request=bought).notes == ()
-
-
-def test_few_angles_and_few_shapes_each_say_what_they_cost(searched, monkeypatch, aria, plate):
-    """The price of the shapes is that at these angles."""
-    places = np.tile([0.0, 0.0, 0.05, 0.0, 0.0, 0.0], (4, 1))
-    places[:, 3] = np.arange(4) / 10.0
-
-    def search(robot, given, *, request, **_):
-        count = len(request.blocks.shapes) or 4
-        poses = tool_poses_at(given, places[[*range(count), *[0] * (4 - count)]])
-        targets = tuple(Target(pose[:3, 3], se3.matrix_to_rpy(pose[:3, :3])) for pose in poses)
-        cost = 1e-4 + 1e-5 * bool(request.blocks.tilts) + 1e-6 * (4 - count)
-        return PlateDesign(plate=replace(given, targets=targets), cost=cost, rotation=1e-4, start_cost=2e-4)
-
-    monkeypatch.setattr(optimise, "optimise_plate", search)
-    found = optimise_plate(aria, plate, request=DesignRequest(shapes=2, blocks=Blocks(tilts=(0.0,))))
-    assert found.notes == (
-        "2 shapes of block cost 0.002 mm (2 %): 0.112 mm instead of 0.110 mm with 4 different ones",
-        "blocks of 0° alone cost 0.010 mm (10 %): 0.110 mm instead of 0.100 mm with any tilt",
-    )

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from refusals import refuses
 
 from workbench.base.errors import FileError
 from workbench.plate.patterns import circle
@@ -92,15 +91,6 @@ def test_round_trip(name, targets, xyz, rpy, sized, tmp_path_factory):
     assert same(read_plate(write_plate(plate, path)), plate)
 
 
-def test_built_in_round_trip(tmp_path):
-    plate = load_plate("table2")
-    q = np.arange(60.0).reshape(10, 6)
-    chosen = plate.with_joints(q, ("shoulder left",) * 10)
-    again = load_plate(write_plate(chosen, tmp_path / "mine.toml"))
-    assert same(again, chosen)
-    assert np.array_equal(again.targets[3].q, q[3])
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -129,13 +119,3 @@ def test_each_mistake_has_its_sentence(tmp_path, text, message):
     with pytest.raises(FileError, match=message) as error:
         load_plate(path)
     assert error.value.path == str(path)
-
-
-def test_no_such_file(tmp_path):
-    with refuses(FileError, path=str(tmp_path / "none.toml")):
-        load_plate(tmp_path / "none.toml")
-    with refuses(FileError, "table2", path="table3"):
-        load_plate("table3")
-    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FileError, match="text"):
-        load_plate(tmp_path / "binary.toml")

@@ -4,18 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import OptionError
 from workbench.plate.design import NARROW, optimise_plate
-from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.optimise import DesignRequest
-from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import read_plate, write_plate
@@ -117,30 +113,6 @@ def test_plates_of_every_kind_are_designed(name, aria, plate, tmp_path):
     assert np.allclose(tool_poses(aria, Motion(q)), design.plate.poses, atol=1e-6)
 
 
-def test_what_no_reading_is(aria, plate):
-    with refuses(OptionError, option="reading", found="feeler"):
-        reading_named("feeler", aria, plate)
-    with refuses(OptionError, option="visits", found=0):
-        reading_named("seat", aria, plate, visits=0)
-    with refuses(OptionError, option="sigma", found=(0.0, None)):
-        reading_named("socket", aria, plate, sigma=(0.0, None))
-
-
-@pytest.mark.parametrize(
-    ("options", "names"),
-    [
-        (("--branches", "double"), ("--branches", "mixed, single")),
-        (("--blocks", "round"), ("--blocks", "flat, stepped, tilted")),
-        (("--heights", "40mm"), ("--heights",)),
-        (("--tolerance", "40mm"), ("--tolerance",)),
-        (("--targets", "300"), ("plate size", "spacing")),
-        (("--reading", "feeler"), ("feeler",)),
-    ],
-)
-def test_mistakes_are_said_in_one_sentence(refused, options, names):
-    refused(names, "plate", "optimise", "table2", "--robot", "aria", "--out", "p.toml", *options)
-
-
 def test_blocks_for_balls_face_an_arm_of_five_joints():
     """No search had a solution: the arm was asked for the direction of every random block."""
     katana = load_robot("katana450")
@@ -153,18 +125,3 @@ def test_blocks_for_balls_face_an_arm_of_five_joints():
     at = se3.inverse(katana.base.pose) @ tool_poses(katana, Motion(np.stack([t.q for t in found.targets])))
     assert np.allclose(at[:, :3, 3], found.poses[:, :3, 3], atol=1e-6)
     assert np.allclose(at[:, :3, 2], found.poses[:, :3, 2], atol=1e-6)
-
-
-def test_an_arm_whose_base_lies_in_its_shoulder_has_no_table_there(monkeypatch):
-    """The WAM's links reach below its base's origin everywhere: no plate kept clear of a table there."""
-    floors = {}
-
-    def search(robot, plate, *, request, **_):
-        floors[robot.name] = request.constraints.floor
-        return PlateDesign(plate=plate, cost=1.0, rotation=1.0, start_cost=1.0)
-
-    monkeypatch.setattr(optimise, "optimise_plate", search)
-    arms = [load_robot(name) for name in ("wam", "aria", "katana450")]
-    for arm in arms:
-        optimise_plate(arm, default_circle(arm))
-    assert list(floors.values()) == [None, 0.0, -height_above_floor(arms[2])]

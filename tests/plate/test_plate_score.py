@@ -4,16 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 import workbench as wb
 from workbench.arm.linearisation import linearise
-from workbench.base.errors import DataError
 from workbench.plate.free_constants import identified_names, visible, visible_basis
 from workbench.plate.plate import Kind, Target
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.report.plates import score_json
-from workbench.plate.target_branches import measurable
 from workbench.plate.target_readings import (
     SIGMAS,
     linearise_reading,
@@ -108,12 +105,6 @@ def test_indices_and_predicted_error_of_table_2(score, aria):
         assert {name: part.indices[name] for name in expected} == pytest.approx(expected, rel=1e-5)
 
 
-def test_a_mix_of_branches_is_worth_much_more_than_one(score):
-    assert score.single is not None
-    assert len(set(score.single.branches)) == 1
-    assert score.measured.error.position_rms < score.single.error.position_rms / 5
-
-
 def test_free_frames_leave_open_what_the_plate_cannot_tell(aria, plate):
     """All targets of Table 2 keep the tool's x axis along the base's: a shift of either looks the same."""
     found = wb.score(aria, plate, base=True, tool=True).measured
@@ -143,29 +134,6 @@ def test_the_visible_basis_drops_only_what_no_pose_shows(aria):
     seen = visible(whole, basis)
     assert seen.rank() == whole.rank() == 28
     assert np.allclose(seen.singular_values, whole.singular_values[:28], rtol=1e-9)
-
-
-def test_better_known_and_weaker_targets_count_as_such(aria, plate, score):
-    """A target's own uncertainty adds to the noise; a socket gives its position only."""
-    fixed = plate.with_joints(score.measured.q, plate.branches)
-    loose = replace(fixed, targets=tuple(replace(t, sigma=(1e-4, np.deg2rad(0.02))) for t in fixed.targets))
-    exact, less = (wb.score(aria, p).measured.error.position_rms for p in (fixed, loose))
-    assert less == pytest.approx(np.sqrt(2.0) * exact)
-    sockets = replace(fixed, targets=tuple(replace(t, kind=Kind.SOCKET) for t in fixed.targets))
-    assert wb.score(aria, sockets).measured.rank < 24
-
-
-def test_plates_that_nothing_can_be_measured_on(aria, plate):
-    with refuses(DataError, column="target"):
-        wb.score(aria, replace(plate, targets=()))
-    with refuses(DataError, column="base"):
-        wb.score(aria, replace(plate, xyz=np.array([0.2, 0.2, 0.1])))
-    far = replace(plate.region, min=plate.region.min + 3.0, max=plate.region.max + 3.0)
-    with refuses(DataError, column="region"):
-        wb.score(aria, replace(plate, region=far))
-    away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])),))
-    with refuses(DataError, "'Table 2'", target=0):
-        measurable(aria, away)
 
 
 def test_a_target_out_of_reach_is_counted_out_and_told(aria, plate, score):

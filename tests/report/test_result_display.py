@@ -5,9 +5,6 @@ import sys
 
 import pytest
 
-from workbench.base.errors import OptionError
-from workbench.report.result_display import AbstractPlotted
-
 REGISTERED = """
 import workbench as wb
 from workbench.report import result_display as display
@@ -30,12 +27,3 @@ def test_a_verb_brings_the_report_of_its_results(verb: str):
         [sys.executable, "-c", REGISTERED.replace("VERB", verb)], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
-
-
-def test_a_result_without_a_report_is_named():
-    class Found(AbstractPlotted):
-        pass
-
-    assert "Found" in repr(Found())
-    with pytest.raises(OptionError):
-        Found().plot()

@@ -46,13 +46,6 @@ def test_numbers_are_in_the_unit_of_their_key():
     }
 
 
-def test_a_table_has_the_fields_with_a_title():
-    assert READING.headings == ["joint", "off [mm]", "turned [°]", "parts"]
-    assert READING.cells(Reading(0, 0.0125, None)) == ["1", "12.500", "–", "0"]
-    table = READING.table("Readings", [Reading(0, 0.1, 0.0), Reading(1, 0.2, 0.0)])
-    assert [list(column.cells) for column in table.columns][:2] == [["1", "2"], ["100.000", "200.000"]]
-
-
 def test_a_unit_applies_to_every_number_of_a_record_within():
     sizes = ResultFields(
         ResultField(

@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
-from workbench.base.errors import DataError
 from workbench.data.readers.mapping import mapping_text, read_mapping, with_column
 from workbench.data.readers.preview import preview
 from workbench.data.simulation.instruments import instrument_named
@@ -18,18 +16,14 @@ from workbench.data.writer import write_measurements
 from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
-from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
-from workbench.session.commands.edit import DeleteTarget
+from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import Dismiss
-from workbench.session.commands.region import SetRegion
 from workbench.session.commands.undo import Undo
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml, columns_toml
-from workbench.session.journal.codec import decode
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
-from workbench.views.page.panels.index import predicted_heading
 
 
 @pytest.fixture(scope="module")
@@ -91,40 +85,6 @@ def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_i
         assert back.results.identification is before.results.identification
 
 
-def test_a_file_that_comes_during_a_drag_is_undone_below_it(do, file):
-    before = do(LoadData("one.csv", file), Identify(("opt2",)))
-    session = do(GrabTarget(0, 7), LoadData("two.csv", file), DropTarget(7))
-    assert session.results.identification is None
-    do(Undo())  # the drag, as the box of the rows is another since
-    back = do(Undo())
-    assert back.results.identification is before.results.identification
-    assert back.drag is None
-    do(SelectTarget(1), DeleteTarget(1))  # nobody holds one
-
-
-def test_rows_that_move_the_region_say_so_and_name_it(do, file, first):
-    session = do(LoadData("one.csv", file))
-    region = session.plate.region
-    assert region is session.measurements.box is not first.plate.region
-    message = session.page.messages[-1]
-    assert message.severity is Severity.LOG  # the Plate tab names it where it matters
-    assert "region" in message.text
-    assert all(f"{1e3 * side:.0f}" in message.text for side in region.size)
-    assert "box of the rows" in predicted_heading(session)
-    changed = do(SetRegion((0.1, 0.1, 0.2), (0.5, 0.5, 0.4), 0.1))
-    assert "box of the rows" not in predicted_heading(changed)
-    again = do(LoadData("two.csv", file))  # the user's own region stays
-    assert again.plate.region is changed.plate.region
-    assert "region" not in again.page.messages[-1].text
-
-
-@pytest.mark.parametrize(
-    ("errors", "shown"), [((1e-3, np.deg2rad(0.3)), "1 mm and 0.3°"), ((5e-3, 0.01), "5 mm")]
-)
-def test_the_hidden_errors_are_said_as_they_are_made(errors, shown, do):
-    assert shown in dict(do(MeasureVirtualArm(3, errors=errors)).measurements.loaded.facts)["Arm"]
-
-
 @pytest.mark.parametrize(("name", "millimetres"), [("laser-tracker", 0.02), ("optotrak", 0.00577)])
 def test_an_instrument_measures_a_virtual_arm_as_well_as_it_sees(name, millimetres, do):
     session = do(MeasureVirtualArm(3, more=20, instrument=name))
@@ -134,13 +94,6 @@ def test_an_instrument_measures_a_virtual_arm_as_well_as_it_sees(name, millimetr
     assert 1e3 * off.mean() == pytest.approx(1.6 * millimetres, rel=0.3)  # of three normal coordinates
     found = do(Identify(("opt2",))).results.identification
     assert found.runs["opt2"].held_out.position_mm.mean < 0.01 * found.nominal.held_out.position_mm.mean
-
-
-def test_the_same_seed_is_the_same_arm(do):
-    one = do(MeasureVirtualArm(5)).measurements.loaded.dataset
-    other = do(MeasureVirtualArm(5)).measurements.loaded.dataset
-    assert np.array_equal(one.q, other.q)
-    assert not np.array_equal(do(MeasureVirtualArm(6)).measurements.loaded.dataset.q, one.q)
 
 
 def test_a_file_is_read_identified_and_looked_at(do, file):
@@ -191,23 +144,3 @@ def test_a_saved_choice_of_columns_is_one_for_the_command_line(do, file, tmp_pat
     (tmp_path / "a.csv").write_bytes(file)
     again = preview(tmp_path / "a.csv", columns=read_mapping(tmp_path / name).columns)
     assert np.array_equal(again.dataset.q, session.measurements.loaded.dataset.q)
-
-
-def test_nothing_to_save_yet(first):
-    with refuses(DataError, "Identify"):
-        calibrated_toml(first)
-
-
-@pytest.mark.parametrize(
-    ("fields", "length", "angle"),
-    [({}, 5e-3, 5.0), ({"errors": [1e-3, np.deg2rad(0.3)]}, 1e-3, 0.3)],
-    ids=["of an older journal", "as the page asks for now"],
-)
-def test_a_virtual_arm_has_the_errors_that_its_journal_says(do, fields, length, angle):
-    session = do(decode("MeasureVirtualArm", {"seed": 3, **fields}, bytes))
-    robot, actual = session.robot, session.measurements.loaded.actual
-    names = robot.default_free
-    hidden = np.abs(actual.values(names) - robot.values(names))
-    turns = np.array([robot.chain.elements[i].axis.turns for i in robot.chain.indices(names)])
-    assert 0.5 * length < hidden[~turns].max() <= length
-    assert 0.5 * angle < np.rad2deg(hidden[turns].max()) <= angle

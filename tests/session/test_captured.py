@@ -1,17 +1,15 @@
 """Poses kept while jogging, before and after calibration."""
 
 import csv
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.session import replay
-from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog
+from workbench.session.commands.arm import CapturePose, Jog
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.identify import Identify
 from workbench.session.export import captured, captured_csv
@@ -43,16 +41,3 @@ def test_they_are_saved_with_units(do):
     assert found == pytest.approx(1e3 * pose[:3, 3])
     angles = np.deg2rad([float(row[f"nominal_{turn}[deg]"]) for turn in ("roll", "pitch", "yaw")])
     assert se3.rpy_to_matrix(angles) == pytest.approx(pose[:3, :3])
-
-
-def test_nothing_kept_is_said(do):
-    session = do(ForgetPoses())
-    assert "no poses have been kept" in session.page.messages[-1].text
-    assert do(Jog(ONE), CapturePose(), ForgetPoses()).choices.captured == ()
-
-
-def test_an_arm_whose_effect_the_pose_does_not_drive(first):
-    warm = first.robot.with_effects(EFFECTS["thermal-growth"]((), (2.3e-5,)))
-    session = replace(first, robot=warm, choices=replace(first.choices, captured=((0.0,) * 6,)))
-    expected = captured(replace(session, robot=first.robot)).nominal
-    np.testing.assert_array_equal(captured(session).nominal, expected)

@@ -1,7 +1,5 @@
 """The arm drawn as its loads bend it, the plate of an arm with five joints, and influences to first order."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -12,15 +10,10 @@ from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, i
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.types import Freedom
-from workbench.session import start
 from workbench.session.commands.arm import ChooseRobot
-from workbench.session.commands.compare import SetOverlay
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.identify import Identify
-from workbench.session.deflection import MAX_DRAWN, bend, bending_robot, drawable_bending
-from workbench.session.page_state import Severity
-from workbench.session.start import default_circle
+from workbench.session.deflection import MAX_DRAWN, bend, drawable_bending
 from workbench.views.appearance.bodies import body_frames
 
 Q = np.array([0.4, 0.7, -0.9, -0.6, 0.8])
@@ -65,24 +58,6 @@ def test_a_bent_arm_is_drawn_as_far_off_as_a_tenth_of_its_reach_at_most(times, c
     assert drawn == times if times == 1.0 else off > 0.5 * MAX_DRAWN * robot.reach
 
 
-def test_only_effects_that_the_pose_drives_are_drawn(first):
-    assert bending_robot(first) is None
-    warm = first.robot.with_effects(EFFECTS["thermal-growth"]((), (2.3e-5,)))
-    assert bending_robot(replace(first, robot=warm)) is None
-    soft = EFFECTS["joint-compliance"]((1,), (1e-4,))
-    both = bending_robot(replace(first, robot=warm.with_effects(*warm.effects, soft)))
-    assert both.effects == (soft,)
-
-
-def test_exaggerations_have_bounds(do, first):
-    for wrong in (
-        replace(first.choices.overlay, deflection=0.0),
-        replace(first.choices.overlay, exaggeration=np.inf),
-    ):
-        assert do(SetOverlay(wrong)).page.messages[-1].severity is Severity.ERROR
-    assert do(SetOverlay(replace(first.choices.overlay, deflection=7.0))).choices.overlay.deflection == 7.0
-
-
 def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
     session = do(ChooseRobot("katana450"))
     assert session.score.measurable == 10
@@ -92,20 +67,6 @@ def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
     session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
     assert session.results.identification.runs["opt2"].held_out.position_mm.mean < 0.5
     assert session.results.identification.nominal.held_out.position_mm.mean > 5.0
-
-
-@pytest.mark.parametrize("name", ["ur5", "katana450-three-rotation"])
-def test_suited_plates_are_reached_without_touching_anything(name):
-    robot = load_robot(name)
-    begun = start(robot, default_circle(robot))
-    assert begun.score.measurable == 10
-    assert all(not state.hit for state in begun.states)
-
-
-def test_an_arm_whose_base_is_to_be_found_is_given_no_stand():
-    robot = load_robot("katana450")
-    assert height_above_floor(robot.with_frames(base=replace(robot.base, free=Freedom.FREE))) == 0.0
-    assert height_above_floor(load_robot("aria")) == 0.0
 
 
 @pytest.mark.parametrize("name", ["aria", "katana450", "panda"])

@@ -19,7 +19,6 @@ from workbench.session.commands.edit import (
     free_place,
 )
 from workbench.session.commands.undo import RestoreBest, Undo
-from workbench.session.journal.codec import decode, encode
 from workbench.session.page_state import Severity
 
 
@@ -49,20 +48,6 @@ def test_added_targets_stand_in_free_places_of_the_region(do, first):
     assert np.sort(gaps, axis=1)[:, 1].min() == pytest.approx(0.06)
     assert (added[:, :2] >= region.min[:2]).all()
     assert (added[:, :2] <= region.max[:2]).all()
-
-
-def test_targets_of_earlier_journals_stay_in_the_middle(do, first):
-    session = do(AddTarget(), AddTarget())
-    low, high = first.plate.region.min, first.plate.region.max
-    height = first.plate.targets[first.selected].xyz[2]
-    middle = [*(0.5 * (low + high))[:2], height]
-    assert places(session)[10:] == pytest.approx(np.array([middle, middle]))
-
-
-def test_a_journal_holds_the_place_of_an_added_target(first):
-    added = AddTarget(free_place(first))
-    values, files = encode(added)
-    assert decode("AddTarget", values, files.get) == added
 
 
 def test_the_last_target_stays(do):
@@ -124,12 +109,3 @@ def test_the_best_so_far_comes_back(do, first, worker):
     again = replay(first, worker.journal)
     assert np.array_equal(again.plate.poses, session.plate.poses)
     assert "best" in do(RestoreBest()).page.messages[-1].text
-
-
-def test_every_step_keeps_what_is_drawn_of_its_score_and_not_its_matrices(do, first):
-    """They are 50 kB a drag, of 200 drags."""
-    moved = do(CopyTarget(0), DeleteTarget(3))
-    assert len(moved.history.scores) > 2
-    assert all(score.linearisation is None for score in moved.history.scores)
-    assert moved.history.scores[-1].indices == moved.score.indices
-    assert moved.score.linearisation is not None

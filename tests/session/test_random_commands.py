@@ -94,6 +94,7 @@ class Commands(RuleBasedStateMachine):
         values, files = codec.encode(command)
         text = json.dumps(values, allow_nan=False)
         again = codec.decode(type(command).__name__, json.loads(text), files.__getitem__)
+        assert repr(again) == repr(command)
         self.before = self.session
         try:
             again.check(self.session)

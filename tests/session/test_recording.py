@@ -11,14 +11,11 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import fields, replace
-from functools import cache, partial
-from typing import get_type_hints
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from refusals import mentions, refuses
 
 from recordings import Run, rewrite
@@ -27,10 +24,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
 from workbench.base import se3
-from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, OptionError
 from workbench.base.types import frozen
-from workbench.session.command import kinds
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
@@ -115,15 +110,6 @@ def test_a_replay_comes_to_the_same_numbers(whole):
         session.noise,
         session.choices.overlay,
     )
-
-
-def test_a_number_that_was_changed_is_named(whole, tmp_path):
-    def change(line):
-        line["numbers"]["targets"]["3"]["q"][1] += 1e-6
-
-    replayed = check(read_recording(rewrite(shutil.copytree(whole[0], tmp_path / "copy"), 2, change)))
-    assert [(d.step, d.name) for d in replayed.differences] == [(2, "targets.3.q.2")]
-    assert replayed.worst.size == pytest.approx(1e-6 / max(1.0, abs(replayed.worst.then)), rel=0.01)
 
 
 def test_plates_that_were_searched_for_are_taken_from_the_journal(record, first, tmp_path, monkeypatch):
@@ -287,14 +273,6 @@ def test_every_line_but_the_places_of_a_drag_is_on_the_disk(record, first, monke
     assert len(synced) == len(run.lines) - 1
 
 
-def test_a_system_without_fdatasync_records_too(record, first, monkeypatch):
-    """As macOS is."""
-    monkeypatch.delattr(os, "fdatasync")
-    run = record()
-    run(SelectTarget(1))
-    assert len(read_recording(run.folder).lines) == 1
-
-
 def test_a_drag_that_was_cut_off_is_let_go(record, first):
     """Whoever held the target is gone: others can drag again, and a replay knows of it."""
     run = record()
@@ -346,14 +324,6 @@ def test_damage_is_one_clear_sentence(whole, tmp_path, spoil, text):
     with pytest.raises(FileError, match=text) as found:
         read_recording(folder)
     assert "\n" not in str(found.value)
-
-
-def test_up_to_the_damage_it_can_be_used(whole, tmp_path):
-    folder = shutil.copytree(whole[0], tmp_path / "copy")
-    path = folder / JOURNAL
-    lines = path.read_bytes().splitlines()
-    path.write_bytes(b"\n".join([*lines[:6], b"#", *lines[7:]]) + b"\n")
-    assert len(read_recording(folder, to=5).lines) == 5
 
 
 @pytest.mark.parametrize("name", ["*.csv", "robot.toml", "plate.toml"])
@@ -520,18 +490,6 @@ def test_two_at_once_on_one_folder(record, first, whole, tmp_path):
     assert len(run.lines) == 3
 
 
-def test_two_new_ones_at_once_have_folders_of_their_own(record, first, monkeypatch):
-    folders = {record().folder for _ in range(3)}
-    assert len(folders) == 3
-
-
-def test_recordings_of_one_arm_and_plate_share_what_was_worked_out(record):
-    one, other = (read_recording(record().folder) for _ in range(2))
-    assert one.robot is other.robot
-    assert one.plate is other.plate
-    assert one.first.region.q is other.first.region.q
-
-
 def test_no_place_for_recordings(record, first, tmp_path):
     """Where recordings should go is a file: the session goes on, and its user is told."""
     (tmp_path / "file").write_text("")
@@ -564,21 +522,6 @@ def test_a_full_disk_is_told_and_nothing_is_missing_afterwards(record, first):
     recording = read_recording(run.folder)
     assert [e.command for e in recording.entries] == [e.command for e in run.worker.journal]
     assert check(recording).differences == ()
-
-
-def test_what_waits_is_written_at_the_end(record, first):
-    run = record()
-    run(SelectTarget(1))
-    size = (run.folder / JOURNAL).stat().st_size
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    try:
-        run(SelectTarget(2))
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert len(run.lines) == 2
-    run.worker.close()
-    assert [e.command for e in read_recording(run.folder).entries] == [e.command for e in run.worker.journal]
 
 
 def test_the_wall_clock_may_jump(record, monkeypatch):
@@ -647,58 +590,6 @@ def test_a_kill_loses_at_most_the_last_command(tmp_path, seed):
 
 
 # -- commands as plain data -----------------------------------------------------------------------
-
-
-@cache
-def any_of(kind):
-    """Any values of a command's fields."""
-    hints = get_type_hints(kind)
-    return st.fixed_dictionaries({field.name: st.from_type(hints[field.name]) for field in fields(kind)})
-
-
-OURS = [kind for kind in kinds().values() if kind.__module__.startswith("workbench.")]
-KINDS = st.sampled_from(OURS).flatmap(lambda kind: st.tuples(st.just(kind), any_of(kind)))
-"""Every command with any values of its fields' types: a new command is tested without a line here."""
-
-
-@pytest.mark.filterwarnings("ignore:Do not use the `random` module")  # beartype checks one item of a tuple
-@given(KINDS)
-def test_commands_come_back_as_they_were(drawn):
-    kind, arguments = drawn
-    command = kind(**{f.name: arguments[f.name] for f in fields(kind)})
-    values, files = codec.encode(command)
-    text = json.dumps(values, allow_nan=False)
-    again = codec.decode(type(command).__name__, json.loads(text), files.__getitem__)
-    for field in fields(command):
-        a, b = getattr(command, field.name), getattr(again, field.name)
-        assert repr(a) == repr(b)
-        assert type(a) is type(b)
-
-
-def test_a_stranger_is_no_command():
-    with pytest.raises(TypeError):
-        codec.encode("Undo")
-
-
-@pytest.mark.parametrize("name", built_in_robots())
-def test_every_built_in_arm_starts_and_is_recorded(first, name, tmp_path):
-    """Whether or not it reaches the plate: each target is reached or has a reason.
-
-    Most with a region out of their reach, as poses there take longer than all else.
-    """
-    region = first.plate.region
-    if name not in ("aria", "katana450", "iiwa7", "ur5e"):
-        region = replace(region, min=region.min + 50.0, max=region.max + 50.0)
-    begun = begin(load_robot(name), replace(first.plate, region=region), folder=tmp_path / "r")
-    session, recording = begun.session, read_recording(tmp_path / "r")
-    assert recording.robot.default_free == load_robot(name).default_free
-    assert not check(recording).differences
-    begun.keepers[0].close()
-    for target, state in zip(session.plate.targets, session.states, strict=True):
-        if state.reached and session.robot.dof >= 6:
-            tool = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, Motion(state.q[None]))[0]
-            assert np.abs(se3.pose_error(target.pose, tool)).max() < 1e-7
-        assert state.reached or state.reason
 
 
 def test_fields_of_earlier_journals_come_back_by_their_names_of_today():

@@ -12,20 +12,16 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.progress import cancelled
-from workbench.plate.cube_map import map_cubes
 from workbench.plate.predicted_error import predicted_error
-from workbench.plate.region import Region
-from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_readings import assumptions, usual_sigma
 from workbench.session import Worker
 from workbench.session.command import AbstractChore
-from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
 from workbench.session.commands.undo import Undo
 from workbench.session.cube_fields import CHANGE, PREDICTED
-from workbench.session.cube_values import are_shown, drawn_field, shown_cubes, values
+from workbench.session.cube_values import drawn_field, values
 from workbench.session.journal import Ending
 from workbench.session.page_state import Severity
 from workbench.session.state import CubeView
@@ -80,16 +76,6 @@ def test_fields_agree_with_computations_of_their_own(run):
         assert tool[:3, 3] == pytest.approx(cubes.region.centres[i], abs=1e-7)
         expected = predicted_error(score.linearisation, session.robot, cubes.q[i][None])
         assert values(session).numbers[i] == pytest.approx(expected.position_rms, rel=1e-9)
-
-
-def test_out_of_reach_cubes_have_no_error(first):
-    region = Region(min=np.full(3, 0.2), max=np.full(3, 1.2), cube=0.25)
-    names = first.robot.default_free
-    cubes = map_cubes(first.robot, region, first.plate.poses[:2, :3, :3], names=names)
-    seen = cubes.reached > 0
-    assert 0 < seen.sum() < len(cubes)
-    assert np.isnan(cubes.errors(first.score.linearisation)[~seen]).all()
-    assert np.isfinite(cubes.errors(first.score.linearisation)[seen]).all()
 
 
 def test_measured_errors_are_means_over_the_rows_in_each_cube(run):
@@ -155,35 +141,6 @@ def test_the_page_says_what_plate_score_says(first):
     assert assumptions(first.plate, usual_sigma(first.plate)) in panel
 
 
-def test_a_changed_plate_is_judged_over_the_poses_of_the_one_that_was_loaded(run, first):
-    """As `plate compare` with the loaded plate does: turning a target moves no pose that matters."""
-    session = after(run, SetRegion(LOW, HIGH, 0.1))
-    loaded = replace(first.history.first_plate, region=session.plate.region)
-    np.testing.assert_array_equal(session.region.q, plate_region_poses(first.robot, loaded))
-
-
-def test_the_first_thing_shown_is_one_layer_of_predicted_errors_at_the_plate_s_surface(run):
-    session = after(run, SelectTarget(0))
-    numbers = values(session)
-    shown = shown_cubes(session, session.region.view, numbers)
-    heights = session.plate.region.centres[shown, 2]
-    assert shown.sum() == np.prod(session.plate.region.shape[:2])
-    assert np.ptp(heights) < 1e-12
-    assert abs(heights[0] - session.plate.pose[2, 3]) <= 0.5 * session.plate.region.cube
-    assert heights[0] < min(target.xyz[2] for target in session.plate.targets)
-    errors = session.region.cubes.errors(session.score.linearisation)
-    assert np.array_equal(numbers.numbers, errors, equal_nan=True)
-
-
-def test_a_layer_that_nobody_asked_for_gives_way_to_measured_rows(run):
-    assert are_shown(after(run, SelectTarget(0)))
-    session = after(run, MeasureVirtualArm(2, more=30), ShowRow(4))
-    assert not are_shown(session)
-    assert {i.path: i.shown for i in region_items(session)}["region/cubes"] is False
-    requested = after(run, ShowCubes(replace(session.region.view, is_chosen=True)))
-    assert are_shown(requested)
-
-
 def test_a_drag_colours_cubes_by_what_it_changes_on_a_scale_of_that_size(run):
     before = after(run, SelectTarget(0))
     target = before.plate.targets[0]
@@ -209,28 +166,3 @@ def test_a_drag_colours_cubes_by_what_it_changes_on_a_scale_of_that_size(run):
         assert drawn_field(released) is PREDICTED
     assert spans[0] < spans[1]
     assert after(run, ShowCubes(CubeView(field="change"))).page.messages[-1].severity is Severity.ERROR
-
-
-def test_the_scale_stays_that_of_the_first_plate(run, first):
-    """So that a plate that is worse everywhere looks worse everywhere."""
-    before = values(after(run, SelectTarget(0)))
-    x, y, z = (first.plate.targets[0].xyz + 0.2).tolist()
-    moved = after(run, MoveTarget(0, (x, y, z), tuple(first.plate.targets[0].rpy.tolist())))
-    now = values(moved)
-    assert (now.low, now.high) == (before.low, before.high)
-    reached = np.isfinite(now.numbers)
-    assert moved.score.position > 1.05 * first.score.position
-    assert np.median(now.shares[reached] - before.shares[reached]) > 0.05
-    lowest, highest = np.percentile(before.numbers[reached], (5.0, 95.0))
-    assert before.low < lowest < highest < before.high
-
-
-def test_a_plate_that_was_far_worse_at_first_has_a_scale_of_its_own(run, first):
-    """Else its cubes would all have one colour."""
-    session = after(run, SelectTarget(0))
-    few = replace(session.score.linearisation, jacobian=0.2 * session.score.linearisation.jacobian)
-    score = replace(session.history.first_score, linearisation=few)
-    now = values(replace(session, history=replace(session.history, first_score=score)))
-    reached = np.isfinite(now.numbers)
-    lowest, highest = np.percentile(now.shares[reached], (5.0, 95.0))
-    assert highest - lowest > 0.4

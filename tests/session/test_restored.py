@@ -9,8 +9,8 @@ from refusals import mentions
 
 from recordings import Run, rewrite
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.effects import EFFECTS
 from workbench.data.writer import write_measurements
+from workbench.parts import Parts, register
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.simulated_measurement import measure_poses
 from workbench.session.command import UnknownCommand
@@ -19,7 +19,7 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import CopyTarget, LockTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.journal.folder import begin, go_on, go_on_unrecorded
+from workbench.session.journal.folder import begin, go_on
 from workbench.session.journal.reader import JOURNAL, read_recording
 from workbench.session.journal.restore import restore
 from workbench.session.page_state import Severity
@@ -33,7 +33,7 @@ def lines(folder):
 def killed(tmp_path_factory):
     """A session with a foreign effect, as a kill in a later drag leaves it."""
     folder = tmp_path_factory.mktemp("foreign") / "session"
-    EFFECTS.register(GearSag)
+    forget = register(Parts(effects=(GearSag,)))
     try:
         _, rows = measure_poses(load_robot("aria"), 90, effects=("gear-sag:2:4e-4",), seed=2)
         path = write_measurements(rows, folder.parent / "sag.csv")
@@ -47,7 +47,7 @@ def killed(tmp_path_factory):
         run.worker.close()
         assert restore(read_recording(left)).differences == ()
     finally:
-        EFFECTS.remove(GearSag.name)
+        forget()
     return left
 
 
@@ -90,13 +90,6 @@ def test_it_goes_on_in_a_new_recording_and_the_old_one_stays(killed, restored, t
     assert restore(branched, is_computed=True).differences == ()
 
 
-def test_without_a_recording_it_is_told_all_the_same(restored):
-    begun = go_on_unrecorded(restored)
-    assert begun.folder is None
-    warnings = [m.text for m in begun.session.page.messages if m.severity is Severity.WARNING]
-    assert warnings == [restored.warning] == [begun.trouble]
-
-
 @pytest.fixture
 def plain(tmp_path):
     """A short recording; how to change its lines, as another version would have written them."""
@@ -122,12 +115,6 @@ def test_a_number_that_differs_in_the_fourth_digit_is_told(plain):
         (2, "held_out.position_mm.mean")
     ]
     assert mentions(found.warning, "step 2")
-
-
-def test_another_version_is_named(plain):
-    plain(2, spoil_error)
-    found = restore(plain(0, lambda header: header.update(workbench="0.0.9")))
-    assert mentions(found.warning, "0.0.9")
 
 
 @pytest.mark.parametrize(
@@ -166,11 +153,3 @@ def test_the_same_numbers_go_on_in_the_same_folder(plain):
     assert (begun.folder, begun.trouble) == (recording.folder, "")
     assert not [m for m in begun.session.page.messages if m.severity is Severity.WARNING]
     begun.keepers[0].close()
-
-
-def test_a_xacro_of_an_earlier_version_is_left_out_and_named(plain):
-    def xacro(line):
-        line |= {"command": "LoadModel", "title": "Open a.xacro", "fields": {"name": "a.xacro", "poses": []}}
-
-    (note,) = plain(1, xacro).notes
-    assert mentions(note, "Open a.xacro")

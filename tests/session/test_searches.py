@@ -8,46 +8,13 @@ import numpy as np
 from refusals import mentions
 
 from workbench.arm.inverse.branch import margins
-from workbench.base.errors import DataError
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.optimise import DesignRequest
-from workbench.plate.optimiser.result import PlateDesign
 from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import FoundPlate, ImprovePlate
-from workbench.session.judgement import Tone
-from workbench.session.next_step import LOAD, MAKE, next_step
 from workbench.session.page_state import Severity
 from workbench.session.target_state import TargetState
 from workbench.views.page.panels.selected_target import near_limit
-
-
-def test_more_targets_are_searched_or_fewer_and_a_plate_that_was_good_stays(first, monkeypatch):
-    asked, found = [], PlateDesign(plate=first.plate, cost=1.0, rotation=1.0, start_cost=1.0)
-
-    def search(robot, plate, *, number, moves, **_):
-        asked.append((number, moves))
-        if number == 20:
-            raise DataError("so many don't go together")
-        return found
-
-    monkeypatch.setattr("workbench.plate.design.optimise_plate", search)
-    ImprovePlate(targets=20).compute(first)
-    changed = replace(first, plate=replace(first.plate, name="changed"))
-    ImprovePlate().compute(changed)
-    ImprovePlate().compute(replace(changed, score=replace(first.score, position=1.0)))
-    assert asked == [(20, True), (15, True), (None, False), (None, True)]
-
-    def refuse(robot, plate, **_):
-        raise DataError("nothing keeps the margins")
-
-    monkeypatch.setattr("workbench.plate.design.optimise_plate", refuse)
-    session = ImprovePlate().finish(first, ImprovePlate().compute(first))
-    assert session.page.messages[-1].text == "nothing keeps the margins"
-    assert session.history.searched is session.plate is first.plate
-    assert not isinstance(next_step(session).next.command, ImprovePlate)  # it can't help
-    for predicted in (1.0, np.inf):  # nor can one for more targets
-        step = next_step(replace(session, score=replace(session.score, position=predicted)))
-        assert (step.tone, step.next) == (Tone.CAREFUL, MAKE if np.isfinite(predicted) else LOAD)
 
 
 def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first, monkeypatch):

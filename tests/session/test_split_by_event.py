@@ -86,14 +86,6 @@ def a_known_base_becomes_no_sessions_own(session, row):
         MakeSession(row).check(replace(session, robot=session.robot.with_frames(base=base)))
 
 
-def test_checking_rows_of_a_virtual_arm_are_of_the_last_session(first):
-    session = done(first, MeasureVirtualArm(3), MakeSession(4))
-    assert set(session.measurements.loaded.checks.session) == {
-        session.measurements.loaded.dataset.session[-1]
-    }
-    assert dict(session.measurements.loaded.facts)["Sessions"] == "before row 4, from row 4"
-
-
 def test_rows_that_are_sessions_already_are_refused(first):
     session = done(first, MeasureVirtualArm(3), MakeSession(4))
     for row in (4, 10**6, -1):

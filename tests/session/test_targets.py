@@ -1,26 +1,29 @@
 """Dragging, typing, undo: what happens to the targets and their numbers."""
 
 from dataclasses import replace
-from importlib import import_module
 
 import numpy as np
 import pytest
 from stories import own_files
 
+import workbench as wb
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.branch import margins, planned_margins
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
+from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Kind
+from workbench.plate.tolerances import Production
 from workbench.session import replay, start
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.plate import SetNoise
+from workbench.session.commands.target_placement import place_plate
 from workbench.session.commands.undo import Redo, ResetTargets, Undo
+from workbench.session.live_score import score
 from workbench.session.page_state import Severity
 from workbench.session.start import default_plate
-from workbench.session.state import Focus
 
 RPY = (-2.6, 0.05, 0.1)
 
@@ -50,19 +53,6 @@ def test_every_arm_begins_with_room_at_every_target_and_may_be_tried_there(name)
     assert plate.has_seats is (robot.dof >= 6)
     left = margins(np.stack([state.q for state in session.states]), robot.limits)
     assert (left >= planned_margins(robot.limits) - 1e-9).all()
-
-
-def test_no_branch_is_looked_for_where_a_small_arm_gets_at_no_distance(monkeypatch):
-    """Seconds went into a start of arms whose plate lies beyond their reach, place by place."""
-    module, robot = import_module("workbench.session.start"), load_robot("so101")
-    plate, looked_at = default_plate(robot), []
-    real = module.branches_to
-    monkeypatch.setattr(module, "branches_to", lambda arm, t: looked_at.append(t) or real(arm, t))
-    far = replace(plate.targets[0], xyz=plate.targets[0].xyz + np.array([3.0, 0.0, 0.0]))
-    assert module._met(robot, plate, 0, far).kind is Kind.SOCKET
-    assert looked_at == []
-    assert module._met(robot, plate, 0, plate.targets[0]).kind is Kind.SOCKET
-    assert looked_at
 
 
 def test_an_arm_of_a_urdf_leaves_nothing_undetermined_that_any_pose_could_show(tmp_path):
@@ -107,10 +97,6 @@ def test_nobody_else_moves_a_held_target(do):
     assert do(DropTarget(client=1)).drag is None
 
 
-def test_a_grab_without_a_move_is_no_step(do):
-    assert do(GrabTarget(0, client=1), DropTarget(client=1)).history.done == ()
-
-
 def test_out_of_reach_has_a_reason_and_does_not_count(do, first):
     session = do(MoveTarget(0, (1.6, 0.0, 0.3), RPY))
     state = session.states[0]
@@ -145,15 +131,6 @@ def test_reset_can_be_undone(do, first):
     assert news.page.messages[-1].severity is Severity.INFO
 
 
-def test_nothing_to_undo_is_news_not_an_error(do):
-    assert do(Undo()).page.messages[-1].severity is Severity.INFO
-    assert do(Redo()).page.messages[-1].severity is Severity.INFO
-
-
-def test_selecting_goes_back_to_the_targets(do):
-    assert do(SelectTarget(6)).playback.focus is Focus.TARGET
-
-
 def test_the_journal_leads_to_the_same_session(worker, do, first):
     rng = np.random.default_rng(5)
     for _ in range(6):
@@ -167,3 +144,32 @@ def test_the_journal_leads_to_the_same_session(worker, do, first):
     for a, b in zip(again.states, session.states, strict=True):
         assert np.array_equal(a.q, b.q)
         assert (a.reached, a.branch, a.reason) == (b.reached, b.branch, b.reason)
+
+
+def test_other_targets_are_read_as_they_are_unless_an_instrument_was_chosen(first):
+    """A plate of sockets was scored with the noise of seats, unlike in `plate score`."""
+    sockets = tuple(replace(target, kind=Kind.SOCKET) for target in first.plate.targets[:6])
+    plate = replace(first.plate, targets=sockets)
+    placed = place_plate(first, plate)
+    assert placed.noise == Noise(5e-5, first.noise.rotation)
+    q = np.stack([state.q for state in placed.states])
+    fixed = placed.plate.with_joints(q, tuple(state.branch for state in placed.states))
+    found = wb.score(first.robot, fixed, evaluation_poses=first.region.q)
+    assert placed.score.position == pytest.approx(found.measured.error.position_rms)
+    back = Undo().apply(placed)  # the seats kept the sockets' instrument
+    assert (back.noise, back.score.position) == (first.noise, pytest.approx(first.score.position))
+    assert Redo().apply(back).noise == placed.noise
+    chosen = Noise(2e-4, 1e-3)
+    assert place_plate(replace(first, noise=chosen), plate).noise == chosen
+
+
+def test_a_plate_is_scored_as_it_is_made_and_read(first):
+    """The page left out making and play: a loosely made plate seemed as good as any."""
+    options = {"noise": first.noise, "region_q": first.region.q}
+    production = Production(position=2.5e-4, angle=float(np.deg2rad(0.3)))
+    loose = score(first.robot, replace(first.plate, production=production), first.states, **options)
+    assert loose.position > 1.5 * first.score.position
+    sockets = tuple(replace(target, kind=Kind.SOCKET) for target in first.plate.targets[:5])
+    mixed = replace(first.plate, targets=(*sockets, *first.plate.targets[5:]))
+    found = score(first.robot, mixed, first.states, **options)
+    assert len(found.linearisation.jacobian) == 5 * 3 + 5 * 6

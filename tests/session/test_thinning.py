@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from workbench.session import Worker
 from workbench.session.command import AbstractTask
-from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
-from workbench.session.commands.undo import Undo
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.journal import Ending, Entry, replay
 from workbench.session.page_state import Severity
 
@@ -56,38 +54,3 @@ def test_what_a_task_began_from_is_kept(first, worker, do):
     message = [m.text for m in replay(first, worker.journal).page.messages]
     assert message == [f"{list(places[2].xyz)}"]
     assert live.plate.targets[2].xyz.tolist() == list(places[5].xyz)
-
-
-def test_what_was_read_from_a_recording_is_kept(first):
-    place, *_ = path(first)
-    before = [Entry(c, Ending.DONE, 0, 0.0, 0.0) for c in (GrabTarget(2, 1), place)]
-    worker = Worker(replay(first, before), journal=before, opening=[DropTarget(1)])
-    for command in (GrabTarget(2, 1), place, place):
-        worker.submit(command)
-        worker.wait()
-    worker.close()
-    kinds = [type(e.command) for e in worker.journal]
-    assert kinds == [GrabTarget, MoveTarget, DropTarget, GrabTarget, MoveTarget]
-
-
-def test_only_places_of_the_same_client_in_one_drag_are_merged(first):
-    place = next(iter(path(first)))
-    dragged = GrabTarget(2, 1).apply(first)
-    assert place.merged_with(place, dragged).start is not None
-    assert place.merged_with(place, first) is None
-    assert place.merged_with(SelectTarget(2), dragged) is None
-    assert Undo().merged_with(place, dragged) is None
-    other = MoveTarget(2, place.xyz, RPY, client=3)
-    assert place.merged_with(other, dragged) is None
-    assert other.merged_with(place, dragged) is None
-
-
-def test_a_refused_place_stays_an_entry(worker, do, first):
-    places = list(path(first))
-    absurd = MoveTarget(2, (99.0, 0.0, 0.0), RPY, client=1)
-    do(GrabTarget(2, 1), places[0], absurd, places[1], DropTarget(1))
-    assert [e.ending for e in worker.journal if isinstance(e.command, MoveTarget)] == [
-        Ending.DONE,
-        Ending.REFUSED,
-        Ending.DONE,
-    ]

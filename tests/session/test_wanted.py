@@ -15,14 +15,11 @@ from workbench.identification.errors.pass_or_fail import judge
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate_toml import write_plate
 from workbench.plate.simulated_measurement import measure_poses
-from workbench.session import Worker, start
+from workbench.session import start
 from workbench.session.commands.arm import LoadModel
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
 from workbench.session.commands.identify import Identify, SetWanted
 from workbench.session.commands.undo import Undo
-from workbench.session.export import fixture_zip
-from workbench.session.journal.folder import begin
-from workbench.session.journal.reader import read_recording
 from workbench.session.judgement import PASSING_SHARE, arm_judgement, plate_judgement
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import Tone, next_step
@@ -103,29 +100,6 @@ def test_strip_and_panel_judge_the_arm_by_its_held_out_rows(do, worst):
     assert arm_judgement(do(SetWanted(None))) is None
 
 
-def test_rows_that_were_fitted_call_no_arm_good(do):
-    session = do(MeasureVirtualArm(3), Identify(("opt2",)), SetWanted(1.0))
-    found = session.results.identification
-    fitted = replace(found, held_out_rows=found.held_out_rows[:0], held_out_data=found.data.take(slice(0)))
-    assert (
-        arm_judgement(replace(session, results=replace(session.results, identification=fitted))).tone
-        is Tone.PLAIN
-    )
-
-
-def test_the_region_of_a_file_is_where_its_rows_are(first, tmp_path):
-    aria = load_robot("aria")
-    rows = measure_poses(aria, 40, actual=aria, seed=1)[1]
-    content = write_measurements(rows, tmp_path / "rows.csv").read_bytes()
-    worker = Worker(first)
-    worker.submit(LoadData("rows.csv", content))
-    assert worker.wait(60.0)
-    session = worker.session
-    worker.close()
-    assert session.plate.region.contains(session.results.comparison.measured).all()
-    assert session.plate is session.history.first_plate
-
-
 def test_the_region_of_a_given_plate_stays(first, tmp_path):
     aria = load_robot("aria")
     rows = measure_poses(aria, 40, actual=aria, seed=1)[1]
@@ -144,32 +118,7 @@ def test_the_region_of_a_given_plate_stays(first, tmp_path):
     assert done(given, Undo()).plate is session.plate
 
 
-def test_a_recording_knows_that_its_plate_was_given(first, tmp_path):
-    begun = begin(first.robot, first.plate, is_given=True, folder=tmp_path / "kept")
-    for keeper in begun.keepers:
-        keeper.close()
-    assert read_recording(tmp_path / "kept").first.is_plate_given
-
-
-def test_the_plate_is_judged_by_what_is_wanted(first):
-    moved = replace(first, history=replace(first.history, done=(UndoStep(first.plate, first.states),)))
-    strict = replace(moved, choices=replace(moved.choices, wanted=Wanted(position=1e-4)))
-    assert next_step(strict).tone is Tone.CAREFUL
-    assert next_step(strict).next.command.title == "Improve this plate"
-    changed = replace(moved, plate=replace(first.plate, name="changed"))
-    assert "Good enough?" in next_step(replace(changed, choices=replace(moved.choices, wanted=None))).sentence
-    tried = moved.with_part(trial_of(first, 0.97))
-    assert next_step(tried).tone is Tone.GOOD
-    assert next_step(tried).next.save is fixture_zip  # in view, without scrolling
-    few = next_step(moved.with_part(trial_of(first, 0.5)))
-    assert few.tone is Tone.CAREFUL
-    assert few.other.save is fixture_zip
-    assert replace(tried, choices=replace(tried.choices, wanted=None)).tried is None
-
-
 def trial_of(session, share):
     """A trial of the session's plate with this share of good arms."""
-    errors = np.full(session.plate.region.cubes, np.nan)
-    return PlateTrial(
-        session.plate, session.noise, session.choices.wanted, 200, share, 0, 1.3, 1e-4, errors, "tried"
-    )
+    at = (session.plate, session.noise, session.choices.wanted)
+    return PlateTrial(*at, 200, share, 0, 1.3, 1e-4, "tried")

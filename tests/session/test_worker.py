@@ -10,9 +10,7 @@ from threadpoolctl import threadpool_info
 
 from workbench.base.progress import check_cancelled, progress
 from workbench.session import AbstractChange, AbstractTask, replay
-from workbench.session.commands.compare import FollowSystem
 from workbench.session.commands.drag import MoveTarget, SelectTarget
-from workbench.session.commands.messages import Dismiss, Tell
 from workbench.session.journal import Ending
 from workbench.session.page_state import Severity
 
@@ -73,24 +71,6 @@ def test_a_bug_is_a_message_and_the_session_stands(worker, do, first, caplog):
     assert "unchanged" in session.page.messages[-1].text
     assert [e.ending for e in worker.journal] == [Ending.FAILED, Ending.DONE]
     assert mentions(caplog.text, "Broken")
-
-
-class Forgetful(AbstractTask):
-    """A task that forgets to return the session."""
-
-    title: str = "Forgetful"
-
-    def compute(self, session):
-        return 1
-
-    def finish(self, session, result):
-        pass
-
-
-def test_a_task_that_forgets_the_session_is_a_message_and_the_worker_goes_on(do):
-    session = do(Forgetful())
-    assert "unchanged" in session.page.messages[-1].text
-    assert do(SelectTarget(3)).selected == 3
 
 
 def test_a_step_has_one_thread_of_linear_algebra(do):
@@ -192,40 +172,3 @@ def test_a_failing_task_is_a_message(worker, do):
     session = do(Slow(go, fails=True))
     assert session.page.job is None
     assert session.page.messages[-1].severity is Severity.ERROR
-
-
-def test_two_threads_at_once(worker):
-    def many(client: int) -> None:
-        for k in range(25):
-            worker.submit(SelectTarget(k % 10))
-
-    threads = [threading.Thread(target=many, args=(c,)) for c in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert worker.wait(60.0)
-    assert len(worker.journal) == 100
-    assert worker.session.page.revision == 100 - sum(e.ending is not Ending.DONE for e in worker.journal)
-
-
-def test_news_goes_when_the_user_goes_on_errors_stay(do):
-    session = do(Tell("careful"), Tell("by the way", Severity.INFO), SelectTarget(1))
-    assert [m.text for m in session.page.messages] == ["careful"]
-    assert do(Dismiss()).page.messages == ()
-
-
-def test_an_error_is_over_once_other_work_begins(worker, do, first):
-    """It was hidden by that work's news, and came back when these were read."""
-    do(Tell("careful", Severity.WARNING), Tell("no such file"), Broken())
-    assert Severity.ERROR in {m.severity for m in worker.session.page.messages}
-    work = Slow(threading.Event())
-    work.go.set()
-    session = do(work, SelectTarget(1))
-    assert [m.text for m in session.page.messages] == ["careful"]
-
-
-def test_what_every_page_says_as_it_connects_is_no_step(worker, do):
-    for is_dark in (True, False, True):
-        assert do(FollowSystem(is_dark)).page.is_dark is is_dark
-    assert worker.journal == ()

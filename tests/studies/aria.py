@@ -2,7 +2,7 @@
 
     found = reproduce_aria(arms=100)
     found.findings          # printed and ours, one by one
-    write_aria(found, "aria")
+    aria_output(found).write("aria")
 
 The paper's numbers that come from the real arm have no counterpart: they are listed with that reason.
 """
@@ -16,7 +16,7 @@ from studies import aria_tables as tables
 from studies.aria_arms import Acquisition, Comparison, Judges, compare_acquisitions
 from studies.aria_claims import claims, clustering_claims
 from studies.finding import Finding
-from studies.page import Sheet
+from studies.output import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
@@ -44,19 +44,9 @@ ANYWHERE = 300
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class AriaReproduction:
-    """The paper done again.
+    """The paper done again: Fig. 7 without noise (exact), as in the paper, and with a plate's noise.
 
-    Args:
-        robot: The built-in arm.
-        plate: The built-in Table 2.
-        arms: How many virtual arms were compared with noise.
-        seed: Of everything random.
-        findings: Printed numbers and statements beside ours.
-        sheets: Tables 2, 3 and 4.
-        clustering: The poses of §4.2.
-        exact: Fig. 7 without noise, as in the paper, one way of measuring each.
-        noisy: The same with the noise of a plate's targets, arm by arm.
-        on_table_4: Fig. 11's errors of a virtual arm with Table 4's constants: nominal, then each algorithm.
+    Errors on Table 4 are Fig. 11's, of a virtual arm with its constants: nominal, then each algorithm.
     """
 
     robot: Robot
@@ -72,15 +62,7 @@ class AriaReproduction:
 
 
 def reproduce_aria(*, arms: int = ARMS, seed: int = 0) -> AriaReproduction:
-    """Do the paper again on virtual arms.
-
-    Args:
-        arms: How many arms with hidden manufacturing errors are compared.
-        seed: Of everything random.
-
-    Raises:
-        OptionError: no arms.
-    """
+    """Do the paper again on virtual arms."""
     if arms < 1:
         raise OptionError(f"arms must be at least 1, got {arms}", option="arms", found=arms)
     robot, plate = load_robot("aria"), load_plate("table2")

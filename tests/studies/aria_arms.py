@@ -52,11 +52,7 @@ class Acquisition:
     imposed: Float[np.ndarray, "poses 4 4"] | None = None
 
     def measure(self, actual: Robot, instrument: Instrument, rng: np.random.Generator) -> Dataset:
-        """The rows of one arm.
-
-        Raises:
-            DataError: the arm does not reach an imposed pose.
-        """
+        """The rows of one arm."""
         if self.imposed is None:
             return simulate(actual, Motion(self.q), instrument=instrument, rng=rng)
         return simulate_targets(actual, self.imposed, instrument=instrument, rng=rng, near=self.q)
@@ -116,16 +112,7 @@ def compare_acquisitions(
     arms: int,
     seed: int = 0,
 ) -> tuple[Comparison, ...]:
-    """Measure and identify many virtual arms in every way; the same arms for all.
-
-    Args:
-        robot: Nominal arm.
-        acquisitions: The ways of measuring.
-        instrument: What measures.
-        judges: Poses at which the identified arms are judged.
-        arms: How many arms.
-        seed: Of the hidden errors and the noise.
-    """
+    """Measure and identify many virtual arms in every way; the same arms for all."""
     shape = (arms, len(acquisitions), len(TITLES))
     tables = {name: np.full(shape, np.nan) for name in ("own_p", "own_r", "region", "turn", "anywhere")}
     examples: list[tuple[RowComponents, ...]] = [()] * len(acquisitions)

@@ -1,11 +1,13 @@
 """What the ARIA paper prints, from `aria_printed.toml`; in SI units unless a name says otherwise."""
 
+import tomllib
+from pathlib import Path
+
 import numpy as np
 
-from studies.printed import read_printed
 from workbench.base.types import frozen
 
-_PRINTED = read_printed("aria")
+_PRINTED = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 _SIZES = _PRINTED["sizes"]
 
 COLUMNS = tuple(_PRINTED["columns"])

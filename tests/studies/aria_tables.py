@@ -6,7 +6,7 @@ from jaxtyping import Float
 from studies import aria_printed as printed
 from studies.aria_arms import TITLES, Acquisition, identified, mean_errors
 from studies.finding import Finding, between, checked, judged, without
-from studies.page import Sheet
+from studies.output import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import identification_jacobian, link_frames, tool_poses
 from workbench.arm.linearisation import linearise
@@ -164,12 +164,7 @@ def virtual_example(robot: Robot, tool: Acquisition) -> tuple[tuple[Finding, ...
 def real_example(
     robot: Robot, tool: Acquisition
 ) -> tuple[tuple[Finding, ...], Sheet, tuple[RowComponents, ...]]:
-    """Table 4 and §5: what a virtual arm with the identified constants says about the printed errors.
-
-    Returns:
-        The findings, Table 4, and the errors of Fig. 11: of the nominal arm and of each algorithm, where that
-        virtual arm is measured on Table 2 with a plate's noise.
-    """
+    """Table 4 and §5: what a virtual arm with the identified constants says about the printed errors."""
     texts = printed.named(printed.TABLE_4)
     names = tuple(texts)
     actual = load_robot("aria-table4")

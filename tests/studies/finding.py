@@ -1,5 +1,6 @@
 """Findings: a printed number or statement beside what comes out here, and why they differ if they do."""
 
+from collections import Counter
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -57,10 +58,11 @@ def between(low: float, high: float, form: str = "g") -> str:
 def judged(
     where: str, what: str, printed: str, here: str, agrees: bool | np.bool_, reason: str = ""
 ) -> Finding:
-    """A printed result that agrees or not, by the rule that `studies.page.counted` puts on each page.
+    """A printed result that agrees or not.
 
-    Where nothing is printed (a dash, or words in brackets) or a bound is, there is nothing to agree with: see
-    `checked`.
+    Numbers over several arms agree if the interval of nine arms in ten encloses the printed one, single
+    numbers if they round to it, statements if the numbers beside them bear them out. Where nothing is printed
+    (a dash, or words in brackets) or a bound is, there is nothing to agree with: see `checked`.
     """
     if printed.startswith(NOTHING_TO_MEET):
         return checked(where, what, printed, here, agrees, reason)
@@ -79,6 +81,12 @@ def checked(
 def without(where: str, what: str, printed: str, reason: str) -> Finding:
     """A printed number that nothing here can be set beside."""
     return Finding(where=where, what=what, printed=printed, here="–", verdict=Verdict.NONE, reason=reason)
+
+
+def verdicts(findings: tuple[Finding, ...]) -> dict[str, int]:
+    """How many findings have each verdict."""
+    counts = Counter(finding.verdict for finding in findings)
+    return {str(verdict): counts[verdict] for verdict in Verdict}
 
 
 def findings_table(findings: tuple[Finding, ...]) -> RenderableType:

@@ -21,7 +21,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from matplotlib.figure import Figure
 
 from studies.katana_printed import CONSTANTS
 from workbench.arm.built_in_arms import load_robot
@@ -35,7 +34,6 @@ from workbench.identification.algorithms.influence_based import InfluenceBased
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Noise, Problem
 from workbench.plate.poses.iso_cube import iso_cube_poses
-from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 POSES = 118
 """Poses measured at most, and poses judged."""
@@ -108,28 +106,11 @@ class InfluenceStudy:
         value, low, high = (float(np.exp(v)) for v in (mean, mean - half, mean + half))
         return Ratio(value, low, high, better)
 
-    def sentences(self) -> tuple[str, ...]:
-        """When influence-based identification helps and when not, in plain words."""
-        lines = []
-        for t, trouble in enumerate(TROUBLES):
-            parts = []
-            for n, number in enumerate(self.numbers):
-                r = self.ratio(t, n, 2)
-                parts.append(f"{number} poses {r.value:.2f} [{r.low:.2f}, {r.high:.2f}] {r.verdict}")
-            lines.append(f"{trouble.name}: {'; '.join(parts)}")
-        return tuple(lines)
-
 
 def influence_study(
     *, arms: int = 200, numbers: tuple[int, ...] = (6, 8, 12, 20, 40, POSES), seed: int = 0
 ) -> InfluenceStudy:
-    """Identify virtual arms in three ways from few and from many poses.
-
-    Args:
-        arms: How many arms.
-        numbers: How many poses are measured, each at most 118.
-        seed: Of arms, poses and noise; each arm has its own stream.
-    """
+    """Identify virtual arms in three ways from few and from many poses."""
     nominal = load_robot("katana450")
     q = iso_cube_poses(nominal, 2 * POSES, rng=np.random.default_rng(seed)).q
     before = np.empty((len(TROUBLES), arms))
@@ -147,35 +128,6 @@ def influence_study(
                     errors[t, arm, n, m] = _error(found, shuffled[POSES:], real[POSES:])
         progress((arm + 1) / arms, "influence against least squares")
     return InfluenceStudy(numbers=numbers, before=before, errors=errors)
-
-
-def study_figure(study: InfluenceStudy) -> Figure:
-    """Held-out error of the thesis's two ways as multiples of least squares, with 95 % intervals."""
-    with look():
-        figure = new_figure(10.0, 3.2)
-        panels = figure.subplots(1, len(TROUBLES), sharey=True)
-        for t, (axes, trouble) in enumerate(zip(panels, TROUBLES, strict=True)):
-            for m, name in list(enumerate(METHODS))[1:]:
-                ratios = [study.ratio(t, n, m) for n in range(len(study.numbers))]
-                middle, low, high = (np.array(v) for v in list(zip(*ratios, strict=True))[:3])
-                spread = (middle - low, high - middle)
-                places = np.array(study.numbers) * (1.0 + 0.03 * (m - 1.5))
-                axes.errorbar(
-                    places, middle, spread, fmt="o-", ms=3, capsize=2, color=COLOURS[m - 1], label=name
-                )
-            axes.axhline(1.0, color=INK, linewidth=0.8, linestyle="--")
-            axes.set_xscale("log")
-            axes.set_yscale("log")
-            axes.set_xticks(study.numbers, [str(n) for n in study.numbers])
-            axes.minorticks_off()
-            axes.set_title(trouble.name)
-            axes.set_xlabel("poses measured")
-            grid(axes)
-        panels[0].set_ylabel("error / error of least squares")
-        panels[0].set_yticks([0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0])
-        panels[0].yaxis.set_major_formatter("{x:g}")
-        panels[0].legend(loc="best")
-    return figure
 
 
 def _arm(nominal: Robot, rng: np.random.Generator) -> Robot:

@@ -2,7 +2,7 @@
 
     found = reproduce_katana(arms=40)
     found.findings          # printed and ours, one by one
-    write_katana(found, "katana")
+    katana_output(found).write("katana")
 
 Numbers that come from the real arm alone have no counterpart; each is listed with a reason.
 """
@@ -23,7 +23,7 @@ from studies.katana_pencil import PencilCheck, pencil_check, pencil_finding
 from studies.katana_study import AS_BAD, EACH_DIRECTION, EACH_SIDE, KatanaStudy, katana_study
 from studies.katana_tracking import TrackingStudy, tracking_study
 from studies.katana_tracking_claims import tracking_findings
-from studies.page import Sheet
+from studies.output import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.katana_influence import Influence, influence
 from workbench.arm.motion import Motion
@@ -49,21 +49,8 @@ NUMBERS = (6, 12, 118)
 class KatanaReproduction:
     """The thesis done again.
 
-    Args:
-        arms: How many virtual arms were calibrated for each reading of the printed play.
-        seed: Of everything random.
-        findings: Printed numbers and statements beside ours.
-        sheets: Tables 3.2 to 3.4, 4.5, 4.6.
-        once: The printed play counted from one side to the other.
-        twice: The printed play counted to either side.
-        as_bad: The first, with arms that begin as badly as the thesis's.
-        influences: Of the constants at the measured poses.
-        weights: Influence-based identification against least squares.
-        diagnosed: What `diagnose` makes of some of the arms.
-        experiments: The joints read with inclinometers.
-        cube: The 118 poses in their order.
-        tracking: A circle and lines followed before and after calibration.
-        pencil: The circle drawn on paper and read.
+    The printed play is counted once, from one side to the other, and twice, to either side; the first again
+    with arms that begin as badly as the thesis's.
     """
 
     arms: int
@@ -85,17 +72,7 @@ class KatanaReproduction:
 def reproduce_katana(
     *, arms: int = ARMS, weighed: int = WEIGHED, diagnosed: int = DIAGNOSED, seed: int = 0
 ) -> KatanaReproduction:
-    """Do the thesis again on virtual arms.
-
-    Args:
-        arms: How many arms are calibrated in every way, for each reading of the printed play.
-        weighed: How many arms compare influence-based identification with least squares.
-        diagnosed: How many of the arms `diagnose` is tried on.
-        seed: Of everything random.
-
-    Raises:
-        OptionError: too few arms for a spread.
-    """
+    """Do the thesis again on virtual arms."""
     if arms < 2 or weighed < 2:
         few = min(arms, weighed)
         raise OptionError(f"arms must be at least 2 to show a spread, got {few}", option="arms", found=few)

@@ -152,11 +152,7 @@ def _weighed(study: InfluenceStudy, trouble: int, number: int) -> Finding:
 
 
 def contradictions(q: np.ndarray) -> tuple[Finding, ...]:
-    """Printed numbers that can't stand together, whatever was measured.
-
-    Args:
-        q: Poses at which the printed errors of Tables 3.2 and 3.3 are compared [rad].
-    """
+    """Printed numbers that can't stand together, whatever was measured."""
     columns = (
         ("Table 3.4", "simultaneous", printed.TABLE_3_4[:4, 1]),
         ("Table 3.4", "influence based", printed.TABLE_3_4[:4, 2]),

@@ -46,12 +46,7 @@ class Diagnosed(NamedTuple):
 
 
 def diagnosed_arms(*, arms: int, seed: int = 0) -> Diagnosed:
-    """Diagnose the first arms of `katana_study`.
-
-    Args:
-        arms: How many.
-        seed: Of poses and arms, as there.
-    """
+    """Diagnose the first arms of `katana_study`."""
     robot, cube = load_robot("katana450-three-rotation"), study_poses(seed)
     errors, named = [], []
     for number in range(arms):

@@ -4,7 +4,7 @@ Postures that load one joint at a time, with a mass hung onto the tool, are plan
 upright, is pulled sideways and seen by the tracker. Hidden sizes are drawn about the printed ones.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -12,7 +12,7 @@ from jaxtyping import Float
 from studies import katana_printed as printed
 from studies.finding import Finding, judged
 from studies.katana_study import LOADED
-from studies.page import Sheet
+from studies.output import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.base.progress import progress, running
 from workbench.extras.katana.load_test.experiment import run_load_test
@@ -25,24 +25,14 @@ WITHIN = (0.05, 0.05, 0.10)
 TABLES = (printed.CLEARANCE, printed.BACKLASH, printed.STIFFNESS)
 
 
-@dataclass(frozen=True, eq=False)
-class Experiments:
-    """Several arms read with inclinometers.
-
-    Args:
-        errors: Relative error of clearance, backlash and stiffness, arm by arm and joint by joint.
-    """
+class Experiments(NamedTuple):
+    """Relative errors of clearance, backlash and stiffness of several arms, joint by joint."""
 
     errors: Float[np.ndarray, "arms 5 3"]
 
 
 def experiments(*, arms: int, seed: int = 0) -> Experiments:
-    """Do the experiment on several virtual arms.
-
-    Args:
-        arms: How many.
-        seed: Of the first arm.
-    """
+    """Relative error of clearance, backlash and stiffness of several virtual arms, joint by joint."""
     robot = load_robot("katana450-three-rotation")
     errors = []
     for arm in range(arms):
@@ -87,9 +77,12 @@ def experiment_sheet(found: Experiments) -> Sheet:
     )
     return Sheet(
         "Tables 4.3 and 4.4: the joints",
-        ("joint", "clearance [°]", "backlash [°]", "k [kg·m/°]", "k [N m/rad]", *KINDS),
+        (
+            "joint",
+            *("printed clearance [°]", "backlash [°]", "k [kg·m/°]", "k [N m/rad]"),
+            *(f"{kind}, found within [%]" for kind in KINDS),
+        ),
         rows,
         f"Here: greatest relative error over {len(found.errors)} virtual arms with such sizes, joint 1 by "
         "side pulls at the tool.",
-        (("", 1), ("printed", 4), ("here, found within [%]", 3)),
     )

@@ -125,13 +125,6 @@ def draw_arm(rng: np.random.Generator, *, play: float, remainder: float, share: 
     """An arm with errors of the size of Table 3.2 and the joints of Tables 4.3 and 4.4.
 
     Every constant's error is normal with its printed error as standard deviation.
-
-    Args:
-        rng: Source of the errors.
-        play: Share of the printed clearance and backlash that a joint gives to each side: 1 as the thesis's
-            equations take them, ½ as its inclinometers read them, from one side to the other.
-        remainder: Standard deviation of a joint's remainder [rad].
-        share: Size of the constants' errors, as a multiple of Table 3.2's.
     """
     table = NOMINAL.copy()
     rows, columns = np.array(PLACES).T

@@ -9,14 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from matplotlib.figure import Figure
 
 from studies import katana_printed as printed
 from studies.finding import Finding, judged
 from studies.katana_generator import VirtualKatana, draw_arm
 from studies.katana_study import EACH_DIRECTION, REMAINDER, read_tilting
 from studies.katana_tracking import ROWS, SAMPLES, drawing_katana, identified, reached
-from studies.page import Picture
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -28,8 +26,6 @@ from workbench.extras.trajectories.curves import Circle, circle_through
 from workbench.extras.trajectories.path import command_joints
 from workbench.extras.trajectories.planning import Planned, plan
 from workbench.extras.trajectories.trajectory_files import taught_circle
-from workbench.report.colours import NOMINAL
-from workbench.report.figures import COLOURS, grid, look, new_figure, png
 
 METHODS = ("as it comes", "circle taught at its four points", "tilting first")
 """How the arm draws."""
@@ -43,7 +39,7 @@ LED = 12
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PencilCheck:
-    """Distances from the printed circle by `WAYS`, across the path.
+    """Distances from the printed circle by `METHODS`, across the path.
 
     Args:
         time: Of every row [s].
@@ -57,12 +53,7 @@ class PencilCheck:
 
 
 def pencil_check(path: Planned, *, seed: int = 0) -> PencilCheck:
-    """Let one virtual Katana draw the circle and read its sheets.
-
-    Args:
-        path: The circle as planned.
-        seed: Of the arm, the hand, the scanner.
-    """
+    """Let one virtual Katana draw the circle and read its sheets."""
     robot, circle, rng = drawing_katana(), circle_through(printed.POINTS), np.random.default_rng([seed, 13])
     actual = draw_arm(rng, play=EACH_DIRECTION, remainder=REMAINDER)
     model = robot.with_effects(*read_tilting(rng, EACH_DIRECTION))
@@ -133,29 +124,3 @@ def pencil_finding(found: PencilCheck) -> Finding:
         bool((np.abs(read - actual) < 0.1 * actual[0]).all() and read[2] < read[0] / 2.0),
         "a drawn line does not show where along the path the pencil was",
     )
-
-
-def pencil_picture(found: PencilCheck) -> Picture:
-    """Counterpart of fig. 5.13."""
-    caption = (
-        "Distance of one virtual arm from the printed circle. Thin: read from the scanned drawing and the "
-        "potentiometer; broad: in truth."
-    )
-    return Picture("fig5-13.png", "Fig. 5.13: pencil and paper", caption, png(_figure(found)))
-
-
-def _figure(found: PencilCheck) -> Figure:
-    with look():
-        figure = new_figure(8.0, 3.4)
-        axes = figure.subplots()
-        for read, real, text, colour in zip(
-            found.read, found.actual, METHODS, (NOMINAL, *COLOURS), strict=False
-        ):
-            axes.plot(found.time, real, color=colour, lw=2.6, alpha=0.35)
-            axes.plot(found.time, read, color=colour, lw=0.9, label=text)
-        axes.set_xlabel("time [s]")
-        axes.set_ylabel("distance from the circle [mm]")
-        axes.set_ylim(bottom=0.0)
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-        grid(axes)
-    return figure

@@ -1,11 +1,13 @@
 """What the Katana thesis prints, from `katana_printed.toml`: turned into SI here and nowhere else."""
 
+import tomllib
+from pathlib import Path
+
 import numpy as np
 
-from studies.printed import read_printed
 from workbench.base.types import frozen
 
-_PRINTED = read_printed("katana")
+_PRINTED = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 
 LIMITS = frozen(np.array(_PRINTED["limits"]))
 """Of the five joints [deg]."""

@@ -145,15 +145,7 @@ def katana_study(
     share: float = 1.0,
     seed: int = 0,
 ) -> KatanaStudy:
-    """Calibrate virtual Katanas in every way.
-
-    Args:
-        arms: How many.
-        play: Share of the printed clearance and backlash to each side.
-        remainder: Standard deviation of each joint's remainder [rad].
-        share: Size of the constants' errors, as a multiple of Table 3.2's.
-        seed: Of poses, arms, noise.
-    """
+    """Calibrate virtual Katanas in every way."""
     craig, three = load_robot("katana450"), load_robot("katana450-three-rotation")
     cube = study_poses(seed)
     rows: list[tuple[np.ndarray, ...]] = []
@@ -209,15 +201,7 @@ def measure_arm(
     remainder: float,
     share: float = 1.0,
 ) -> MeasuredArm:
-    """Draw an arm and measure it with the optical tracker at some of the poses.
-
-    Args:
-        rng: Source of the arm, the choice and the noise.
-        cube: Poses to choose from [rad].
-        play: Share of the printed clearance and backlash to each side.
-        remainder: Standard deviation of each joint's remainder [rad].
-        share: Size of the constants' errors, as a multiple of Table 3.2's.
-    """
+    """Draw an arm and measure it with the optical tracker at some of the poses."""
     actual = draw_arm(rng, play=play, remainder=remainder, share=share)
     q = cube[rng.permutation(len(cube))]
     real = actual.poses(q)

@@ -15,7 +15,7 @@ from studies.katana_study import (
     KatanaStudy,
     spread,
 )
-from studies.page import Sheet
+from studies.output import Sheet
 
 MIN, MAX, MEAN = range(3)
 DISTANCE = 3
@@ -121,11 +121,10 @@ def table_4_6(study: KatanaStudy) -> tuple[tuple[Finding, ...], Sheet]:
     )
     sheet = Sheet(
         "Table 4.6: |ΔP| at ten uncalibrated points [mm]",
-        ("point", *titles, *titles),
+        ("point", *(f"printed {title}" for title in titles), *titles),
         (*rows, last),
         "Here: one virtual arm, that with the median error after tilting; other points, as the thesis's are "
         "not listed.",
-        (("", 1), ("printed", 3), ("here", 3)),
     )
     return tuple(findings), sheet
 
@@ -148,13 +147,15 @@ def tables_3_2_3_3(study: KatanaStudy) -> Sheet:
     )
     return Sheet(
         "Tables 3.2 and 3.3: errors of the constants [°, mm]",
-        ("constant", "simultaneous", "influence based", "hidden", *methods, *methods),
+        (
+            *("constant", "printed simultaneous", "printed influence based", "hidden in one arm", *methods),
+            *(f"missed by {method}, all arms" for method in methods),
+        ),
         rows,
         "Here: virtual arms whose errors are drawn with the size of Table 3.2. First one of them, that with "
         "the median error after least squares: what was hidden and what each way identifies; then by how "
         "much each way misses the constants, medians over the arms. What the joints' tilting looks like to "
         "17 constants is larger than the errors themselves.",
-        (("", 1), ("printed", 2), ("one virtual arm", 4), ("all arms, missed by", 3)),
     )
 
 
@@ -200,8 +201,7 @@ def _means_sheet(title: str, table: np.ndarray, ours: np.ndarray, *, tilting: bo
     )
     return Sheet(
         title,
-        ("", "before", *names, "before", *names, *more),
+        ("", *(f"printed {name}" for name in ("before", *names)), "before", *names, *more),
         rows,
         "Here: median over the virtual arms, and the range of nine in ten.",
-        (("", 1), ("printed", 3), ("here", 3 + len(more))),
     )

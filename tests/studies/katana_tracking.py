@@ -26,7 +26,9 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base.progress import cancelled, progress, running
 from workbench.base.types import JointRows, Poses
 from workbench.data.dataset import Dataset
@@ -85,12 +87,7 @@ class TrackingStudy:
 
 
 def tracking_study(*, arms: int, seed: int = 0) -> TrackingStudy:
-    """Let virtual Katanas follow the paths.
-
-    Args:
-        arms: How many.
-        seed: Of arms, poses and noise.
-    """
+    """Let virtual Katanas follow the paths."""
     robot = drawing_katana()
     paths = tracked_paths(robot)
     cube = iso_cube_poses(robot, POSES, rng=np.random.default_rng(seed)).q
@@ -137,16 +134,7 @@ def tracked(
     cube: JointRows,
     rng: np.random.Generator,
 ) -> Float[np.ndarray, "paths 5 samples"]:
-    """Distances of one arm from all paths by column of `STEPS` [mm].
-
-    Args:
-        actual: The arm that runs.
-        robot: The nominal arm.
-        tilting: What the inclinometers found of it.
-        paths: The planned paths.
-        cube: Poses from which our way identifies [rad].
-        rng: Source of the noise.
-    """
+    """Distances of one arm from all paths by column of `STEPS` [mm]."""
     compliance = tuple(e for e in tilting if e.name == "joint-compliance")
     samples = paths[0].q[np.linspace(0, ROWS - 1, SAMPLES, endpoint=False).astype(int)]
     methods = [(effects, samples, False) for effects in ((), compliance, tilting)]
@@ -167,15 +155,7 @@ def tracked(
 def identified(
     robot: Robot, actual: VirtualKatana, q: JointRows, rng: np.random.Generator, *, together: bool = False
 ) -> Robot:
-    """The model whose twists and offsets of (5.11) fit measured positions, eq. (5.20) iterated.
-
-    Args:
-        robot: The nominal arm with what is known of its joints.
-        actual: The arm that is measured, by the Optotrak.
-        q: Where [rad].
-        rng: Source of the noise.
-        together: Whether the sizes of the effects are found, too.
-    """
+    """The model whose twists and offsets of (5.11) fit measured positions, eq. (5.20) iterated."""
     noise = INSTRUMENTS["optotrak"].deviations[0]
     seen = reached(actual, robot, q)[:, :3, 3] + noise * rng.standard_normal((len(q), 3))
     rows = Dataset(q=q, row=np.arange(len(q)), position=seen, source="virtual Katana")
@@ -198,6 +178,11 @@ def missed(actual: VirtualKatana, robot: Robot, q: JointRows, wanted: Poses) -> 
     """Distance of the virtual arm from poses in the robot's base [mm], eq. (5.21)."""
     away = reached(actual, robot, q) - robot.base.pose @ wanted
     return 1e3 * np.linalg.norm(away[:, :3, 3], axis=1)
+
+
+def path_moments(path: Planned) -> JointMoments:
+    """What holds the links in motion, right before each joint."""
+    return joint_moments(path.robot, Motion(path.q, **path.motion.drivers))
 
 
 def _alone(robot: Robot, path: Planned) -> Float[np.ndarray, "2 rows"]:

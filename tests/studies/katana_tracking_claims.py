@@ -1,27 +1,15 @@
-"""Printed numbers of the Katana thesis's chapter 5 beside ours, and pictures of its figures."""
-
-from collections.abc import Callable
+"""Printed numbers of the Katana thesis's chapter 5 beside ours."""
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from studies import katana_printed as printed
 from studies import katana_tracking as tracking
 from studies.finding import Finding, checked, judged, without
 from studies.katana_study import Spread, spread
 from studies.katana_tracking import STEPS, TrackingStudy
-from studies.page import Picture, drawn
-from workbench.arm.motion import Motion
-from workbench.arm.statics.moments import JointMoments, joint_moments
-from workbench.extras.trajectories.path_pictures import draw_moments, draw_motion
-from workbench.extras.trajectories.planning import Planned
-from workbench.report.colours import NOMINAL
-from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 BETTER = (tracking.GEOMETRY, tracking.STIFFNESS, tracking.TILTING)
 """Columns with a printed number."""
-COLUMN_COLOURS = (NOMINAL, *COLOURS)
 
 
 def tracking_findings(study: TrackingStudy) -> tuple[Finding, ...]:
@@ -119,7 +107,7 @@ def _elsewhere(study: TrackingStudy) -> Finding:
 
 def _loads(study: TrackingStudy) -> tuple[Finding, ...]:
     """What the thesis reads from its figs. 5.8 to 5.10."""
-    moments = _moments(study.paths[0])
+    moments = tracking.path_moments(study.paths[0])
     own, across = np.abs(moments.about[:, 0]).max(), moments.tipping[:, 0].max()
     stiff, tilted = study.alone.mean(axis=1)
     return (
@@ -144,86 +132,3 @@ def _loads(study: TrackingStudy) -> tuple[Finding, ...]:
             "read from pictures without numbers; posture, duration and the mass of link 1 are not printed",
         ),
     )
-
-
-def tracking_pictures(study: TrackingStudy) -> tuple[Picture, ...]:
-    """Counterparts of figs. 5.7 to 5.10 and 5.12, and the errors of all arms."""
-    circle, arms = study.paths[0], len(study.mean)
-    wanted: tuple[tuple[str, str, str, Callable[[], Figure]], ...] = (
-        ("fig5-7", "Fig. 5.7: joints along the circle", f"From rest to rest in {circle.time[-1]:g} s.",
-         lambda: _drawn(8.0, lambda figure: draw_motion(figure, circle))),
-        ("fig5-8", "Figs. 5.8, 5.9: torques, and moments across the axes",
-         "What holds the links in motion, in the axes of the frame right before each joint.",
-         lambda: _drawn(10.0, lambda figure: draw_moments(figure, circle, _moments(circle)))),
-        ("fig5-10", "Fig. 5.10: what the joints alone would do",
-         "Distance of the nominal arm with the joints of Table 5.2 from the circle.",
-         lambda: _alone(study)),
-        ("fig5-12", "Fig. 5.12: one arm along the circle",
-         "The first virtual arm as it comes, and corrected in every way.", lambda: _example(study)),
-        ("tracking-arms", f"Tracking over {arms} arms",
-         "Mean error along each path. Dots: arms; bars: medians; crosses: the thesis. Stiffness first brings "
-         f"the circle {_gain(study).text(3)} mm here, next to nothing. {_better(study).capitalize()}.",
-         lambda: _arms(study)),
-    )  # fmt: skip
-    return drawn(wanted)
-
-
-def _moments(path: Planned) -> JointMoments:
-    return joint_moments(path.robot, Motion(path.q, **path.motion.drivers))
-
-
-def _drawn(width: float, draw: Callable[[Figure], None]) -> Figure:
-    with look():
-        figure = new_figure(width, 3.2)
-        draw(figure)
-    return figure
-
-
-def _alone(study: TrackingStudy) -> Figure:
-    with look():
-        figure = new_figure(6.0, 3.0)
-        axes = figure.subplots()
-        for row, text, colour in zip(study.alone, ("stiffness alone", "tilting"), COLOURS, strict=False):
-            axes.plot(study.paths[0].time, row, color=colour, label=text)
-        _finish(axes)
-    return figure
-
-
-def _example(study: TrackingStudy) -> Figure:
-    with look():
-        figure = new_figure(7.5, 3.4)
-        axes = figure.subplots()
-        for row, text, colour in zip(study.example, STEPS, COLUMN_COLOURS, strict=False):
-            axes.plot(study.paths[0].time, row, color=colour, label=text)
-        _finish(axes)
-    return figure
-
-
-def _finish(axes: Axes) -> None:
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel("error [mm]")
-    axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    grid(axes)
-
-
-def _arms(study: TrackingStudy) -> Figure:
-    """One dot an arm, one column a step, one panel a path."""
-    thesis = ((*printed.TRACKED, np.nan), (*[np.nan] * 3, printed.TRACKED_LINE, np.nan), (np.nan,) * 5)
-    with look():
-        figure = new_figure(10.0, 3.6)
-        panels = figure.subplots(1, len(tracking.PATHS), sharey=True)
-        for path, (axes, title) in enumerate(zip(panels, tracking.PATHS, strict=True)):
-            for step in range(len(STEPS)):
-                values = study.mean[:, step, path]
-                places = step + np.linspace(-0.25, 0.25, len(values))
-                axes.plot(places, np.sort(values), ".", ms=3.0, color=COLUMN_COLOURS[step])
-                axes.hlines(np.median(values), step - 0.35, step + 0.35, color=INK, lw=1.4)
-            axes.plot(range(len(STEPS)), thesis[path], "x", color=INK, ms=7.0, mew=1.6)
-            axes.set_yscale("log")
-            axes.yaxis.set_major_formatter("{x:g}")
-            axes.set_xticks(range(len(STEPS)), [text.replace(" ", "\n") for text in STEPS])
-            axes.set_title(title)
-            grid(axes)
-        panels[0].set_ylabel("mean error [mm]")
-    return figure

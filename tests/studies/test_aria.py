@@ -1,23 +1,30 @@
-"""The ARIA paper done again: what must agree does, what can't is said, and the page holds it all."""
+"""The ARIA paper done again: what must agree does, what can't is said, and the command writes it all."""
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from studies import aria_printed as printed
 from studies.aria import reproduce_aria
-from studies.aria_arms import TITLES, Judges, compare_acquisitions
-from studies.aria_page import aria_json
-from studies.conftest import ARIA, agree, finding
-from studies.finding import Verdict
-from workbench.base.errors import OptionError
-from workbench.base.progress import running
-from workbench.data.simulation.instruments import INSTRUMENTS
+from studies.aria_arms import TITLES
+from studies.conftest import agree, finding
+from studies.finding import Verdict, checked, judged
 
 
-@pytest.fixture
-def found(reproduced_aria):
-    return reproduced_aria
+@pytest.fixture(scope="module")
+def found():
+    return reproduce_aria(arms=1)
+
+
+def test_what_is_not_printed_is_not_counted():
+    """Hidden values, arithmetic and empty cells; the rest is one rule."""
+    found = (
+        judged("Table 1", "a", "1.0", "1.0", np.bool_(True)),
+        judged("Table 1", "b", "–", "1.0", np.bool_(True)),
+        judged("Table 1", "c", "(implied)", "no", np.bool_(False), "why"),
+        checked("Table 1", "d", "2.0", "2.0", np.bool_(True)),
+        judged("Table 1", "e", "up to 5", "1.0", np.bool_(True)),
+    )
+    assert [f.verdict.name for f in found] == ["AGREES", "HOLDS", "FAILS", "HOLDS", "HOLDS"]
 
 
 def test_what_must_agree_agrees(found):
@@ -66,32 +73,11 @@ def test_with_noise_the_ways_of_measuring_part_at_poses_that_were_not_measured(f
         assert len(comparison.example) == len(TITLES)
 
 
-def test_the_page_holds_every_picture_and_finding(found, check_page):
-    pictures = check_page("aria", ARIA, found, aria_json(found), "Eq. (3)")
-    assert pictures == {
-        "fig5.png", "fig6a.png", "fig7-arms.png", "fig11a.png", "fig11b.png",
-        *(f"fig7{letter}.png" for letter in "abcdef"),
-    }  # fmt: skip
-
-
-def test_the_same_seed_gives_the_same_arms(found):
-    acquisition = found.noisy[0].acquisition
-    judges = Judges(acquisition.q, acquisition.q)
-    one, two = (
-        compare_acquisitions(found.robot, [acquisition], INSTRUMENTS["plate"], judges, arms=1, seed=4)[0]
-        for _ in range(2)
-    )
-    assert np.array_equal(one.region, two.region)
-    with running(cancel=lambda: True):
-        stopped = compare_acquisitions(found.robot, [acquisition], INSTRUMENTS["plate"], judges, arms=1)
-    assert stopped[0].reached == 0
+def test_the_command_writes_every_table_and_figure(found, check_command):
+    figures = {"fig5", "fig6a", "fig11a", "fig11b", *(f"fig7{letter}" for letter in "abcdef")}
+    assert check_command("aria", found, "Eq. (3)") == figures
 
 
 def test_digits_say_how_far_a_number_is_rounded():
     halves = {"0.34": 0.005, "1.57": 0.005, "-0.8": 0.05, "1.67e-7": 5e-10, "-0.00081": 5e-6}
     assert {text: printed.half_unit(text) for text in halves} == pytest.approx(halves)
-
-
-def test_no_arms():
-    with refuses(OptionError, option="arms", found=0):
-        reproduce_aria(arms=0)

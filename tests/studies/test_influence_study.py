@@ -1,12 +1,10 @@
-"""The study of influence-based identification: repeatable, its intervals right, its words what it found."""
+"""The study of influence-based identification: repeatable, its intervals right."""
 
 import numpy as np
 import pytest
-from refusals import mentions
 
 from studies.conftest import KATANA
-from studies.influence_study import METHODS, TROUBLES, InfluenceStudy, influence_study, study_figure
-from workbench.report.figures import svg
+from studies.influence_study import METHODS, TROUBLES, InfluenceStudy
 
 
 @pytest.fixture
@@ -27,18 +25,6 @@ def test_when_it_helps_and_when_not(study):
     assert [study.ratio(t, 0, influence).verdict for t in range(3)] == ["better", "better", "worse"]
     assert [study.ratio(t, -1, influence).verdict for t in (1, 2)] == ["worse", "worse"]
     assert abs(study.ratio(0, -1, influence).value - 1.0) < 0.05
-    text = " ".join(study.sentences())
-    assert mentions(text, "6 poses")
-    assert "better" in text
-    assert "worse" in text
-
-
-@pytest.mark.slow
-def test_an_arm_is_the_same_whatever_else_is_studied(study):
-    """The same seed gives the same arms, however many there are and at however many poses."""
-    again = influence_study(arms=2, numbers=(6,))
-    assert np.array_equal(again.errors, study.errors[:, :2, :1])
-    assert np.array_equal(again.before, study.before[:, :2])
 
 
 def test_intervals_by_hand():
@@ -50,10 +36,3 @@ def test_intervals_by_hand():
     assert np.isclose(np.log(ratio.high), 1.96 * np.log(2.0) / np.sqrt(3.0))
     assert ratio.better == 0.5
     assert ratio.verdict == "no different"
-
-
-@pytest.mark.slow
-def test_the_figure_is_drawn(study):
-    text = svg(study_figure(study), "study")
-    assert text.count("118") >= 3
-    assert "least squares" in text

@@ -1,21 +1,17 @@
-"""The Katana thesis done again: what must agree does, what can't is said, and the page holds it all."""
+"""The Katana thesis done again: what must agree does, what can't is said, and the command writes it all."""
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from studies import katana_printed as printed
-from studies.conftest import KATANA, agree, finding
+from studies.conftest import agree, finding
 from studies.finding import Verdict
-from studies.katana import reproduce_katana
-from studies.katana_page import katana_json
 from studies.katana_study import (
     BEFORE,
     CONVENTIONAL,
     FIRST,
     INFLUENCE,
     SIMULTANEOUS,
-    TITLES,
     TOGETHER,
     differences,
     katana_study,
@@ -24,8 +20,6 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import OptionError
-from workbench.base.progress import running
 
 
 @pytest.fixture
@@ -121,30 +115,24 @@ def test_differences_by_hand():
 
 
 @pytest.mark.slow
-def test_an_arm_is_the_same_however_many_there_are(found):
-    again = katana_study(arms=2)
-    assert np.array_equal(again.held_out, found.once.held_out[:2])
-    assert again.measured.shape == (2, len(TITLES), 3, 7)
-    with running(cancel=lambda: True):
-        stopped = katana_study(arms=5)
-    assert len(stopped.held_out) == 1
+def test_the_command_writes_every_table_and_figure(found, check_command):
+    figures = {"fig3-8", "fig4-8", "fig5-7", "fig5-8", "fig5-10", "fig5-12", "fig5-13"}
+    assert check_command("katana", found, "Table 4.6") == figures
 
 
 @pytest.mark.slow
-def test_the_page_holds_every_picture_and_finding(found, check_page):
-    pictures = check_page("katana", KATANA, found, katana_json(found), "Table 4.6")
-    assert {"fig3-8.png", "fig4-8.png", "arms.png", "influence-arms.png"} <= pictures
+def test_pencil_and_paper_tell_before_from_after(found):
+    """Within a fraction of the pencil's width, whichever way the arm drew (§5.5.2)."""
+    pencil = found.pencil
+    assert np.abs(pencil.read - pencil.actual).mean(axis=1).max() < 0.06
+    assert pencil.actual[2].mean() < pencil.actual[0].mean() / 3.0
+    assert finding(found, "§5.5.2", "pencil").verdict is Verdict.AGREES
 
 
 def test_stiffness_is_converted_once():
     """122 kg·m/°: 122 kilograms' weight on a metre turn the joint by a degree."""
     assert np.isclose(printed.STIFFNESS[0] * np.deg2rad(1.0), 122.0 * 9.80665)
     assert np.allclose(np.rad2deg(printed.CLEARANCE), [0.022, 0.024, 0.017, 0.015, 0.018])
-
-
-def test_no_spread():
-    with refuses(OptionError, option="arms", found=1):
-        reproduce_katana(arms=1)
 
 
 @pytest.mark.slow

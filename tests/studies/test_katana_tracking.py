@@ -5,10 +5,8 @@ import pytest
 
 from studies import katana_printed as printed
 from studies.conftest import KATANA
-from studies.finding import GOOD
 from studies.katana import FOLLOWING
 from studies.katana_generator import NOMINAL, ORDERS, VirtualKatana
-from studies.katana_study import EACH_DIRECTION
 from studies.katana_tracking import (
     BEFORE,
     CIRCLE,
@@ -22,7 +20,6 @@ from studies.katana_tracking import (
     drawing_katana,
     missed,
 )
-from studies.katana_tracking_claims import tracking_findings, tracking_pictures
 
 
 @pytest.fixture
@@ -61,15 +58,6 @@ def test_one_trajectory_does_not_teach_another_posture_but_the_workspace_does(st
 
 
 @pytest.mark.slow
-def test_tilting_alone_costs_some_tenths(study):
-    """Half of 0.06° at 0.3 m and more, and the 0.06 mm or so of 5 N m on 4000 to 5000 N m/°."""
-    stiff, tilted = study.alone
-    assert 0.01 < stiff.mean() < 0.1
-    assert 0.25 < tilted.mean() < 1.0
-    assert EACH_DIRECTION == 0.5
-
-
-@pytest.mark.slow
 def test_what_is_missed_is_a_distance(study):
     """A stiff and tight arm that misses its path by what its last link is too long, and by nothing else."""
     longer = NOMINAL.copy()
@@ -84,19 +72,3 @@ def test_what_is_missed_is_a_distance(study):
             waves=np.zeros((5, len(ORDERS), 2)),
         )
         np.testing.assert_allclose(missed(arm, drawing_katana(), path.q, path.poses), wanted, atol=1e-6)
-
-
-@pytest.mark.slow
-def test_findings_have_reasons_and_pictures_are_drawn(study):
-    findings = tracking_findings(study)
-    assert all(f.reason for f in findings if f.verdict not in GOOD)
-    assert {f.where for f in findings} >= {"§5.5.1", "Fig. 5.9", "Fig. 5.10"}
-    pictures = tracking_pictures(study)
-    assert [p.name for p in pictures] == [
-        "fig5-7.png",
-        "fig5-8.png",
-        "fig5-10.png",
-        "fig5-12.png",
-        "tracking-arms.png",
-    ]
-    assert all(p.content[:4] == b"\x89PNG" for p in pictures)

@@ -3,17 +3,14 @@
 from dataclasses import fields, replace
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
-from workbench.session.cube_fields import CUBE_FIELDS, AbstractCubeField, CubeValues
-from workbench.session.live_score import PlateTrial
-from workbench.session.state import CubeView, Drag, Focus, Measurements, UndoStep
+from workbench.session.state import Focus, Measurements, UndoStep
 from workbench.views.drawables.plate import plate, plate_before
-from workbench.views.drawables.scene_contents import in_motion, on_page
+from workbench.views.drawables.scene_contents import on_page
 from workbench.views.drawables.sink import AbstractSink, Item, is_same
 
 
@@ -116,13 +113,6 @@ def test_what_is_hidden_is_made_when_it_is_shown(session):
     assert sink.there == {}
 
 
-def test_every_item_is_made_from_its_inputs(session):
-    """A sink may make what is hidden, too: recordings do."""
-    for item in on_page(session):
-        item.make(*item.inputs)
-    assert any(not item.shown for item in on_page(session))
-
-
 def test_no_target_of_the_last_plate_haunts_another_arm(session):
     """Blocks of the plate before a move are shadows; those of the plate of another robot would be ghosts."""
     stepped = replace(
@@ -137,60 +127,3 @@ def test_no_target_of_the_last_plate_haunts_another_arm(session):
     ahead = tuple(replace(target, xyz=target.xyz + 0.1) for target in session.plate.targets)
     searched = replace(stepped, plate=replace(session.plate, targets=ahead))
     assert list(plate_before(searched)) == []
-
-
-def test_nothing_takes_the_place_of_what_has_nothing_to_show():
-    sink = Notebook()
-    for size in (1, 0, 0, 2):
-        sink.draw([Item("thing", lambda n: SimpleNamespace(size=n) if n else None, (size,))])
-        assert ("thing" in sink.there) is bool(size)
-
-
-def test_an_update_leaves_the_rest(session):
-    sink = Notebook()
-    sink.draw(on_page(session))
-    before = set(sink.there)
-    sink.update(in_motion(replace(session, selected=6)))
-    assert set(sink.there) == before
-    assert sink.made[-1] == "arm/nominal"
-
-
-class TrialErrorField(AbstractCubeField):
-    name = choice = title = meaning = "their trial"
-
-    def values(self, session):
-        return CubeValues.scaled(session.part(PlateTrial).errors)
-
-    def inputs(self, session):
-        return (session.part(PlateTrial),)
-
-
-@pytest.fixture
-def trial_errors():
-    yield CUBE_FIELDS.register(TrialErrorField())
-    CUBE_FIELDS.remove(TrialErrorField.name)
-
-
-def test_cubes_follow_a_new_trial(session, trial_errors):
-    """Virtual arms were tried again: the cubes show the new errors without any other change."""
-
-    def tried(session, error):
-        errors = np.full(session.plate.region.cubes, np.nan)
-        errors[:4] = error * np.arange(1, 5)
-        trial = PlateTrial(session.plate, session.noise, None, 20, 1.0, 0, 0.5, error, errors, "tried")
-        return session.with_part(trial)
-
-    shown = session.with_region(view=CubeView(field=trial_errors.name))
-    sink = Notebook()
-    sink.draw(on_page(tried(shown, 1e-4)))
-    assert sink.there["region/cubes"].shown.sum() == 4
-    sink.made.clear()
-    sink.draw(on_page(tried(shown, 2e-4)))
-    assert sink.made == ["region/cubes"]
-
-
-def test_cubes_wait_while_a_target_is_dragged(session):
-    shown = session.with_region(view=CubeView(field="reach"))
-    for drag, waits in ((None, False), (Drag(client=1, target=0), True)):
-        items = {item.path: item for item in on_page(replace(shown, drag=drag))}
-        assert items["region/cubes"].can_wait is waits

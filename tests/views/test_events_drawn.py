@@ -7,17 +7,15 @@ import pytest
 from refusals import mentions
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.effects.events import FrameStep, ToolStep, ZeroStep
+from workbench.arm.effects.events import FrameStep, ToolStep
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.report.chart import LEFT, MARGIN, WIDTH, Chart, Marks, Upright
 from workbench.session.comparison import Comparison, ModelStage, compare
 from workbench.views.appearance.colours import EVENT, css
 from workbench.views.drawables.events import place_and_step
 from workbench.views.drawables.measured import _points
 from workbench.views.page.panels.legend import events
-from workbench.views.page.panels.row_errors import chart
 
 STEP = (3e-4, -5e-4, 2e-4, 0.0, 0.0, 0.0)
 
@@ -62,31 +60,3 @@ def test_points_before_the_last_event_are_smaller(arm):
     assert text.count(css(EVENT)) == 2
     assert mentions(text, "row 3")
     assert mentions(text, "row 7")
-
-
-def test_the_chart_has_a_line_where_a_row_is_the_first_one_after_it(arm):
-    happened = (ZeroStep((2,), (1e-3,), row=7),)
-    drawing = chart(rows(arm, happened), 0, dict.fromkeys(range(10), ""), (), happened)
-    assert drawing.count('data-testid="event-line"') == 1
-    assert mentions(drawing, "joint 3", "row 7")
-    order = np.random.default_rng(1).permutation(np.arange(10.0))
-    shuffled = (replace(happened[0], is_timed=True, time_s=order[7]),)
-    assert "event-line" not in chart(
-        rows(arm, shuffled, order), 0, dict.fromkeys(range(10), ""), (), shuffled
-    )
-
-
-def test_excluded_rows_of_the_chart_are_grey(arm):
-    links = dict.fromkeys(range(10), "")
-    plain, grey = (chart(rows(arm, ()), 0, links, out) for out in ((), (3, 4)))
-    assert plain.count("<circle") == grey.count("<circle")
-    assert "Excluded" in grey
-    assert "Excluded" not in plain
-
-
-def test_an_upright_line_stands_at_its_place():
-    marks = Marks(np.array([0.0, 4.0]), np.array([1.0, 2.0]), "red")
-    svg = Chart([marks], uprights=[Upright(3.0, "<step>", "blue")]).svg()
-    at = LEFT + MARGIN + 0.75 * (WIDTH - LEFT - 2 * MARGIN)
-    assert f'd="M{at:.1f} 0V' in svg
-    assert "&lt;step&gt;" in svg

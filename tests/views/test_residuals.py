@@ -1,38 +1,22 @@
 """Residuals where they are: colours of the measured points, their scale, and what a click on one means."""
 
-import re
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from refusals import mentions
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.report import colours as report_colours
-from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay, exaggeration_for
+from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
 from workbench.session.joint_errors import along_joints
 from workbench.session.state import Focus
-from workbench.views.appearance.colours import (
-    EXCLUDED,
-    FITTED,
-    NO_VALUE,
-    REACHED,
-    SELECTED,
-    SET_APART,
-    ErrorScale,
-    scale_colours,
-    stage_colours,
-)
-from workbench.views.drawables.arms import calibrated_arm
-from workbench.views.drawables.measured import error_scale, measured, point_radius, selected_row_marks
-from workbench.views.page.camera import BALL_FILLS_PICTURE
-from workbench.views.page.first_view import view_of_rows
+from workbench.views.appearance.colours import EXCLUDED, ErrorScale
+from workbench.views.drawables.measured import error_scale, measured, selected_row_marks
 from workbench.views.page.panels.joints import joint_plots
-from workbench.views.page.panels.legend import arrow_factors, colour_bar, row_errors, stage_choice
-from workbench.views.page.scene.picking import nearest_to_ray, picked
+from workbench.views.page.panels.legend import colour_bar
+from workbench.views.page.scene.picking import nearest_to_ray
 
 ERRORS = 1e-3 * np.array([[1.0, 0.3, 0.1], [2.0, 0.2, 0.1], [4.0, 0.4, 0.2], [3.0, 0.3, 0.1]])
 
@@ -83,17 +67,6 @@ def test_points_have_the_colour_of_their_error_at_the_last_known_stage(stages, s
     assert scene["measured/held_out"].numbers.tolist() == [3]
 
 
-def test_rows_that_no_arm_explains_are_red_and_let_clicks_through():
-    places = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])
-    red = drawn(replace(comparison(), set_apart=places))["measured/set_apart"]
-    assert np.array_equal(red.places, places)
-    assert {tuple(c) for c in red.colours} == {SET_APART}
-    assert (
-        picked([("measured/set_apart", red)], (np.array([0.1, 0.2, 0.0]), np.array([0.0, 0.0, 1.0]))) is None
-    )
-    assert drawn(comparison())["measured/set_apart"] is None
-
-
 def test_a_stage_is_chosen_and_rows_left_out_are_grey():
     rows = comparison()
     scene = drawn(rows, overlay=Overlay(stage=ModelStage.NOMINAL), left_out=frozenset({1, 7}))
@@ -101,20 +74,6 @@ def test_a_stage_is_chosen_and_rows_left_out_are_grey():
     assert tuple(scene["measured"].colours[1]) == EXCLUDED
     assert np.array_equal(scene["measured"].colours[[0, 2]], expected[[0, 2]])
     assert np.array_equal(scene["measured/held_out"].colours, expected[3:]), "held-out rows are not left out"
-
-
-def test_before_any_fit_points_have_one_colour():
-    assert {tuple(c) for c in drawn(comparison(0))["measured"].colours} == {FITTED}
-
-
-def test_frames_of_rows_are_off_by_default_and_arrows_have_factors_of_their_own():
-    scene = drawn(comparison(), overlay=Overlay(exaggeration=2.0, exaggeration_after=800.0))
-    assert "row/frames" not in scene
-    for name, times, stage in (("nominal", 2.0, 0), ("calibrated", 800.0, 1)):
-        arrows = scene[f"errors/{name}"]
-        lengths = np.linalg.norm(arrows.ends - arrows.starts, axis=1)
-        assert lengths == pytest.approx(times * ERRORS[:, stage], rel=1e-9)
-    assert "row/frames" in drawn(comparison(), overlay=Overlay(frames=True))
 
 
 def test_all_of_many_rows_are_drawn():
@@ -130,29 +89,6 @@ def test_all_of_many_rows_are_drawn():
     assert few.thick == 1.0
     assert 60 < len(arrows.starts) <= 120
     assert len(arrows.starts) * arrows.thick**2 <= 30.001  # more would hide the points
-
-
-def test_the_calibrated_arm_has_one_colour_on_the_page_and_in_reports():
-    arm, report = load_robot("aria"), tuple(bytes.fromhex(report_colours.CALIBRATED[1:]))
-    assert drawn(comparison())["errors/calibrated"].colour == report
-    assert calibrated_arm(arm, np.zeros(arm.dof), arm).ghost == report
-    assert {stage_colours(2)[-1], stage_colours(3)[-1]} == {report}
-    assert len({*stage_colours(3), REACHED, SELECTED}) == 5
-
-
-def test_the_colour_scale_ranks_by_lightness_alone_and_leaves_its_colours_to_errors():
-    """As the colour-blind and a printer without colours see it (relative luminance of sRGB, IEC 61966)."""
-    colours = scale_colours(np.linspace(0.0, 1.0, 50)).astype(float)
-    luminance = (colours / 255.0) ** 2.2 @ [0.2126, 0.7152, 0.0722]
-    assert (np.diff(luminance) > 0.0).all()
-    for other in (REACHED, SELECTED, stage_colours(2)[-1]):
-        assert np.linalg.norm(colours - other, axis=1).min() > 60.0
-
-
-@pytest.mark.parametrize("count", [300, 1000, 2300])
-def test_many_points_cover_no_more_of_the_scene_than_few(count):
-    assert count * point_radius(count) ** 2 <= 300 * point_radius(300) ** 2 * (1 + 1e-9)
-    assert point_radius(10) == point_radius(300) > point_radius(count + 1) >= point_radius(12_000) > 1.5e-3
 
 
 @pytest.mark.parametrize(
@@ -174,37 +110,6 @@ def test_the_scale_has_round_ends_and_ticks_between(errors, low, high, ticks):
     assert "mm" in text
 
 
-def test_colours_of_errors_end_with_the_scale():
-    scale = ErrorScale(1e-4, 1e-2)
-    colours = scale.colours(np.array([0.0, 1e-4, 1e-3, 1e-2, 1.0, np.nan]))
-    ends = scale_colours(np.array([1.0, 0.5, 0.0]))
-    assert colours[:5].tolist() == ends[[0, 0, 1, 2, 2]].tolist()
-    assert tuple(colours[5]) == NO_VALUE
-
-
-def test_a_scale_of_nothing_known_is_there():
-    assert ErrorScale.of(np.full((3, 3), np.nan)) == ErrorScale(1e-4, 1e-3)
-
-
-def test_the_legend_says_whose_errors_and_how_long_arrows_are():
-    rows = comparison()
-    links = {stage: f"to-{stage.name}" for stage in STAGES}
-    offered = re.findall(r'href="([^"]*)".*?style="([^"]*)"', stage_choice(rows, ModelStage.GEOMETRY, links))
-    assert [link for link, _ in offered] == [*links.values()]
-    assert ["650" in look for _, look in offered] == [False, True, False]
-    text = arrow_factors(rows, Overlay(exaggeration=2.0, exaggeration_after=800.0))
-    assert "× 2 " in text
-    assert mentions(text, "× 800")
-    assert arrow_factors(rows, Overlay(arrows=False)) == ""
-    text = row_errors(rows, 3)
-    assert mentions(text, "row 7", "3.00 mm", "0.300 mm", "0.100 mm")
-
-
-@pytest.mark.parametrize(("typical", "times"), [(1e-3, 50.0), (4e-2, 1.0), (5e-5, 1000.0), (5.0, 1.0)])
-def test_arrows_are_about_as_long_as_a_hand_is_wide(typical, times):
-    assert exaggeration_for(np.full(9, typical)) == times
-
-
 def test_a_click_means_the_nearest_point_under_the_pointer():
     places = np.array([[2.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.5, 0.5, 0.0], [-1.0, 0.0, 0.0]])
     ahead = np.array([1.0, 0.0, 0.0])
@@ -212,15 +117,6 @@ def test_a_click_means_the_nearest_point_under_the_pointer():
     aside = places[2] / np.linalg.norm(places[2])
     assert nearest_to_ray(places, np.zeros(3), aside)[1] == 2
     assert nearest_to_ray(places, np.zeros(3), np.array([0.0, 0.0, 1.0])) is None
-
-
-def test_the_camera_sees_all_rows_and_the_arm_from_their_side():
-    robot, rows = load_robot("aria"), comparison()
-    position, middle = view_of_rows(robot, rows)
-    reach = np.linalg.norm(position - middle) / BALL_FILLS_PICTURE
-    assert np.linalg.norm(rows.measured - middle, axis=1).max() <= reach + 1e-9
-    assert position[:2] @ rows.measured[:, :2].mean(0) > 0.0
-    assert position[2] > 0.0
 
 
 def test_vectors_are_laid_along_what_a_joint_moves():

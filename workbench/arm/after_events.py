@@ -46,14 +46,18 @@ def after_events(robot: Robot, sessions: Mapping[str, Motion]) -> Robot:
         own[name] = _after(robot, robot.sessions.get(name, robot.mounting), last)
         seen[name] = sum(bool(e.is_over(last)[0]) for e in _steps(robot))
     differ = bool(robot.sessions) or not all(_same(m, now) for m in own.values())
+    order = sorted(own, key=lambda n: -seen[n]) if differ else []
     record = robot.calibration
     if record is not None:
         record = replace(record, std={n: s for n, s in record.std.items() if n not in gone})
+    if record is not None and (alone := record.geometry) is not None:
+        mountings = {n: alone.sessions.get(n, alone.mounting) for n in order}
+        record = replace(record, geometry=replace(alone, sessions=mountings))
     return replace(
         robot,
         mounting=now,
         effects=tuple(e for e in robot.effects if not e.is_event),
-        sessions={n: own[n] for n in sorted(own, key=lambda n: -seen[n])} if differ else {},
+        sessions={n: own[n] for n in order},
         calibration=record,
     )
 

@@ -14,13 +14,16 @@ import binascii
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt32
 
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import frozen
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
 
 MAX_POSITION, MAX_ROTATION = 2e-3, float(np.deg2rad(0.3))
 """Standard errors of the tool above which a nominal arm is as good [m], [rad]."""
@@ -115,6 +118,8 @@ class Calibration:
         error: Mean error on held-out rows, or fitted ones if none were held out [m], [rad]; None if unknown.
         reading: What its rows were taken to mean where that isn't what they say; its joints count so.
         refused: Why the arm should not be used, by the file that holds it (TOML, URDF); empty if it may.
+        geometry: The best arm without its effects, masses and gravity as given: those of the arm itself were
+            fitted for its effects of load, and are known through these only. None if it has no effects.
     """
 
     source: str
@@ -125,6 +130,7 @@ class Calibration:
     error: Expected | None = None
     reading: str = ""
     refused: Mapping[str, str] = field(default_factory=dict)
+    geometry: "Robot | None" = None
 
     def used(self, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which joint positions were among those of the calibration."""
@@ -166,7 +172,11 @@ def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | Non
     if table is None:
         return None
     what = "[calibration]"
-    reader.keys(table, {"source", "poses", "std", "nominal", "error", "reading", "refused", "observed"}, what)
+    reader.keys(
+        table,
+        {"source", "poses", "std", "nominal", "error", "reading", "refused", "observed", "geometry"},
+        what,
+    )
     poses = poses_of(str(table.get("poses", "")))
     if poses is None:
         raise reader.fail(f"{what} poses are damaged; use the file written by the calibration")

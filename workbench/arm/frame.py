@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from workbench.arm.chain import Axis, Element
 from workbench.base import se3
-from workbench.base.argument_checks import admit
+from workbench.base.arguments import admit
 from workbench.base.array_checks import as_pose, check_rotations, numbers
 from workbench.base.errors import ShapeError
 from workbench.base.types import Freedom, Matrix3, Matrix4, Vector3, frozen

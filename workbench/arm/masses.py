@@ -107,6 +107,18 @@ def _assumed(robot: Robot, moving: int, entry: int, mass: float) -> Joint:
     )
 
 
+DENSITY = 2700.0
+"""Density of aluminium [kg/m³]."""
+
+
+def sphere_inertia(mass: float) -> float:
+    """Moment of inertia of a solid sphere [kg m²]: for formats that don't take a mass without one.
+
+    I = 2/5 m r²,      m = 4/3 π ρ r³
+    """
+    return 0.4 * mass * (0.75 * mass / (np.pi * DENSITY)) ** (2.0 / 3.0)
+
+
 Body = tuple[float, Vector3]
 """Mass [kg], and centre [m]."""
 

@@ -301,6 +301,22 @@ class Robot:
         }
         return replace(self, mounting=replace(self.mounting, gravity=gravity), sessions=sessions)
 
+    def recorded(self, **entries: Any) -> "Robot":
+        """The same arm with these entries in the record of its calibration, if it has one."""
+        if self.calibration is None:
+            return self
+        return replace(self, calibration=replace(self.calibration, **entries))
+
+    def weighed_as(self, other: "Robot") -> "Robot":
+        """The same arm with the masses and the gravity of another one of its kind."""
+        gravity = {n: other.in_session(n).gravity for n in self.sessions}
+        return replace(
+            self,
+            joints=tuple(j.reweighed(other.inertia) for j in self.joints),
+            mounting=replace(self.mounting, gravity=other.gravity),
+            sessions={n: replace(m, gravity=gravity[n]) for n, m in self.sessions.items()},
+        )
+
     def in_session(self, session: str) -> "Robot":
         """The arm with the mounting of a session, or the common one if it has none."""
         mounting = self.sessions.get(session, self.mounting)

@@ -27,7 +27,6 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import Like
 from workbench.base.array_checks import numbers
 from workbench.base.errors import RobotError
 from workbench.base.files import check_ending, write_text
@@ -207,8 +206,52 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
         robot = with_plausible_units(replace(robot, effects=tuple(effects)))
     except RobotError as error:
         raise reader.fail(str(error)) from None
-    sessions = _sessions(reader.tables(data, "session"), mounting, reader)
-    return replace(robot, sessions=sessions, calibration=calibration_of(data.get("calibration"), reader))
+    robot = replace(robot, sessions=_sessions(reader.tables(data, "session"), mounting, reader))
+    record = calibration_of(data.get("calibration"), reader)
+    if record is not None and "geometry" in data["calibration"]:
+        record = replace(record, geometry=_geometry(data["calibration"]["geometry"], robot, reader))
+    loads = [t["loads"] for t in reader.tables(data, "effect") if "loads" in t]
+    return replace(_loaded(robot, loads[0], reader) if loads else robot, calibration=record)
+
+
+def _geometry(data: Any, robot: Robot, reader: _RobotReader) -> Robot:
+    """The best arm without effects, as in the record of a calibration."""
+    what = "[calibration.geometry]"
+    reader.keys(data, {"values", "base", "tool", "session"}, what)
+    values = reader.table(data.get("values", {}), f"{what} values")
+    values = {name: reader.number(value, f"{what} value of {name}") for name, value in values.items()}
+    mounting = reader.mounting(data, f"{what} ", robot.mounting, Freedom.FIXED)
+    alone = replace(
+        robot,
+        effects=(),
+        mounting=mounting,
+        sessions=_sessions(reader.tables(data, "session"), mounting, reader),
+    )
+    if unknown := sorted(values.keys() - {e.name for e in robot.elements}):
+        raise reader.fail(f"{what} has a value of '{unknown[0]}', which the arm has not")
+    return alone.with_values(values)
+
+
+def _loaded(robot: Robot, data: Any, reader: _RobotReader) -> Robot:
+    """The arm with the masses and gravity with which its effects of load were fitted."""
+    what = "the loads of an effect"
+    reader.keys(data, {"links", "gravity", *(f"gravity[{name}]" for name in robot.sessions)}, what)
+    links = data.get("links")
+    if not isinstance(links, list) or len(links) != len(robot.joints):
+        raise reader.fail(f"{what} need links, one [mass, x, y, z] for each of {len(robot.joints)} joints")
+    joints = []
+    for joint, link in zip(robot.joints, links, strict=True):
+        mass, *com = reader.numbers(link, 4, f"{what} at {joint.name}") if link else (None, 0.0, 0.0, 0.0)
+        joints.append(replace(joint, mass=mass, com=frozen(np.array(com))))
+
+    def under(own: Mounting, key: str) -> Mounting:
+        return replace(own, gravity=frozen(reader.numbers(data[key], 3, key))) if key in data else own
+
+    mounting = under(robot.mounting, "gravity")
+    sessions = {
+        n: under(replace(m, gravity=mounting.gravity), f"gravity[{n}]") for n, m in robot.sessions.items()
+    }
+    return replace(robot, joints=tuple(joints), mounting=mounting, sessions=sessions)
 
 
 def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader: _RobotReader):
@@ -301,7 +344,7 @@ def _effect(table: dict, number: int, reader: _RobotReader) -> AbstractEffect:
     if not isinstance(name, str) or name not in EFFECTS:
         raise reader.fail(f"{what} has the name {name!r}; known: {', '.join(EFFECTS)}")
     kind, what = EFFECTS[name], f"{what} ({name})"
-    reader.keys(table, {"name", "joints", "coefficients", *kind.settings()}, what)
+    reader.keys(table, {"name", "joints", "coefficients", "loads", *kind.settings()}, what)
     joints = table.get("joints", [])
     if not isinstance(joints, list) or not all(type(j) is int for j in joints):
         raise reader.fail(f"{what} joints must be a list of whole numbers from 1, not {joints!r}")
@@ -347,7 +390,46 @@ def _effect_table(effect: AbstractEffect) -> dict[str, Any]:
 
 
 def robot_to_table(robot: Robot) -> dict[str, Any]:
-    """The tables of a robot's file. A robot from a URDF becomes `elementary`."""
+    """The tables of a robot's file. A robot from a URDF becomes `elementary`.
+
+    Masses and gravity that were fitted for effects of load stand under these, `loads`; elsewhere as given.
+    """
+    alone = None if robot.calibration is None else robot.calibration.geometry
+    table = _arm_table(robot if alone is None else robot.weighed_as(alone))
+    if robot.effects:
+        table["effect"] = [_effect_table(e) for e in robot.effects]
+    if robot.calibration is not None:
+        table["calibration"] = robot.calibration.table()
+    if alone is not None:
+        loads, given = (_loads_table(each) for each in (robot, robot.weighed_as(alone)))
+        for effect, own in zip(table.get("effect", []), robot.effects, strict=True):
+            if own.loads and loads != given:
+                effect["loads"] = loads
+        table["calibration"]["geometry"] = _geometry_table(alone, robot)
+    return table
+
+
+def _loads_table(robot: Robot) -> dict[str, Any]:
+    """Masses and centres in the order of the file's joints, and gravity."""
+    table = _arm_table(robot)
+    links = [[j["mass"], *j["com"]] if "mass" in j else [] for j in table["joint"]]
+    own = {f"gravity[{n}]": m.gravity.tolist() for n, m in robot.sessions.items()}
+    return {"links": links, "gravity": table["gravity"]} | own
+
+
+def _geometry_table(alone: Robot, robot: Robot) -> dict[str, Any]:
+    """The best arm without effects: what differs from the arm itself."""
+    values = {
+        e.name: e.value
+        for e, own in zip(alone.elements, robot.elements, strict=True)
+        if e.matrix is None and e.value != own.value
+    }
+    table = _arm_table(alone)
+    return {"values": values} | {k: table[k] for k in ("base", "tool", "session") if k in table}
+
+
+def _arm_table(robot: Robot) -> dict[str, Any]:
+    """The same without effects and record."""
     family = robot.convention in ORDERS or robot.convention == "three-rotation"
     table: dict[str, Any] = {
         "name": robot.name,
@@ -370,10 +452,6 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
             | ({} if own.gravity is robot.gravity else {"gravity": own.gravity.tolist()})
             for name, own in robot.sessions.items()
         ]
-    if robot.effects:
-        table["effect"] = [_effect_table(e) for e in robot.effects]
-    if robot.calibration is not None:
-        table["calibration"] = robot.calibration.table()
     return table
 
 
@@ -382,7 +460,7 @@ def robot_text(robot: Robot) -> str:
     return tomli_w.dumps(robot_to_table(robot))
 
 
-def write_toml(robot: Like[Robot], path: Path | str) -> Path:
+def write_toml(robot: Robot, path: Path | str) -> Path:
     """Write a robot's file, whole or not at all."""
     return write_text(check_ending(path, "a robot's file is", ".toml"), robot_text(robot))
 

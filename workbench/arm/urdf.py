@@ -166,8 +166,31 @@ def xml_root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
         raise FileError(f"is not a URDF: {error}; save it as UTF-8", path=str(path)) from None
 
 
-def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
-    """Joints from the root to the tip, or to a calibrated tool, or along the most moving joints."""
+def tip_of(robot: Robot, joints: int) -> str | None:
+    """Last link of the only chain with so many moving joints in the file of a robot, if there is one."""
+    if robot.urdf is None:
+        return None
+    chains = {
+        link: c
+        for link, c in _chains(_parse(robot.urdf.path), robot.urdf.path).items()
+        if _moving(c) == joints
+    }
+    last = {next(j for j in reversed(chain) if _moves(j)).child for chain in chains.values()}
+    ends = set(chains) - {chain[-1].parent for chain in chains.values()}
+    return None if len(last) != 1 else (ends if len(ends) == 1 else last).pop()
+
+
+def _moves(joint) -> bool:
+    return joint.type != "fixed" and joint.mimic is None
+
+
+def _moving(chain: list) -> int:
+    """Number of joints that move on their own."""
+    return sum(map(_moves, chain))
+
+
+def _chains(model: "yourdfpy.URDF", path: Path) -> dict[str, list]:
+    """Joints from the root to every link."""
     into: dict = {}
     for joint in model.robot.joints:
         if joint.child in into:
@@ -177,37 +200,38 @@ def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
                 path=str(path),
             )
         into[joint.child] = joint
-
-    def toxml_root(link: str) -> list:
-        joints = []
-        while link in into:
-            joints.append(into[link])
-            link = into[link].parent
-            if len(joints) > len(into):
+    chains = {}
+    for link in (link.name for link in model.robot.links):
+        chain, parent = [], link
+        while parent in into:
+            chain.append(into[parent])
+            parent = into[parent].parent
+            if len(chain) > len(into):
                 raise FileError("its joints form a loop; a serial chain is needed", path=str(path))
-        return joints[::-1]
+        chains[link] = chain[::-1]
+    return chains
 
-    def count(joints: list) -> int:
-        return sum(j.type != "fixed" and j.mimic is None for j in joints)
 
-    links = [link.name for link in model.robot.links]
+def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
+    """Joints from the root to the tip, or to a calibrated tool, or along the most moving joints."""
+    chains = _chains(model, path)
     if tip is not None:
-        if tip not in links:
-            raise FileError(f"has no link '{tip}'; its links are {', '.join(links)}", path=str(path))
-        if not count(toxml_root(tip)):
+        if tip not in chains:
+            raise FileError(f"has no link '{tip}'; its links are {', '.join(chains)}", path=str(path))
+        if not _moving(chains[tip]):
             raise FileError(f"has no joint that moves on the path to link '{tip}'", path=str(path))
-        return toxml_root(tip)
+        return chains[tip]
     parents = {j.parent for j in model.robot.joints}
-    ends = [link for link in links if link not in parents]
+    ends = [link for link in chains if link not in parents]
     if ours := [link for link in ends if link.startswith(TOOL_LINK)]:
-        return toxml_root(ours[-1])
-    leaves = [toxml_root(link) for link in ends]
+        return chains[ours[-1]]
+    leaves = [chains[link] for link in ends]
     if not leaves:
         raise FileError("has no link at which a chain ends; a serial chain is needed", path=str(path))
-    maximum = max(count(joints) for joints in leaves)
+    maximum = max(map(_moving, leaves))
     if maximum == 0:
         raise FileError("has no joint that moves", path=str(path))
-    best = [joints for joints in leaves if count(joints) == maximum]
+    best = [joints for joints in leaves if _moving(joints) == maximum]
     last_moving = [max(i for i, j in enumerate(joints) if j.type != "fixed") for joints in best]
     if len({joints[i].name for joints, i in zip(best, last_moving, strict=True)}) > 1:
         tips = ", ".join(joints[-1].child for joints in best)

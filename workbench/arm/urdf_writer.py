@@ -13,23 +13,24 @@ from pathlib import Path
 import numpy as np
 
 from workbench.arm import chain as chains
-from workbench.arm.masses import carried, moved
+from workbench.arm.masses import carried, moved, sphere_inertia
 from workbench.arm.robot import Robot
-from workbench.arm.urdf import BASE_LINK, TOOL_LINK, xml_root
+from workbench.arm.urdf import BASE_LINK, TOOL_LINK, read_urdf, xml_root
 from workbench.arm.usable_arm import usable_arm
 from workbench.base import se3
-from workbench.base.argument_checks import Like
-from workbench.base.errors import RobotError
+from workbench.base.errors import FileError, RobotError
 from workbench.base.files import check_ending, write_bytes
 from workbench.base.types import Matrix4, Vector3
 
 
-def write_urdf(robot: Like[Robot], path: Path | str) -> Path:
+def write_urdf(robot: Robot, path: Path | str) -> Path:
     """Write a robot as URDF: a calibrated copy of the file it came from, or frames alone.
 
     The base frame becomes a fixed joint from the link `measuring_frame`, the tool one to `calibrated_tool`,
-    unless they are identities; of several sessions' it has the first. A URDF can't represent effects: it gets
-    the best geometry without them (`usable_arm`, which also reports the remaining error).
+    unless they are identities; of several sessions' it has the first. A chain that ends at a chosen tip has
+    that tool all the same, so that whoever reads the copy finds the chain; other branches stay. A URDF can't
+    represent effects: it gets the best geometry without them (`usable_arm`, which also reports the remaining
+    error).
 
     Raises:
         FileError: the file that the robot came from is gone.
@@ -114,13 +115,14 @@ def _skeleton(robot: Robot) -> ET.Element:
 
 
 def _inertial(link: ET.Element, mass: float | None, com: Vector3) -> None:
-    """Mass and centre of a body in the frame right after its joint; nothing if the mass is unknown."""
-    if mass is None:
+    """Mass and centre of a body in the frame right after its joint; nothing if it is unknown or none."""
+    if not mass:
         return
     node = ET.SubElement(link, "inertial")
     ET.SubElement(node, "origin", xyz=numbers_text(com), rpy="0 0 0")
     ET.SubElement(node, "mass", value=repr(float(mass)))
-    ET.SubElement(node, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")
+    own = dict.fromkeys(("ixx", "iyy", "izz"), repr(sphere_inertia(mass)))
+    ET.SubElement(node, "inertia", own | dict.fromkeys(("ixy", "ixz", "iyz"), "0"))
 
 
 def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> None:
@@ -146,13 +148,24 @@ def _add_frames(root: ET.Element, robot: Robot) -> None:
     links = {node.get("name") for node in root.findall("link")}
     first, last = ("base_link", "flange") if robot.urdf is None else (robot.urdf.root, robot.urdf.tip)
     for frame, name in ((robot.base, BASE_LINK), (robot.tool, TOOL_LINK)):
-        if np.array_equal(frame.pose, np.eye(4)):
+        chosen = frame is robot.tool and not _is_usual(robot)
+        if np.array_equal(frame.pose, np.eye(4)) and not chosen:
             continue
         while name in links:
             name += "_"
         ET.SubElement(root, "link", name=name)
         ends = (name, first) if frame is robot.base else (last, name)
         _joint_node(root, f"{name}_joint", "fixed", *ends, frame.pose)
+
+
+def _is_usual(robot: Robot) -> bool:
+    """Whether the chain is the one that is read where no tip is chosen."""
+    if robot.urdf is None:
+        return True
+    try:
+        return read_urdf(robot.urdf.path).urdf == robot.urdf
+    except FileError:  # several chains
+        return False
 
 
 def _joint_node(root: ET.Element, name: str, kind: str, parent: str, child: str, pose: Matrix4) -> ET.Element:

@@ -1,8 +1,8 @@
 """The usable part of a calibrated arm: what was observed, and what a format can represent.
 
 Unobservable directions of the tool (`tool_observability.py`) stay as near to nominal as the others allow; a
-format that can't represent effects gets the best geometry without them. Both are one fit to the calibrated
-arm's own predictions T(q) over measured joint positions:
+format that can't represent effects gets the best geometry without them, which the record has. Both are one
+fit to the predictions T(q) of the calibrated arm, or of that geometry, over measured joint positions:
 
     Σ_q |Δp|²/s_p² + |Δφ|²/s_φ² + Σ_k (x_k − nominal_k)²/s_x²
 
@@ -129,19 +129,22 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
         )
     plain = robot.with_effects(*known) if robot.effects else robot
     actual = plain.in_first_session
-    if all(seen) and (effects or not known):
-        kept = robot if effects else robot.with_effects()
-        kept, none = replace(kept, calibration=None), PoseErrors(0.0, 0.0, 0.0, 0.0)
-        return Usable(robot=kept, left=none, calibrated=actual, free_frames=frames, q=q, notes=notes)
-    start = nominal_arm(actual, nominal)
-    begin = start or actual
+    alone = None if found is None or effects else found.geometry
+    wanted = actual if alone is None else replace(alone.in_first_session, calibration=found)
+    if all(seen) and (effects or not known or alone is not None):
+        kept = robot if effects else alone or robot.with_effects()
+        left = PoseErrors(0.0, 0.0, 0.0, 0.0) if alone is None else _difference(actual, wanted, q)
+        kept = replace(kept, calibration=None)
+        return Usable(robot=kept, left=left, calibrated=actual, free_frames=frames, q=q, notes=notes)
+    start = nominal_arm(wanted, nominal)
+    begin = start or wanted
     begin = begin if effects else begin.with_effects()
     trusted = (True, True) if start is None else seen
-    fitted = _fitted(begin, tool_poses(actual, Motion(q)), q, free, trusted)
-    left = PoseErrors.of(se3.pose_error(tool_poses(actual, Motion(q)), tool_poses(fitted, Motion(q))))
+    fitted = _fitted(begin, tool_poses(wanted, Motion(q)), q, free, trusted)
+    left = _difference(actual, fitted, q)
     arm = replace(fitted, effects=robot.effects if effects else (), sessions={}, calibration=None)
     return Usable(
-        robot=_with_sessions(arm, robot, actual),
+        robot=_with_sessions(arm, alone or robot, wanted),
         left=left,
         calibrated=actual,
         sees_position=seen[0],
@@ -151,6 +154,11 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
         q=q,
         notes=(*unobserved_text(robot, {"": fitted}, nominal=nominal), *notes),
     )
+
+
+def _difference(arm: Robot, other: Robot, q: Float[np.ndarray, "rows n"]) -> PoseErrors:
+    """Difference of two arms' tools."""
+    return PoseErrors.of(se3.pose_error(*(tool_poses(each, Motion(q)) for each in (arm, other))))
 
 
 def off_nominal(arm: Robot, nominal: Robot, q: Float[np.ndarray, "rows n"]) -> Expected:

@@ -1,8 +1,8 @@
 """Columns of measurement files that hold one number, or one label, a row; or one number a joint.
 
 One entry is all that a new column needs: reading, writing, previews, mappings, trajectories, laws of effects,
-their plots and messages derive from it. From another package it is an entry point of `workbench.columns`, or
-stands in the `brings` of its observation. Coordinates in groups (x y z, markers, sigma …) are known to
+their plots and messages derive from it. That of another package stands in its record of parts, or in the
+`brings` of its observation. Coordinates in groups (x y z, markers, sigma …) are known to
 `data/readers/headings.py`.
 """
 
@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import final
 
-from workbench.base.registry import Registry
+from workbench.base.errors import OptionError
 from workbench.base.units import Quantity
+from workbench.parts import PartTable
 
 _COORDINATE = re.compile(
     r"q(\d+|[wxyz])|[xyz]|r[xyz]|r[123]{2}|roll|pitch|yaw|m\d+[xyz]|sigma_r?[xyz]|tilt_[xy]\d+|"
@@ -57,12 +58,13 @@ class Column:
     shown: tuple[str, float] = ("", 1.0)
     usual: tuple[float, float] | None = None
 
-    def mistake_of_part(self) -> str:
-        """What is wrong with another package's column, as the end of a sentence; empty for nothing."""
-        if not isinstance(self.also, tuple):
-            return f"has other names that are no tuple: {self.also!r}"
-        taken = next((name for name in (self.name, *self.also) if _COORDINATE.fullmatch(name)), None)
-        return "" if taken is None else f"can't be called '{taken}': so are coordinates of poses and joints"
+    def __post_init__(self):
+        if taken := next((name for name in (self.name, *self.also) if _COORDINATE.fullmatch(name)), None):
+            raise OptionError(
+                f"a column can't be called '{taken}': so are coordinates of poses and joints",
+                option="name",
+                found=taken,
+            )
 
     @property
     def is_label(self) -> bool:
@@ -94,8 +96,8 @@ class Column:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
 
-COLUMNS: Registry[Column] = Registry(
-    "column",
+COLUMNS: PartTable[Column] = PartTable(
+    "columns",
     Column,
     Column(
         name="time",
@@ -132,7 +134,7 @@ COLUMNS: Registry[Column] = Registry(
     Column(name="distance", quantity=Quantity.LENGTH, also=("dist", "abstand", "entfernung"), observed=True),
     Column(name="session", also=("sitzung", "placement", "aufstellung")),
     Column(name="group", also=("gruppe",)),
-    Column(name="point", also=("socket", "punkt")),
+    Column(name="point", also=("socket", "punkt", "element_name", "feature_name", "point_name")),
     Column(name="anchor", also=("anker",)),
     Column(name="contact", also=("kontakt",)),
     Column(name="exclude", also=("excluded", "ausschluss")),
@@ -140,7 +142,6 @@ COLUMNS: Registry[Column] = Registry(
     Column(name="pose_frame", kept=False),
     *(Column(name=name, kept=False) for name in ("image", "camera", "id", "corner")),
     *(Column(name=name, quantity=Quantity.PIXEL, kept=False) for name in "uv"),
-    group="workbench.columns",
 )
 """All that is known, in the order in which they are written."""
 

@@ -18,12 +18,12 @@ import typer
 
 from workbench.base.errors import FileError, OptionError
 from workbench.base.installed_package import package_version
-from workbench.base.registry import plugins, warn_of_broken
 from workbench.cli import calibration, measurements, plate_design
 from workbench.cli import options as opt
 from workbench.cli.exit_status import Commands, at_once, run
 from workbench.cli.options import option
 from workbench.cli.sessions import open_session
+from workbench.parts import offered, resolved, warn_of_broken
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
 """File extensions that the app opens in place of a command."""
@@ -78,16 +78,20 @@ def add_plugins(arguments: list[str]) -> None:
     group, command = (arguments[0], arguments[1:2]) if arguments[0] in groups else ("", arguments[:1])
     if command and command[0] in own[group]:
         return
-    for name, entry in plugins("workbench.commands", "command", add=_check_command):
+    for name, part, origin in offered("commands"):
         group, _, short = name.rpartition(" ")
-        if _ADDED.get(name) is entry:
+        if _ADDED.get(name) is part:
             continue
-        if group not in own or short in own[group]:
-            why = f"there is no group '{group}'" if group not in own else f"'{name}' is known already"
-            warn_of_broken(f"the command '{name}' of another package", OptionError(why))
+        try:
+            if group not in own or short in own[group]:
+                why = f"there is no group '{group}'" if group not in own else f"'{name}' is known already"
+                raise OptionError(why)
+            _check_command(entry := resolved(part))
+        except (Exception, SystemExit) as error:  # whatever is wrong with somebody else's package
+            warn_of_broken(f"the command '{name}' of {origin}", error)
             continue
         own[group].add(short)
-        _ADDED[name] = entry
+        _ADDED[name] = part
         into, panel = groups.get(group, app), getattr(entry, "rich_help_panel", None)
         if isinstance(entry, typer.Typer):
             into.add_typer(entry, name=short, rich_help_panel=panel)
@@ -99,7 +103,7 @@ def _name(command: Any) -> str:
     return command.name or getattr(command.callback, "__name__", "")
 
 
-def _check_command(entry: Any, origin: str) -> None:
+def _check_command(entry: Any) -> None:
     """Raise on an unknown command: typer would notice only when running it."""
     if not isinstance(entry, typer.Typer):
         alone = typer.Typer()

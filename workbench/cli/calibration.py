@@ -1,6 +1,7 @@
 """The commands that turn measurements into a calibrated robot: identify, diagnose, evaluate, export."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -37,6 +38,7 @@ def identify(
     renew: Annotated[
         str | None, option("With --prior: joints that were replaced and start without it, such as 3,4.")
     ] = None,
+    tip: opt.TipOption = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import posed_arm
@@ -46,18 +48,17 @@ def identify(
     from workbench.identification.prior import read_prior
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
+    from workbench.identification.report.page import write_identification
     from workbench.identification.result import LOOK_AGAIN
-    from workbench.report.result_page import page_of
 
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees joint offsets only; give either --level or --free")
-    arm = posed_arm() if robot is None else wb.load_robot(robot)
+    arm = posed_arm() if robot is None else wb.load_robot(robot, tip=tip)
     requested = default_requirement(arm.name) if wanted is None else opt.wanted_of(wanted)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     if robot is None and (rows.readings is None or not rows.readings.has_tool_poses):
         raise OptionError("give --robot; it may be omitted only for rows with tool poses instead of joints")
     out.check()
-    page = None if out.report is None else page_of("Identification")
     choices = fit.choices(arm, files)
     with opt.progress_bar("identify"):
         run = wb.identify(
@@ -81,8 +82,9 @@ def identify(
     opt.describe("tables", lambda: opt.show(table.identification_tables(run, every=algorithm is not None)))
     if requested is not None:
         opt.describe("verdict", lambda: opt.say(judge(run, requested).verdict))
-    if page is not None:
-        opt.describe("report", lambda: opt.say(f"report: {page.write(run, out.report, wanted=requested)}"))
+    if out.report is not None:
+        written = partial(write_identification, run, out.report, wanted=requested)
+        opt.describe("report", lambda: opt.say(f"report: {written()}"))
     if saved.path is not None:
         opt.say(f"calibrated robot ({run.best.fit.title}): {saved.path}")
         opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(run.best)}"))
@@ -119,17 +121,17 @@ def diagnose(
     fit: opt.FitOptions,
     out: opt.OutputOptions,
     files: opt.FileOptions,
+    tip: opt.TipOption = None,
 ) -> None:
     """Find the effects missing from the model, add them, and report the held-out error before and after."""
+    from workbench.diagnosis.report.page import write_diagnosis
     from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
     from workbench.identification.errors.file_errors import file_text
-    from workbench.report.result_page import page_of
 
-    arm = wb.load_robot(robot)
+    arm = wb.load_robot(robot, tip=tip)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     out.check()
-    page = None if out.report is None else page_of("Diagnosis")
     choices = fit.choices(arm, files)
     with opt.progress_bar("diagnose"):
         run = wb.diagnose(arm, rows, choices)
@@ -137,8 +139,8 @@ def diagnose(
     saved = _save(whole, out.save, [run.harm] if run.harm else [], force=fit.force)
     opt.write_result(out.json, diagnosis_json(run))
     opt.describe("tables", lambda: opt.show(diagnosis_tables(run)))
-    if page is not None:
-        opt.describe("report", lambda: opt.say(f"report: {page.write(run, out.report)}"))
+    if out.report is not None:
+        opt.describe("report", lambda: opt.say(f"report: {write_diagnosis(run, out.report)}"))
     if saved.path is not None:
         opt.say(f"calibrated robot: {saved.path}")
         opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(whole.best)}"))
@@ -176,6 +178,7 @@ def evaluate(
     files: opt.FileOptions,
     frames: Annotated[str, option("given: fit nothing; fit: fit only base and tool.")] = "given",
     reading: opt.ReadingOption = "auto",
+    tip: opt.TipOption = None,
     json: opt.JsonOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements, without fitting the arm."""
@@ -183,7 +186,7 @@ def evaluate(
     from workbench.identification.report import table
 
     fit_frames = opt.fits_frames(frames)
-    arm = wb.load_robot(robot)
+    arm = wb.load_robot(robot, tip=tip)
     opt.check_writable(json)
     found = wb.evaluate(arm, files.read(data, arm), fit_frames=fit_frames, reading=reading)
     opt.show(table.evaluation_tables(found))
@@ -257,6 +260,10 @@ def export(
         if path is not None:
             opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
     if urdf is not None:
+        if tip is not None:
+            opt.say(
+                f"note: {urdf} keeps all its branches; the chain ends at '{tip}', by its link calibrated_tool"
+            )
         opt.say_notes(carried_text(arm))
     if controller is not None and nominal is not None:
         from workbench.identification.checks.arm_match import require_same_arm

@@ -12,12 +12,12 @@ import typer
 
 import workbench as wb
 from workbench.base.advice import failures
-from workbench.base.errors import OptionError, UnitError, WorkbenchError
+from workbench.base.errors import OptionError, ShapeError, UnitError, WorkbenchError
 from workbench.base.progress import running
 from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
-from workbench.cli.joined_options import AbstractCompanion, AbstractSource
-from workbench.cli.joined_options import flattened as flattened
+from workbench.cli.option_records import AbstractCompanion, AbstractSource
+from workbench.cli.option_records import flattened as flattened
 
 
 def option(*names_and_help: str, **more: Any) -> Any:
@@ -73,6 +73,16 @@ ReadingOption = Annotated[
 SeedOption = Annotated[int, option("Seed of the random numbers.")]
 
 
+def _list_layouts(value: str | None) -> str | None:
+    """The name of a layout; `list` prints all and ends the command."""
+    if value == "list":
+        from workbench.data.readers.layouts import LAYOUTS, PLAIN
+
+        print("\n".join((PLAIN, *LAYOUTS)))
+        raise typer.Exit
+    return value
+
+
 @dataclass(frozen=True)
 class FileOptions:
     """Options for reading a measurement file."""
@@ -80,7 +90,12 @@ class FileOptions:
     columns: ColumnsOption = None
     sheet: SheetOption = None
     layout: Annotated[
-        str | None, option("Layout of the file, recognised if not given; `--layout list` lists all.")
+        str | None,
+        option(
+            "Layout of the file, recognised if not given; `--layout list` lists all.",
+            callback=_list_layouts,
+            is_eager=True,
+        ),
     ] = None
     mapping: Annotated[
         Path | None, option("A column mapping (.toml), as written by preview --save-mapping.")
@@ -92,7 +107,7 @@ class FileOptions:
         ),
     ] = None
     joined: tuple[AbstractSource, ...] = ()
-    joins: ClassVar = AbstractSource
+    joins: ClassVar = "sources"
 
     def read(self, path: Path, arm):
         """Measurements of a file, with as many joints as the arm has."""
@@ -102,16 +117,24 @@ class FileOptions:
             if (found := source.read(path, arm, self.joints)) is not None:
                 return found
         stored = ColumnMapping() if self.mapping is None else read_mapping(self.mapping)
-        return wb.read_measurements(
-            path,
-            joints=arm.joint_names,
-            base=arm.base.pose,
-            columns=self.columns or stored.columns,
-            sheet=self.sheet or stored.sheet,
-            layout=self.layout or stored.layout,
-            joint_table=self.joints,
-            joint_columns=stored.joints,
-        )
+        try:
+            return wb.read_measurements(
+                path,
+                joints=arm.joint_names,
+                base=arm.base.pose,
+                columns=self.columns or stored.columns,
+                sheet=self.sheet or stored.sheet,
+                layout=self.layout or stored.layout,
+                joint_table=self.joints,
+                joint_columns=stored.joints,
+            )
+        except ShapeError as error:
+            from workbench.arm.urdf import tip_of
+
+            if (tip := tip_of(arm, error.found)) is None:
+                raise
+            text = f"{error}, or its chain of {error.found} joints by --tip {tip}"
+            raise ShapeError(text, expected=error.expected, found=error.found) from None
 
     def read_whole(self, path: Path, arm):
         """Measurements from another file with its own joint readings: --joints is not applied."""
@@ -123,7 +146,7 @@ class PageOptions:
     """What is beside the page: options of other packages alone."""
 
     joined: tuple[AbstractCompanion, ...] = ()
-    joins: ClassVar = AbstractCompanion
+    joins: ClassVar = "companions"
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,7 @@ class BlockOptions:
 
     def of(self, reading: str):
         """The same in SI, for targets with this reading."""
-        from workbench.plate.optimiser.manufacturing import IN_THE_AIR
-        from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle
+        from workbench.plate.optimiser.target_blocks import IN_THE_AIR, Blocks, BlockStyle
 
         usual = IN_THE_AIR if reading == "ball-bar" else Blocks().heights
         return Blocks(
@@ -83,10 +82,6 @@ def optimise(
     shapes: Annotated[
         int | None, option("Maximum number of different blocks, to reduce cost; any if not given.")
     ] = None,
-    made: Annotated[
-        str | None,
-        option("Manufacturing method: machined, printed, breadboard or ball-bar; sets matching defaults."),
-    ] = None,
     noise: Annotated[
         str | None, option('Standard deviations of one reading: "0.1mm,0.02deg"; typical ones if not given.')
     ] = None,
@@ -102,7 +97,6 @@ def optimise(
     from dataclasses import replace
 
     from workbench.plate import design as plate_design
-    from workbench.plate.optimiser.manufacturing import METHODS
     from workbench.plate.optimiser.optimise import DesignRequest, Postures
     from workbench.plate.report.design import design_json, design_tables
     from workbench.plate.target_readings import usual_reading
@@ -110,16 +104,12 @@ def optimise(
     opt.check_writable(out, json)
     base, tool = opt.unknown_frames(unknown)
     arm, given = wb.load_robot(robot), wb.load_plate(plate)
-    method = None if made is None else opt.choice_of(METHODS, made, "--made")
-    reading = reading or (usual_reading(given) if method is None else method.reading)
-    if method is not None and tolerance is None:
-        given = replace(given, production=method.production)
+    reading = reading or usual_reading(given)
     given = replace(given, production=production_of(given, tolerance, play))
-    blocks = block_options.of(reading)
     request = DesignRequest(
         number=targets,
         postures=opt.choice_of(Postures, branches, "--branches"),
-        blocks=blocks if method is None else method.blocks(blocks),
+        blocks=block_options.of(reading),
         shapes=shapes,
         constraints=margins.constraints(),
         production=None if play is None else given.production,
@@ -138,7 +128,5 @@ def optimise(
             tool=tool,
         )
     opt.show(design_tables(found))
-    if method is not None:
-        opt.say(f"{made}: afterwards measure {method.afterwards}")
     opt.say(f"plate: {wb.write_plate(found.plate, out)}")
     opt.write_result(json, design_json(found))

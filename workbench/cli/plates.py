@@ -41,14 +41,14 @@ def sigma_of(noise: str | None) -> tuple[float, float] | None:
 
 def production_of(plate, tolerance: str | None, play: str | None):
     """Tolerances of a plate: as given, the rest from its file; None if nothing was given."""
-    from workbench.plate.stock import Stock
+    from workbench.plate.tolerances import PIN_PLAY
 
     production = plate.production
     if tolerance is not None:
         position, angle = opt.pair_of(tolerance, "--tolerance")
         production = replace(production, position=position, angle=angle)
     if play is not None:
-        given = {"pins": Stock().play, "none": (0.0, 0.0)}
+        given = {"pins": PIN_PLAY, "none": (0.0, 0.0)}
         production = replace(production, play=given[play] if play in given else opt.pair_of(play, "--play"))
     return production
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.base.argument_checks import Angle, Length, admit
+from workbench.base.arguments import Angle, Length, admit
 from workbench.base.errors import OptionError
 from workbench.data.prediction import RowComponents
 from workbench.report.result_fields import POSE

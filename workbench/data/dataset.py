@@ -7,17 +7,18 @@ that a file does not have are None; single values that a row lacks are NaN (numb
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, Shaped
 
-from workbench.base.argument_checks import checked_arguments
-from workbench.base.columns import Column
+from workbench.base.arguments import Reads, admit
+from workbench.base.array_checks import check_rotations, numbers
+from workbench.base.columns import Per
 from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
-from workbench.data.column_checks import JOINTS, ROWS, as_numbers, check_shape, checked_column
 from workbench.data.known_columns import known_columns
 from workbench.data.orientations import WrittenOrientation
 from workbench.data.readings import AbstractReadings
@@ -26,19 +27,30 @@ from workbench.data.rotation_form import RotationForm
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-Labels = np.ndarray  # one string a row
-NOT_PER_ROW = {
-    "tilt",
-    "more",
-    "readings",
-    "written",
-    "source",
-    "notes",
-    "read_as",
-    "is_of_later",
-    "joint_units",
-}
-UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", *(NOT_PER_ROW - {"tilt", "readings"})}
+
+def _labels(value: Any, given: Any) -> np.ndarray:
+    """Text in every row; empty where there is none."""
+    array = np.asarray(value)
+    if array.dtype.kind != "U":
+        array = np.array(["" if v is None or v != v else str(v) for v in array.ravel()]).reshape(array.shape)
+    return array.astype(str)
+
+
+def _notes(value: Any, given: Any) -> Any:
+    return (value,) if isinstance(value, str) else value
+
+
+def _marks(value: Any, given: Any) -> np.ndarray:
+    """True or False in every row, from truth values or from 0 and 1."""
+    array = np.asarray(value)
+    return array.astype(bool) if array.dtype.kind in "iuf" and np.isin(array, (0, 1)).all() else array
+
+
+Labels = Annotated[Shaped[np.ndarray, " rows"], Reads("text in every row", _labels)]
+Marks = Annotated[Bool[np.ndarray, " rows"], Reads("True or False in every row", _marks)]
+PER_JOINT = {"q", "torque", "direction"}
+UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "written"}
+UNSHOWN |= {"source", "notes", "read_as", "is_of_later", "joint_units"}
 """What is not named where a table is printed."""
 SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
 WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
@@ -103,71 +115,51 @@ class Dataset:
     torque: Float[np.ndarray, "rows n"] | None = None
     direction: Float[np.ndarray, "rows n"] | None = None
     sigma: Float[np.ndarray, "rows 6"] | None = None
-    tilt: dict[int, Float[np.ndarray, "rows 2"]] | None = None
+    tilt: Mapping[int, Float[np.ndarray, "rows 2"]] | None = None
     wrench: Float[np.ndarray, "rows 6"] | None = None
     more: Mapping[str, np.ndarray] = field(default_factory=dict)
     readings: AbstractReadings | None = None
     written: WrittenOrientation | None = None
-    exclude: Bool[np.ndarray, " rows"] | None = None
+    exclude: Marks | None = None
     reason: Labels | None = None
     source: str = "data"
-    notes: tuple[str, ...] = field(default=())
+    notes: Annotated[tuple[str, ...], Reads("a list of sentences", _notes)] = field(default=())
     read_as: str = ""
     is_of_later: bool = False
     joint_units: tuple[str, ...] = ()
 
     def __post_init__(self):
-        if self.q is None:
-            raise DataError(f"{self.source}: give the joint positions, a row for each measurement")
-        self._check_others()
+        admit(self, is_finite=False)
         known = known_columns()
-        q = as_numbers("q", self.q, self.source)
-        check_shape("q", q, [None, None], (ROWS, JOINTS), self.source)
-        object.__setattr__(self, "q", frozen(q))
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if value is UNNUMBERED:
-                value = np.arange(len(q))
-            if value is not None and f.name not in NOT_PER_ROW:
-                object.__setattr__(self, f.name, self._checked(known, f.name, value))
         for name in self.more.keys() - known.keys():
             raise DataError(f"{self.source}: there is no column '{name}'; register it in COLUMNS")
-        more = {name: self._checked(known, name, values) for name, values in self.more.items()}
+        own = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        if not self.row.size:
+            own["row"] = np.arange(len(self))
+        for name, array in own.items():
+            size = (self.joints,) if name in PER_JOINT else array.shape[1:]
+            object.__setattr__(self, name, self._sized(name, array, *size))
+        tilt = {link: self._sized("tilt", array, 2) for link, array in (self.tilt or {}).items()}
+        object.__setattr__(self, "tilt", tilt or None)
+        more = {}
+        for name, values in self.more.items():
+            array = _labels(values, {}) if known[name].is_label else numbers(values, name)
+            more[name] = self._sized(name, array, *((self.joints,) if known[name].per is Per.JOINT else ()))
         object.__setattr__(self, "more", more)
-        if self.tilt is not None:
-            tilt = {link: self._checked(known, "tilt", values) for link, values in self.tilt.items()}
-            object.__setattr__(self, "tilt", tilt)
+        if self.rotation is not None:
+            check_rotations(self.rotation, f"{self.source}: orientations")
+        if self.sigma is not None and (self.sigma < 0.0).any():
+            row = int(np.argmax((self.sigma < 0.0).any(1)))
+            raise DataError(f"{self.source}: 'sigma' is negative in row {row}", row=row, column="sigma")
         self._check_joints_known()
 
-    def _check_others(self) -> None:
-        """Fields that are no columns."""
-        notes = (self.notes,) if isinstance(self.notes, str) else self.notes
-        kinds = {"source": str, "more": Mapping, "tilt": Mapping | None, "readings": AbstractReadings | None}
-        wrong = next((n for n, kind in kinds.items() if not isinstance(getattr(self, n), kind)), None)
-        if wrong is None and not isinstance(notes, tuple | list):
-            wrong = "notes"
-        if wrong is not None:
-            wanted = {
-                "source": "text",
-                "notes": "a list of sentences",
-                "readings": "readings of an instrument",
-            }
-            raise OptionError(
-                f"{wrong} of a Dataset must be {wanted.get(wrong, 'a mapping to arrays')}, got "
-                f"{getattr(self, wrong)!r}",
-                option=wrong,
-                found=getattr(self, wrong),
-            )
-        object.__setattr__(self, "notes", tuple(notes))
-
-    def _checked(self, known: Mapping[str, Column], name: str, value: Any) -> np.ndarray:
-        """A column with as many rows as there are joint positions."""
-        rows, joints = self.q.shape
-        return frozen(
-            checked_column(
-                Dataset, known.get(name), name, value, rows=rows, joints=joints, source=self.source
-            )
-        )
+    def _sized(self, name: str, array: np.ndarray, *size: int) -> np.ndarray:
+        """A column, read-only, with as many rows as there are joint positions."""
+        for expected, found in zip_longest((len(self), *size), array.shape, fillvalue=0):
+            if found != expected:
+                text = f"{self.source}: '{name}' must have shape {(len(self), *size)}, got {array.shape}"
+                raise ShapeError(text, expected=expected, found=found)
+        return frozen(array)
 
     def _check_joints_known(self) -> None:
         """Raise where a row that is not kept out lacks a joint position."""
@@ -214,7 +206,6 @@ class Dataset:
         """Rows of a session; all of them where the file has none."""
         return np.ones(len(self), bool) if self.session is None else self.session == name
 
-    @checked_arguments()
     def to_frame(self, *, prismatic: Collection[int] = ()) -> "DataFrame":
         """A data frame with headings as in a file (`q1[rad]`, `x[m]` …), which reads back as the same rows.
 
@@ -223,7 +214,6 @@ class Dataset:
         """
         return data_frame(self.columns(prismatic=prismatic))
 
-    @checked_arguments()
     def columns(
         self, form: RotationForm = RotationForm.QUATERNION, prismatic: Collection[int] = ()
     ) -> dict[str, np.ndarray]:

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import shift_of
 from workbench.data.dataset import Dataset
 
 MIN_JOINT_MOTION = 1e-6
@@ -38,9 +40,14 @@ def with_drivers(robot: Robot, data: Dataset) -> Dataset:
     """The rows with directions of motion, from their order in time, where an effect of the robot needs them.
 
     Rows that have them, or no times, are as they were; an effect that still misses them says so.
+
+    Raises:
+        DataError: the arm is too soft to hold its load in a row.
     """
-    needed = any("direction" in effect.needs for effect in robot.effects)
-    return with_directions(data) if needed else data
+    if any("direction" in effect.needs for effect in robot.effects):
+        data = with_directions(data)
+    shift_of(robot, Motion.of(data.take(data.included)))
+    return data
 
 
 def _continued(sign: np.ndarray, session: np.ndarray) -> np.ndarray:

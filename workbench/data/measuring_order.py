@@ -10,7 +10,6 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base.argument_checks import Like
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 
@@ -54,7 +53,7 @@ def beside(other: Dataset, data: Dataset) -> Dataset:
     return replace(other, is_of_later=not (overlap and nearest > SAME_RUN_SHARE * usual))
 
 
-def split_sessions(data: Like[Dataset], row: int) -> Dataset:
+def split_sessions(data: Dataset, row: int) -> Dataset:
     """The same rows, those measured from one on in sessions of their own, with base and tool of their own.
 
     A session with rows on both sides keeps its name before and gets another one from there on; the others

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.base.argument_checks import Like
 from workbench.base.errors import OptionError
 from workbench.base.files import check_ending, write_text
 from workbench.base.wording import as_cell
@@ -19,7 +18,7 @@ ENDINGS = (".csv", ".txt")
 
 
 def write_measurements(
-    dataset: Like[Dataset],
+    dataset: Dataset,
     path: Path | str,
     *,
     rotation: RotationForm = RotationForm.QUATERNION,

@@ -12,10 +12,11 @@ import workbench.diagnosis.report.table  # noqa: F401 how results are shown
 from workbench.arm.masses import with_assumed_masses
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask, failures
-from workbench.base.argument_checks import Like, with_fields
+from workbench.base.arguments import checked_arguments, with_fields
 from workbench.base.errors import DataError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
+from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.diagnosis.alternative_models import ModelComparison
@@ -23,6 +24,7 @@ from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import find_causes
 from workbench.diagnosis.claims.structure import Structure, structure_of
+from workbench.diagnosis.final_fit import best_geometry
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.notes import notes
@@ -40,15 +42,14 @@ from workbench.identification.joint_reading_noise import readings
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.problem import Noise
 from workbench.identification.rows.excluded_outliers import GROSS_REASON, prepare_without_gross_outliers
-from workbench.plate.argument_types import checked_arguments
 
 
 @checked_arguments(FitChoices)
 @whole_or_nothing()
 @one_thread()
 def diagnose(
-    robot: Like[Robot],
-    data: Like[Dataset],
+    robot: RobotLike,
+    data: DatasetLike,
     choices: FitChoices | None = None,
     *,
     measurable: Measurable | None = None,
@@ -253,6 +254,7 @@ def _diagnosis(
         before_fit=search.first.fit,
         after_fit=fit,
         final_fit=saved.fit,
+        geometries=(best_geometry(fit, search.first.fit), best_geometry(saved.fit, search.first.fit)),
         aligned=ready.aligned,
         nominal_rows=search.nominal.rows,
         before=search.before.errors,

@@ -9,9 +9,13 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool
 
+from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.refit import MAX_LAST_STEPS, refit
 from workbench.diagnosis.search.rounds import Searched
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.errors.expected_deviation import with_expected_deviation
+from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Problem
@@ -65,6 +69,35 @@ def fitted_on_all(
         f"the saved arm was refitted to all {len(data)} rows, held-out ones included{out}; held-out errors "
         "are those before this refit"
     )
+
+
+def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
+    """The arm without effects that leaves least of the rows for which the saved arm is valid; None if the fit
+    has no effects.
+
+    Either fitted to these rows as `identify` does, or to the predictions of the arm with effects. Masses and
+    gravity are as given: they were unknowns for the sake of the effects of load alone.
+
+    Args:
+        fit: An arm with effects.
+        alone: Geometry alone, which says how far the rows are from it.
+    """
+    problem, arm = fit.problem, fit.calibrated
+    if not arm.effects:
+        return None
+    angles = (p for p in problem.parameters if p.name.startswith("gravity"))
+    given = problem.robot if all(p.is_inertia for p in angles) else arm
+    saved, known = SavedArm(arm, problem.data), problem.known | problem.instrument(fit.x)
+    rows, bare = saved.valid_for(problem.data), problem.robot.with_effects()
+    noise = alone.problem.noise
+    plain = problem.again(robot=bare, data=rows, effects=(), inertia=False, noise=noise)
+    plain = with_expected_deviation(plain)
+    fitted = plain.robot_at(Opt2(limit=MAX_LAST_STEPS).search(plain).x)
+    left = {}
+    for geometry in (fitted.weighed_as(given), saved.formats["URDF"].weighed_as(given)):
+        mine = SavedArm(arm.recorded(geometry=geometry), rows)
+        left[geometry] = mine.errors(rows, known, mine.formats["URDF"]).main.mean
+    return min(left, key=left.__getitem__)
 
 
 def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:

@@ -28,16 +28,13 @@ class GravityDirection(AbstractEffect):
     does = "the arm is tilted", "the arm is tilted"
     whole_arm = True
 
-    own_names = ("gravity.x", "gravity.y")
+    names = ("gravity.x", "gravity.y")
 
-    def own_elements(self, chain):
+    def elements(self, chain):
         return ()
 
     def law(self, chain, motion, wrenches):
         return np.zeros((len(motion), 0, 2))
-
-    def own_views(self, state):
-        return ()
 
     def sentence(self, chain, motion):
         angle = np.rad2deg(np.linalg.norm(self.coefficients))

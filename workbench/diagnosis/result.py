@@ -26,8 +26,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged
-from workbench.report.result_display import AbstractReported
-from workbench.report.result_page import page_figure
+from workbench.report.result_display import AbstractPlotted
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -125,7 +124,7 @@ def harm_done(before: RowErrors, after: RowErrors) -> str | None:
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Diagnosis(AbstractReported):
+class Diagnosis(AbstractPlotted):
     """A whole diagnosis.
 
     Args:
@@ -142,6 +141,8 @@ class Diagnosis(AbstractReported):
         before_fit: Geometry alone.
         after_fit: Geometry with the accepted effects, on the fitted rows; shown in the figures.
         final_fit: The same on all rows, held-out ones of the same file too: what is saved.
+        geometries: The best arms without effects on the rows of `after_fit` and `final_fit`; None if there
+            are none.
         aligned: The nominal arm with the best base and tool.
         nominal_rows: Its errors row by row, as `after_rows`.
         before: Errors of `before_fit`.
@@ -166,8 +167,6 @@ class Diagnosis(AbstractReported):
         warnings: Advice that could not be computed, one sentence each.
     """
 
-    plot = page_figure
-
     nominal_robot: Robot
     data: Dataset
     train_rows: np.ndarray
@@ -182,6 +181,7 @@ class Diagnosis(AbstractReported):
     before_fit: Fit
     after_fit: Fit
     final_fit: Fit
+    geometries: tuple[Robot | None, Robot | None]
     aligned: Robot
     nominal_rows: tuple[RowErrors, RowErrors]
     before: Validation
@@ -282,7 +282,10 @@ class Diagnosis(AbstractReported):
             self.after.held_out,
             *self.after_rows,
             self.held_out_data,
-            judged=None if self.after_fit is self.final_fit else self.after_fit.calibrated,
+            judged=None
+            if self.after_fit is self.final_fit
+            else self.after_fit.calibrated.recorded(geometry=self.geometries[0]),
+            geometry=self.geometries[1],
             new_sessions=self.new_sessions,
         )
         return Identification(

@@ -4,11 +4,11 @@ URDF and TOML, which are read too, are written in `arm/urdf_writer.py` and `arm/
 """
 
 from workbench.base.errors import OptionError
-from workbench.base.registry import Registry
 from workbench.exports.dh_csv import DhCsv
 from workbench.exports.export_format import AbstractForm, Exported, Job, export_robot
+from workbench.parts import PartTable
 
-FORMS: Registry[AbstractForm] = Registry("form", AbstractForm, DhCsv(), group="workbench.exports")
+FORMS: PartTable[AbstractForm] = PartTable("exports", AbstractForm, DhCsv())
 """The forms by what follows `--for`."""
 
 

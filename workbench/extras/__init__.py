@@ -1,1 +1,1 @@
-"""Extras: each folder comes in through entry points of `pyproject.toml`, as anybody's package would."""
+"""Extras: each folder has a record of its parts, listed in `workbench/parts.py`, as anybody's package has."""

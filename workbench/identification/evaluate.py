@@ -1,24 +1,22 @@
 """Evaluation: errors of a given model on data, without fitting."""
 
 import workbench.identification.report.table  # noqa: F401 how results are shown
-from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
+from workbench.base.arguments import Like, checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
-from workbench.data.dataset import Dataset
+from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.directions import with_drivers
 from workbench.data.plausibility import checked
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import choose_frames
 from workbench.identification.meaning.as_read import ReadAs, as_read
 from workbench.identification.result import Evaluation
-from workbench.plate.argument_types import checked_arguments
 
 
 @checked_arguments()
 @one_thread()
 def evaluate(
-    robot: Like[Robot], data: Like[Dataset], *, fit_frames: bool = False, reading: ReadAs | str = ReadAs.AUTO
+    robot: RobotLike, data: DatasetLike, *, fit_frames: bool = False, reading: Like[ReadAs] = ReadAs.AUTO
 ) -> Evaluation:
     """Errors of a given model; nothing is fitted, or only base and tool.
 

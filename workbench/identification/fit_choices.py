@@ -2,72 +2,80 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from numbers import Integral, Real
+from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Given, Reading, Seed, accept, admit, pair_of, share_of
+from workbench.base.arguments import Reads, Seed, admit, pair_of
 from workbench.base.errors import OptionError
+from workbench.data.arguments import as_dataset
 from workbench.data.dataset import Dataset
 from workbench.identification.frames import Sessions
 from workbench.identification.meaning.as_read import ReadAs, as_read
 from workbench.identification.problem import Noise
+from workbench.plate.arguments import RegionOf
 from workbench.plate.plate import Plate
 from workbench.plate.region import Region
 
 
-def _held_out(value: Any, given: Given) -> Any:
+def _held_out(value: Any, given: Any) -> Any:
     """A share, a file or sessions from text, as in `--held-out`."""
-    share = share_of(value) if isinstance(value, str) else value
-    if isinstance(share, int | float) and not isinstance(share, bool):
-        if not 0.0 <= share < 1.0:
-            raise OptionError(
-                f"the held-out fraction must be at least 0 and less than 1, got {share:g}",
-                option="held_out",
-                found=share,
-            )
-        return share
-    if not isinstance(value, str):
-        return value
-    if value.startswith("session:"):
-        return value.removeprefix("session:").split(",")
-    return value if Path(value).suffix else (value,)
+    share = _share_of(value) if isinstance(value, str) else value
+    if isinstance(share, int | float) and not 0.0 <= share < 1.0:
+        raise OptionError(
+            f"the held-out fraction must be at least 0 and less than 1, got {share:g}",
+            option="held_out",
+            found=share,
+        )
+    if not isinstance(share, str):
+        return as_dataset(share)
+    if share.startswith("session:"):
+        return share.removeprefix("session:").split(",")
+    return as_dataset(share) if Path(share).suffix else (share,)
 
 
-def _by_hand(value: Any, given: Given) -> Any:
+def _share_of(text: str) -> float | str:
+    """The number in a text such as `0.2` or `20%`; the text itself if it is none."""
+    try:
+        return float(text.strip().removesuffix("%")) / (100.0 if text.strip().endswith("%") else 1.0)
+    except ValueError:
+        return text
+
+
+def _by_hand(value: Any, given: Any) -> Any:
     """Excluded rows with the reason given for each, or one reason for all."""
     if value is None or isinstance(value, Mapping):
         return value or {}
-    rows = value if isinstance(value, Iterable) else [value]
-    are_rows = all(isinstance(r, Integral) and not isinstance(r, bool) for r in rows)
-    return dict.fromkeys(map(int, rows), "by hand") if are_rows else value
+    rows = value if isinstance(value, Iterable) and not isinstance(value, str) else [value]
+    return dict.fromkeys(rows, "by hand")
 
 
-def _noise(value: Any, given: Given) -> Any:
-    if isinstance(value, Noise):
-        joints = value.joints if isinstance(value.joints, tuple | list) else (None,)
-        sizes = (value.position, value.rotation, value.own, value.tilt)
-        numbers = all(isinstance(size, Real) for size in (*sizes, *joints))
-        if not numbers or min(joints, default=0.0) < 0.0 or any(size <= 0.0 for size in sizes):  # NaN: open
-            raise OptionError(
-                f"noise must be positive standard deviations, got {value}", option="noise", found=value
-            )
-        return value
-    if (pair := pair_of(value)) is None:
-        return value
-    if not min(pair) > 0.0:
-        raise OptionError(f"noise must be positive, got {value!r}", option="noise", found=value)
-    return Noise(pair[0]) if len(pair) == 1 else Noise(pair[0], pair[1])
+def _noise(value: Any, given: Any) -> Any:
+    if (pair := pair_of(value)) is not None and not min(pair) > 0.0:
+        raise ValueError
+    noise = value if pair is None else Noise(pair[0]) if len(pair) == 1 else Noise(pair[0], pair[1])
+    if not isinstance(noise, Noise):
+        return noise
+    joints = noise.joints if isinstance(noise.joints, tuple | list) else (None,)
+    sizes = (noise.position, noise.rotation, noise.own, noise.tilt)
+    numbers = all(isinstance(size, Real) for size in (*sizes, *joints))
+    if not numbers or min(joints, default=0.0) < 0.0 or any(size <= 0.0 for size in sizes):  # NaN: open
+        raise OptionError(
+            f"noise must be positive standard deviations, got {value}", option="noise", found=value
+        )
+    return noise
 
 
-accept(Noise, 'a length in m and an angle in rad, or text such as "0.05mm,0.01deg"', _noise)
+NoiseLike = Annotated[
+    Noise, Reads('a length in m and an angle in rad, or text such as "0.05mm,0.01deg"', _noise)
+]
 HeldOut = Annotated[
     float | Dataset | tuple[str, ...],
-    Reading('a share such as 0.2 or "20%", a Dataset, a file, or names of sessions', _held_out),
+    Reads('a share such as 0.2 or "20%", a Dataset, a file, or names of sessions', _held_out),
 ]
 Excluded = Annotated[
-    Mapping[int, str], Reading("rows such as [3, 4], or a mapping of rows to reasons", _by_hand)
+    Mapping[int, str], Reads("rows such as [3, 4], or a mapping of rows to reasons", _by_hand)
 ]
 """Rows to exclude, with the reason; without reasons they count as excluded by hand."""
 
@@ -96,8 +104,8 @@ class FitChoices:
     frames: Sessions | str = Sessions.AUTO
     free: Sequence[str] | None = None
     exclude: Excluded = field(default_factory=dict)
-    region: Region | None = None
-    noise: Noise | None = None
+    region: RegionOf | None = None
+    noise: NoiseLike | None = None
     levelled: bool = False
     known: Mapping[str, float] = field(default_factory=dict)
     reading: ReadAs | str = ReadAs.AUTO

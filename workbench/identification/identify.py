@@ -11,12 +11,13 @@ import workbench.identification.report.table  # noqa: F401 how results are shown
 from workbench.arm.built_in_arms import posed_arm
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
-from workbench.base.argument_checks import Like, with_fields
+from workbench.base.arguments import checked_arguments, with_fields
 from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, part_of, progress
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome
 from workbench.base.wording import plural
+from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS, AbstractIdentifier
 from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
@@ -31,7 +32,6 @@ from workbench.identification.problem import Problem
 from workbench.identification.result import Identification, Outlier, Run, Validation
 from workbench.identification.rows.excluded_outliers import prepare_without_outliers, suspects
 from workbench.identification.rows.outlying_rows import Loss, row_weights
-from workbench.plate.argument_types import checked_arguments
 
 MAX_REWEIGHTINGS = 10
 """Maximum number of rounds of a robust loss."""
@@ -40,8 +40,8 @@ MAX_REWEIGHTINGS = 10
 @checked_arguments(FitChoices)
 @one_thread()
 def identify(
-    robot: Like[Robot] | None,
-    data: Like[Dataset],
+    robot: RobotLike | None,
+    data: DatasetLike,
     choices: FitChoices | None = None,
     *,
     algorithms: Sequence[str] = DEFAULT_ALGORITHMS,

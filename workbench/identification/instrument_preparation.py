@@ -10,12 +10,12 @@ from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
-from workbench.base.registry import Registry
 from workbench.data.dataset import Dataset
 from workbench.data.readings import AbstractReadings
 from workbench.identification.consider_covariance import Considered
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise, Problem
+from workbench.parts import parts
 from workbench.report.json import Json
 
 Seek = Callable[[Robot, Problem, np.ndarray], tuple[AbstractEffect, ...]]
@@ -101,13 +101,9 @@ class AbstractPreparation(ABC):
         """Noise estimated from the residuals of a solution."""
 
 
-PREPARATIONS: Registry[AbstractPreparation] = Registry(
-    "preparation", AbstractPreparation, group="workbench.preparations"
-)
-
-
 def preparation_of(data: Dataset) -> AbstractPreparation | None:
     """The preparation that these rows need, if their readings are defined by another package."""
     if data.readings is None:
         return None
-    return next((p for p in PREPARATIONS.values() if isinstance(data.readings, p.readings)), None)
+    known = parts("preparations", AbstractPreparation)
+    return next((p for p in known if isinstance(data.readings, p.readings)), None)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base.argument_checks import admit
+from workbench.base.arguments import admit
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import read_bytes
 from workbench.base.toml import MAX_FILE_BYTES

@@ -20,7 +20,7 @@ from workbench.arm.gravity import tilted, tilting
 from workbench.arm.kinematics.forward import TOOL, Watched, watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.deflection import Twists, deflect, effect_columns, shift_of
+from workbench.arm.statics.deflection import Twists, deflect, effect_columns
 from workbench.arm.statics.wrenches import Masses, masses
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
@@ -247,7 +247,7 @@ class RowBlock:
         values, part, shift = self.values(x), self.watched.part, chains.NO_SHIFT
         if (arm := self.deflected) is not None:
             effects, weights = arm.effects(x), arm.weights(x)
-            shift = shift_of(arm.robot, arm.motion, values=values, effects=effects, weights=weights)
+            shift = deflect(arm.robot, arm.motion, values=values, effects=effects, weights=weights).shift
         poses = chains.poses(self.chain, self.q, values=values, shift=shift, part=part)
         return self.view(x).turned(poses, np.zeros((len(poses), 6, 0)))[0]
 

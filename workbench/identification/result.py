@@ -10,6 +10,7 @@ from rich.console import RenderableType
 
 from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
+from workbench.arm.usable_arm import off_nominal, sampled
 from workbench.base.advice import beside, failures
 from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
@@ -33,14 +34,16 @@ from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.excluded_outliers import suspect_note
-from workbench.report.result_display import AbstractPlotted, AbstractReported, AbstractShown
-from workbench.report.result_page import page_figure
+from workbench.report.result_display import AbstractPlotted, AbstractShown
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
-"""Corrections of an arm's constants beyond these [m], [rad] are implausible as manufacturing errors."""
+"""Corrections of an arm's constants beyond these [m], [rad] are implausible as manufacturing errors …"""
+IMPLAUSIBLE_SHARE, CERTAIN = 0.1, 3.0
+"""… as are flanges that move by this share of the reach, or by that angle, on average within the limits; both
+if they exceed so many standard errors."""
 LOOK_AGAIN = "too large for manufacturing errors: check robot, units and joint order"
 SAME_COST = 1e-6
 """Relative difference below which two costs count as equal."""
@@ -96,6 +99,7 @@ class Run(AbstractShown):
         held_out_data: These rows.
         judged: The arm with these errors, if `fit` was afterwards made on all rows.
         new_sessions: Base and tool in held-out sessions that were not fitted, found from their own rows.
+        geometry: The best arm without effects on the fitted rows, if the fit has some.
     """
 
     fit: Fit
@@ -106,6 +110,7 @@ class Run(AbstractShown):
     held_out_data: Dataset
     judged: Robot | None = None
     new_sessions: Mapping[str, Mounting] = field(default_factory=dict)
+    geometry: Robot | None = None
 
     def summary(self) -> RenderableType:
         return self.fit.summary()
@@ -118,7 +123,7 @@ class Run(AbstractShown):
     @cached_property
     def saved(self) -> SavedArm:
         """What its files hold."""
-        return SavedArm(self.fit.calibrated, self.fit.problem.data)
+        return SavedArm(self.fit.calibrated.recorded(geometry=self.geometry), self.fit.problem.data)
 
     @cached_property
     def judging(self) -> Dataset:
@@ -159,7 +164,7 @@ class Run(AbstractShown):
     @property
     def as_measured(self) -> Robot:
         """The arm with these errors, including events during the measurements."""
-        robot = self.judged or self.fit.calibrated
+        robot = self.judged or self.fit.calibrated.recorded(geometry=self.geometry)
         return (
             replace(robot, sessions={**robot.sessions, **self.new_sessions}) if self.new_sessions else robot
         )
@@ -173,15 +178,31 @@ class Run(AbstractShown):
     @cached_property
     @beside("implausible corrections", ())
     def implausible(self) -> tuple[str, ...]:
-        """Well-determined constants with corrections too large for manufacturing errors, largest first."""
+        """Corrections too large for manufacturing errors: constants, largest first, else the flange, as where
+        an error is spread over many of them."""
         found = []
-        for p, value in zip(self.fit.parameters, self.fit.x.tolist(), strict=True):
+        for p, value, std in zip(self.fit.parameters, self.fit.x.tolist(), self.fit.std, strict=True):
             maximum = IMPLAUSIBLE_ANGLE if p.unit == "rad" else IMPLAUSIBLE_LENGTH
-            known = p.is_geometry and p.name not in self.fit.uncertain
-            if known and abs(moved := value - p.nominal) > maximum:
+            moved = value - p.nominal
+            if p.is_geometry and abs(moved) > max(maximum, CERTAIN * std):
                 size = f"{np.rad2deg(moved):+.0f}°" if p.unit == "rad" else f"{1e3 * moved:+.0f} mm"
                 found.append((abs(moved) / maximum, f"{p.text} {size}"))
-        return tuple(text for _, text in sorted(found, reverse=True))
+        return tuple(text for _, text in sorted(found, reverse=True)) or self._far_flange()
+
+    def _far_flange(self) -> tuple[str, ...]:
+        nominal = self.fit.problem.robot
+        off, known = off_nominal(self.fit.arm, nominal, sampled(nominal)), self.transfer.anywhere
+        if off.position > max(IMPLAUSIBLE_SHARE * nominal.reach, CERTAIN * known.position):
+            return (f"flange {1e3 * off.position:.0f} mm from nominal within the limits",)
+        turned = self.fit.problem.sees_rotation
+        if turned and off.rotation > max(IMPLAUSIBLE_ANGLE, CERTAIN * known.rotation):
+            return (f"flange {np.rad2deg(off.rotation):.0f}° from nominal within the limits",)
+        return ()
+
+    @cached_property
+    def transfer(self) -> Transfer:
+        """Expected errors near the measured poses, and anywhere within the limits."""
+        return transfer(self.fit, rng=np.random.default_rng(0))
 
 
 class Outlier(NamedTuple):
@@ -206,7 +227,7 @@ class Outlier(NamedTuple):
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Identification(AbstractReported):
+class Identification(AbstractPlotted):
     """A complete run: data, decisions, parameters and errors.
 
     Args:
@@ -226,8 +247,6 @@ class Identification(AbstractReported):
         outliers: Excluded rows that no arm explains, worst first; they are among `excluded`, too.
         suspects: Numbers of the held-out rows that no arm explains; held-out errors include them.
     """
-
-    plot = page_figure
 
     nominal_robot: Robot
     aligned: Robot
@@ -282,10 +301,7 @@ class Identification(AbstractReported):
     @cached_property
     def robot(self) -> Robot:
         """The calibrated arm of the best run, with the reasons on record not to use its files."""
-        arm = self.best.calibrated
-        if arm.calibration is None:
-            return arm
-        return replace(arm, calibration=replace(arm.calibration, refused=self.refused(self.best)))
+        return self.best.calibrated.recorded(refused=self.refused(self.best))
 
     @beside("whether the files may be used", {})
     def refused(self, run: Run) -> dict[str, str]:
@@ -304,10 +320,10 @@ class Identification(AbstractReported):
         """Errors before and after, of the best run."""
         return BeforeAfter(judged(self.nominal), judged(self.best))
 
-    @cached_property
+    @property
     def transfer(self) -> Transfer:
         """Expected errors of the best run near the measured poses, and anywhere within the limits."""
-        return transfer(self.best.fit, rng=np.random.default_rng(0))
+        return self.best.transfer
 
     @cached_property
     def instrument(self) -> Noise | None:

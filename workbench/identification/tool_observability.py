@@ -3,7 +3,8 @@
 From the rows: twists of the tool, in base axes and in its own, that change no measured number are
 unobservable (a point shows no rotation, two markers none about their line, a plane no motion along itself).
 From the covariance: how far the uncertainty of the identified constants moves tool and flange at the measured
-poses; positions up to a common rigid motion, which is where the base stands.
+poses. The flange counts after the best constant change of the base, the tool after that of base and tool:
+rows can't tell the last joint's zero and length from the places of reflectors, and need not.
 """
 
 from typing import TYPE_CHECKING
@@ -26,7 +27,7 @@ LEVER = 0.1
 MIN_ERROR_SHARE = 0.1
 """Share of a nominal arm's error below which a constant has no consequences."""
 MIN_INFORMATION = 1e-6
-"""Minimum information on a direction, relative to the best one, for it to be observable."""
+"""Minimum information on a direction, relative to its channel's, for it to be observable."""
 
 
 def observed_by(fit: "Fit") -> Observed:
@@ -48,7 +49,7 @@ def idle_constants(fit: "Fit") -> frozenset[str]:
     motion = Motion.of(fit.problem.data).take(representative_rows(fit.problem.data.q))
     poses, twists, places = fit_twists(fit, motion)
     along = fit.covariance[np.ix_(places, wanted)] / fit.std[wanted]
-    position, rotation = _sizes(poses, twists @ along)
+    position, rotation = _sizes(poses, twists @ along, with_tool=False)
     still = np.maximum(position, LEVER * rotation) < MIN_ERROR_SHARE * MAX_POSITION
     return frozenset(fit.parameters[k].text for k, idle in zip(wanted, still, strict=True) if idle)
 
@@ -58,7 +59,7 @@ def _expected(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
     poses, twists, places = fit_twists(fit, motion, at_flange=at_flange)
     value, vectors = np.linalg.eigh(fit.covariance[np.ix_(places, places)])
     moved = twists @ (vectors * np.sqrt(np.maximum(value, 0.0)))
-    position, rotation = _sizes(poses, moved)
+    position, rotation = _sizes(poses, moved, with_tool=not at_flange)
     return Expected(float(np.linalg.norm(position)), float(np.linalg.norm(rotation)))
 
 
@@ -80,14 +81,31 @@ def fit_twists(
 
 
 def _sizes(
-    poses: Float[np.ndarray, "rows 4 4"], moved: Float[np.ndarray, "rows 6 k"]
+    poses: Float[np.ndarray, "rows 4 4"], moved: Float[np.ndarray, "rows 6 k"], *, with_tool: bool
 ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
-    """Root mean squares of each column's displacements, less a common rigid motion, and of its rotations."""
-    rigid = np.concatenate([np.tile(np.eye(3), (len(poses), 1, 1)), -se3.skew(poses[:, :3, 3])], axis=2)
-    basis, field = np.linalg.qr(rigid.reshape(-1, 6))[0], moved[:, :3].reshape(3 * len(poses), moved.shape[2])
-    left = field - basis @ (basis.T @ field)
-    square = ((left**2).sum(0), (moved[:, 3:] ** 2).sum((0, 1)))
-    return np.sqrt(square[0] / len(poses)), np.sqrt(square[1] / len(poses))
+    """Root mean squares of each column's displacements, less a constant motion of the base, and of its
+    rotations; both less one of the tool too, if it may stand elsewhere."""
+    turned, still = poses[:, :3, :3], np.tile(np.eye(3), (len(poses), 1, 1))
+    rigid = [still, -se3.skew(poses[:, :3, 3])]
+    constant = ([*rigid, turned], [still, turned]) if with_tool else (rigid, [])
+    position, rotation = (
+        _less(moved[:, k : k + 3], columns) for k, columns in zip((0, 3), constant, strict=True)
+    )
+    return position, rotation
+
+
+def _less(
+    field: Float[np.ndarray, "rows 3 k"], columns: list[Float[np.ndarray, "rows 3 3"]]
+) -> Float[np.ndarray, " k"]:
+    """Root mean squares of each column of a field, less its projection on other columns."""
+    left = field.reshape(-1, field.shape[2])
+    if columns:
+        u, size, _ = np.linalg.svd(
+            np.concatenate(columns, axis=2).reshape(len(left), -1), full_matrices=False
+        )
+        basis = u[:, size > 1e-9 * size[0]]
+        left = left - basis @ (basis.T @ left)
+    return np.sqrt((left**2).sum(0) / len(field))
 
 
 def _directions(fit: "Fit") -> tuple[int, int]:
@@ -103,12 +121,9 @@ def _directions(fit: "Fit") -> tuple[int, int]:
         turned = np.einsum("rmak,rkj->rmaj", by_twist.reshape(*by_twist.shape[:2], 2, 3), poses[:, :3, :3])
         for k, table in enumerate((by_twist, turned.reshape(by_twist.shape))):
             information[k] += np.einsum("rmi,rmj->ij", table, table)
-    size = max(float(np.trace(information[0])), 1e-300)
-    return tuple(min(_rank(part(i) / size) for i in information) for part in (_position, _rotation))  # type: ignore[return-value]
-
-
-def _position(information: Float[np.ndarray, "6 6"]) -> Matrix3:
-    return information[:3, :3]
+    position, rotation = slice(3), slice(3, 6)
+    sees = min(_rank(i[position, position], i[position, position]) for i in information)
+    return sees, min(_rank(_rotation(i), i[rotation, rotation]) for i in information)
 
 
 def _rotation(information: Float[np.ndarray, "6 6"]) -> Matrix3:
@@ -117,5 +132,5 @@ def _rotation(information: Float[np.ndarray, "6 6"]) -> Matrix3:
     return information[3:, 3:] - cross @ np.linalg.pinv(information[:3, :3], rcond=MIN_INFORMATION) @ cross.T
 
 
-def _rank(information: Matrix3) -> int:
-    return int((np.linalg.eigvalsh(information) > MIN_INFORMATION).sum())
+def _rank(information: Matrix3, of: Matrix3) -> int:
+    return int((np.linalg.eigvalsh(information) > MIN_INFORMATION * np.trace(of)).sum())

@@ -9,12 +9,13 @@ import numpy as np
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import LengthAndOptionalAngle, Like, Seed, with_fields
+from workbench.base.arguments import LengthAndOptionalAngle, Like, Seed, checked_arguments, with_fields
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
-from workbench.plate.argument_types import checked_arguments
+from workbench.data.arguments import RobotLike
+from workbench.plate.arguments import PlateLike
 from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.clearance import arm_shape
@@ -25,9 +26,8 @@ from workbench.plate.optimiser.shapes import ON_THE_TABLE
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
 from workbench.plate.plate import Plate
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
-from workbench.plate.stock import Stock
 from workbench.plate.target_readings import TargetReading, reading_named, usual_reading
-from workbench.plate.tolerances import Production
+from workbench.plate.tolerances import PIN_PLAY, Production
 
 NARROW = Constraints(clearance=0.005, spacing=0.06, retreat=0.025)
 """Margins for an arm that has no room for the usual ones."""
@@ -46,8 +46,8 @@ SHIFTS = ((-0.1, 0.0), (0.1, 0.0), (0.0, -0.1), (0.0, 0.1), (-0.1, -0.1), (-0.1,
 @checked_arguments(DesignRequest)
 @one_thread()
 def optimise_plate(
-    robot: Like[Robot],
-    plate: Like[Plate],
+    robot: RobotLike,
+    plate: PlateLike,
     *,
     request: DesignRequest | None = None,
     reading: str | TargetReading | None = None,
@@ -102,8 +102,11 @@ def optimise_plate(
     is_movable = moves and plate.anchors is None and not any(target.locked for target in plate.targets)
     places = (plate, *_moved(robot, plate)) if is_movable else (plate,)
     if not is_usual:
-        found = _best_place(search, places, request)
-        return _priced(lambda request: search(request, found), request)
+        given = _best_place(search, places, request)
+        found = search(request, given)
+        if request.shapes is None or found.plate_shapes <= request.shapes:
+            return found
+        return _few_shapes(lambda request: search(request, given), request, found)
     floor = _table(robot)
     request = replace(request, constraints=Constraints(floor=floor))
     try:
@@ -163,32 +166,7 @@ def plate_production(plate: Plate, reading: str) -> Production:
     the drawn pins."""
     if reading != "seat":
         return replace(plate.production, play=(0.0, 0.0))
-    return plate.production if any(plate.production.play) else replace(plate.production, play=Stock().play)
-
-
-def _priced(search: Callable[[DesignRequest], PlateDesign], request: DesignRequest) -> PlateDesign:
-    """The best plate, with what few tilts and few shapes of its blocks cost against those at will.
-
-    Blocks that are bought, at the heights and on the grid that there are, have no others to compare with.
-    """
-    found, blocks, sentences = search(request), request.blocks, []
-    if blocks.tilts and not blocks.levels:
-        free = search(replace(request, blocks=replace(blocks, tilts=())))
-        tilts = ", ".join(f"{np.rad2deg(tilt):g}°" for tilt in blocks.tilts)
-        sentences.append(_price(f"blocks of {tilts} alone", found, free, "any tilt"))
-    if request.shapes is not None and found.plate_shapes > request.shapes:
-        few = _few_shapes(search, request, found)
-        different = f"{found.plate_shapes} different ones"
-        sentences.insert(0, _price(f"{request.shapes} shapes of block", few, found, different))
-        found = few
-    return replace(found, notes=(*sentences, *found.notes))
-
-
-def _price(what: str, found: PlateDesign, free: PlateDesign, others: str) -> str:
-    """The accuracy cost of a restriction, in words."""
-    extra = found.cost - free.cost
-    price = f"{1e3 * extra:.3f} mm ({100 * extra / free.cost:.0f} %)" if extra >= 5e-7 else "no accuracy"
-    return f"{what} cost {price}: {1e3 * found.cost:.3f} mm instead of {1e3 * free.cost:.3f} mm with {others}"
+    return plate.production if any(plate.production.play) else replace(plate.production, play=PIN_PLAY)
 
 
 def _few_shapes(

@@ -11,11 +11,11 @@ Their gradient comes from dσ_k = u_kᵀ dJ v_k. Choosing poses by O1 or D does 
 rows or columns multiplies them by a constant. O2 is the same for rows all scaled alike and for poses that
 are added again, and changes with single columns; added measurements never lower O3 and O5.
 
-I is of a set and a region. It comes with the robot and poses that matter, so it is made, not registered:
+I is of a set and a region. It comes with the robot and poses that matter, so it is made where it is needed:
 `I(position_weight(…))`.
 
-A new index of sets is a `SetIndex`, any other one a small class, with an entry in `INDICES`. An external one
-is registered there, or passed wherever a name is accepted.
+A new index of sets is a `SetIndex`, any other one a small class, with an entry in `INDICES`; an external one
+is passed wherever a name is accepted.
 """
 
 from abc import ABC, abstractmethod
@@ -29,7 +29,6 @@ from jaxtyping import Float
 
 from workbench.arm.linearisation import RANK_TOLERANCE, Linearisation
 from workbench.base.errors import OptionError
-from workbench.base.registry import Registry
 from workbench.base.types import frozen
 
 MIN_GRAM_INDEX = 1e-3
@@ -289,7 +288,7 @@ def _root(linearisation: Linearisation) -> Float[np.ndarray, "p p"]:
     return vt.T / values
 
 
-INDICES: Registry[AbstractIndex] = Registry("index", AbstractIndex, O(), *_OF_SETS, group="workbench.indices")
+INDICES: dict[str, AbstractIndex] = {index.name: index for index in (O(), *_OF_SETS)}
 """All indices that need no region, by name; `I` is created for one."""
 
 

@@ -16,12 +16,12 @@ from jaxtyping import Float
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import LengthAndAngle, admit
+from workbench.base.arguments import LengthAndAngle, admit
 from workbench.base.array_checks import as_pose
 from workbench.base.errors import OptionError, ShapeError
 from workbench.base.types import Matrix4, Vector3, frozen
 from workbench.plate.region import Region
-from workbench.plate.tolerances import EXACT, Production
+from workbench.plate.tolerances import EXACT, PIN_PLAY, USUAL, Production
 
 AUTO = "auto"
 """Branch of a target whose inverse-kinematics solution is chosen by the program."""
@@ -230,6 +230,12 @@ class Plate:
         return replace(
             self, production=production, targets=tuple(replace(t, sigma=None) for t in self.targets)
         )
+
+    @property
+    def made_as_drawn(self) -> "Plate":
+        """With what its drawing asks for: its tolerances, or usual ones, and the play of the pins."""
+        asked = self.production if self.production.position or self.production.angle else USUAL
+        return replace(self, production=replace(asked, play=PIN_PLAY if self.has_seats else (0.0, 0.0)))
 
     def with_joints(self, q: Float[np.ndarray, "targets n"], branches: tuple[str, ...]) -> "Plate":
         """The same plate, each target measured at its row of joint angles and in its named branch."""

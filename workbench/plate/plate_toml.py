@@ -7,7 +7,6 @@ from typing import Any, final
 import numpy as np
 import tomli_w
 
-from workbench.base.argument_checks import Like
 from workbench.base.assets import assets
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import check_ending, write_text
@@ -147,7 +146,7 @@ def plate_text(plate: Plate) -> str:
     return tomli_w.dumps(plate_to_table(plate))
 
 
-def write_plate(plate: Like[Plate], path: Path | str) -> Path:
+def write_plate(plate: Plate, path: Path | str) -> Path:
     """Write a plate's file, whole or not at all."""
     return write_text(check_ending(path, "a plate is", ".toml"), plate_text(plate))
 

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from workbench.base.argument_checks import admit
+from workbench.base.arguments import admit
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
 

@@ -18,12 +18,13 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import LengthAndAngle, Like, Seed
+from workbench.base.arguments import LengthAndAngle, Like, Seed, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, part_of
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
-from workbench.plate.argument_types import checked_arguments
+from workbench.data.arguments import RobotLike
+from workbench.plate.arguments import PlateLike
 from workbench.plate.free_constants import identified_names, visible, visible_basis, visible_weight
 from workbench.plate.observability import I, O, evaluate
 from workbench.plate.plate import Plate
@@ -97,8 +98,8 @@ class TargetScorer:
 @checked_arguments()
 @one_thread()
 def score(
-    robot: Like[Robot],
-    plate: Like[Plate],
+    robot: RobotLike,
+    plate: PlateLike,
     *,
     sigma: Like[LengthAndAngle] | None = None,
     base: bool | None = None,

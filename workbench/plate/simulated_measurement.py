@@ -7,10 +7,11 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import LengthAndAngle, Like, Seed
+from workbench.base.arguments import LengthAndAngle, Like, Seed, checked_arguments
 from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
+from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.hidden_effects import hidden_effects, varied_state
 from workbench.data.simulation.instruments import Instrument, instrument_named
@@ -24,11 +25,10 @@ from workbench.data.simulation.simulate import (
     virtual_arm,
     without,
 )
-from workbench.plate.argument_types import checked_arguments
+from workbench.plate.arguments import PlateLike
 from workbench.plate.collision import hits
-from workbench.plate.plate import Plate
 from workbench.plate.poses.iso_cube import iso_cube_poses
-from workbench.plate.poses.pose_choice import POSE_CHOICES
+from workbench.plate.poses.pose_choice import pose_choices
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable, plate_solutions
@@ -44,12 +44,12 @@ DESIGNED = "designed"
 @checked_arguments()
 @one_thread()
 def measure_poses(
-    robot: Like[Robot],
+    robot: RobotLike,
     number: int,
     *,
     index: str = RANDOM,
     instrument: str | Instrument = "tracker-6d",
-    actual: Like[Robot] | None = None,
+    actual: RobotLike | None = None,
     effects: Sequence[str | AbstractEffect] = (),
     errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     seed: Seed = 0,
@@ -79,9 +79,9 @@ def measure_poses(
     elif index == ISO_CUBE:
         q = iso_cube_poses(robot, number, rng=rng).q
     else:
-        choice = next((c for c in POSE_CHOICES.values() if index in c.indices), None)
+        choice = next((c for c in pose_choices() if index in c.indices), None)
         if choice is None:
-            known = [RANDOM, ISO_CUBE, *(i for c in POSE_CHOICES.values() for i in c.indices)]
+            known = [RANDOM, ISO_CUBE, *(i for c in pose_choices() for i in c.indices)]
             raise OptionError(f"no choice of poses '{index}'; choose from {', '.join(known)}")
         q = choice.choose(robot, number, index=index, rng=rng)
     state = varied_state(actual, q, rng=rng)
@@ -93,12 +93,12 @@ def measure_poses(
 @checked_arguments()
 @one_thread()
 def measure_plate(
-    robot: Like[Robot],
-    plate: Like[Plate],
+    robot: RobotLike,
+    plate: PlateLike,
     *,
     branch: str = DESIGNED,
     instrument: str | Instrument = "plate",
-    actual: Like[Robot] | None = None,
+    actual: RobotLike | None = None,
     effects: Sequence[str | AbstractEffect] = (),
     errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     seed: Seed = 0,

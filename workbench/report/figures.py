@@ -9,9 +9,8 @@ import io
 import re
 import threading
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import matplotlib
@@ -22,7 +21,6 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from workbench.base.errors import OptionError
 from workbench.report.colours import CALIBRATED, GEOMETRY
 
 INK = "#1b2129"
@@ -67,66 +65,12 @@ LOOK: Any = {
 _ONE_AT_A_TIME = threading.RLock()
 
 
-@dataclass(frozen=True)
-class DrawnFigure:
-    """A finished picture.
-
-    Args:
-        name: File name without ending.
-        title: For its heading.
-        caption: What it shows and how to read it.
-        svg: The picture.
-    """
-
-    name: str
-    title: str
-    caption: str
-    svg: str
-
-
 @contextmanager
 def look() -> Iterator[None]:
     """The settings of our figures, for as long as one is made; threads wait for each other."""
     with _ONE_AT_A_TIME, matplotlib.rc_context(LOOK), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         yield
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A picture that is still to be drawn.
-
-    Args:
-        name: File name without ending.
-        title: For its heading.
-        caption: What it shows and how to read it.
-        draw: Draws it; None if the result has nothing for it.
-    """
-
-    name: str
-    title: str
-    caption: str
-    draw: Callable[[], Figure | None]
-
-    def drawn(self) -> tuple[Figure, DrawnFigure] | None:
-        """The figure, and the same for a page; None if the result has nothing for it."""
-        figure = self.draw()
-        if figure is None:
-            return None
-        return figure, DrawnFigure(self.name, self.title, self.caption, svg(figure, self.name))
-
-
-def draw(pictures: Sequence[Picture], name: str) -> Figure:
-    """One of several pictures, on paper of its own."""
-    known = {picture.name: picture for picture in pictures}
-    if name not in known:
-        raise OptionError(
-            f"unknown picture '{name}'; choose from {', '.join(known)}", option="name", found=name
-        )
-    figure = known[name].draw()
-    if figure is None:
-        raise OptionError(f"this result has nothing to draw as '{name}'; choose from {', '.join(known)}")
-    return on_white(figure)
 
 
 class _NotebookFigure(Figure):

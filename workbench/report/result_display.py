@@ -109,5 +109,5 @@ def _row(tag: str, cells: list, sides: list[str]) -> Markup:
 def _inline(cell) -> Markup:
     """Text of a cell, its line breaks kept."""
     text = cell if isinstance(cell, Text) else Text.from_markup(str(cell))
-    lines = Markup("<br>").join(escape(line) for line in text.plain.split("\n"))
+    lines = Markup("<br>").join(escape(readable(line)) for line in text.plain.split("\n"))
     return Markup("<b>{}</b>").format(lines) if "bold" in str(text.style) else lines

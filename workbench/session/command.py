@@ -1,7 +1,7 @@
 """Commands: frozen records that can be checked, executed, written to the journal, and replayed.
 
 A class of this kind is a frozen dataclass, and known by its name, from its definition on: `kinds` lists them,
-and no list is kept elsewhere; those of other packages are entry points of `workbench.session_commands`. The
+and no list is kept elsewhere; those of other packages stand in their records of parts. The
 journal writes that name and the fields, so both stay as they are.
 """
 
@@ -9,12 +9,10 @@ import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform
 
-from workbench.base.errors import OptionError
-from workbench.base.registry import plugins
+from workbench.parts import parts
 from workbench.session.state import Session
 
 Result = TypeVar("Result")
@@ -138,26 +136,9 @@ class AbstractChore(AbstractTask[Result]):
 
 def kinds() -> dict[str, type[AbstractCommand]]:
     """All commands that are defined, by name; no other package's takes the place of one of ours."""
-    _load_plugins()
+    parts("session_commands", AbstractCommand, classes=True)  # defines them
     found = sorted(_below(AbstractCommand), key=lambda kind: kind.__module__.startswith("workbench."))
     return {kind.__name__: kind for kind in found if kind is not UnknownCommand}
-
-
-@cache
-def _load_plugins() -> None:
-    """Define the commands of other packages, which a journal may hold."""
-    for _ in plugins("workbench.session_commands", "session command", add=_check_kind):
-        pass
-
-
-def _check_kind(part: Any, origin: str) -> None:
-    """Raise unless a part of another package is a command with a name of its own."""
-    if not isinstance(part, type) or not issubclass(part, AbstractCommand):
-        raise OptionError(f"{part!r} must be a class that derives from AbstractCommand")
-    if inspect.isabstract(part):
-        raise OptionError(f"{part.__name__} lacks {', '.join(sorted(part.__abstractmethods__))}")
-    if any(k is not part and k.__name__ == part.__name__ for k in _below(AbstractCommand)):
-        raise OptionError(f"the name {part.__name__} is taken by another command; give it another one")
 
 
 def _below(kind: Any) -> Iterator[type[AbstractCommand]]:

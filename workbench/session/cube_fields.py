@@ -10,7 +10,6 @@ from jaxtyping import Float
 
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
-from workbench.base.registry import Registry
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate
@@ -194,15 +193,9 @@ class MeasuredErrorField(AbstractCubeField):
 
 
 PREDICTED, MEASURED, CHANGE = PredictedErrorField(), MeasuredErrorField(), PredictedChangeField()
-CUBE_FIELDS: Registry[AbstractCubeField] = Registry(
-    "cube field",
-    AbstractCubeField,
-    ReachabilityField(),
-    BestIndexField(),
-    PREDICTED,
-    MEASURED,
-    group="workbench.cube_fields",
-)
+CUBE_FIELDS: dict[str, AbstractCubeField] = {
+    field.name: field for field in (ReachabilityField(), BestIndexField(), PREDICTED, MEASURED)
+}
 """What cubes can be coloured by."""
 
 

@@ -13,6 +13,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.wrenches import own_axis
 from workbench.base.errors import WorkbenchError
+from workbench.base.types import Outcome
 from workbench.session.state import Session
 
 MAX_DRAWN = 0.1
@@ -25,16 +26,18 @@ class Bending:
     """The deflection of an arm in one pose.
 
     Args:
-        shift: What the effects add to each element of the chain, one row [rad or m].
+        shift: What the effects add to each element of the chain, one row [rad or m]; 0 without equilibrium.
         about: What they add along each joint's own coordinate [rad or m].
         across: Tilt of each joint's link about the two axes across the joint's own [rad].
         moment: Moment about and across each joint's axis that holds the later link [N m]; None without loads.
+        outcome: Whether the arm can hold itself there.
     """
 
     shift: Float[np.ndarray, "1 k"]
     about: Float[np.ndarray, " n"]
     across: Float[np.ndarray, " n"]
     moment: Float[np.ndarray, "n 2"] | None
+    outcome: Outcome
 
 
 def bending_robot(session: Session) -> Robot | None:
@@ -48,13 +51,14 @@ def bending_robot(session: Session) -> Robot | None:
 def bend(robot: Robot, q: Float[np.ndarray, " n"]) -> Bending:
     """The arm at rest at these joint positions, under its own weight."""
     deflected = deflect(robot, Motion(q[None]))
-    chain = robot.chain
+    chain, shift = robot.chain, np.nan_to_num(deflected.shift)
     elements = [chain.index[driven(chain, j).name] for j in range(robot.dof)]
     return Bending(
-        shift=deflected.shift,
-        about=deflected.shift[0, elements],
-        across=np.array([_tipped(robot, deflected.shift[0], j) for j in range(robot.dof)]),
+        shift=shift,
+        about=shift[0, elements],
+        across=np.array([_tipped(robot, shift[0], j) for j in range(robot.dof)]),
         moment=_moments(robot, deflected.wrenches[0]) if len(deflected.wrenches) else None,
+        outcome=deflected.outcome,
     )
 
 

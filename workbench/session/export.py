@@ -25,7 +25,6 @@ from workbench.data.readers.mapping import mapping_text
 from workbench.exports import AbstractForm, Job, export_robot
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
-from workbench.report.result_page import page_of
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
@@ -112,9 +111,11 @@ def captured_csv(session: Session) -> File:
 
 def report_zip(session: Session) -> File:
     """The report of the identification as a folder in a ZIP file."""
+    from workbench.identification.report.page import write_identification
+
     found = _identified(session)
     content, _ = _packed(
-        lambda folder: page_of("Identification").write(found, folder, wanted=session.choices.wanted), "report"
+        lambda folder: write_identification(found, folder, wanted=session.choices.wanted), "report"
     )
     return f"{stem_of(session.robot.name)}-report.zip", content
 
@@ -122,26 +123,16 @@ def report_zip(session: Session) -> File:
 def fixture_zip(session: Session) -> NotedFile:
     """Everything that a workshop needs to make the current plate, as a folder in a ZIP file.
 
-    Its targets are measured as the arm stands on the page, and errors predicted for the page's poses, so that
-    the sheet's figures compare with those of the page.
+    Its targets are to be measured as the arm stands on the page.
     """
     from workbench.plate.export import export_plate
 
-    sigma, poses = (session.noise.position, session.noise.rotation), session.region.q
     targets = tuple(
         replace(target, q=state.q, branch=state.branch) if state.reached else target
         for target, state in zip(session.plate.targets, session.states, strict=True)
     )
-    content, made = _packed(
-        lambda folder: export_plate(
-            replace(session.plate, targets=targets),
-            folder,
-            robot=session.robot,
-            sigma=sigma,
-            evaluation_poses=poses if len(poses) else None,
-        ),
-        "fixture",
-    )
+    plate = replace(session.plate, targets=targets)
+    content, made = _packed(lambda folder: export_plate(plate, folder), "fixture")
     lacking = (f"{name} is not written: {why}" for name, why in made.missing.items())
     return f"{stem_of(session.plate.name)}-fixture.zip", content, (*made.notes, *lacking)
 

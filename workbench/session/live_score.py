@@ -120,8 +120,7 @@ class PlateTrial(AbstractPart):
         share: Of them kept it everywhere.
         unreached: Arms that could not reach every target.
         used: What 95 % of the arms keep everywhere, as a share of what they had to.
-        position: Mean over the arms of their root mean square position errors [m].
-        errors: Root mean square position error in each cube of the region; NaN where none was judged [m].
+        position: Root mean square position error of all arms [m].
         text: All that in one sentence.
         blame: The source of most of the error; empty if nothing goes wrong.
     """
@@ -134,6 +133,5 @@ class PlateTrial(AbstractPart):
     unreached: int
     used: float
     position: float
-    errors: Float[np.ndarray, " cubes"]
     text: str
     blame: str = ""

@@ -1,7 +1,7 @@
 """The start of a session: a robot, a plate, and everything derived from them.
 
 An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is, where it
-meets all of them well clear of limits and plate, made as its drawings ask for. A target that it can't reach
+meets all of them well clear of limits and plate, made as its drawing asks for. A target that it can't reach
 so is turned about the vertical, and moved in or out if need be, until it does; it then has the orientation
 that the tool has there. Arms with fewer than six joints, which fit no seat, get sockets.
 """
@@ -28,7 +28,6 @@ from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.patterns import CENTRE, CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.stock import made_as_drawn
 from workbench.plate.target_readings import usual_sigma
 from workbench.session.live_score import draw_region, score
 from workbench.session.state import Choices, EvaluationRegion, PlateHistory, Session
@@ -117,7 +116,7 @@ def default_circle(robot: Robot) -> Plate:
         if count == len(plate):
             break
     assert best is not None
-    return made_as_drawn(best)
+    return best.made_as_drawn
 
 
 def _circle(robot: Robot, centre: tuple[float, float]) -> Plate:

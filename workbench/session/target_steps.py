@@ -7,7 +7,6 @@ import numpy as np
 from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate
-from workbench.plate.stock import made_as_drawn
 from workbench.plate.target_readings import usual_sigma
 from workbench.plate.tolerances import EXACT
 from workbench.session.command import AbstractChange
@@ -114,7 +113,7 @@ def score_as_drawn(session: Session) -> Score | None:
     plate = session.plate
     if plate.production != EXACT or plate.anchors is not None or any(t.sigma for t in plate.targets):
         return None
-    return score_of(session, UndoStep(made_as_drawn(plate), session.states))
+    return score_of(session, UndoStep(plate.made_as_drawn, session.states))
 
 
 def rescore(session: Session) -> Session:

@@ -2,9 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any
 
-from workbench.base.registry import Registry
 from workbench.session.journal.entry import Entry
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
@@ -25,11 +23,6 @@ class AbstractView(ABC):
         """Stop showing; nothing is drawn afterwards."""
 
 
-WATCHERS: Registry[Callable[[Any], AbstractView]] = Registry(
-    "watcher", AbstractView, group="workbench.watchers", classes=True
-)
-"""Views of other packages that look beyond the session and send what they see as commands: each is made with
-the worker."""
 Notify = Callable[[Severity, str], None]
 """Tells the user something, from any thread."""
 

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import workbench as wb
-from workbench.arm.effects import EFFECTS, AbstractEffect, Loads
+from workbench.arm.effects import AbstractEffect, Loads
 from workbench.arm.effects.axes import diagonal, own
 
 
-@EFFECTS.register
 @dataclass(frozen=True)
 class GearSag(AbstractEffect):
     """Teeth that flatten: the angle gives way with the root of the moment."""
@@ -30,6 +29,8 @@ class GearSag(AbstractEffect):
     def sentence(self, chain, motion):
         return f"{self.where} gives way by {self.size(chain)} at 1 N m, and by twice that at 4 N m"
 
+
+forget = wb.register(wb.Parts(effects=[GearSag]))
 
 # %%
 # Hidden in joint 2 of a virtual arm, and found again:
@@ -47,5 +48,5 @@ found.plot()
 # What was registered is known to everything from here on; this program forgets it at its end.
 
 names = {effect.name for effect in found.robot.effects}
-EFFECTS.remove("gear-sag")
+forget()
 assert "gear-sag" in names

@@ -7,11 +7,10 @@ import pytest
 from refusals import mentions, refuses
 from rendered_boards import looking_at, render
 
-from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.errors import DataError, FileError
 from workbench.base.types import Freedom
 from workbench.extras.camera.camera import Camera, Mount, project
 from workbench.extras.camera.corner_detection import BoardFinder, find_corners
-from workbench.extras.camera.picture_files import blur
 from workbench.extras.camera.printed import FOOT, RULER, PrintedSheet
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import Charuco, PictureTarget, charuco_target, read_targets
@@ -74,16 +73,6 @@ def test_corners_are_found_to_a_tenth_of_a_pixel(pictures, folder):
     assert np.abs(off.mean(0)).max() < 0.05
 
 
-@pytest.mark.parametrize("legacy", [False, True])
-def test_boards_of_old_versions_are_recognised_and_said(legacy):
-    board = replace(BOARD, squares=(5, 6))
-    _, picture = view(0, printed(board, legacy))
-    finder = BoardFinder.of([charuco_target(board, "tool")], [picture])
-    assert bool(finder.legacy) is legacy
-    assert len(finder.find(picture).ids) == 20
-    assert bool(finder.notes) is legacy
-
-
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
@@ -142,26 +131,6 @@ def test_several_boards_are_told_apart_by_their_markers(tmp_path):
     assert set(both.ids.tolist()) <= set(range(inner, 2 * inner))
 
 
-def test_what_is_wrong_with_several_boards_is_said(tmp_path, pictures, monkeypatch):
-    """Of another dictionary, or tags that are not in view; nothing is asked where boards are seen."""
-    camera, picture = (CAMERA,), pictures[0][1]
-    cv2.imwrite(str(tmp_path / "0.png"), picture)
-    wrong = [replace(BOARD, dictionary="DICT_6X6_250", first_marker=first) for first in (0, 17)]
-    two = [charuco_target(b, "tool", name="AB"[k], first=24 * k) for k, b in enumerate(wrong)]
-    with refuses(DataError, "'0.png'", "DICT_5X5_250", "DICT_6X6_250"):
-        find_corners(tmp_path, Rig(camera, tuple(two)))
-    tags = [
-        replace(two[k], charuco=None, dictionary="DICT_5X5_250", ids=np.arange(24) + 60 * k) for k in (0, 1)
-    ]
-    found = find_corners(tmp_path, Rig(camera, tuple(tags)))
-    assert set(found.id.tolist()) == set(range(17))
-    assert "'B'" in found.notes[-1]
-    cube = tags_at(np.arange(6) / 10.0, "DICT_4X4_50", name="C")
-    board = charuco_target(BOARD, "tool", name="A", first=100)
-    monkeypatch.setattr(BoardFinder, "reason", lambda *_: pytest.fail("asked for a reason"))
-    assert not BoardFinder.of((board, cube), [picture]).find(picture).reason
-
-
 def test_pictures_of_another_size_and_empty_folders_are_refused(folder, tmp_path):
     target = charuco_target(BOARD, "tool")
     with refuses(DataError, "0.png", "640 x 480 px", "cell", [800, 600]):
@@ -172,12 +141,6 @@ def test_pictures_of_another_size_and_empty_folders_are_refused(folder, tmp_path
             path.unlink()
         with pytest.raises(FileError):
             find_corners(where, Rig((CAMERA,), (target,)))
-
-
-def test_blur_is_measured():
-    bars = np.tile(np.where(np.arange(400) // 50 % 2, 200, 30).astype(np.uint8), (300, 1))
-    for width in (1.5, 3.0, 6.0):
-        assert blur(cv2.GaussianBlur(bars, (0, 0), width)) == pytest.approx(width, rel=0.25)
 
 
 def test_the_sheet_is_the_board_at_its_true_size():
@@ -194,12 +157,6 @@ def test_the_sheet_is_the_board_at_its_true_size():
     assert name == "A4"
     line = picture[round((height - FOOT + 8.0) * dots / 25.4) - 1 :][:3].min(0) < 128
     assert line.sum() * 25.4 / dots == pytest.approx(RULER, abs=0.3)
-
-
-def test_the_pdf_has_the_paper_s_size():
-    pdf = PrintedSheet.of(BOARD).pdf()
-    assert pdf.startswith(b"%PDF")
-    assert b"/MediaBox [ 0 0 595.27" in pdf
 
 
 def test_tags_are_found_by_their_points_and_by_any_dictionary():
@@ -261,8 +218,3 @@ def test_impossible_boards_are_refused_in_a_sentence(run, tmp_path, options, mes
     assert message in err
     assert err.count("\n") == 1
     assert not list(tmp_path.glob("*.pdf"))
-
-
-def test_too_many_squares_for_a_dictionary():
-    with refuses(OptionError, option="dictionary", found="DICT_5X5_250"):
-        PrintedSheet.of(replace(BOARD, squares=(30, 30)))

@@ -6,10 +6,8 @@ import pytest
 from refusals import refuses
 
 from workbench.base.errors import DataError, FileError
-from workbench.data.readers.read import read_fields
 from workbench.extras.camera.camera import INTRINSICS, project, read_cameras
-from workbench.extras.camera.corner_detection import PixelRows
-from workbench.extras.camera.pixel_table import pixel_data, read_pixels
+from workbench.extras.camera.pixel_table import read_pixels
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import Charuco, charuco_target, read_targets, target_toml
 
@@ -178,21 +176,6 @@ def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
     more = table(tmp_path, ["image,q1[deg],q2[deg]", *(f"{k},{k},{k}" for k in range(2, 12))], "more.csv")
     with refuses(DataError, "8 of 10 rows of more.csv", "'3', '4', '5', '6', '7' and 3 more"):
         read_pixels(source, rig, joints=more)
-
-
-def test_a_picture_without_the_target_keeps_its_joints(tmp_path):
-    """Where joints have no names they go by the order of all pictures, not of those that show corners."""
-    rig = Rig(camera(tmp_path), (charuco_target(BOARD, "tool"),))
-    seen = PixelRows(
-        image=np.repeat(["1.png", "3.png"], 6),
-        camera=np.full(12, ""),
-        id=np.tile(np.arange(6), 2),
-        corner=np.zeros(12, int),
-        uv=np.column_stack([100.0 + 9.0 * np.arange(12), 200.0 + np.arange(12) % 6]),
-        pictures=("1.png", "2.png", "3.png"),
-    )
-    data = pixel_data(seen, rig, read_fields(table(tmp_path, ["q1[deg]", "10", "20", "30"], "order.csv")))
-    assert np.rad2deg(data.q[data.included, 0]) == pytest.approx([10.0, 30.0])
 
 
 def test_pictures_and_joints_that_do_not_belong_together_are_refused(tmp_path):

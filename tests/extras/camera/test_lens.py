@@ -8,11 +8,10 @@ import camera_arms as virtual
 import numpy as np
 import pytest
 from PIL import Image
-from refusals import refuses
 from test_camera_fit import check_zeros, true_errors
 
 import workbench as wb
-from workbench.base.errors import DataError, FileError
+from workbench.base.errors import DataError
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.lens import SIZES
 from workbench.extras.camera.picture_files import exif_focal
@@ -148,16 +147,3 @@ def test_exif_gives_the_focal_length(pictures, tmp_path):
     camera = rig_of(data).cameras[0]
     assert camera.sigma[0] == pytest.approx(0.1 * focal)
     assert camera.intrinsics[0] == pytest.approx(board_on_tool.LENS[0], rel=0.02)
-
-
-def test_a_camera_without_a_target_is_wrong_usage(run, pictures):
-    status, _, err = run("identify", str(pictures), "--robot", "aria", "--camera", "camera.toml")
-    assert status == 64
-    assert "--target" in err
-
-
-def test_an_empty_folder_is_said(tmp_path, pictures):
-    shutil.copy(pictures / "target.toml", tmp_path)
-    (tmp_path / "joints.csv").write_text((pictures / "joints.csv").read_text())
-    with refuses(FileError, ".png, .jpg"):
-        read(tmp_path, ".")

@@ -1,7 +1,5 @@
 """Folders of what cameras saw in a session: read, identified, saved, refused, and read again by a replay."""
 
-import io
-import zipfile
 from dataclasses import replace
 
 import camera_arms as virtual
@@ -11,7 +9,7 @@ import pytest
 import workbench as wb
 from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import DataError
-from workbench.extras.camera.folder import packed, read_folder, unpacked
+from workbench.extras.camera.folder import packed, read_folder
 from workbench.extras.camera.panels import _identified, _pictures
 from workbench.extras.camera.session_commands import LoadPictures, Previews
 from workbench.plate.plate_toml import load_plate
@@ -121,18 +119,3 @@ def test_what_a_folder_lacks_is_said_in_one_sentence(folder, do, spoil, message)
     assert session.page.messages[-1].severity is Severity.ERROR
     assert message in session.page.messages[-1].text
     assert "/tmp" not in session.page.messages[-1].text
-
-
-def test_archives_that_are_none_or_reach_outside(do, folder, tmp_path):
-    assert "ZIP archive" in do(LoadPictures("a.zip", b"nothing")).page.messages[-1].text
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w") as archive:
-        archive.writestr("../../escaped.csv", "a")
-        archive.writestr("in/b.csv", "b")
-    with unpacked("a.zip", out.getvalue()) as place:
-        assert sorted(p.name for p in place.rglob("*.csv")) == ["b.csv", "escaped.csv"]
-    assert not (tmp_path.parent / "escaped.csv").exists()
-    inside = tmp_path / "one" / "two"
-    inside.parent.mkdir()
-    folder.rename(inside)
-    assert len(read_folder(tmp_path / "one")) == 18

@@ -1,14 +1,11 @@
 """Boards and cameras that stand elsewhere in every session, against virtual arms of another code."""
 
-from dataclasses import replace
-
 import camera_arms as virtual
 import numpy as np
 import pytest
 from test_camera_fit import check_zeros, read, true_errors, written
 
 import workbench as wb
-from workbench.extras.camera.rig import PictureReadings
 
 DAYS = ("mon", "tue", "wed")
 OWN = "per_session = true\n"
@@ -51,18 +48,6 @@ def test_every_session_has_its_own_pose_with_its_interval(tmp_path, moved):
     assert after < 0.2 * before
 
 
-def test_one_pose_for_all_sessions_would_not_do(tmp_path):
-    rng = np.random.default_rng(3)
-    arm = virtual.made(rng, "hobby")
-    shots = virtual.joined(**dict(zip(DAYS, days(rng, arm, (6, 6), moved="target"), strict=False)))
-    robot, data = filed(tmp_path, shots, moved="target")
-    own = wb.identify(robot, data, algorithms=("opt2",), free=())
-    robot, data = filed(tmp_path, shots, moved="nothing")
-    shared = wb.identify(robot, data, algorithms=("opt2",), free=())
-    pixel = [r.best.held_out.own.rms for r in (own, shared)]
-    assert pixel[0] < 0.7 < 5.0 < pixel[1]
-
-
 def test_held_out_rows_of_an_unseen_session_are_told(tmp_path):
     """Their pose is found from their own pictures if these are enough; else they are left out."""
     rng = np.random.default_rng(5)
@@ -74,15 +59,6 @@ def test_held_out_rows_of_an_unseen_session_are_told(tmp_path):
     assert run.best.held_out.own.rms < 0.7
     assert any("'tue'" in note and "own pictures" in note for note in run.notes)
     assert [row for row, _ in run.excluded] == [18, 19, 20]
-
-
-def test_a_session_of_one_picture_is_left_out(tmp_path):
-    rng = np.random.default_rng(5)
-    arm = virtual.made(rng, "hobby")
-    parts = days(rng, arm, (8, 1), moved="camera")
-    _, data = filed(tmp_path, virtual.joined(mon=parts[0], tue=parts[1]), moved="camera")
-    assert data.included.tolist() == [True] * 8 + [False]
-    assert any("'tue' has 1 picture" in note for note in data.notes)
 
 
 def test_a_board_that_one_session_never_shows(tmp_path):
@@ -105,11 +81,3 @@ def test_a_board_that_one_session_never_shows(tmp_path):
     }
     at = found["target[A][tue]"]
     assert (np.abs(at["xyz"] - two.target[:3, 3]) < 4e-3 * np.array(at["xyz_std_mm"])).all()
-
-
-def test_a_pose_per_session_without_sessions_is_one_pose_and_noted(tmp_path):
-    rng = np.random.default_rng(7)
-    shots = virtual.scene(rng, virtual.made(rng, "hobby"), 5)
-    _, data = filed(tmp_path, replace(shots, session=[]), moved="target")
-    assert PictureReadings.of(data).rig.targets[0].per_session
-    assert any("per_session" in note for note in data.notes)

@@ -8,18 +8,15 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench.base.errors import DataError, FileError, WorkbenchError
-from workbench.base.progress import Cancelled, running
-from workbench.extras.camera.camera import Mount
-from workbench.extras.camera.corner_detection import BoardFinder
+from workbench.base.errors import DataError
 from workbench.extras.camera.folder import packed
 from workbench.extras.camera.markers import likely_board
 from workbench.extras.camera.panels import _identified, camera_json
 from workbench.extras.camera.picture_html import thumbnails
-from workbench.extras.camera.printed import Board, across_down
+from workbench.extras.camera.printed import Board
 from workbench.extras.camera.selection_steps import Identifiability
 from workbench.extras.camera.session_commands import CameraAlone, LoadPictures, Previews
-from workbench.extras.camera.target import charuco_target, prints_of
+from workbench.extras.camera.target import prints_of
 from workbench.identification.identify import identify
 from workbench.session.journal.codec import decode, encode
 from workbench.session.judgement import Tone
@@ -78,28 +75,6 @@ def test_a_board_of_which_one_row_is_seen_is_not_guessed(tmp_path):
     assert not (tmp_path / "target.toml").exists()
 
 
-def test_a_grid_of_tags_is_not_taken_for_a_board():
-    tags = cv2.aruco.GridBoard((3, 3), 1.0, 0.3, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_6X6_250))
-    assert likely_board(Board().charuco, [tags.generateImage((400, 400), marginSize=40)]) is None
-
-
-def test_a_board_of_the_old_pattern_is_found_where_its_last_row_is_hidden():
-    hidden = [picture.copy() for picture in _pictures((6, 6), "DICT_6X6_250", 0.75, True, around=0.05)]
-    for picture in hidden:
-        picture[-188:] = 127
-    board = likely_board(Board(square=0.02).charuco, hidden)
-    finder = BoardFinder.of([charuco_target(board, Mount.WORLD)], hidden)
-    assert min(len(finder.find(picture).ids) for picture in hidden) >= 18
-
-
-def test_the_search_for_a_board_ends_on_request_and_pictures_that_cannot_be_read_are_said(tmp_path):
-    with running(cancel=lambda: True), pytest.raises(Cancelled):
-        likely_board(Board().charuco, [*_pictures((5, 7), "DICT_6X6_250", 0.75, False)])
-    (tmp_path / "0.png").write_bytes(b"no picture")
-    with refuses(FileError, "0.png", "250 megapixels"):
-        Board().fill_in(tmp_path)
-
-
 def _pictures(squares, dictionary, marker, legacy, around=0.1):
     """Three of a board, each from another side."""
     prints = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))
@@ -119,12 +94,6 @@ def _pictures(squares, dictionary, marker, legacy, around=0.1):
 def _written(command):
     fields, files = encode(command)
     return fields, files.__getitem__
-
-
-def test_squares_are_typed_as_people_write_them():
-    assert across_down("7x9") == across_down("7 × 9") == (7, 9)
-    with pytest.raises(WorkbenchError):
-        across_down("seven")
 
 
 @pytest.mark.data

@@ -16,7 +16,6 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.assets import built_in_robots
 from workbench.base.errors import OptionError
 from workbench.exports import FORMS, Job, export_robot
 from workbench.extras.trajectories.correction import correct
@@ -131,20 +130,6 @@ def check(name: str, rows: int, folder, effects) -> None:
 
 def test_programs_correct_as_compensate_does(tmp_path):
     check("ur10", 300, tmp_path, every_kind(6))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", built_in_robots())
-def test_programs_of_every_built_in_arm_correct_as_compensate_does(name, tmp_path):
-    """With the geometry alone, and with every kind of effect that the arm's file has masses for."""
-    robot = load_robot(name)
-    weighed = all(joint.mass is not None for joint in robot.moving)
-    effects = tuple(e for e in every_kind(robot.dof) if weighed or not e.loads)
-    assert len(effects) == (9 if weighed else 5)
-    for number, borne in enumerate(((), effects)):  # a library of the same path is loaded once
-        folder = tmp_path / str(number)
-        folder.mkdir()
-        check(name, 300, folder, borne)
 
 
 @pytest.mark.parametrize("name", ["panda", "katana450"])

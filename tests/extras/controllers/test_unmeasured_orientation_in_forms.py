@@ -1,13 +1,11 @@
 """The program and model files of an arm measured with one reflector spoil nothing that it did not observe."""
 
-import xml.etree.ElementTree as ET
-
 import numpy as np
 import pytest
+from round_trip import mjcf_arm, rows_of
 
 import workbench as wb
-from tests.exports import readers
-from tests.exports.test_unmeasured_orientation import cell, missed
+from tests.exports.test_unmeasured_orientation import cell
 from tests.extras.controllers.test_programs import in_python
 from workbench.arm.usable_arm import usable_arm
 from workbench.base.wording import in_mm
@@ -27,40 +25,18 @@ def test_a_mujoco_model_is_no_worse_at_the_flange(cell, tmp_path):
     done = export_robot(FORMS["mjcf"], path, job)
     assert any("not measured" in note for note in done.notes)
     assert done.position < 2e-5
-    pose = _bodies(path.read_text())
-    cell.judge(np.array([pose(row) for row in cell.q]))
-
-
-def _bodies(text: str) -> readers.Kinematics:
-    """MJCF: nested bodies with their place in the one before, a hinge each, and the site of the flange."""
-
-    def place(node):
-        w, x, y, z = (float(v) for v in node.get("quat").split())
-        out = np.eye(4)
-        out[:3, :3] = [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-        out[:3, 3] = [float(v) for v in node.get("pos").split()]
-        return out
-
-    def pose(q):
-        node, here, k = ET.fromstring(text).find("worldbody/body"), np.eye(4), 0
-        while (inner := node.find("body")) is not None:
-            node = inner
-            axis = np.array([float(v) for v in node.find("joint").get("axis").split()])
-            here, k = here @ place(node) @ readers.rot(int(np.argmax(axis)), q[k]), k + 1
-        return here @ place(next(s for s in node.findall("site") if s.get("name") == "flange"))
-
-    return pose
+    flange, _ = mjcf_arm(path.read_text())(rows_of(cell.q))
+    cell.judge(flange)
 
 
 def test_a_program_says_how_far_its_arm_is_from_the_saved_model(cell, tmp_path):
     arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
     done = export_robot(FORMS["python-module"], tmp_path / "arm.py", Job(robot=arm, nominal=nominal))
-    assert done.left.position_mean == pytest.approx(missed(arm))
-    assert done.rows == len(arm.calibration.observed.q)
+    q = arm.calibration.observed.q
+    before, after = (wb.tool_poses(each, q)[:, :3, 3] for each in (arm, usable_arm(arm).robot))
+    missed = np.linalg.norm(before - after, axis=1).mean()
+    assert done.left.position_mean == pytest.approx(missed)
+    assert done.rows == len(q)
     assert "agrees" not in done.verdict
-    assert in_mm(missed(arm)) in done.verdict
-    assert in_mm(np.hypot(arm.calibration.error.position, missed(arm))) in done.verdict
+    assert in_mm(missed) in done.verdict
+    assert in_mm(np.hypot(arm.calibration.error.position, missed)) in done.verdict

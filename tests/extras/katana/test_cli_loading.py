@@ -55,10 +55,3 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
 def test_what_is_refused(refused, options, messages):
     status = 1 if messages in ("pull harder", "or add mass at the tool", "mass") else 64
     refused([messages], "loading", *options, "--out", "o", "--json", "o.json", status=status)
-
-
-def test_its_files_are_there_though_nobody_reads(run_unread, tmp_path):
-    status, _, err = run_unread("loading", "katana450", "--out", "out", "--json", "r.json")
-    assert status == 0, err
-    assert (tmp_path / "r.json").is_file()
-    assert (tmp_path / "out" / "readings.csv").is_file()

@@ -123,10 +123,3 @@ def test_what_is_no_circle_is_said(tmp_path):
     flat = np.tile(np.eye(4), (3, 1, 1))
     with refuses(DataError, row=0):
         draw(flat, np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 0, 1.0]))
-
-
-def test_a_constant_offset_comes_back_constant():
-    """Also where it lies half on the printed line, which pulls the pencil's middle by a hundredth."""
-    found = plotted_profile(scanned(stroke(np.full(len(PHI), 2e-4)), turned=1.0), RADIUS)
-    assert np.abs(found.out - 2e-4).max() < 0.1e-3
-    assert found.out.mean() == pytest.approx(2e-4, abs=0.02e-3)

@@ -156,15 +156,3 @@ def test_rows_are_taken_again_and_targets_passed_over():
     assert acquisition.current == len(PLATE) - 1
     acquisition = acquisition.step(1).again()
     assert ([*acquisition.rows], acquisition.current) == ([1], 0)
-
-
-def test_the_deviation_is_per_axis():
-    assert acquired().deviation() == (None, None)
-    off = se3.pose(se3.rotvec_to_matrix(np.array([0.0, 0.02, 0.0])), np.array([1e-3, 0.0, -2e-3]))
-    pose = np.array(PLATE.targets[0].pose)
-    place, turn = pose[:3, 3] + off[:3, 3], off[:3, :3] @ pose[:3, :3]
-    position, rotation = standing(
-        acquired(), Sample(time=0.0, q=np.zeros(6), position=place, rotation=turn)
-    ).deviation()
-    np.testing.assert_allclose(position, [1e-3, 0.0, -2e-3], atol=1e-12)
-    np.testing.assert_allclose(rotation, [0.0, 0.02, 0.0], atol=1e-12)

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,8 +10,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import OptionError
-from workbench.extras.live.driver import JOINT_NOISE, TURNING, drive, drive_plate
+from workbench.extras.live.driver import JOINT_NOISE, TURNING, drive
 from workbench.extras.live.sample import parse_sample
 from workbench.plate.plate_toml import load_plate
 
@@ -38,12 +36,6 @@ def test_lines_of_a_virtual_source_through_a_pipe(tmp_path):
     assert cut.returncode == 0
 
 
-def test_the_same_seed_is_the_same_stream():
-    first = [next(drive_plate(ARM, PLATE, branch="auto", seed=seed)[1]).q.tolist() for seed in (5, 5, 6)]
-    assert first[0] == first[1] != first[2]
-    assert next(drive_plate(ARM, PLATE, branch="auto", instrument="plate")[1]).position is None
-
-
 def test_the_arm_moves_smoothly_and_within_its_speed():
     rate, targets = 100.0, np.array([[0.5, 0.2, 0.0, -1.0, 0.3, 0.1], [0.0, 0.4, 0.1, 1.0, 0.3, 0.1]])
     samples = list(drive(ARM, targets, rng=np.random.default_rng(0), rate=rate))
@@ -53,11 +45,6 @@ def test_the_arm_moves_smoothly_and_within_its_speed():
     assert np.abs(np.diff(q, n=2, axis=0)).max() * rate**2 < 5.0
     kept = [sample.q for sample in samples if sample.capture]
     np.testing.assert_allclose(kept, targets, atol=6.0 * JOINT_NOISE)
-
-
-def test_a_plate_without_targets_is_refused():
-    with pytest.raises(OptionError):
-        drive_plate(ARM, replace(PLATE, targets=()))
 
 
 @pytest.mark.parametrize(

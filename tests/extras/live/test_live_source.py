@@ -28,10 +28,8 @@ from workbench.extras.live.session import (
 )
 from workbench.extras.live.sources import LiveSource
 from workbench.session import Worker, replay, start
-from workbench.session.commands.arm import ChooseRobot, drawn_joints
-from workbench.session.commands.undo import Undo
+from workbench.session.commands.arm import drawn_joints
 from workbench.session.journal.codec import decode, encode
-from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 
@@ -134,24 +132,6 @@ def test_the_scene_follows_unless_it_is_told_not_to(worker, lines):
     until(worker, lambda s: s.playback.focus is Focus.JOG and np.allclose(s.playback.jogged, np.add(Q, 0.2)))
 
 
-def test_an_arm_that_stands_still_costs_nothing(worker, lines):
-    worker.add_view(LiveSource(worker, lines, name="arm"))
-    lines.put(*(line(Q, 0.02 * k) for k in range(200)))
-    until(worker, lambda s: s.playback.focus is Focus.JOG)
-    sleep(0.3)
-    taken = [e for e in worker.journal if isinstance(e.command, TakeSample)]
-    assert len(taken) == 1
-
-
-def test_bad_lines_and_other_arms_are_told_once(worker, lines):
-    worker.add_view(LiveSource(worker, lines, name="arm"))
-    lines.put("nonsense\n", *(line(Q[:4], 0.1 * k) for k in range(5)), line(Q, 1.0))
-    session = until(worker, lambda s: s.playback.focus is Focus.JOG)
-    errors = [m.text for m in session.page.messages if m.severity is Severity.ERROR]
-    assert len(errors) == 1
-    assert "not a JSON object" in errors[0]
-
-
 @contextmanager
 def harmful(worker):
     """A source at a socket that sends what it likes."""
@@ -196,13 +176,6 @@ def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
         until(worker, lambda s: np.allclose(s.playback.jogged, Q))
 
 
-def test_the_end_of_a_source_is_said(worker, lines):
-    worker.add_view(LiveSource(worker, lines, name="arm"))
-    lines.put(None)
-    session = until(worker, lambda s: s.part(Source) is not None and not s.part(Source).is_open)
-    assert session.page.messages[-1].severity is Severity.WARNING
-
-
 def test_nothing_is_stored_from_a_silent_source(do, first):
     q = tuple(first.states[0].q.tolist())
     do(TellSource("arm"), MeasureLive(), TakeSample(0.1, q), TellSource("arm", silence=3.0))
@@ -212,22 +185,6 @@ def test_nothing_is_stored_from_a_silent_source(do, first):
     session = do(TellSource("arm"), TakeSample(2.0, q), StoreRow())
     assert len(session.part(Measuring).acquisition.rows) == 1
     assert do(DriveArm()).page.messages[-1].severity is Severity.ERROR
-
-
-def test_without_a_source_nothing_is_followed(do):
-    for command in (MeasureLive(), FollowSource(True)):
-        assert do(command).page.messages[-1].severity is Severity.ERROR
-    assert do(TakeSample(0.0, Q)).playback.focus is Focus.TARGET
-    session = do(TellSource("arm", is_open=False), MeasureLive())
-    assert session.part(Measuring) is None
-
-
-def test_a_source_stays_connected_with_another_robot_and_after_undo(do):
-    do(TellSource("arm"), TakeSample(0.0, Q))
-    assert "follows the real one" in next_step(do(TellSource("arm"))).sentence
-    assert do(ChooseRobot("ur10")).part(Source) == Source("arm")
-    do(TellSource("arm", silence=3.0))
-    assert do(Undo()).part(Source) == Source("arm", silence=3.0)
 
 
 def test_an_arm_that_is_only_followed_is_one_step_of_the_journal(worker, do, first):
@@ -254,8 +211,3 @@ def test_a_measurement_keeps_only_the_newest_sample_before_each_row(worker, do, 
     steps = [e.command for e in worker.journal if isinstance(e.command, TakeSample)]
     assert len(steps) == 3
     assert decode("TakeSample", encode(steps[0])[0], bytes) == steps[0]
-
-
-def test_samples_of_an_earlier_version_are_read():
-    old = {"time": 1.0, "q": list(Q), "before": [{"time": 0.9, "q": list(Q), "before": []}]}
-    assert decode("TakeSample", old, bytes).q == Q

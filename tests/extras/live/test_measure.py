@@ -4,7 +4,6 @@ from time import sleep as pause
 
 import numpy as np
 import pytest
-from refusals import mentions
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -15,7 +14,6 @@ from workbench.extras.live.session import (
     DriveArm,
     EndMeasuring,
     Measuring,
-    NextWanted,
     StoreRow,
     TakeAgain,
     TakeSample,
@@ -24,7 +22,6 @@ from workbench.extras.live.session import (
 from workbench.extras.live.sources import VirtualDriver
 from workbench.extras.live.standstill import ArmState
 from workbench.session import Worker, replay
-from workbench.session.commands.drag import SelectTarget
 from workbench.session.journal import Ending
 from workbench.session.journal.codec import decode, encode
 from workbench.session.next_step import Tone, next_step
@@ -73,44 +70,6 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
     assert np.array_equal(again.measurements.loaded.dataset.position, data.position)
 
 
-def test_a_moving_arm_is_not_stored_nor_the_same_place_twice(do, begun):
-    assert do(StoreRow()).page.messages[-1].severity is Severity.ERROR
-    q = begun.virtual.postures[0]
-    assert (
-        do(sample(begun, q, time=0.0, state=ArmState.MOVING), StoreRow()).part(Measuring).acquisition.rows
-        == {}
-    )
-    assert len(do(sample(begun, q, time=1.0), StoreRow()).part(Measuring).acquisition.rows) == 1
-    session = do(sample(begun, q, time=2.0), StoreRow())
-    assert len(session.part(Measuring).acquisition.rows) == 1
-    assert session.page.messages[-1].severity is Severity.ERROR
-
-
-def test_the_last_row_is_taken_again_and_a_target_left_for_later(do, begun):
-    for k in range(2):
-        do(sample(begun, begun.virtual.postures[k], time=10.0 * k), StoreRow())
-    acquisition = do(TakeAgain()).part(Measuring).acquisition
-    assert (acquisition.current, [*acquisition.rows]) == (1, [0])
-    session = do(NextWanted(), sample(begun, begun.virtual.postures[2], time=30.0), StoreRow())
-    assert [*session.part(Measuring).acquisition.rows] == [0, 2]
-    kept = do(UseRows()).measurements.loaded.dataset
-    assert kept.row.tolist() == [0, 2]
-
-
-def test_a_row_is_kept_for_the_target_at_which_the_arm_stands(do, begun):
-    session = do(sample(begun, begun.virtual.postures[3], time=0.0), StoreRow())
-    assert session.part(Measuring).acquisition.rows == {}
-    assert mentions(session.page.messages[-1].text, "target 4")
-    assert next_step(session).next.command == StoreRow(target=3)
-    assert do(StoreRow(target=5)).part(Measuring).acquisition.rows == {}
-    assert do(StoreRow(target=99)).part(Measuring).acquisition.rows == {}
-    assert do(StoreRow(target=3)).part(Measuring).acquisition.current == 4
-    session = do(sample(begun, begun.virtual.postures[4], time=10.0), StoreRow())
-    assert [*session.part(Measuring).acquisition.rows] == [3, 4]
-    session = do(sample(begun, begun.virtual.postures[2], time=20.0), StoreRow(anywhere=True), UseRows())
-    assert session.measurements.loaded.dataset.group.tolist() == ["target 4", "target 5", "target 6"]
-
-
 def test_what_makes_no_sense_is_said(do):
     for command in (DriveArm(), StoreRow(), TakeAgain(), UseRows(), EndMeasuring(), BeginMeasuring(-1)):
         assert do(command).page.messages[-1].severity is Severity.ERROR
@@ -150,25 +109,3 @@ def test_the_virtual_arm_comes_to_rest_at_the_target(first):
         assert len(taken) < 5  # of 50 samples
     finally:
         worker.close()
-
-
-def test_news_stay_until_the_user_goes_on(do, begun):
-    """A late sample of the arm is nobody's doing."""
-    do(sample(begun, begun.virtual.postures[0], time=0.0), StoreRow())
-    warnings = do(UseRows()).page.messages[-1].text
-    assert "the session's data: 1 measured row" in warnings
-    session = do(sample(begun, begun.virtual.postures[1], time=9.0))
-    assert session.page.messages[-1].text == warnings
-    assert warnings not in [m.text for m in do(SelectTarget(3)).page.messages]
-
-
-def test_the_guide_counts_the_rows(do):
-    assert mentions(next_step(do(BeginMeasuring(1))).sentence, "0 of 10")
-    assert do(EndMeasuring()).mode is None
-
-
-@pytest.mark.parametrize("errors", [(-1e-3, 0.0), (1e-3, 1.0), (np.nan, 0.0)])
-def test_hidden_errors_that_no_arm_has_are_refused(do, errors):
-    session = do(BeginMeasuring(seed=1, errors=errors))
-    assert session.page.messages[-1].severity is Severity.ERROR
-    assert session.mode is None

@@ -5,7 +5,7 @@ import pytest
 from refusals import refuses
 
 from workbench.base import se3
-from workbench.base.errors import DataError, FileError, OptionError, ShapeError, UnitError
+from workbench.base.errors import DataError, FileError, OptionError, UnitError
 from workbench.data.readers import preview, read_measurements
 
 pytestmark = [pytest.mark.data, pytest.mark.usefixtures("read_here")]
@@ -71,14 +71,6 @@ def test_one_socket_file_needs_its_layout_or_columns(shared_data):
     assert set(data.point) == {"socket1"}
 
 
-def test_kinova_arms_have_six_joints(shared_data):
-    folder = shared_data / "mukca" / "original" / "dinova_2"
-    assert read_measurements(folder).joints == 6
-    with pytest.raises(ShapeError) as caught:
-        read_measurements(folder, joints=7)
-    assert (caught.value.expected, caught.value.found) == (7, 6)
-
-
 @pytest.mark.parametrize("columns", [None, "x[m],y[m],z[m],qx,qy,qz,qw"])
 def test_computed_poses_are_no_measurements(shared_data, columns):
     file = shared_data / "mukca" / "original" / "panda_3" / "backcenter" / "hole_0_pose.csv"
@@ -97,16 +89,6 @@ def test_every_original_file_is_read_or_refused(shared_data):
             assert "not measurements" in shown.problems[0] or "transform" in shown.problems[0]
         else:
             assert shown.ok
-
-
-def test_preview_of_a_layout_says_which_columns_count(shared_data):
-    shown = preview(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv")
-    columns = {column.heading: column for column in shown.columns}
-    assert (shown.layout, shown.rows, shown.groups) == ("ipa-grid", 11911, 619)
-    assert (columns["measurement_x"].key, columns["measurement_x"].unit) == ("x", "mm")
-    assert (columns["measurement_rx"].unit, columns["measurement_rx"].si) == ("deg", "rad")
-    assert columns["Goal x"].key is None
-    assert len(columns) == len(shown.columns)
 
 
 def test_what_a_layout_does_not_fit_is_refused(tmp_path):

@@ -16,7 +16,6 @@ from workbench.base.errors import FileError, OptionError
 from workbench.data import binary_tables
 from workbench.data.readers import read_measurements, read_trajectory
 from workbench.extras.logs.binary_files import matlab_arrays, read_arrays
-from workbench.session.commands.data import LoadData, load_endings
 
 HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H2s", 0x100, b"IM")
 CRASHING = HEADER + struct.pack(  # the array's name is of a type that no name has
@@ -148,26 +147,3 @@ def test_matlab(read_here, shared_data, name, columns):
     data = read_measurements(shared_data / "importer_variants" / name, columns=columns, joints=7)
     np.testing.assert_allclose(data.q, converted.q[-20:], atol=2e-10)
     np.testing.assert_allclose(data.position, converted.position[-20:], atol=1e-7)
-
-
-@pytest.mark.data
-def test_matlab_says_what_it_holds(read_here, shared_data):
-    with refuses(OptionError, "Q (7 x 20)", option="columns"):
-        read_measurements(shared_data / "importer_variants" / "wam_matrices.mat")
-    with refuses(OptionError, "'P'", option="columns", found=20):
-        read_measurements(
-            shared_data / "importer_variants" / "wam_matrices.mat", columns="q[rad|row]=Q,xyz[mm|row]=P"
-        )
-
-
-def test_a_file_whose_words_only_the_command_takes_says_where_they_go(do, tmp_path):
-    """Which matrix of a MATLAB file is what, no choice of the page can say."""
-    savemat(tmp_path / "a.mat", {"Q": np.zeros((20, 6)), "P": np.zeros((20, 3))})
-    session = do(LoadData("a.mat", (tmp_path / "a.mat").read_bytes()))
-    assert ".mat" in load_endings()
-    message = session.page.messages[-1].text
-    assert message.startswith(
-        "a.mat: a MATLAB file doesn't state what its matrices are; it holds Q (20 x 6), P (20 x 3)"
-    )
-    assert "--columns" in message
-    assert session.measurements.loaded is session.measurements.unread is None

@@ -302,13 +302,6 @@ def test_a_take_of_another_run_is_refused(run_of_arm, tmp_path):
         wb.read_measurements(take, joint_table=log(tmp_path, still_log))
 
 
-def test_half_a_take_is_refused(run_of_arm, tmp_path):
-    take = optitrack(tmp_path / "take.csv", run_of_arm)
-    take.write_text("\n".join(take.read_text().splitlines()[:4]))
-    with pytest.raises(FileError, match="export"):
-        wb.read_measurements(take)
-
-
 def test_markers_are_joined_with_rtde(run_of_arm, tmp_path):
     """Trajectories of Vicon; the controller's log as it writes it."""
     run = run_of_arm

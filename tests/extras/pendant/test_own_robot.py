@@ -7,21 +7,18 @@ import numpy as np
 import pytest
 from refusals import mentions, refuses
 from scipy.spatial.transform import Rotation
-from typed_poses import pendant, plural
 
-import workbench as wb
-from tests.arm.test_plausible_units import UR5
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.many_starts import descend
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.robot_toml import read_toml, robot_to_table
+from workbench.arm.robot_toml import robot_to_table
 from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.statics.moments import joint_moments
 from workbench.base import se3
-from workbench.base.errors import DataError, FileError, OptionError, ShapeError
+from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.extras.pendant.own_robot.check import read_joint_table
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
 from workbench.extras.pendant.own_robot.table_meanings import (
@@ -30,10 +27,7 @@ from workbench.extras.pendant.own_robot.table_meanings import (
     table_readings,
     typed_readings,
 )
-from workbench.session.commands.arm import ChooseRobot, LoadModel
-from workbench.session.export import robot_toml
 
-ARMS = ("ur10", "aria", "panda", "iiwa14", "katana450")
 ANGLES = (se3.matrix_to_rpy, lambda r: se3.matrix_to_rpy(r)[..., ::-1], se3.matrix_to_rotvec)
 
 
@@ -148,17 +142,6 @@ def test_tables_are_read_as_they_stand_in_books(tmp_path):
         read_joint_table(path)
 
 
-def test_joints_of_a_few_degrees_are_not_taken_for_radians():
-    arm = plain("ur10")
-    q = np.deg2rad(np.random.default_rng(5).uniform(-3.0, 3.0, (3, 6)))
-    poses = tool_poses(arm, Motion(q))
-    numbers = np.column_stack(
-        [np.rad2deg(q), 1e3 * poses[:, :3, 3], np.rad2deg(se3.matrix_to_rpy(poses[:, :3, :3]))]
-    )
-    found = find_convention(table_readings(rows_of(arm)), typed_readings(numbers, [False] * 6))
-    assert right(found, arm, np.ones(6), np.zeros(6))
-
-
 @pytest.mark.parametrize("name", ["ur10", "aria", "panda", "katana450"])
 def test_joints_counted_otherwise_are_the_same_arm_with_the_same_weights(name):
     arm = plain(name)
@@ -243,21 +226,6 @@ def test_the_command(run, refused, tmp_path):
     refused(["6 joint positions"], "new", table, "--out", out, "--pose", "1,2 = 3", status=64)
 
 
-def test_a_table_from_elsewhere_is_read_in(run, refused, tmp_path):
-    """The joint table of a calibration becomes the nominal arm of the next one."""
-    table, out = tmp_path / "table.csv", tmp_path / "mine.toml"
-    assert run("export", "ur10", "--for", "dh-csv", "--out", table)[0] == 0
-    table.write_text(table.read_text().replace("-0.612", "-0.611"))
-    options = ("new", "ur10", "--apply", table, "--for", "dh-csv", "--out")
-    code, _, error = run(*options, out)
-    assert code == 0, error
-    mine = load_robot(out)
-    assert mine.chain.values[mine.chain.index["joint2.a"]] == pytest.approx(-0.611)
-    table.write_text(table.read_text().replace("-0.611", "0.212"))
-    refused(["UR10"], *options, tmp_path / "no.toml", status=1)  # no UR10 is made like that
-    refused(["--for"], "new", "ur10", "--apply", table, "--out", out, status=64)
-
-
 def test_every_start_descends_to_its_own_minimum():
     """x² = 4 from both sides; the second unknown does nothing and stays."""
     starts = np.array([[-3.0, 1.0], [1.0, 5.0], [0.1, 0.0]])
@@ -269,36 +237,3 @@ def test_every_start_descends_to_its_own_minimum():
     (found,), left = descend((starts,), linearise, lambda x, step: (x + step,))
     np.testing.assert_allclose(found, [[-2.0, 1.0], [2.0, 5.0], [2.0, 0.0]], atol=1e-9)
     np.testing.assert_allclose(left, 0.0, atol=1e-8)
-
-
-def test_a_joint_table_in_millimetres_and_degrees_is_read_in_these():
-    rows = [
-        dict(zip(("theta", "d", "a", "alpha"), r, strict=True)) for r in (UR5 * [1, 1e3, 1e3, 180 / np.pi])
-    ]
-    found = table_readings(rows)
-    assert {reading.assumptions[1:] for reading in found} == {("lengths in mm", "angles in deg")}
-    with refuses(FileError, "joint1.alpha", 1.5708):
-        table_readings(rows, lengths=("mm",), angles=("rad",))
-
-
-def test_the_verb_refuses_what_is_no_reading():
-    with refuses(OptionError, option="readings", found=3):
-        wb.find_convention(3, 4)
-
-
-def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_path):
-    arm = load_robot("ur10e")
-    table, typed, shown = pendant(arm, 4)
-    session = do(LoadModel("mine.csv", table.encode(), typed[:3]))
-    assert mentions(session.page.messages[-1].text, "standard DH")
-    assert mentions(session.page.messages[-1].text, "joint 2")
-    found = tool_poses(session.robot, Motion(shown))
-    assert np.abs(found[:, :3, 3] - tool_poses(arm, Motion(plural(shown)))[:, :3, 3]).max() < 1e-4
-    name, content = robot_toml(session)
-    (tmp_path / name).write_bytes(content)
-    np.testing.assert_allclose(tool_poses(read_toml(tmp_path / name), Motion(shown)), found, atol=1e-9)
-    for wrong, message in ((typed[:2], "at least 3 poses"), (("1, 2 = 3",) * 3, "6 joint positions")):
-        refused = do(LoadModel("mine.csv", table.encode(), wrong))
-        assert message in refused.page.messages[-1].text
-        assert refused.robot is session.robot
-    assert "none of" in do(ChooseRobot("ur5e", poses=typed)).page.messages[-1].text

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 from displays import hidden, poses, random_joints
 from refusals import mentions
-from round_trip import angle, inverse, placed
+from round_trip import angle, inverse, placed, read_arm, rows_of
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import workbench as wb
-from workbench.extras.pendant.touching.session import FRAME as FRAME_WANTED
-from workbench.extras.pendant.touching.session import ReadTouches, touched_of
-from workbench.session import Worker, replay, start
+from workbench.extras.pendant.touching.session import touched_of
+from workbench.session import replay
 from workbench.session.start import default_plate
 from workbench.views.page.app import App
 
@@ -33,26 +32,13 @@ def arm(tmp_path_factory) -> Path:
     return hidden("ur5e", tmp_path_factory.mktemp("arm") / "actual.toml")
 
 
-@cache
-def joints_of(arm: Path) -> list[dict]:
-    return tomllib.loads(arm.read_text())["joint"]
-
-
-def flange(table: list[dict], q: np.ndarray) -> np.ndarray:
-    """Standard Denavit–Hartenberg and a turn about y, one joint after the other."""
-    pose = np.eye(4)
-    for joint, angle_of in zip(table, q, strict=True):
-        c, s = np.cos(angle_of + joint["theta"]), np.sin(angle_of + joint["theta"])
-        ca, sa = np.cos(joint["alpha"]), np.sin(joint["alpha"])
-        a, d = joint["a"], joint["d"]
-        rows = [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
-        pose = pose @ np.array(rows) @ placed([0, 0, 0], [0, joint.get("beta", 0.0), 0])
-    return pose
+model = cache(read_arm)
+"""A saved arm in plain numpy."""
 
 
 def tip_at(arm: Path, place, *, seed: int = 0, turn=None, tilt: float = 0.6) -> np.ndarray:
     """Joints with the tip at a place; turned at random, or as given."""
-    rng, table = np.random.default_rng(seed), joints_of(arm)
+    rng = np.random.default_rng(seed)
     while True:
         wanted = (
             turn
@@ -61,7 +47,7 @@ def tip_at(arm: Path, place, *, seed: int = 0, turn=None, tilt: float = 0.6) -> 
         )
 
         def off(q, wanted=wanted):
-            pose = flange(table, q)
+            pose = model(arm)(rows_of(q[None]))[1][0]
             turned = (Rotation.from_matrix(pose[:3, :3]) * wanted.inv()).as_rotvec()
             return [*(pose[:3, :3] @ TIP + pose[:3, 3] - place), *(0.3 * turned)]
 
@@ -357,17 +343,3 @@ def test_tip_and_frame_from_touches_on_the_page(app, look, arm, tmp_path):
     assert f"x {1e3 * tool['xyz'][0]:.3f}" in screen.text("touched")
     again = touched_of(replay(begin, app.worker.journal))
     assert again.frame.json() == touched_of(app.worker.session).frame.json()
-
-
-def test_a_frame_by_the_arms_own_tool_is_in_the_journal(arm, pointer, tmp_path):
-    """Without a tip from touches, too: what is not written is not compared when a session is opened again."""
-    names, places, _ = METHODS["three points, more"]
-    robot = wb.load_robot(pointer)
-    content = table(touched(arm, places), names, tmp_path / "marks.csv").read_bytes()
-    worker = Worker(start(robot, default_plate(robot)))
-    try:
-        worker.submit(ReadTouches("marks.csv", content, FRAME_WANTED))
-        assert worker.wait(120.0)
-        assert touched_of(worker.session).tip is None
-    finally:
-        worker.close()

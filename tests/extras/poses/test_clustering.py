@@ -4,20 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import mentions, refuses
-from rich.console import Console
+from refusals import refuses
 
-from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.extras.poses.clustering.design import cluster_region as cluster
-from workbench.extras.poses.clustering.report import cluster_tables
 from workbench.extras.poses.clustering.search import search_clusters
-from workbench.extras.poses.pose_limits import PoseLimits, folded, sample_poses
+from workbench.extras.poses.pose_limits import PoseLimits, folded
 from workbench.plate.observability import INDICES
 from workbench.plate.plate_toml import read_plate, write_plate
-from workbench.plate.region import Region
 from workbench.plate.target_branches import single_branches
 
 O1 = INDICES["O1"]
@@ -61,18 +57,6 @@ def test_better_than_table_2_with_any_one_branch(aria, solutions, found):
     assert found.best.value >= found.plain.value
 
 
-def test_what_the_cubes_really_measure_is_said(aria, found):
-    """0.55 m in steps of 0.1 m: six of 91.7 mm."""
-    console = Console(width=120)
-    with console.capture() as text:
-        console.print(cluster_tables(found))
-    message = " ".join(text.get().split())
-    assert mentions(message, "91.67 × 100 × 100 mm", "100 mm")
-    assert "O is equal in all poses" in message
-    assert found.region.cube_text in message
-    assert replace(found.region, cube=0.05).cube_text == "cubes of 50 mm"
-
-
 def test_equal_o_alone_may_have_rank_six(aria, found):
     """Turning joint 1 alone changes O of no pose, and adds nothing to the rank."""
     turned = found.turned
@@ -98,15 +82,6 @@ def test_orientations_stay_in_the_cone_and_the_plate_round_trips(aria, plate, tm
     assert np.allclose(np.stack([t.q for t in again.targets]), found.best.q)
 
 
-def test_the_base_and_the_seed(aria, plate):
-    region = replace(plate.region, cube=0.1)
-    moved = aria.with_frames(base=Frame(np.array([1.0, 2.0, 0.0]), np.diag([-1.0, -1.0, 1.0])))
-    one, two = (
-        search_clusters(r, region, index=O1, rng=rng(3), number=5, candidates=700) for r in (aria, moved)
-    )
-    assert np.allclose(one.best.q, two.best.q)
-
-
 def test_what_does_not_fit_is_said(aria, plate):
     region = replace(plate.region, cube=0.25)
     with refuses(DataError, 13, found=12):
@@ -117,13 +92,6 @@ def test_what_does_not_fit_is_said(aria, plate):
         search_clusters(aria, region, index=O1, rng=rng(), number=1)
     with refuses(OptionError, option="index", found="O"):
         search_clusters(aria, region, index=INDICES["O"], rng=rng(), candidates=300, number=5)
-
-
-def test_region_and_cone_that_conflict_are_named(aria):
-    above = Region(min=np.array([-0.05, -0.05, 1.05]), max=np.array([0.05, 0.05, 1.12]))
-    down = PoseLimits(region=above, towards=np.diag([1.0, -1.0, -1.0])[None], cone=np.deg2rad(20))
-    with refuses(DataError, "20°"):
-        sample_poses(aria, 5, down, rng=rng())
 
 
 def test_folded_poses_are_the_same_within_limits(aria):

@@ -5,7 +5,6 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from workbench.base.errors import OptionError
 from workbench.base.progress import running
 from workbench.base.types import Outcome
 from workbench.extras.poses.d_optimal import (
@@ -16,7 +15,6 @@ from workbench.extras.poses.d_optimal import (
     prior,
     sandwich,
     spreads,
-    with_block,
 )
 from workbench.plate.exchange import descend, exchange
 from workbench.plate.observability import INDICES
@@ -49,22 +47,6 @@ def test_slots_with_their_own_options_reach_the_exhaustive_optimum(name):
     assert allowed[np.arange(4), found.choice].all()
     assert list(found.history) == sorted(found.history, reverse=True)
     assert found.outcome is Outcome.CONVERGED
-
-
-def test_it_ends_once_every_slot_in_a_row_has_its_best_option():
-    """Only the first of three changes: it is asked again after the other two, and these are not."""
-    options = np.array([1.0, 3.0, 3.0, 3.0])[:, None, None]
-    allowed = np.array([[True, True, False, False], [False, False, True, False], [False, False, False, True]])
-    requested = []
-
-    def criterion(grams):
-        requested.append(len(grams))
-        return 1.0 / grams[:, 0, 0]
-
-    found = exchange(options, allowed, criterion, starts=np.array([[0, 2, 3]]))
-    assert found.choice.tolist() == [1, 2, 3]
-    assert found.outcome is Outcome.CONVERGED
-    assert requested == [1, 2, 1, 1, 2]
 
 
 def test_distinct_locked_and_cancelled():
@@ -130,20 +112,6 @@ def test_d_exchange_never_falls_below_its_start():
     assert np.array_equal(stopped.choice, start)
 
 
-def test_d_exchange_with_the_fewest_rows():
-    some = blocks(30, 6, 24, 2)
-    found = d_exchange(some, 4)  # 24 rows for 24 columns: nothing is left without any of them
-    assert -found.cost == pytest.approx(o1(some[found.choice]), rel=1e-6)
-    with pytest.raises(OptionError):
-        d_exchange(some, 31)
-
-
-def test_bound_is_reached_where_one_candidate_is_best():
-    some = np.concatenate([np.eye(3)[None], 0.5 * np.eye(3)[None]])
-    assert d_bound(some, 1) == pytest.approx(1.0, rel=5e-3)
-    assert -d_exchange(some, 1).cost == pytest.approx(1.0)
-
-
 def test_greedy_choice_takes_the_greatest_determinant_step_by_step():
     some = blocks(10, 2, 4)
     chosen = greedy_choice(some, 4)
@@ -167,27 +135,6 @@ def test_greedy_choice_keeps_clashes_neighbours_and_its_first():
     assert path[0] == 6
     assert len(set(path.tolist())) == 5
     assert (np.abs(np.diff(path)) <= 3).all()
-
-
-def test_taking_in_updates_inverse_and_spreads():
-    some = blocks(9, 3, 5)
-    flat = some.reshape(-1, 5)
-    inverse = np.linalg.inv(np.eye(5) + some[0].T @ some[0])
-    spread = spreads(some, flat, inverse)
-    more = with_block(some, flat, inverse, spread, 4)
-    assert np.allclose(more, np.linalg.inv(np.eye(5) + some[0].T @ some[0] + some[4].T @ some[4]))
-    assert np.allclose(spread, spreads(some, flat, more))
-
-
-@pytest.mark.parametrize("size", [24, 34])  # the ridge is overcome at the end of a block, and within one
-def test_a_long_greedy_choice_is_greedy_to_its_end(size):
-    some = blocks(count=300, rows=6, size=size) * np.logspace(0, 1, 6)[:, None]
-    chosen = greedy_choice(some, 60)
-    information = prior(some) + np.tensordot(some[chosen[:-1]], some[chosen[:-1]], ((0, 1), (0, 1)))
-    gains = np.linalg.det(np.eye(6) + some @ np.linalg.inv(information) @ some.transpose(0, 2, 1))
-    gains[chosen[:-1]] = 0.0
-    assert len(set(chosen.tolist())) == 60
-    assert gains[chosen[-1]] == pytest.approx(gains.max(), rel=1e-3)
 
 
 def test_a_descent_ends_once_every_slot_in_a_row_has_kept_its_option():

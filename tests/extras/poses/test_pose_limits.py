@@ -11,12 +11,10 @@ from refusals import refuses
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import running
-from workbench.base.types import Outcome
 from workbench.extras.poses.gradient import PoseClimb
 from workbench.extras.poses.informative_poses import Method, informative_poses
 from workbench.extras.poses.measurement_order import measuring_order, travels
-from workbench.extras.poses.pose_limits import PoseLimits, sample_poses, walks
+from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.free_constants import identified_names, visible_basis
 from workbench.plate.observability import I
 from workbench.plate.poses.sampling import random_poses
@@ -74,14 +72,6 @@ def test_greedy_is_never_better_than_its_exchange(aria):
     assert greedy.after > 0.9 * exchanged.bound
 
 
-def test_the_bound_of_d_is_that_of_o1_squared(aria):
-    candidates = random_poses(aria, 90, rng=rng(6))
-    o1, d = (informative_poses(aria, 9, index=i, candidates=candidates, rng=rng(7)) for i in ("O1", "D"))
-    assert d.after == pytest.approx(o1.after**2)
-    assert d.bound == pytest.approx(o1.bound**2)
-    assert informative_poses(aria, 9, index="O5", candidates=candidates, rng=rng(7)).bound is None
-
-
 def test_poses_for_a_free_base_and_tool(aria):
     """The index is of what can be seen at all: 30 combinations of 36 constants, five poses at least."""
     names = identified_names(aria, base=True, tool=True)
@@ -114,24 +104,6 @@ def test_orders_against_all_permutations(seed, rows):
     assert travels(q[order]).sum() <= 1.15 * shortest + 1e-12
 
 
-def test_an_order_keeps_the_longest_way_that_it_came_with():
-    q = np.array([[0.0], [1.0], [2.0], [3.0], [1.5]])
-    order = measuring_order(q, longest=1.5)
-    assert travels(q[order]).max() <= 1.5
-    assert travels(q[order]).sum() == pytest.approx(3.0)
-
-
-def test_walks_stay_within_limits_and_reach(aria, plate):
-    limits = PoseLimits(region=plate.region, travel=0.2)
-    starts = sample_poses(aria, 3, limits, rng=rng(12))
-    rows = walks(aria, starts, 10, limits, rng=rng(13))
-    assert limits.admits(aria, rows).all()
-    assert len(rows) > 10
-    nearest = np.abs(rows[:, None] - np.concatenate([starts, rows])[None]).max(2)
-    nearest[np.arange(len(rows)), len(starts) + np.arange(len(rows))] = np.inf
-    assert nearest.min(1).max() <= 0.2
-
-
 def test_conflicts_name_the_pair(aria, plate, monkeypatch):
     monkeypatch.setattr("workbench.extras.poses.informative_poses.LIMITED_CANDIDATES", 300)
 
@@ -156,11 +128,3 @@ def test_conflicts_name_the_pair(aria, plate, monkeypatch):
             PoseLimits(**wrong)
     with refuses(OptionError, option="evaluation_poses"):
         informative_poses(aria, 6, index="I", rng=rng(17))
-
-
-def test_cancelled_within_limits(aria, plate):
-    limits = PoseLimits(region=plate.region, spread=0.02)
-    with running(cancel=lambda: True):
-        stopped = informative_poses(aria, 6, limits=limits, rng=rng(18))
-    assert stopped.outcome is Outcome.CANCELLED
-    assert stopped.after >= stopped.before

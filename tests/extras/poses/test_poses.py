@@ -6,15 +6,12 @@ from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.linearisation import linearise
-from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.progress import running
 from workbench.base.types import Outcome
 from workbench.extras.poses.gradient import PoseClimb
 from workbench.extras.poses.informative_poses import informative_poses
-from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.observability import INDICES
 from workbench.plate.poses.sampling import in_base, random_poses
 from workbench.plate.region import Region
@@ -67,31 +64,6 @@ def test_informative_poses_are_never_worse_and_within_limits(aria, index):
     assert np.array_equal(again.q, found.q)
 
 
-def test_the_papers_way_keeps_the_spread_of_its_starts(aria):
-    found = informative_poses(aria, 6, index="O", rng=rng(2))
-    gaps = np.linalg.norm(found.q[:, None] - found.q[None], axis=2)[np.triu_indices(6, 1)]
-    assert gaps.min() > 0.5
-    assert found.after > 0.8
-
-
-@pytest.mark.parametrize("index", ["O", "O1", "O4"])
-def test_from_candidates_the_result_is_among_them(aria, index):
-    candidates = random_poses(aria, 60, rng=rng(3))
-    found = informative_poses(aria, 6, index=index, candidates=candidates, rng=rng(4))
-    rows = {tuple(row) for row in candidates.tolist()}
-    chosen = {tuple(row) for row in found.q.tolist()}
-    assert len(chosen) == 6
-    assert chosen <= rows
-    assert found.after >= found.before
-
-
-@pytest.mark.parametrize("index", ["O", "O1"])
-def test_in_a_region_the_result_stays_there(aria, index):
-    found = informative_poses(aria, 5, index=index, limits=PoseLimits(region=BOX), rng=rng(5))
-    assert BOX.contains(tool_poses(aria, Motion(found.q))[:, :3, 3]).all()
-    assert found.after >= found.before
-
-
 def test_gradient_of_an_index_by_the_joint_positions(aria):
     q = rng(6).uniform(-0.9, 0.9, (5, 6))
     for index in INDICES.values():
@@ -102,20 +74,6 @@ def test_gradient_of_an_index_by_the_joint_positions(aria):
         difference = (search.value(q + step * direction) - search.value(q - step * direction)) / (2 * step)
         assert value == pytest.approx(search.value(q))
         assert difference == pytest.approx((slope * direction).sum(), rel=1e-4)
-
-
-def test_points_and_other_parameters(aria):
-    names = ("joint2.theta", "joint3.theta", "tool.x", "tool.y", "tool.z")
-    found = informative_poses(aria, 4, index="O5", names=names, sigma_rotation=None, rng=rng(8))
-    assert found.after >= found.before > 0.0
-
-
-def test_what_points_do_not_show_is_left_out():
-    """With every constant free, turns of the last joint's frame are seen by no point."""
-    arm = load_robot("ur10")
-    q = random_poses(arm, 60, rng=rng(1))
-    found = informative_poses(arm, 12, candidates=q, sigma_rotation=None, rng=rng(2))
-    assert found.after > found.before > 0.0
 
 
 def test_cancel_and_progress(aria):

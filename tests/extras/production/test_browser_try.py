@@ -2,6 +2,7 @@
 
 import pytest
 
+from workbench.extras.production.session import TryPlate
 from workbench.session.commands.identify import SetWanted
 from workbench.session.page_state import Severity
 
@@ -11,9 +12,6 @@ pytestmark = pytest.mark.browser
 def test_a_plate_is_tried_after_one_question_where_no_error_is_required(app, look):
     screen = look()
     app.worker.submit(SetWanted(None))
-    arms = screen.page.get_by_label("Virtual arms", exact=True)
-    arms.fill("20")
-    arms.press("Enter")
     screen.press("Try this plate")
     sheet = screen.page.locator(".mantine-Modal-content")
     offered = float(sheet.get_by_role("textbox").input_value())
@@ -22,5 +20,5 @@ def test_a_plate_is_tried_after_one_question_where_no_error_is_required(app, loo
     session = screen.until(lambda s: s.tried is not None, timeout=120.0)
     assert session.choices.wanted.position == pytest.approx(1e-3 * offered)
     assert 3.0 <= 1e-3 * offered / session.score.position <= 10.0
-    assert session.tried.arms == 20
+    assert session.tried.arms == TryPlate.arms
     assert Severity.ERROR not in {message.severity for message in session.page.messages}

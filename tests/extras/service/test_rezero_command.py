@@ -6,7 +6,6 @@ from refusals import mentions
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
-from workbench.base.progress import Cancelled, running
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
@@ -44,24 +43,3 @@ def test_the_joint_that_moved_is_found_and_saved(worker, do, first, file, tmp_pa
     assert zeros_of(replay(first, worker.journal)).json() == zeros_of(session).json()
     assert zeros_of(do(LoadData("knock.csv", file))) is None
     assert zeros_of(session.without_part(FoundZeros)) is None
-
-
-def test_the_search_shows_progress_and_stops_wherever_it_is_asked_to(do, file):
-    session = do(LoadData("knock.csv", file))
-    messages = []
-    with running(lambda part, text: messages.append(part)):
-        FindZeros().compute(session)
-    assert messages == sorted(messages)
-    assert len(messages) > 10
-    assert 0.0 <= messages[0] < messages[-1] <= 1.0
-    for last in (1, len(messages) // 2, len(messages) - 1):
-        requested = []
-        with (
-            pytest.raises(Cancelled),
-            running(
-                lambda part, text: requested.append(part),  # noqa: B023
-                cancel=lambda: len(requested) >= last,  # noqa: B023
-            ),
-        ):
-            FindZeros().compute(session)
-        assert len(requested) <= last + 1

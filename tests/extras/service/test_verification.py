@@ -3,7 +3,6 @@
 import csv
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +10,6 @@ from points_and_tilts import DH, frames, points, robot_file, write_mixed
 from refusals import mentions, refuses
 
 import workbench as wb
-from workbench.arm.calibration_record import Calibration, pose_keys
-from workbench.arm.frame import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.accuracy_requirement import Wanted
@@ -103,12 +100,6 @@ def test_the_robot_file_remembers_poses_and_standard_errors(arm, tmp_path):
     assert 0.0 < again.std["joint2.theta"] < 1e-3
 
 
-def test_keys_of_poses_tell_them_apart():
-    q = np.random.default_rng(0).uniform(-3, 3, (2000, 6))
-    other = Calibration(source="", poses=pose_keys(q))
-    assert not other.used(np.random.default_rng(1).uniform(-3, 3, (2000, 6))).any()
-
-
 def test_poses_of_the_calibration_are_left_out(arm):
     calibrated, rows, fresh = arm
     found = wb.verify(calibrated, fresh.joined(rows))
@@ -137,21 +128,6 @@ def test_angles_alone_verify_nothing(arm):
     tilted = replace(fresh, position=None, rotation=None, tilt={2: np.zeros((70, 2))})
     with refuses(DataError, "x[m], markers, distance, contact"):
         wb.verify(calibrated, tilted, wanted=1e-3)
-
-
-def test_command_poses_know_the_sessions(arm):
-    """Each placement of the instrument has its own base."""
-    calibrated, _, fresh = arm
-    moved = se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, 1.0])), np.array([1.0, 2.0, 0.0]))
-    second = replace(calibrated.mounting, base=Frame.from_pose(moved @ calibrated.base.pose))
-    robot = replace(calibrated, sessions={"one": calibrated.mounting, "two": second})
-    two = np.arange(70) % 2 == 1
-    poses = se3.pose(fresh.rotation, fresh.position)
-    poses[two] = moved @ poses[two]
-    session = np.where(two, "two", "one")
-    data = replace(fresh, position=poses[:, :3, 3], rotation=poses[:, :3, :3], session=session)
-    plain, both = (wb.verify(r, d).evaluation.rows for r, d in ((calibrated, fresh), (robot, data)))
-    np.testing.assert_allclose(both.position, plain.position, atol=1e-12)
 
 
 # -- verdict --------------------------------------------------------------------------------------
@@ -194,16 +170,6 @@ def test_it_takes_what_a_notebook_has_at_hand(arm, tmp_path):
     assert zeros.excluded == ((3, "by hand"),)
 
 
-def test_points_are_visited_again(arm):
-    calibrated, _, fresh = arm
-    once = replace(fresh.take(np.arange(3)), rotation=None)
-    visits = [replace(once, position=once.position + 1e-7 * k) for k in range(3)]
-    found = wb.verify(calibrated, visits[0].joined(visits[1]).joined(visits[2]))
-    assert found.rotation is None
-    assert [pose.rows.tolist() for pose in found.repeated] == [[0, 3, 6], [1, 4, 7], [2, 5, 8]]
-    assert mentions(str(found), "3 repeated poses")
-
-
 def test_the_command_fails_where_the_arm_does(arm, run, tmp_path):
     calibrated, _, fresh = arm
     calibrated.save(tmp_path / "arm.toml")
@@ -216,22 +182,6 @@ def test_the_command_fails_where_the_arm_does(arm, run, tmp_path):
     assert status == 2
     assert mentions(err, "Failed", "70 of 70")
     assert run(*options, "--wanted", "3")[0] == 64
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        "verify fresh.csv --robot arm.toml --wanted 9mm --json r.json",
-        "rezero fresh.csv --robot arm.toml --save zeros.toml --json r.json",
-    ],
-)
-def test_every_file_is_there_though_nobody_reads(command, arm, run_unread, tmp_path):
-    calibrated, _, fresh = arm
-    calibrated.save(tmp_path / "arm.toml")
-    wb.write_measurements(fresh.take(np.arange(12)), tmp_path / "fresh.csv")
-    status, _, err = run_unread(*command.split())
-    assert status == 0, err
-    assert all(Path(name).exists() for name in ("r.json", "zeros.toml") if name in command)
 
 
 # -- points and inclinometers in one table --------------------------------------------------------
@@ -259,15 +209,6 @@ def test_the_measured_positions_alone_are_judged(run, tmp_path):
     data = wb.read_measurements("mixed.csv").take(np.arange(12, 40))
     with pytest.raises(DataError):
         wb.verify("arm.toml", data, wanted=1.0)
-
-
-def test_a_limit_on_orientations_is_not_kept_by_those_that_nobody_measured(tmp_path):
-    write_mixed(tmp_path)
-    arm, data = wb.load_robot(tmp_path / "arm.toml"), wb.read_measurements(tmp_path / "mixed.csv")
-    found = wb.verify(arm, data, wanted=Wanted(position=1.0, rotation=1e-6))
-    assert found.passed
-    assert "°" not in found.verdict
-    assert any("orientation" in text for text in found.warnings)
 
 
 def test_orientations_in_some_rows_bound_the_share_by_those_rows(tmp_path):

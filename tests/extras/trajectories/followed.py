@@ -5,8 +5,6 @@ shares nothing with the package: errors of manufacture in every constant, cleara
 turn with the load, compliance of every loaded joint. The package gets the nominal arm and noisy poses.
 
     found = followed("katana", seed=3, planned=paths("katana"))
-
-`tests/benchmarks/path_accuracy.py` prints the reductions over many arms.
 """
 
 import tempfile

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.extras.trajectories.programs import read_program
+from workbench.extras.trajectories.languages import read_program
 
 Q = np.deg2rad([[10.0, -80.0, 95.0, -100.0, -85.0, 20.0], [-25.5, -95.25, 110.0, -70.0, -60.0, 0.0]])
 

@@ -6,10 +6,9 @@ import pytest
 from refusals import refuses
 from scipy.integrate import trapezoid
 
-from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import DataError, OptionError
-from workbench.extras.trajectories.curves import Circle, circle_through, line, smooth_shares
+from workbench.extras.trajectories.curves import circle_through, line, smooth_shares
 from workbench.extras.trajectories.planning import plan
 from workbench.extras.trajectories.trajectory_files import planned_moments, taught_circle
 
@@ -124,16 +123,6 @@ def test_taught_points_give_the_circle_that_the_controller_believes_in(robots, c
     found = taught_circle(robots["katana"][0], circle.q[[0, 60, 100, 140]])
     np.testing.assert_allclose(found.centre, [0, -0.3, 0.1392893], atol=1e-6)
     assert found.radius == pytest.approx(0.1, abs=1e-6)
-
-
-@pytest.mark.parametrize("up", [1.0, -1.0])
-@pytest.mark.parametrize("rounding", [0.0, 1e-16, -1e-16])
-def test_on_an_upright_plane_the_tool_points_away_from_the_base_whatever_the_rounding(up, rounding):
-    across = np.array([rounding, 0.0, up])
-    circle = Circle(
-        centre=np.array([0.3, 0.3, 0.35]), along=np.array([0.0, 1.0, rounding]), across=across, radius=0.05
-    )
-    assert plan(load_robot("ur5"), circle, duration=4.0, rows=20).axis == pytest.approx([1.0, 0.0, 0.0])
 
 
 def test_what_forbids_a_path_is_named(robots):

@@ -1,17 +1,14 @@
 """Trajectories by commands: what the calibrated arm makes of them, and what ends them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.extras.trajectories.session import PLANES, PlanTrack, default_trajectory_circle
+from workbench.extras.trajectories.session import PLANES, PlanTrack
 from workbench.extras.trajectories.track import planned_track
-from workbench.session import Worker, replay
+from workbench.session import Worker
 from workbench.session.commands.arm import Jog, drawn_joints
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import SelectTarget
@@ -80,13 +77,6 @@ def test_play_is_a_matter_of_focus(do, first):
     assert planned_track(session) is track
 
 
-def test_a_trajectory_is_planned_again_in_a_replay(do, first, worker):
-    session = do(PlanTrack("line", 5.0), PlayTrack(), PauseTrack(), PlaceTrack(1.25))
-    again = replay(first, worker.journal)
-    assert np.array_equal(planned_track(again).q, planned_track(session).q)
-    assert again.part(Played).at == session.part(Played).at == 1.25
-
-
 def test_what_makes_no_sense_is_said(do):
     for wrong in (
         PlayTrack(),
@@ -113,22 +103,3 @@ def test_a_path_runs_where_it_is_wanted(do, kind, plane):
     assert np.allclose(away @ np.cross(along, across), 0.0, atol=1e-6)
     assert np.abs(away @ along).max() == pytest.approx(0.06, abs=1e-4)
     assert np.abs(away @ across).max() == pytest.approx(0.06 if kind == "circle" else 0.0, abs=1e-4)
-
-
-def test_a_moment_of_the_path_is_shown_wherever_the_arm_stood(do, first):
-    session = do(PlanTrack("line", 5.0), SelectTarget(3))
-    assert session.playback.focus is Focus.TARGET
-    assert do(PlaceTrack(2.0)).playback.focus is Focus.TARGET
-    shown = do(PlaceTrack(2.5, is_shown=True))
-    assert shown.playback.focus is Focus.TRACK
-    assert np.allclose(drawn_joints(shown), planned_track(shown).at(2.5))
-    for wrong in (PlanTrack("circle", 5.0, False, (0.3, 0.0, np.inf)), PlanTrack(plane="oblique")):
-        assert do(wrong).page.messages[-1].severity is Severity.ERROR
-
-
-def test_the_usual_circles_plane_is_known(first):
-    for name, plane in (("aria", "horizontal"), ("katana450", "tilted by 45°")):
-        robot = load_robot(name)
-        usual = default_trajectory_circle(replace(first, robot=robot))
-        normal = np.cross(usual.along, usual.across)
-        assert abs(np.cross(*PLANES[plane]) @ normal) == pytest.approx(1.0, abs=1e-6)

@@ -1,7 +1,5 @@
 """Trajectories corrected for arms with hidden geometry and effects, measured by the generator's statics."""
 
-from dataclasses import replace
-
 import generator
 import numpy as np
 import pytest
@@ -193,26 +191,6 @@ def _singular(robot, q):
     signs = np.sign([volume(v) for v in grid])
     at = int(np.flatnonzero(np.diff(signs))[0])
     return np.where(np.arange(6) == 4, brentq(volume, grid[at], grid[at + 1], xtol=1e-12), q)
-
-
-def test_a_path_that_leaves_the_workspace_is_named(arms):
-    nominal, model, _ = arms["aria"]
-    poses = generator.aria().pose(arc(20)).copy()
-    poses[12:, 0, 3] += 3.0
-    with refuses(DataError, row=12):
-        command_poses(model, nominal, poses)
-    with refuses(DataError, row=0):
-        command_poses(model, nominal, poses[12:])
-
-
-def test_an_effect_without_its_driver_is_refused(arms):
-    nominal, model, _ = arms["aria"]
-    warm = model.with_effects(EFFECTS["thermal-growth"]((), (2e-5,)))
-    commanded = command_joints(warm, nominal, arc())
-    with refuses(DataError, column="temperature[degC]"):
-        correct(commanded)
-    motion = replace(Motion(arc()), temperature=np.full(60, 45.0))
-    assert correct(commanded, motion=motion).after.position.max() < 1e-9
 
 
 def test_a_correction_that_does_not_converge_is_refused(arms):

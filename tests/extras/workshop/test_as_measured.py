@@ -8,8 +8,9 @@ from refusals import mentions
 
 from workbench.base.errors import WorkbenchError
 from workbench.extras.workshop.as_measured import PlateFrame, as_measured
-from workbench.extras.workshop.csv_lists import targets_csv
-from workbench.plate.measured_plate import UNCERTAINTY, read_measured_targets
+from workbench.extras.workshop.outputs import targets_csv
+from workbench.plate.measured_plate import UNCERTAINTY, load_plate, read_measured_targets
+from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate as load_toml
 from workbench.plate.tolerances import Production
 
@@ -107,6 +108,19 @@ def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
     assert run(*options)[0] == 0
 
 
-@pytest.mark.parametrize(("options", "message"), [((), "none.csv"), (("--frame", "world"), "base or plate")])
+@pytest.mark.parametrize(
+    ("options", "message"), [((), "none.csv"), (("--frame", "world"), "--frame must be one of base, plate")]
+)
 def test_bad_input(refused, options, message):
     refused([message], "plate", "as-measured", "table2", "none.csv", "--out", "real.toml", *options)
+
+
+def test_any_plate_option_takes_the_list_alone(tmp_path, made_plate):
+    found = load_plate(write(tmp_path, targets_csv(made_plate)))
+    assert np.allclose(found.poses, made_plate.poses, atol=1e-13)
+    assert found.region.contains(found.poses[:, :3, 3]).all()
+    assert "bounding box" in found.notes[0]
+    points = "target,x[mm],y[mm],z[mm]\n2,0,0,100\n1,50,0,100\n"
+    sockets = load_plate(write(tmp_path, points))
+    assert [t.kind for t in sockets.targets] == [Kind.SOCKET] * 2
+    assert np.allclose(sockets.targets[0].xyz, [0.05, 0.0, 0.1])

@@ -1,93 +1,75 @@
-"""What the workshop adds to the files of a plate; the sheet promises the accuracy of the plate as drawn."""
+"""A folder with everything to make a plate, from the command and from the page."""
 
 import io
-import re
+import sys
 import zipfile
-from dataclasses import replace
-from html import unescape
 
-import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+import pytest
 from refusals import mentions
 
-import workbench as wb
-from workbench.extras.workshop.drawing import figure_of, pdf_of
-from workbench.extras.workshop.drawing_set import drawings_of
 from workbench.extras.workshop.fixture import fixture_of
-from workbench.extras.workshop.sheet import PlateSheet
-from workbench.plate.export import export_plate
-from workbench.plate.plate import Target
-from workbench.plate.plate_toml import load_plate
-from workbench.plate.stock import made_as_drawn
-from workbench.report.numbers import short
+from workbench.parts import Parts, register
+from workbench.plate.export import PlateFile, export_plate, formats_named
+from workbench.plate.plate_toml import load_plate, write_plate
 from workbench.session.export import fixture_zip
-from workbench.session.live_score import score
 from workbench.session.start import start
 
-PARTS = ("plate", "block-A", "block-B", "probe", "bottom", "stand-off")
-FORMATS = ("pdf", "svg", "3mf", "step", "inspection", "sheet")
+FILES = {
+    *(f"{part}.{end}" for part in ("plate", "block-A", "block-B", "probe") for end in ("stl", "step")),
+    *("plate.toml", "plate.dxf", "plate.pdf", "targets.csv"),
+}
 
 
-def test_every_format_is_written(tmp_path, aria):
-    files, missing, _ = export_plate(load_plate("table2"), tmp_path, formats=FORMATS, robot=aria)
-    assert {path.name for path in files} == {
-        *(f"{part}.{end}" for part in PARTS for end in ("svg", "step")),
-        *("fixture.3mf", "drawings.pdf", "sheet.html", "inspection.csv"),
-    }
-    assert not missing
-    page = (tmp_path / "sheet.html").read_text(encoding="utf-8")
-    assert page.count("<svg") == 1
-    drawn = wb.score(aria, made_as_drawn(load_plate("table2")))
-    assert mentions(page, "±0.05 mm, ±0.05°", "±0.012 mm, ±0.08°")
-    assert f"{1e3 * drawn.measured.error.position_mean:.3f} mm" in page
-    assert mentions(page, "wrist flip")
-    assert (tmp_path / "drawings.pdf").read_bytes().count(b"/Type /Page ") == len(PARTS)
+def test_every_format_is_written(tmp_path, run):
+    (tmp_path / "made").mkdir()
+    (tmp_path / "made" / "mine.txt").write_text("stays")
+    status, out, _ = run("plate", "export", "table2", "--robot", "aria", "--out", "made")
+    assert status == 0
+    assert mentions(out, "5 × A, 5 × B", "expected in its region", "±0.05 mm, ±0.05°")
+    assert {path.name for path in (tmp_path / "made").iterdir()} == FILES | {"mine.txt"}
 
 
-def test_the_sheet_holds_the_page_s_own_figure(aria, plate):
-    """Of a plate whose targets turned away from those that it was loaded with; as drawn it is less exact."""
-    session = start(aria, plate)
-    turned = replace(plate, targets=plate.targets[:7])
-    states = session.states[:7]
-    now = score(aria, turned, states, noise=session.noise, region_q=session.region.q)
-    _, content, notes = fixture_zip(replace(session, plate=turned, states=states, score=now))
-    page = zipfile.ZipFile(io.BytesIO(content)).read("fixture/sheet.html").decode()
-    found = [float(n) for n in re.findall(r"([\d.]+) mm rms", page)]
-    assert f"{short(1e3 * now.position)} mm rms" in page
-    assert f"{short(1e3 * now.position)} mm rms" in notes[-1]
-    assert max(found) > 1e3 * now.position
-    assert set(fixture_of(turned).notes) <= set(notes)
+def test_the_page_packs_them_all(aria, plate):
+    """STEP, too, with what was decided about the plate."""
+    _, content, notes = fixture_zip(start(aria, plate))
+    assert set(zipfile.ZipFile(io.BytesIO(content)).namelist()) == {f"fixture/{name}" for name in FILES}
+    assert notes == fixture_of(plate).notes
 
 
-def test_what_is_drawn_fills_its_page(plate):
-    """Ink from side to side, and not so much that anything is filled that should be open."""
-    sheet = drawings_of(fixture_of(plate))["plate"]
-    figure = figure_of(sheet)
-    (axes,) = figure.axes
-    assert np.ptp(axes.get_xlim()) > 1e3 * plate.size[0]
-    figure.set_dpi(100)
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    ink = 255 - np.asarray(canvas.buffer_rgba())[..., :3].min(axis=2)
-    columns = np.flatnonzero((ink > 100).any(axis=0))
-    assert np.ptp(columns) > 0.8 * ink.shape[1]
-    assert 0.005 < (ink > 100).mean() < 0.05
-    assert pdf_of([sheet, sheet]).count(b"/Type /Page ") == 2
+def test_a_format_of_another_package_is_written_with_the_usual_ones(tmp_path):
+    theirs = PlateFile("theirs", lambda plate: {"name.txt": plate.name.encode()})
+    forget = register(Parts(plate_exports=(theirs,)))
+    try:
+        files, *_ = export_plate(load_plate("table2"), tmp_path, formats=formats_named("theirs,csv"))
+    finally:
+        forget()
+    assert {path.name for path in files} == {"name.txt", "targets.csv"}
+    assert (tmp_path / "name.txt").read_text() == "Table 2"
 
 
-def test_every_shape_is_drawn(plate_of):
-    """Ten different blocks: all in the page, and the sheet says where the rest of the PDF's are."""
-    places = [
-        (0.1 * (i % 5) - 0.2, 0.1 * (i // 5) - 0.05, 0.05 + 0.003 * i, 0.3, 0.4, 0.1 * i) for i in range(10)
-    ]
-    fixture = fixture_of(plate_of(*places, size=(0.6, 0.3, 0.012)))
-    assert len(fixture.shapes) == 10
-    page = PlateSheet(fixture=fixture).html()
-    assert mentions(page, "--shapes 3")
-    assert len(drawings_of(fixture).keys() & {f"block-{s.letter}" for s in fixture.shapes}) == 10
+def test_what_can_be_written_is_written(tmp_path, monkeypatch, run):
+    """Without optional libraries the lists are there, and what is missing is said."""
+    for library in ("manifold3d", "OCP.BRepAlgoAPI"):
+        monkeypatch.setitem(sys.modules, library, None)
+    assert run("plate", "export", "table2", "--out", "asked", "--formats", "csv,stl")[0] == 2
+    assert run("plate", "export", "table2", "--out", "none", "--formats", "stl")[0] == 1
+    assert not (tmp_path / "none").exists()
+    status, out, _ = run("plate", "export", "table2", "--out", "made")
+    assert status == 0
+    assert mentions(out, "stl", "step")
+    names = {path.name for path in (tmp_path / "made").iterdir()}
+    assert names == {"plate.toml", "targets.csv", "plate.dxf", "plate.pdf"}
 
 
-def test_a_target_out_of_reach_is_named(aria, plate):
-    away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])), *plate.targets))
-    page = PlateSheet(fixture=fixture_of(plate), score=wb.score(aria, away)).html()
-    assert "can't be measured (target 1 is out of reach" in " ".join(unescape(page).split())
+@pytest.mark.parametrize("formats", [(), ("--formats", "toml,csv")])
+def test_a_plate_is_not_replaced_by_its_own_export(tmp_path, run, formats):
+    """It would lose its comments, and take the tolerance of one export."""
+    file = write_plate(load_plate("table2"), tmp_path / "plate.toml")
+    file.write_text("# mine\n" + file.read_text())
+    exported = ("plate", "export", "plate.toml", "--out", ".", "--tolerance", "0.3mm,0.2deg")
+    status, _, error = run(*exported, *formats)
+    assert status == 64
+    assert mentions(error, "plate.toml")
+    assert [path.name for path in tmp_path.iterdir()] == ["plate.toml"]
+    assert run(*exported, "--formats", "csv")[0] == 0
+    assert file.read_text().startswith("# mine")

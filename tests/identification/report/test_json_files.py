@@ -1,13 +1,11 @@
 import json
-import math
 
-import numpy as np
 import pytest
 
 from workbench.base.errors import FileError, OptionError
 from workbench.identification.prior import Prior, read_prior
 from workbench.identification.report.results_json import evaluation_json, identification_json
-from workbench.report.json import json_text, plain, write_json
+from workbench.report.json import json_text, write_json
 
 ERRORS = {"position_mm", "orientation_deg"}
 SPREAD = {"mean", "rms", "max", "median"}
@@ -78,37 +76,6 @@ def test_the_schema_of_an_evaluation(evaluated):
     assert [row["row"] for row in found["rows"]] == list(range(12))
     assert all(set(row) == {"row", "position_mm", "orientation_deg"} for row in found["rows"])
     assert found["rows"][5]["position_mm"] == pytest.approx(1e3 * evaluated.rows.position[5])
-
-
-def test_only_finite_numbers_of_pythons_own_types():
-    value = {
-        "a": np.float64(np.nan),
-        "b": [np.inf, np.int64(3)],
-        "c": np.array([1.0, -np.inf]),
-        "d": (True, None),
-    }
-    assert plain(value) == {"a": None, "b": [None, 3], "c": [1.0, None], "d": [True, None]}
-    assert type(plain(np.bool_(True))) is bool
-
-
-def test_nothing_is_infinite(result, points):
-    for found in (result, points):
-        content = identification_json(found)
-        assert all(math.isfinite(n) for n in numbers_of(content))
-        assert json.loads(json_text(content)) == content
-
-
-def test_lists_of_numbers_stand_on_one_line():
-    content = {"q": [[1.5, 2.0], [3.0, 4.0]], "words": ["a [1,\n 2]", "b"], "none": []}
-    written = json_text(content)
-    assert "[1.5, 2.0]" in written
-    assert json.loads(written) == content
-
-
-def test_written_whole(tmp_path, evaluated):
-    path = write_json(tmp_path / "deep" / "e.json", evaluation_json(evaluated))
-    assert json.loads(path.read_text(encoding="utf-8"))["robot"] == "ARIA"
-    assert [p.name for p in path.parent.iterdir()] == ["e.json"]
 
 
 def test_a_result_is_prior_knowledge_of_the_arm(tmp_path, points):

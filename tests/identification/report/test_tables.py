@@ -2,17 +2,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from workbench.identification.errors.row_errors import Errors, Spread
-from workbench.identification.report.how_to_apply import controller_use
 from workbench.identification.report.parameters import ConstantStatus, parameter_table
-from workbench.identification.report.table import (
-    error_cells,
-    error_columns,
-    evaluation_tables,
-    identification_tables,
-    parameters_tables,
-)
-from workbench.report.numbers import compared, factor, short, signed, standard_error
+from workbench.identification.report.table import identification_tables, parameters_tables
+from workbench.report.numbers import short
 
 
 def printed(content, width=80):
@@ -46,25 +38,6 @@ def test_fits_eighty_columns_and_loses_no_number(name, request):
         assert " ".join(message.split()) in flat
 
 
-@pytest.mark.parametrize("size", [0.0004, 0.37, 11.06, 123.4])
-def test_errors_in_mm_degrees_and_pixels_fit_eighty_columns(size):
-    spread = Spread(size, 1.1 * size, 3.0 * size, size)
-    errors = Errors(spread, spread, own=spread, own_name="pixel[px]")
-    kinds, table = error_columns([errors])
-    table.add_row("calibrated", "held out", *error_cells(errors, kinds))
-    text = printed(table)
-    assert max(map(len, text.splitlines())) <= 80
-    assert "…" not in text
-
-
-def test_units_and_hostile_names_are_shown_as_they_are(result):
-    text = printed(identification_tables(result))
-    assert "[mm]" in text
-    assert "θ [°]" in text
-    assert result.robot.name.split()[0] in text
-    assert "<b>probe</b>" in text
-
-
 def test_the_joint_table_is_the_papers(result):
     table = parameter_table(result.best.fit)
     assert table.headings == ("θ [°]", "d [mm]", "a [mm]", "α [°]", "β [°]")
@@ -87,35 +60,3 @@ def test_what_no_row_tells_apart_is_marked(points):
         assert {cells[n].state for n in combination.names} <= {wanted, ConstantStatus.UNSEEN}
     assert ConstantStatus.SHARED in table.marks
     assert "†" in printed(parameters_tables(points.best.fit))
-
-
-def test_evaluation_and_controller_tables(evaluated, result):
-    text = printed(evaluation_tables(evaluated))
-    assert short(evaluated.errors.position_mm.max) in text
-    text = printed(controller_use(result).summary())
-    assert "joint offsets only" in text
-    assert max(map(len, text.splitlines())) <= 80
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.1234, "0.123"), (-1.5, "−1.500"), (0.0, "0.000"), (2e-7, "2e-07"), (np.nan, "–"), (np.inf, "–")],
-)
-def test_short(value, text):
-    assert short(value) == text
-
-
-def test_other_numbers():
-    assert signed(-0.0001, 3) == "0.000"
-    assert standard_error(1.2e-4) == "±0.000120"
-    assert standard_error(3e-9) == "±3e-09"
-    assert factor(1.0, 0.1) == "10 times smaller"
-    assert factor(1.0, 0.5) == "2.0 times smaller"
-    assert factor(1.0, 1.0) == "unchanged"
-    assert factor(1.0, 2.0) == "2 times larger"
-    assert factor(1.0, 0.0) == "no error left"
-
-
-def test_numbers_beside_others_keep_their_zeros():
-    numbers = [compared(value) for value in (0.43, 0.0929, 12.0, 123.4, np.nan)]
-    assert numbers == ["0.430", "0.0929", "12.0", "123", "–"]

@@ -3,11 +3,10 @@
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.parts import Parts, register
 from workbench.plate.plate_toml import load_plate
-from workbench.session.view import WATCHERS, AbstractView
-from workbench.views.drawables.scene_contents import SUBJECTS
+from workbench.session.view import AbstractView
 from workbench.views.page.app import App
-from workbench.views.page.panels import PANELS
 from workbench.views.page.panels.panel import AbstractPanel
 
 
@@ -39,21 +38,19 @@ class BrokenWatcher(AbstractView):
         """Nothing."""
 
 
-PARTS = (
-    (SUBJECTS, broken_drawable, "drawable"),
-    (SUBJECTS, drawable_of_nothing, "drawable"),
-    (PANELS, BrokenPanel, "panel"),
-    (WATCHERS, BrokenWatcher, "watcher"),
+@pytest.mark.parametrize(
+    ("record", "what"),
+    [
+        (Parts(drawables=(broken_drawable,)), "drawable"),
+        (Parts(drawables=(drawable_of_nothing,)), "drawable"),
+        (Parts(panels=(BrokenPanel,)), "panel"),
+        (Parts(watchers=(BrokenWatcher,)), "watcher"),
+    ],
 )
-
-
-@pytest.mark.parametrize(("registry", "part", "what"), PARTS)
-def test_a_part_that_raises_is_left_out_with_a_warning_and_the_page_goes_on(registry, part, what):
-    before = set(registry)
-    registry.register(part)
+def test_a_part_that_raises_is_left_out_with_a_warning_and_the_page_goes_on(record, what):
+    forget = register(record)
     try:
         with pytest.warns(RuntimeWarning, match=f"the {what} .* is left out: "):
             App(load_robot("aria"), load_plate("table2")).close()
     finally:
-        for name in set(registry) - before:
-            registry.remove(name)
+        forget()

@@ -3,7 +3,6 @@
 from contextlib import suppress
 
 import pytest
-from playwright.sync_api import expect
 
 from workbench.session.commands.compare import SetDark
 from workbench.session.page_state import Tab
@@ -58,38 +57,3 @@ def test_every_control_has_a_name_and_all_words_can_be_read(app, look, is_dark):
         with suppress(AssertionError):  # names are given once a second
             screen.wait(lambda: not screen.page.evaluate(PROBLEMS))
         assert screen.page.evaluate(PROBLEMS) == [], tab
-
-
-def test_the_palette_finds_buttons_and_settings_and_escape_closes_every_sheet(app, look):
-    screen = look()
-    page = screen.page
-
-    def find(text: str, name: str) -> None:
-        page.keyboard.press("Control+k")
-        page.get_by_placeholder("Search").fill(text)
-        page.locator(".mantine-Spotlight-action", has_text=name).first.click()
-        page.wait_for_selector(".mantine-Spotlight-action", state="detached")
-
-    find("help", "Help and keys")
-    page.locator('[data-testid="help"]').wait_for()
-    page.keyboard.press("Escape")
-    page.wait_for_selector('[data-testid="help"]', state="detached")
-    find("noise", "Noise [mm]")  # in a folder that is closed
-    page.wait_for_function("() => document.activeElement.value === '0.1'")
-    expect(page.get_by_role("tab", name="Plate")).to_have_attribute("aria-selected", "true")
-    count = len(app.worker.session.plate)
-    find("copy", "Copy")
-    screen.until(lambda session: len(session.plate) == count + 1)
-    find("joint 3", "Joint 3")
-    expect(page.get_by_role("tab", name="Robot")).to_have_attribute("aria-selected", "true")
-    page.wait_for_function("() => document.activeElement.closest('.mantine-Slider-root, input') !== null")
-    find("dark", "Dark")
-    page.wait_for_function("() => document.activeElement.type === 'checkbox'")
-    with page.expect_download():
-        find("plate toml", "Plate (TOML)")
-    for text in ("identify", "urdf", "measure", "undo"):
-        page.keyboard.press("Control+k")
-        page.get_by_placeholder("Search").fill(text)
-        page.locator(".mantine-Spotlight-action", has_text=text).first.wait_for()
-        page.keyboard.press("Escape")
-        page.wait_for_selector(".mantine-Spotlight-action", state="detached")

@@ -38,7 +38,6 @@ def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_pat
     assert event.mark in screen.text("events")
     for part in ("arrow", "words"):
         screen.page.wait_for_function(DRAWN, arg=f"/event/{part}/1")
-    screen.shoot("event")
     screen.press(SPLIT)
     session = screen.until(lambda session: session.results.diagnosis is None)
     assert session.measurements.loaded.dataset.sessions == (

@@ -11,7 +11,6 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.tab("Plate")
     screen.choose("Cubes show", "Predicted error")
     screen.wait_text("key", "mm")
-    screen.shoot("cubes")
     at, metre = screen.grab(1)  # a handle that cubes are before
     screen.page.mouse.move(*(at - 0.02 * metre), steps=4)
     screen.until(lambda session: session.drag is not None)
@@ -36,7 +35,6 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     aimed, hit = screen.pixel(region.centres[wanted]), screen.pixel(region.centres[clicked])
     edges = [screen.pixel(region.centres[clicked] + region.cube * axis) - hit for axis in np.eye(3)]
     assert np.linalg.norm(hit - aimed) < np.sqrt(3.0) / 2.0 * max(np.linalg.norm(e) for e in edges)
-    screen.shoot("cube")
     screen.press("Move the selected target there")
     screen.until(lambda session: np.allclose(session.plate.targets[0].xyz, region.centres[clicked]))
 
@@ -57,4 +55,3 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
             break
     session = screen.until(lambda session: abs(session.plate.region.min[2] - region.min[2] - 0.1) < 0.02)
     assert session.region.sampled is session.plate.region
-    screen.shoot("corner")

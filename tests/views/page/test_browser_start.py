@@ -82,24 +82,3 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
     refitted = None if found.best.judged is None else found.best.fit.problem.data.row
     saved = Saved(*paths, shown=shown, held_out=found.held_out_data.row, refitted=refitted)
     saved.check(read_rows(rows))
-
-
-def test_the_card_says_what_the_program_is_for_and_has_one_main_answer(app, chromium):
-    page = chromium.new_page(viewport={"width": 900, "height": 700})
-    try:
-        page.goto(f"{app.url}/?fixedDpr=0.25")
-        answers = (
-            "A robot and measurements",
-            "Only a robot: design a plate",
-            "Nothing yet: show me",
-            "Look around",
-        )
-        buttons = [page.get_by_role("button", name=label, exact=True) for label in answers]
-        buttons[0].wait_for(timeout=60_000)
-        grounds = [b.evaluate("e => getComputedStyle(e).backgroundColor") for b in buttons]
-        assert grounds[0] not in grounds[1:]
-        assert len(set(grounds[1:])) == 1
-        assert "calibrates a robot arm" in page.locator('[data-testid="start"]').inner_text()
-        page.wait_for_function("() => document.title === 'workbench – ARIA'")
-    finally:
-        page.close()

@@ -5,7 +5,6 @@ from time import sleep
 
 import numpy as np
 import pytest
-from refusals import mentions
 
 from workbench.base.progress import check_cancelled, progress
 from workbench.session.commands.drag import MoveTarget, SelectTarget
@@ -31,7 +30,6 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     screen.wait_text("rank", "11 targets")
     page.get_by_label("Locked").check()
     screen.until(lambda session: session.plate.targets[10].locked)
-    screen.shoot("locked")
     screen.press("Delete")
     screen.wait_text("message", "locked")
     screen.press("Improve this plate")  # it places the others, and says so where it is seen
@@ -52,8 +50,6 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     page.get_by_role("option", name=other.name, exact=True).click()
     screen.until(lambda session: session.states[number].branch == other.name)
     screen.wait_text("history", "after each step")
-    screen.shoot("branch")
-    a_blocked_branch_counts_nowhere(screen)
 
     screen.press("Delete")
     screen.until(lambda session: len(session.plate) == 9)
@@ -68,24 +64,6 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     screen.until(lambda session: len(session.plate) == 9)
 
 
-def a_blocked_branch_counts_nowhere(screen):
-    """It is marked in the list, and neither its plate nor the program's own choice keeps it."""
-    before = screen.app.worker.session
-    screen.choose("Target", "3")
-    screen.until(lambda session: session.selected == 2)
-    screen.choose("Branch", "shoulder right, elbow down, wrist flip · blocked")
-    screen.wait_text("hint", "9 of 10 targets can be measured; target 3 is blocked")
-    assert mentions(screen.text("rank"), "9 targets")
-    screen.choose("Branch", "automatic")
-    screen.wait_text("rank", "10 targets")
-    assert screen.app.worker.session.states[2].measurable
-    for _ in range(2):
-        screen.press("Undo")
-    screen.until(lambda session: session.plate is before.plate)
-    screen.choose("Target", str(before.selected + 1))
-    screen.until(lambda session: session.selected == before.selected)
-
-
 def test_a_handle_behind_another_block_is_grabbed(app, look):
     screen = look()
     arrow, eye = app.view.gizmo.handles["arrows"], screen.client.camera.position
@@ -97,7 +75,6 @@ def test_a_handle_behind_another_block_is_grabbed(app, look):
     screen.wait_node("/handles/arrows", np.array(arrow.position))
     screen.page.wait_for_timeout(500)
     at, metre = screen.grab(1)
-    screen.shoot("handle-behind-a-block")
     screen.page.mouse.move(*(at - 0.02 * metre), steps=4)
     assert screen.until(lambda session: session.drag is not None).drag.target == 0
     screen.page.mouse.up()

@@ -31,10 +31,6 @@ def test_a_hidden_cube_uncovers_one_face_of_each_neighbour():
     assert REGION.centres[new[:, 0]] + 0.1 * NORMALS[new[:, 1]] == pytest.approx(np.tile(hole, (6, 1)))
 
 
-def test_a_cube_alone_has_six_faces():
-    assert len(outer_faces(REGION, np.arange(REGION.cubes) == 7)) == 6
-
-
 def test_faces_look_outward():
     assert np.linalg.det(FACE_ROTATIONS) == pytest.approx(np.ones(6))
     assert pytest.approx(NORMALS) == FACE_ROTATIONS @ [0.0, 0.0, 1.0]
@@ -49,25 +45,6 @@ def test_a_ray_meets_the_nearest_drawn_face_and_passes_between_cubes():
     assert cube_under(cubes, REGION.centres[top] + above + [0.05, 0.0, 0.0], down) is None  # between two
     assert cube_under(cubes, REGION.centres[top] + above, above) is None
     assert cube_under(cubes, np.array([0.25, 0.15, 0.2]), down) is None  # from inside, faces look away
-
-
-def test_a_layer_is_drawn_as_tiles_that_are_clicked_from_both_sides():
-    layer = REGION.centres[:, 2] < 0.1
-    cubes = Cubes(
-        region=REGION,
-        shown=layer,
-        known=layer,
-        colours=np.zeros((REGION.cubes, 3), np.uint8),
-        picked=None,
-        cut=2,
-        level=0.08,
-    )
-    down = np.array([0.0, 0.0, -1.0])
-    for number in np.flatnonzero(layer)[[0, 7, 29]]:
-        place = REGION.centres[number] * [1.0, 1.0, 0.0]
-        assert cube_under(cubes, place - down, down) == (pytest.approx(0.92), number)
-        assert cube_under(cubes, place, -down) == (pytest.approx(0.08), number)
-        assert cube_under(cubes, place + np.array([0.05, 0.0, 1.0]), down) is None  # between two
 
 
 def test_a_ray_meets_a_solid_where_it_is_nearest_even_through_an_edge_of_its_triangles():

@@ -1,20 +1,17 @@
 """The demo as a film: it waits, goes back a scene, shows the tab where each scene's outcome is seen."""
 
 import time
-from dataclasses import replace
 
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker, start
-from workbench.session.commands.compare import FollowSystem, SetOverlay
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.messages import SetCaption, Steer, SteerDemo
-from workbench.session.next_step import next_step
 from workbench.session.page_state import Tab
 from workbench.views.page import demo
-from workbench.views.page.demo import Demo, DemoScene, story
+from workbench.views.page.demo import Demo, DemoScene
 
 
 @pytest.fixture(scope="module")
@@ -81,43 +78,3 @@ def test_anything_else_ends_it_even_where_it_waits(film):
     playing.join(60.0)
     until(lambda: worker.session.page.caption == "")
     assert not playing.is_finished
-
-
-def test_the_tabs_follow_and_the_number_is_beside_the_caption(film):
-    playing, worker = film("two")
-    until(lambda: worker.session.page.opened.tab is Tab.MEASURE)
-    assert next_step(worker.session).figure == f"{1e3 * worker.session.score.position:.3f} mm rms predicted"
-    worker.submit(SteerDemo(Steer.ON))
-    until(lambda: playing.is_finished)
-    worker.wait()
-    assert worker.session.page.opened.tab is Tab.PLATE
-
-
-def test_every_scene_that_finds_something_is_shown_where_it_is_found(session):
-    scenes = list(story(lambda: session))
-    shown = {type(command).__name__: scene.tab for scene in scenes for command in scene.commands}
-    assert shown["Identify"] is Tab.CALIBRATE
-    assert shown["Diagnose"] is Tab.CALIBRATE
-    assert shown["LoadData"] is Tab.MEASURE
-    assert shown["ShowRow"] is Tab.COMPARE
-
-
-def test_the_last_picture_stands_until_something_is_done_and_what_it_hid_comes_back(session, monkeypatch):
-    bare = replace(session.choices.overlay, **demo.BARE)
-    monkeypatch.setattr(
-        demo, "story", lambda now: iter((DemoScene("the end", (SetOverlay(bare),), seconds=0.1),))
-    )
-    worker = Worker(session)
-    playing = Demo(worker, pace=0.05)
-    until(lambda: playing.is_finished)
-    time.sleep(0.3)
-    assert (worker.session.page.caption, worker.session.choices.overlay) == ("the end", bare)
-    worker.submit(FollowSystem(is_dark=True))  # as a page does that comes
-    time.sleep(0.3)
-    assert worker.session.page.caption == "the end"
-    worker.submit(SelectTarget(5))
-    playing.join(60.0)
-    until(lambda: worker.session.page.caption == "")
-    worker.wait()
-    assert worker.session.choices.overlay == session.choices.overlay
-    worker.close()

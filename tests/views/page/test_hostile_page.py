@@ -1,7 +1,6 @@
 """A foreign page in a real browser: it can't read, steer or frame the workbench, nor open a tunnel."""
 
 import threading
-import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
@@ -28,15 +27,6 @@ ATTACK = """async ([address, protocol]) => {
   await loaded;
   return {read, steer};
 }"""
-TUNNEL = """async ([address, protocol]) => {
-  const socket = new WebSocket(address.replace('http', 'ws'), [protocol]);
-  await new Promise(done => { socket.onopen = done; });
-  const word = text => [0xa0 + text.length, ...new TextEncoder().encode(text)];
-  socket.send(new Uint8Array([0x81, ...word('type'), ...word('ShareUrlRequest')]));
-  socket.close();
-  await new Promise(done => { socket.onclose = done; });
-}"""
-"""The message with which viser's own page asks for a public tunnel, as MessagePack."""
 REFUSED = {"read": "refused", "steer": "refused"}
 
 
@@ -88,23 +78,3 @@ def test_a_foreign_page_gets_nothing(host, foreign, chromium):
     finally:
         page.close()
         server.stop()
-
-
-def test_not_even_its_own_page_opens_a_tunnel(chromium, monkeypatch):
-    requested = []
-    monkeypatch.setattr(viser.ViserServer, "request_share_url", lambda self: requested.append(self))
-    ours, bare = local_server(), viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    page = chromium.new_page()
-    try:
-        for server in (ours, bare):  # the bare one comes last: once it was asked, so was ours
-            address = f"http://127.0.0.1:{server.get_port()}/"
-            page.goto(address + OWN)
-            page.evaluate(TUNNEL, [address, f"viser-v{viser.__version__}"])
-        end = time.monotonic() + 60.0
-        while not requested and time.monotonic() < end:
-            time.sleep(0.02)
-        assert requested == [bare]
-    finally:
-        page.close()
-        ours.stop()
-        bare.stop()

@@ -1,33 +1,23 @@
 """The door: only pages of this server get in, and nobody opens a tunnel."""
 
-import asyncio
-import re
 import signal
-import socket
 import subprocess
 import sys
-import threading
-import time
 import urllib.error
 import urllib.parse
 import urllib.request
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 
 import msgspec
 import pytest
 import viser
 import websockets
 import websockets.sync.client as client
-from refusals import refuses
 from viser import _messages
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.base.errors import FileError, OptionError
-from workbench.views.page import local_server as local
 from workbench.views.page import viser_internals
 from workbench.views.page.local_server import local_server, page_address, session_link
 from workbench.views.page.scene.gizmo import Gizmo
-from workbench.views.page.serve import serve
 from workbench.views.page.viser_internals import hand_over
 
 
@@ -60,27 +50,6 @@ def test_foreign_origins_are_refused(server):
         f"http://127.0.0.1:{port + 1}",
     ):
         assert dial(port, origin=origin) == "403", origin
-
-
-def test_only_the_servers_own_thread_touches_who_waits_for_messages(server, monkeypatch):
-    """In another thread it may meet clients that come and go, and what is being drawn fails in the middle."""
-    touched, real = [], asyncio.Event.set
-    monkeypatch.setattr(
-        asyncio.Event, "set", lambda event: (touched.append(threading.current_thread()), real(event))
-    )
-    for together in (nullcontext, server.atomic):
-        with together():
-            server.gui.add_html("news")
-    pages = []
-    server._websock_server.on_client_connect(pages.append)
-    with client.connect(
-        f"ws://127.0.0.1:{server.get_port()}", subprotocols=[f"viser-v{viser.__version__}"]
-    ) as socket:
-        socket.recv(timeout=60)
-        pages[0].queue_message(_messages.SetGuiPanelLabelMessage("news for one page"))
-        while b"news for one page" not in socket.recv(timeout=60):
-            pass
-    assert threading.current_thread() not in touched
 
 
 def test_messages_handed_over_come_while_the_next_block_is_still_being_made(server, monkeypatch):
@@ -119,19 +88,6 @@ def get(port: int, host: str, path: str = "/", **headers: str) -> int:
             return answer.status
     except urllib.error.HTTPError as error:
         return error.code
-
-
-def test_a_page_that_comes_before_the_server_is_made_gets_its_answer(monkeypatch):
-    """A page left open by an earlier workbench asks again as soon as somebody listens."""
-    made, answers = viser.ViserServer.__init__, []
-
-    def ask(self, **options):
-        made(self, **options)
-        answers.append(get(self.get_port(), f"127.0.0.1:{self.get_port()}"))
-
-    monkeypatch.setattr(viser.ViserServer, "__init__", ask)
-    local_server().stop()
-    assert answers == [200]
 
 
 def test_foreign_host_names_are_refused(server):
@@ -221,110 +177,6 @@ def test_serve_says_where_and_ends_when_interrupted():
     assert (process.returncode, rest, errors) == (0, "", "")
 
 
-def test_a_taken_port_is_said(server):
-    with pytest.raises(OptionError):
-        local_server(port=server.get_port())
-    with pytest.raises(OptionError):
-        local_server(port=70_000)
-
-
-def test_a_missing_data_file_is_said(tmp_path):
-    with pytest.raises(FileError):
-        serve(unreadable, data=tmp_path / "none.csv", open_browser=False)
-
-
-def unreadable():
-    raise OptionError("nothing to read")
-
-
-def test_nobody_is_told_of_a_page_whose_robot_cannot_be_read(server):
-    messages = []
-    with refuses(OptionError, option="--port", found=server.get_port()):  # the port comes first
-        serve(unreadable, port=server.get_port(), on_ready=messages.append, open_browser=False)
-    with refuses(OptionError, "nothing to read"):
-        serve(unreadable, port=0, on_ready=messages.append, open_browser=False)
-    assert not messages
-
-
-def test_an_interrupt_before_anybody_was_told_comes_out():
-    """As in any other command, which ends with one sentence then; the handler is the program's again."""
-
-    def interrupted():
-        signal.raise_signal(signal.SIGINT)
-
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            serve(interrupted, port=0, open_browser=False)
-        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def test_an_interrupt_while_the_robot_is_read_ends_the_page():
-    messages = []
-
-    def interrupted():
-        assert get(int(messages[0].rpartition(":")[2]), messages[0].removeprefix("http://")) == 200
-        signal.raise_signal(signal.SIGINT)
-        return load_robot("aria"), None
-
-    def begin(robot, plate):
-        raise AssertionError("the start went on")
-
-    serve(interrupted, is_certain=True, begin=begin, port=0, on_ready=messages.append, open_browser=False)
-    assert len(messages) == 1
-
-
-def test_the_arm_is_drawn_without_a_session():
-    """It is what a page shows first: nothing that only the session needs is imported before it."""
-    program = (
-        "import sys\n"
-        "from workbench.arm.built_in_arms import load_robot\n"
-        "from workbench.plate.patterns import circle_before\n"
-        "from workbench.views.page.local_server import local_server\n"
-        "from workbench.views.page.viser_internals import stop_server\n"
-        "from workbench.views.page.scene.start_scene import first_picture\n"
-        "robot, server = load_robot('ur10'), local_server()\n"
-        "drawn = first_picture(server, robot, circle_before(robot))\n"
-        "stop_server(server)\n"
-        "heavy = ('workbench.session', 'scipy.optimize', 'pint', 'rerun', 'trimesh')\n"
-        "print(list(drawn.sink._drawn), [name for name in heavy if name in sys.modules])\n"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout == "['arm/nominal'] []\n"
-
-
-def raw(port: int, content: bytes) -> bytes:
-    """Send bytes, read the answer to its end."""
-    with socket.create_connection(("127.0.0.1", port), timeout=60) as connection:
-        connection.sendall(content)
-        connection.shutdown(socket.SHUT_WR)
-        return b"".join(iter(lambda: connection.recv(4096), b""))
-
-
-def test_requests_that_it_cannot_answer_are_one_line_a_minute(server, caplog, monkeypatch):
-    clock, records, port = [1000.0], caplog.records, server.get_port()
-    monkeypatch.setattr(local, "monotonic", lambda: clock[0])
-    host = f" / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode()
-    raw(port, b"HEAD" + host)
-    red = b"\x1b[31mred\r\n\r\n"
-    for content in (b"OPTIONS" + host, b"POST" + host, b"\x16\x03\x01\x02", b"GET / HT", red):
-        raw(port, content)
-    (line,) = records
-    assert "HEAD" in line.getMessage()
-    clock[0] += local.LOG_INTERVAL
-    raw(port, red)
-    patience = time.monotonic() + 60.0
-    while len(records) < 2 and time.monotonic() < patience:  # the answer may come before its line
-        time.sleep(0.01)
-    line = records[1].getMessage()
-    assert "more like it" in line
-    assert line.isprintable()
-    assert [record.exc_info for record in records] == [None, None]
-    assert urllib.request.urlopen(f"http://127.0.0.1:{port}/").status == 200
-
-
 def test_messages_that_are_none_are_one_line_a_minute(server, caplog):
     for content in (b"\xc1", b"\x01", b"no", packed(type="TransformControlsUpdateMessage", name=[])) * 3:
         with dialled(server) as socket, suppress(websockets.ConnectionClosed):
@@ -363,14 +215,3 @@ def dialled(server):
 
 def packed(**message: object) -> bytes:
     return msgspec.msgpack.encode(message)
-
-
-def test_the_pages_of_a_server_bear_our_name_from_the_first_moment(server):
-    """Whether the browser takes compressed answers or not; all of the page is there."""
-    address = f"http://127.0.0.1:{server.get_port()}/"
-    for given in ({}, {"Accept-Encoding": "gzip"}):
-        with urllib.request.urlopen(urllib.request.Request(address, headers=given), timeout=60) as answer:
-            content = answer.read()
-            assert int(answer.headers["Content-Length"]) == len(content)
-        assert re.findall(rb"<title>(.*)</title>", content) == [b"workbench"]
-        assert content.rstrip().endswith(b"</html>")

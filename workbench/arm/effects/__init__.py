@@ -17,10 +17,10 @@ from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.slide_extension import ExtensionClearance, ExtensionCompliance
 from workbench.arm.effects.thermal_growth import ThermalGrowth
 from workbench.arm.effects.uneven_compliance import UnevenCompliance
-from workbench.base.registry import Registry
+from workbench.parts import PartTable
 
-EFFECTS: Registry[type[AbstractEffect]] = Registry(
-    "effect",
+EFFECTS: PartTable[type[AbstractEffect]] = PartTable(
+    "effects",
     AbstractEffect,
     JointCompliance,
     Backlash,
@@ -41,7 +41,6 @@ EFFECTS: Registry[type[AbstractEffect]] = Registry(
     ToolStep,
     ZeroStep,
     WarmUp,
-    group="workbench.effects",
     classes=True,
 )
 """The catalogue by the names of files."""

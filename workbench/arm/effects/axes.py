@@ -11,6 +11,8 @@ from workbench.arm.chain import Axis, Chain, Element
 Wrenches = Float[np.ndarray, "_ _ 6"]
 BASE = -1
 """Link number of the base's elements."""
+PARTS, PART_UNITS = ("x", "y", "z", "roll", "pitch", "yaw"), ("m",) * 3 + ("rad",) * 3
+"""Translations and rotations of a moved frame, and their units."""
 
 
 class Insertion(IntEnum):
@@ -29,6 +31,15 @@ class Insertion(IntEnum):
     def element(self, joint: int, axis: int) -> str:
         """Name of a joint's inserted tilt or bend rotation about one axis."""
         return f"joint{joint + 1}.{self.name.lower()}_{'xyz'[axis]}"
+
+    @property
+    def frame(self) -> tuple[str, ...]:
+        """Elements of a drifting base or a slipping tool: its own translations, the inserted rotations."""
+        owner = "base" if self is Insertion.DRIFT else "tool"
+        return (
+            *(f"{owner}.{p}" for p in PARTS[:3]),
+            *(f"{owner}.{self.name.lower()}_{p}" for p in PARTS[3:]),
+        )
 
 
 def driven(chain: Chain, joint: int) -> Element:

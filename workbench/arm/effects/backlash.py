@@ -11,6 +11,7 @@ equilibrium if the load changes sign within the play; such a row keeps the flank
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -56,8 +57,8 @@ class Backlash(AbstractEffect):
     def needs(self) -> tuple[str, ...]:
         return ("direction",) if self.by == "motion" else ()
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         word = "backlash_by_motion" if self.by == "motion" else "backlash"
         return tuple(f"joint{j + 1}.{word}" for j in self.joints)
 
@@ -73,9 +74,9 @@ class Backlash(AbstractEffect):
         held = self._held(motion)
         return diagonal(-side if held is None else -np.where(np.isnan(held), side, held))
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope | None:
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         if not self.width:
-            return None
+            return super().slope(chain, motion, wrenches)
         steep = np.cosh(np.clip(own(chain, self.joints, wrenches) / self.width, -300.0, 300.0)) ** -2.0
         if (held := self._held(motion)) is not None:
             steep = np.where(np.isnan(held), steep, 0.0)
@@ -105,11 +106,11 @@ class Backlash(AbstractEffect):
         return f"{self.where} has backlash of ±{self.size(chain)}; the flank depends on its {cause}"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         yield from offered([cls((j,)) for j in range(arm.dof)], arm, motion)
         reversing = [j for j in range(arm.dof) if motion.direction is None or np.ptp(motion.direction[:, j])]
         yield from offered([cls((j,), by="motion") for j in reversing or range(arm.dof)], arm, motion)
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "Backlash":
+    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "Backlash":
         return cls((joint,), (1.0,), by="moment" if arm.has_masses else "motion")

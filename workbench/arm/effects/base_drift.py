@@ -9,6 +9,7 @@ times, t is the row in the file, c is in [m] and [rad] per row, and poses outsid
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -16,14 +17,11 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import Insertion
+from workbench.arm.effects.axes import PART_UNITS, PARTS, Insertion
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, offered
 from workbench.arm.effects.law import Law, Wrenches
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, view_of_element
 from workbench.arm.motion import Motion
-from workbench.base.columns import COLUMNS
 
-PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 HOUR = 3600.0
 """Of an hour."""
 SAME, LATER, RETURNS = 0.01, 0.2, 3
@@ -72,15 +70,15 @@ class BaseDrift(AbstractEffect):
     """Over all rows: a tripod that settles or warms moves by some 0.1 mm and 0.1 mrad an hour; one that moved
     farther than 10 mm or 10 mrad was knocked."""
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         return tuple(f"drift.{part}" for part in PARTS)
 
-    def own_units(self, chain: Chain) -> tuple[str, ...]:
-        return ("m",) * 3 + ("rad",) * 3 if self.by_row else ("m/s",) * 3 + ("rad/s",) * 3
+    def units(self, chain: Chain) -> tuple[str, ...]:
+        return PART_UNITS if self.by_row else tuple(f"{unit}/s" for unit in PART_UNITS)
 
-    def own_elements(self, chain: Chain) -> tuple[str, ...]:
-        return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
+    def elements(self, chain: Chain) -> tuple[str, ...]:
+        return self.insertion.frame
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return (self._clock(motion) - self.reference)[:, None, None] * np.eye(len(PARTS))
@@ -114,7 +112,7 @@ class BaseDrift(AbstractEffect):
         return "no pose was repeated later, which would be needed to confirm it"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         """From the first row on; by row number without times, if postures are in random order."""
         begin = 0.0 if motion.time is None else float(np.min(motion.time))
         found = list(offered([cls(reference=begin)], arm, motion))
@@ -125,16 +123,7 @@ class BaseDrift(AbstractEffect):
             yield Candidate(cls(reference=float(np.min(motion.row)), by_row=True))
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "BaseDrift":
+    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "BaseDrift":
         """Along and about random directions."""
         directions = (rng.normal(size=3) for _ in range(2))
         return cls((), tuple(v for d in directions for v in (d / np.linalg.norm(d)).tolist()))
-
-    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        time = COLUMNS["time"]
-        driver, shown = ("row of the file", 1.0) if self.by_row else (time.label, time.shown[1])
-        x = shown * (self._clock(state.motion) - self.reference)
-        labels = [f"drift of {part} [{'mm' if k < 3 else 'mrad'}]" for k, part in enumerate(PARTS)]
-        return tuple(
-            view_of_element(self, state, k, what=label, driver=driver, x=x) for k, label in enumerate(labels)
-        )

@@ -34,7 +34,7 @@ class BearingCompliance(AbstractEffect):
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return paired(-across(chain, self.joints, wrenches))
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         return np.tile(-np.diag(np.repeat(self.coefficients, 2)), (len(motion), 1, 1))
 
     def sentence(self, chain: Chain, motion: Motion) -> str:

@@ -39,7 +39,7 @@ class ClearanceTilt(AbstractEffect):
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return paired(-direction_of(across(chain, self.joints, wrenches))[0])
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         direction, size = direction_of(across(chain, self.joints, wrenches))
         turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
         return blocks(-turning / size[..., None] * np.array(self.coefficients)[:, None, None])

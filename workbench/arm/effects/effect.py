@@ -2,8 +2,8 @@
 
 An effect's file contains its law (`law.py`), candidates for a diagnosis (`offers`), a sentence for people,
 its plot data (`plots.py`), an example to hide in a virtual arm, and flags. Other code uses this interface and
-never distinguishes effects by name. Another package adds its class by an entry point of `workbench.effects`,
-a notebook by `EFFECTS.register` (`base/registry.py`).
+never distinguishes effects by name. Another package, or a notebook, adds its class in a record of parts
+(`workbench/parts.py`).
 """
 
 from abc import abstractmethod
@@ -18,7 +18,6 @@ from jaxtyping import Float
 from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects.axes import Wrenches
 from workbench.arm.effects.law import NO_WRENCHES, AbstractLaw, Loads
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, usual_views
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.base.wording import capital, joint_list
@@ -96,14 +95,9 @@ class AbstractEffect(AbstractLaw):
 
     def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
         """The sentence given the covariance of its coefficients [SI²]; usually significant sizes only."""
-        if own := self.own_stated(chain, motion, covariance):
-            return own
         clear = np.abs(self.coefficients) >= MIN_STATED_ERRORS * np.sqrt(np.diagonal(covariance))
         sizes = np.where(clear | ~clear.any(), self.coefficients, 0.0)
         return replace(self, coefficients=tuple(sizes.tolist())).sentence(chain, motion)
-
-    def own_stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
-        return ""
 
     @property
     def variant(self) -> str:
@@ -117,17 +111,11 @@ class AbstractEffect(AbstractLaw):
         Usually the effect alone at every joint, or once for the whole arm, if its loads and drivers are
         known; at joints that moved, if it depends on their position.
         """
-        if (own := cls.own_offers(arm, motion)) is not None:
-            return own
         if cls.whole_arm:
             return offered([cls()], arm, motion)
         one = cls((0,))
         joints = range(arm.dof) if one.loads or one.needs else moved_joints(motion)
         return offered(separate_and_joint(cls((j,)) for j in joints), arm, motion)
-
-    @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion) -> "Iterator[Candidate | str] | None":
-        return None
 
     @classmethod
     def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
@@ -136,14 +124,8 @@ class AbstractEffect(AbstractLaw):
         Args:
             joint: Counted from 0; ignored if it concerns the whole arm.
         """
-        if (own := cls.own_example(arm, joint, rng)) is not None:
-            return own
         one = cls(() if cls.whole_arm else (joint,))
         return replace(one, coefficients=(1.0,) * len(one.names))
-
-    @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEffect | None":
-        return None
 
     def as_surprise(self, rng: np.random.Generator) -> "AbstractEffect":
         """The example for a virtual arm, if it has a `surprise_size`."""
@@ -157,24 +139,11 @@ class AbstractEffect(AbstractLaw):
         """
         if self.largest is not None:
             return (self.largest,) * len(self.names)
-        if (own := self.own_bounds(chain)) is not None:
-            return own
         law = np.nan_to_num(np.abs(self.law(chain, motion, wrenches))).max(0, initial=0.0)
         axes = [e.axis for e in chain.elements]
         slides = [axes[k] >= Axis.TX for k in chain.indices(self.elements(chain))]
         maximum = np.array(self.credible)[np.array(slides, int)]
         return tuple((maximum[:, None] / np.maximum(law, 1.0 if self.loads else MIN_LAW)).min(0).tolist())
-
-    def own_bounds(self, chain: Chain) -> tuple[float, ...] | None:
-        return None
-
-    def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        """Every increment over its driver: usually given by `loads`, `needs` or its joints."""
-        own = self.own_views(state)
-        return tuple(usual_views(self, state)) if own is None else own
-
-    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...] | None:
-        return None
 
     def caveat(self, motion: Motion) -> str | None:
         """A limitation due to the rows used for identification, one sentence; empty by default."""
@@ -207,11 +176,7 @@ class AbstractEffect(AbstractLaw):
         """In a technician's words: `joints 2 and 3 give under load`."""
         first, comma, last = (joint_list(self.joints) if self.joints else "").rpartition(", ")
         clause = self.does[len(self.joints) > 1].format(f"{first} and {last}" if comma else last)
-        return self.own_plain or clause or self.label
-
-    @property
-    def own_plain(self) -> str:
-        return ""
+        return clause or self.label
 
     @property
     def where(self) -> str:

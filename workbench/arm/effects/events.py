@@ -11,6 +11,7 @@ only before the event: w = 0 before its step, and −1 from it on.
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
@@ -18,16 +19,13 @@ from jaxtyping import Bool, Float
 from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import Insertion, driven_names, turns
+from workbench.arm.effects.axes import PART_UNITS, PARTS, Insertion, driven_names, turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm
 from workbench.arm.effects.law import Law, Wrenches
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, view_of_element
 from workbench.arm.motion import Motion
-from workbench.base.columns import COLUMNS
 from workbench.base.wording import plural
 from workbench.report.numbers import readable, with_error
 
-PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 WARM_AT = 3.0
 """Number of time constants after which an arm counts as warm."""
 NEVER_ROW = 2**62
@@ -60,12 +58,12 @@ class AbstractEvent(AbstractEffect):
     """A tripod or a tool that moved farther than 50 mm or 50 mrad was set up anew."""
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         """None: a search over the rows finds the times to try."""
         return iter(())
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEvent":
+    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEvent":
         """After the first `ROWS_BEFORE_EVENT` rows, along and about random directions."""
         one = cls(() if cls.whole_arm else (joint,), row=ROWS_BEFORE_EVENT)
         size = rng.normal(size=len(one.names))
@@ -113,14 +111,14 @@ class AbstractEvent(AbstractEffect):
         """Subject and verb of its sentence."""
 
     @property
-    def own_plain(self) -> str:
+    def plain(self) -> str:
         return f"{self.what[:1].lower()}{self.what[1:]} {'at' if self.is_step else 'until'} row {self.row}"
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         weight = self.weight(self._clock_or_later(motion))
         return -weight[:, None, None] * np.eye(len(self.elements(chain)))
 
-    def own_stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
+    def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
         """Its sentence with the standard errors of its coefficients."""
         size = " and ".join(self._sizes(chain, np.sqrt(np.diagonal(covariance))))
         return f"{self.what} by {size} {self.when(motion)}; {self.remedy(motion)}"
@@ -140,19 +138,6 @@ class AbstractEvent(AbstractEffect):
                 if not size < error:
                     out.append(f"{with_error(1e3 * size, 1e3 * error)} {'mm' if unit == 'm' else 'mrad'}")
         return out or [readable(float(np.abs(values).max()), str(units[0]))]
-
-    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        clock = self.clock(state.motion)
-        time = COLUMNS["time"]
-        text, size = (time.label, time.shown[1]) if self.is_timed else ("row of the file", 1.0)
-        x = np.zeros(len(state.motion)) if clock is None else size * clock
-        units = self.units(state.chain)
-        return tuple(
-            view_of_element(
-                self, state, k, what=f"{name} [{'mm' if units[k] == 'm' else 'mrad'}]", driver=text, x=x
-            )
-            for k, name in enumerate(self.names)
-        )
 
 
 def _rows(rows: np.ndarray) -> str:
@@ -227,15 +212,15 @@ class FrameStep(AbstractStep):
     whole_arm = True
     what = "The instrument or the base was knocked, the measuring frame stepped"
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         return tuple(f"frame_step{self.row}.{part}" for part in PARTS)
 
-    def own_units(self, chain: Chain) -> tuple[str, ...]:
-        return ("m",) * 3 + ("rad",) * 3
+    def units(self, chain: Chain) -> tuple[str, ...]:
+        return PART_UNITS
 
-    def own_elements(self, chain: Chain) -> tuple[str, ...]:
-        return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
+    def elements(self, chain: Chain) -> tuple[str, ...]:
+        return self.insertion.frame
 
 
 @final
@@ -253,17 +238,15 @@ class ToolStep(AbstractStep):
     whole_arm = True
     what = "The tool or the reflector slipped"
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         return tuple(f"tool_step{self.row}.{part}" for part in PARTS[: 6 if self.turns else 3])
 
-    def own_units(self, chain: Chain) -> tuple[str, ...]:
-        return (("m",) * 3 + ("rad",) * 3)[: len(self.names)]
+    def units(self, chain: Chain) -> tuple[str, ...]:
+        return PART_UNITS[: len(self.names)]
 
-    def own_elements(self, chain: Chain) -> tuple[str, ...]:
-        return tuple(
-            f"tool.{part if k < 3 else 'slip_' + part}" for k, part in enumerate(PARTS[: len(self.names)])
-        )
+    def elements(self, chain: Chain) -> tuple[str, ...]:
+        return self.insertion.frame[: len(self.names)]
 
 
 @final
@@ -273,8 +256,8 @@ class ZeroStep(AbstractStep):
 
     name = "zero-step"
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         return tuple(f"joint{j + 1}.zero_step{self.row}" for j in self.joints)
 
     @property
@@ -298,22 +281,22 @@ class WarmUp(AbstractEvent):
     name = "warm-up"
     insertion = Insertion.DRIFT
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         tail = f"{self.pace:.4g}".replace(".", "_").replace("+", "")
         if not self.joints:
             return tuple(f"warm_up{tail}.{part}" for part in PARTS)
         return tuple(f"joint{j + 1}.warm_up{tail}" for j in self.joints)
 
-    def own_units(self, chain: Chain) -> tuple[str, ...]:
+    def units(self, chain: Chain) -> tuple[str, ...]:
         if not self.joints:
-            return ("m",) * 3 + ("rad",) * 3
+            return PART_UNITS
         return tuple("rad" if turns(chain, j) else "m" for j in self.joints)
 
-    def own_elements(self, chain: Chain) -> tuple[str, ...]:
+    def elements(self, chain: Chain) -> tuple[str, ...]:
         if self.joints:
             return driven_names(chain, self.joints)
-        return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
+        return self.insertion.frame
 
     def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         return np.exp(-np.maximum(clock - self.begin, 0.0) / self.pace)

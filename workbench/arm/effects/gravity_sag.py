@@ -22,6 +22,7 @@ Trans. Robot. Autom. 6(3), 1990; here gravity alone.
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -38,7 +39,6 @@ from workbench.arm.effects.effect import (
     has_complete_torques,
 )
 from workbench.arm.effects.law import Growth, Law, Wrenches
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, error_of, view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
 from workbench.report.numbers import readable
@@ -82,11 +82,11 @@ class GravitySag(AbstractEffect):
     credible = (0.05, 0.0)
     """For each weight after the joint, as for `joint-compliance`."""
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         return tuple(f"joint{j + 1}.sag_{term}" for j in self.joints for term in self.terms.split())
 
-    def own_units(self, chain: Chain) -> tuple[str, ...]:
+    def units(self, chain: Chain) -> tuple[str, ...]:
         units = {"m": "rad/m", "d": "rad/(kg*m)"}
         return tuple(units.get(term[-1], "rad") for term in self.terms.split())
 
@@ -139,7 +139,7 @@ class GravitySag(AbstractEffect):
         return f"{self.where} deflects under the weight it carries, by up to {largest} per term"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         """At every revolute joint, if neither masses nor torques are known."""
         is_known = arm.has_masses or has_complete_torques(motion)
         if is_known or not has_complete_payload(motion) or not np.any(arm.gravity):
@@ -154,16 +154,9 @@ class GravitySag(AbstractEffect):
                 )
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "GravitySag":
+    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "GravitySag":
         terms = terms_of(arm.chain, joint)
         return cls((joint,), tuple(rng.uniform(-1.0, 1.0, len(terms.split()))), terms=terms)
-
-    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        """The joint's error over its own prediction, as the driver is several angles."""
-        joint = self.joints[0]
-        made = 1e3 * self.increments(state.chain, state.motion)[:, 0]
-        driver = f"sag of joint {joint + 1} under the weights after it [mrad]"
-        return (view_of_element(self, state, 0, what=error_of(state, joint), driver=driver, x=made),)
 
     @property
     def _terms(self) -> list[str]:

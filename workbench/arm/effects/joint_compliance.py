@@ -34,7 +34,7 @@ class JointCompliance(AbstractEffect):
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return diagonal(-own(chain, self.joints, wrenches))
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         return np.tile(-np.diag(self.coefficients), (len(motion), 1, 1))
 
     def sentence(self, chain: Chain, motion: Motion) -> str:

@@ -5,13 +5,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import driven_names, turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints, offered
 from workbench.arm.effects.law import Law, Wrenches
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, over_position
 from workbench.arm.motion import Motion
 
 WRIST_JOINTS = 3
@@ -29,15 +29,15 @@ class JointCoupling(AbstractEffect):
     """Relative to the other joint's travel. Controllers compensate coupled gears; what remains is an error of
     the ratio, or the pull of a cable. Between a revolute and a prismatic joint, in rad/m or m/rad."""
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         return tuple(f"joint{self.joints[0] + 1}.by_joint{j + 1}" for j in self.joints[1:2])
 
-    def own_units(self, chain: Chain) -> tuple[str, ...]:
+    def units(self, chain: Chain) -> tuple[str, ...]:
         pair = ["rad" if turns(chain, j) else "m" for j in self.joints]
         return ("1" if pair[0] == pair[1] else "/".join(pair),)
 
-    def own_elements(self, chain: Chain) -> tuple[str, ...]:
+    def elements(self, chain: Chain) -> tuple[str, ...]:
         return driven_names(chain, self.joints[:1])
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
@@ -49,7 +49,7 @@ class JointCoupling(AbstractEffect):
         return None
 
     @property
-    def own_plain(self) -> str:
+    def plain(self) -> str:
         moved, by = (j + 1 for j in self.joints)
         return f"joint {moved} moves along with joint {by}"
 
@@ -59,7 +59,7 @@ class JointCoupling(AbstractEffect):
         return f"Joint {moved} moves along with joint {by}: {self.size(chain)} of its {kind}"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         last = arm.dof - WRIST_JOINTS
         pairs = (
             cls((joint, other))
@@ -70,8 +70,5 @@ class JointCoupling(AbstractEffect):
         return offered(pairs, arm, motion)
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng) -> "JointCoupling":
+    def example(cls, arm: EffectArm, joint: int, rng) -> "JointCoupling":
         return cls((joint, joint - 1 if joint else 1), (1.0,))
-
-    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        return (over_position(self, state, 0, self.joints[1]),)

@@ -8,6 +8,7 @@ part of a turn fades out beyond its `range`: many orders can't extrapolate.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
@@ -69,8 +70,8 @@ class JointHarmonic(AbstractEffect):
     def orders(self) -> tuple[int, ...]:
         return self.order if isinstance(self.order, tuple) else (self.order,)
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         return tuple(
             f"joint{j + 1}.{word}{k}" for j in self.joints for k in self.orders for word in ("cos", "sin")
         )
@@ -112,7 +113,7 @@ class JointHarmonic(AbstractEffect):
     def sentence(self, chain: Chain, motion: Motion) -> str:
         return self._of(self.error_phrase(chain, motion), motion, np.zeros(2 * (len(self.names),)))
 
-    def own_stated(self, chain: Chain, motion: Motion, covariance) -> str:
+    def stated(self, chain: Chain, motion: Motion, covariance) -> str:
         return self._of(self.error_phrase(chain, motion, covariance), motion, covariance)
 
     def _of(self, error: str, motion: Motion, covariance: np.ndarray) -> str:
@@ -145,7 +146,7 @@ class JointHarmonic(AbstractEffect):
         peaks = f", most at {', '.join(map(str, largest))}" if largest else ""
         return f"many times per turn{peaks}"
 
-    def own_bounds(self, chain: Chain) -> tuple[float, ...]:
+    def bounds(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[float, ...]:
         sizes = (max(self.credible[0] / k, self.tooth) for k in self.orders)
         return tuple(size for size in sizes for _ in "cs") * len(self.joints)
 
@@ -160,7 +161,7 @@ class JointHarmonic(AbstractEffect):
         )
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         """Each order, and a band of all orders that the rows can support."""
         for joint in moved_joints(motion):
             if not turns(arm.chain, joint):
@@ -178,7 +179,7 @@ class JointHarmonic(AbstractEffect):
                     yield Candidate(effect, np.diag(1.0 / (1.0 + (orders / MAX_LOW_ORDER) ** decay)))
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "JointHarmonic":
+    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "JointHarmonic":
         phase = rng.uniform(0.0, 2.0 * np.pi)
         return cls((joint,), (np.cos(phase), np.sin(phase)), order=2)
 

@@ -60,9 +60,7 @@ class Loads(IntEnum):
 
 @dataclass(frozen=True)
 class AbstractLaw(ABC):
-    """The physics of one effect: `name`, `law`, and deviations from the defaults.
-
-    Defaults for all effects are final; a method `own_…` overrides one, and returns None if it doesn't.
+    """The physics of one effect: `name`, `law`, and whatever differs from the defaults.
 
     Args:
         joints: Columns of q that it belongs to, counted from 0; empty if it concerns the whole arm.
@@ -120,35 +118,19 @@ class AbstractLaw(ABC):
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of its C coefficients, such as `joint3.compliance`; usually one per joint, or per arm."""
-        if (own := self.own_names) is not None:
-            return own
         part = self.coefficient or self.name.replace("-", "_")
         return (f"arm.{part}",) if self.whole_arm else tuple(f"joint{j + 1}.{part}" for j in self.joints)
 
-    @property
-    def own_names(self) -> tuple[str, ...] | None:
-        return None
-
     def units(self, chain: Chain) -> tuple[str, ...]:
-        if (own := self.own_units(chain)) is not None:
-            return own
         each = len(self.names) // max(len(self.joints), 1)
         slides = (not (self.insertion or turns(chain, j)) for j in self.joints or (-1,))
         return tuple(self.unit[slide] for slide in slides for _ in range(each))
 
-    def own_units(self, chain: Chain) -> tuple[str, ...] | None:
-        return None
-
     def elements(self, chain: Chain) -> tuple[str, ...]:
         """Names of the E elements that it changes; usually its joints' own, or inserted ones."""
-        if (own := self.own_elements(chain)) is not None:
-            return own
         if self.insertion:
             return inserted_names(chain, self.joints, self.insertion)
         return driven_names(chain, self.joints)
-
-    def own_elements(self, chain: Chain) -> tuple[str, ...] | None:
-        return None
 
     def components(self, chain: Chain) -> Int[np.ndarray, "m 2"]:
         """Joint and index in [f; τ] of the M components required by `loads`."""
@@ -158,14 +140,8 @@ class AbstractLaw(ABC):
         return chosen(chain, self.joints)
 
     def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
-        """Derivative of Σ c φ in its `components`; arguments as in `law`."""
-        own = self.own_slope(chain, motion, wrenches)
-        none = (len(motion), len(self.elements(chain)), len(self.components(chain)))
-        return np.zeros(none) if own is None else own
-
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope | None:
-        """The same; None if a law isn't smooth in the moments."""
-        return None
+        """Derivative of Σ c φ in its `components`, 0 by default and for steps; arguments as in `law`."""
+        return np.zeros((len(motion), len(self.elements(chain)), len(self.components(chain))))
 
     def growth(
         self, chain: Chain, motion: Motion, wrenches: Wrenches, constants: Int[np.ndarray, " p"]
@@ -285,12 +261,10 @@ def turned(frame: tuple[Element, ...], effects: Iterable[AbstractLaw]) -> tuple[
 
     They are not the frame's own rotations, which a calibration folds into the constant rotation before them.
     """
-    owner = frame[0].name.partition(".")[0]
-    kind = Insertion.DRIFT if owner == "base" else Insertion.SLIP
+    kind = Insertion.DRIFT if frame[0].name.startswith("base.") else Insertion.SLIP
     if not any(e.insertion is kind for e in effects):
         return frame
-    names = [f"{owner}.{kind.name.lower()}_{part}" for part in ("roll", "pitch", "yaw")]
-    return (*frame, *(Element(Axis(i), name, link=frame[0].link) for i, name in enumerate(names)))
+    return (*frame, *(Element(Axis(i), name, link=frame[0].link) for i, name in enumerate(kind.frame[3:])))
 
 
 def with_insertions(

@@ -8,6 +8,7 @@ x axis runs along the link (Hayati, DH), c_x is torsion and c_y bending [rad/(N 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -17,7 +18,6 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, across, blocks, diagonal, turns
 from workbench.arm.effects.effect import AbstractEffect, EffectArm
 from workbench.arm.effects.law import Growth, Law, Loads, Slope, Wrenches
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, view_of_element
 from workbench.arm.motion import Motion
 
 
@@ -34,15 +34,15 @@ class LinkFlexure(AbstractEffect):
     credible = (0.05, 0.0)
     """At the largest moment of the rows: a link of plastic. Aluminium yields at a tenth of it."""
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         return tuple(f"joint{j + 1}.flexure{k}" for j in self.joints for k in (1, 2))
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         turned = self._turn(chain, motion) @ across(chain, self.joints, wrenches)[..., None]
         return diagonal(-turned.reshape(len(motion), -1))
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         return blocks(-self._sizes() * self._turn(chain, motion))
 
     def growth(
@@ -59,24 +59,8 @@ class LinkFlexure(AbstractEffect):
         return f"The {link} bends by {self.size(chain)} under the moment that it carries"
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "LinkFlexure":
+    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "LinkFlexure":
         return cls((joint,), (0.5, 1.0))
-
-    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        """Bending of a link about each of its two axes over the moment about them."""
-        laws = self.law(state.chain, state.motion, state.wrenches)
-        places = [(k, self.joints[k // 2] + 1, k % 2 + 1) for k in range(laws.shape[1])]
-        return tuple(
-            view_of_element(
-                self,
-                state,
-                k,
-                what=f"bending {axis} of the link after joint {joint} [mrad]",
-                driver=f"moment {axis} across the link after joint {joint} [N·m]",
-                x=-laws[:, k, k],
-            )
-            for k, joint, axis in places
-        )
 
     def _sizes(self) -> np.ndarray:
         """Coefficients (joints, 2, 1)."""

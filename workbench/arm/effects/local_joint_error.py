@@ -8,7 +8,7 @@ their ends, and are constant beyond. Outside `range`, where it was identified, t
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import final
 
 import numpy as np
@@ -56,8 +56,8 @@ class LocalJointError(AbstractEffect):
     credible = (0.05, 0.01)
     """Height of each knot, as of `joint-harmonic` once a turn: it has the same causes."""
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         return tuple(f"joint{j + 1}.knot{k + 1}" for j in self.joints[:1] for k in range(len(self.knots)))
 
     @property
@@ -73,7 +73,7 @@ class LocalJointError(AbstractEffect):
         spline = _basis(self.knots, self.periodic)(at)
         return (spline if self.learned is None else spline * self.learned.weight(q)[:, None])[:, None, :]
 
-    def own_bounds(self, chain: Chain) -> tuple[float, ...]:
+    def bounds(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[float, ...]:
         return (self.credible[0 if turns(chain, self.joints[0]) else 1],) * len(self.names)
 
     def mistake(self, chain: Chain) -> str | None:
@@ -93,7 +93,7 @@ class LocalJointError(AbstractEffect):
     def sentence(self, chain: Chain, motion: Motion) -> str:
         return self._of(self.error_phrase(chain, motion))
 
-    def own_stated(self, chain: Chain, motion: Motion, covariance) -> str:
+    def stated(self, chain: Chain, motion: Motion, covariance) -> str:
         return self._of(self.error_phrase(chain, motion, covariance))
 
     def _of(self, error: str) -> str:
@@ -102,7 +102,7 @@ class LocalJointError(AbstractEffect):
         )
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         """Splines of several widths over the positions that occur."""
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
@@ -117,7 +117,7 @@ class LocalJointError(AbstractEffect):
                 yield Candidate(effect, covariance)
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "LocalJointError":
+    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "LocalJointError":
         bumps = rng.uniform(-1.0, 1.0, EXAMPLE_KNOTS)
         low, high = arm.search_limits[joint]
         knots = np.linspace(low, high, EXAMPLE_KNOTS)

@@ -57,7 +57,7 @@ class ExtensionCompliance(AbstractEffect):
         reach = extension(self.joints, self.retracted, motion)[..., None]
         return paired(-reach * across(chain, self.joints, wrenches))
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         soft = np.repeat(extension(self.joints, self.retracted, motion) * self.coefficients, 2, axis=1)
         return -soft[:, :, None] * np.eye(soft.shape[1])
 
@@ -66,7 +66,7 @@ class ExtensionCompliance(AbstractEffect):
         return f"{self.where} tilts by {size} per metre of extension under its load"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)
 
 
@@ -93,7 +93,7 @@ class ExtensionClearance(AbstractEffect):
         reach = extension(self.joints, self.retracted, motion)[..., None]
         return paired(-reach * direction_of(across(chain, self.joints, wrenches))[0])
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         direction, size = direction_of(across(chain, self.joints, wrenches))
         turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
         loose = extension(self.joints, self.retracted, motion) * self.coefficients
@@ -104,5 +104,5 @@ class ExtensionClearance(AbstractEffect):
         return f"{self.where} has clearance of ±{size} per metre of extension"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)

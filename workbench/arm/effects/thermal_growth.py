@@ -6,7 +6,7 @@ A constant origin, as in a URDF joint, grows through the three corrections that 
 excluded, as it is fixed to the floor.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -16,9 +16,7 @@ from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects.axes import BASE
 from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.effects.law import Growth, Law, Wrenches
-from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, line_through
 from workbench.arm.motion import Motion
-from workbench.base.columns import COLUMNS
 from workbench.report.numbers import readable
 
 
@@ -41,7 +39,7 @@ class ThermalGrowth(AbstractEffect):
     largest = 1.5e-4
     """[1/K] Steel grows by 1.2e-5, aluminium by 2.3e-5, printed plastics by up to 1e-4."""
 
-    def own_elements(self, chain: Chain) -> tuple[str, ...]:
+    def elements(self, chain: Chain) -> tuple[str, ...]:
         return tuple(chain.elements[k].name for k in _lengths(chain))
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
@@ -61,24 +59,6 @@ class ThermalGrowth(AbstractEffect):
 
     def sentence(self, chain: Chain, motion: Motion) -> str:
         return f"The lengths grow with the temperature: {readable(self.coefficients[0], '1/K')}"
-
-    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        """Growth of all lengths together over the temperature."""
-        warm = state.motion.need("temperature", self.name)
-        warmer = replace(state.motion, temperature=np.full(len(warm), self.reference + 1.0))
-        law = self.coefficients[0] * (warm - self.reference)
-        return (
-            IncrementCurve(
-                what="growth of all lengths [µm/m]",
-                driver=COLUMNS["temperature"].label,
-                x=warm,
-                scale=1e6,
-                elements=self.elements(state.chain),
-                direction=self.law(state.chain, warmer, state.wrenches)[..., 0],
-                law=law,
-                curve=line_through(warm, law),
-            ),
-        )
 
     def _warmer(self, motion: Motion) -> Float[np.ndarray, " rows"]:
         return motion.need("temperature", self.name) - self.reference

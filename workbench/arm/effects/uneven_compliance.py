@@ -11,6 +11,7 @@ constant.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -44,15 +45,15 @@ class UnevenCompliance(AbstractEffect):
     is_signed = True
     is_nameless = True
 
-    @property
-    def own_names(self) -> tuple[str, ...]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         return tuple(f"joint{j + 1}.uneven_{shape}" for j in self.joints for shape in SHAPES)
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         u, t, _ = self._driven(chain, motion, wrenches)
         return -np.stack([u * t, u**2 * t, t * np.abs(t)], -1)[:, None]
 
-    def own_slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         u, t, steep = self._driven(chain, motion, wrenches)
         by_load = np.stack([u, u**2, 2.0 * np.abs(t)], -1) @ np.array(self.coefficients)
         return -(by_load * steep)[:, None, None]
@@ -81,14 +82,14 @@ class UnevenCompliance(AbstractEffect):
         return f"{self.where} deflects nonlinearly, by up to {self.size(chain)} beyond other effects"
 
     @classmethod
-    def own_offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
             effect = cls((joint,), range=(float(q.min()), float(q.max())))
             yield from offered([Candidate(effect, np.eye(len(SHAPES)))], arm, motion)
 
     @classmethod
-    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "UnevenCompliance":
+    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "UnevenCompliance":
         low, high = arm.search_limits[joint]
         sizes = rng.uniform(-1.0, 1.0, len(SHAPES))
         scaled = tuple((sizes / np.abs(sizes).max()).tolist())

@@ -10,7 +10,7 @@ is repeated, T⁻¹ the warm-started Newton run within the limits, s = 1 and hal
 decrease. An arm deflects by milliradians, so each round gains about three digits, also near singularities.
 
 If a load changes sign within a joint's play (backlash by moment), no joint position may hold the target: the
-run then ends at the nearest pose, with the remaining error.
+run then ends at the nearest pose, with the remaining error; infinite where the arm can't hold its load.
 
 The branches of a deflecting arm: those of its geometry, corrected so that it meets the target.
 """
@@ -26,10 +26,9 @@ from workbench.arm.inverse import unreachable
 from workbench.arm.inverse.branch import LIMIT_SLACK, Branch, InverseResult, Nearest, margins, quality
 from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Refined, Task, refine, unlimited
 from workbench.arm.inverse.reduced_arm import compile_arm
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.deflection import shift_of
+from workbench.arm.statics.deflection import deflect
 from workbench.base import se3
 from workbench.base.types import frozen
 
@@ -104,7 +103,12 @@ def _jumping(robot: Robot, name: str, q: np.ndarray, left: float, motion: Motion
     probes = q + PROBE_STEP * np.concatenate([np.eye(len(q)), -np.eye(len(q))])
     rows = np.zeros(len(probes), np.int64)
     state = Motion(probes) if motion is None else motion.take(rows).at(probes)
-    jump = np.ptp(shift_of(robot, state), axis=0)
+    deflected = deflect(robot, state)
+    if not deflected.outcome.ok:
+        return (
+            f"'{name}' can't be held: the arm's deflection there does not converge; its effects are too large"
+        )
+    jump = np.ptp(deflected.shift, axis=0)
     owner = robot.chain.elements[int(np.argmax(jump))].name.partition(".")[0]
     return (
         f"'{name}' can only be held to {1e3 * left:.3g} mm: the deflection of {owner} jumps there, as its "
@@ -171,5 +175,6 @@ def rigid_targets(
     robot: Robot, poses: Float[np.ndarray, "rows 4 4"], state: Motion
 ) -> Float[np.ndarray, "rows 4 4"]:
     """Targets for the rigid arm that bring the deflected one to the poses, with this state's deflection."""
-    rigid, deflected = chains.poses(robot.chain, state.q), tool_poses(robot, state)
+    rigid = chains.poses(robot.chain, state.q)
+    deflected = chains.poses(robot.chain, state.q, shift=deflect(robot, state).shift)
     return rigid @ se3.inverse(deflected) @ poses

@@ -14,7 +14,6 @@ from workbench.arm.inverse.deflected_arm import refine_deflected
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
 from workbench.base.array_checks import as_pose, numbers
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
@@ -51,7 +50,7 @@ class FollowedMany:
 
 
 def follow(
-    robot: Like[Robot],
+    robot: Robot,
     pose: ArrayLike,
     q_start: ArrayLike,
     *,

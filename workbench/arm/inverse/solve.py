@@ -43,7 +43,6 @@ from workbench.arm.inverse.solutions import (
 )
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
 from workbench.base.array_checks import as_pose, check_rotations, numbers
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
@@ -70,7 +69,7 @@ SPREAD_STARTS = 96
 
 
 def solve(
-    robot: Like[Robot],
+    robot: Robot,
     pose: ArrayLike,
     *,
     task: Task | None = None,

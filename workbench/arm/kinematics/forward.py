@@ -21,9 +21,8 @@ from workbench.arm.gravity import level_axes
 from workbench.arm.joint_units import implausible_joint
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.deflection import effect_columns, shift_of
+from workbench.arm.statics.deflection import effect_columns, no_equilibrium, shift_of
 from workbench.base import se3
-from workbench.base.argument_checks import Like
 from workbench.base.array_checks import numbers
 from workbench.base.errors import DataError, OptionError, ShapeError
 
@@ -81,7 +80,7 @@ ROWS_PER_BLOCK = 4096
 """Rows per block of a long computation: its Jacobian stays in the processor's cache."""
 
 
-def tool_poses(robot: Like[Robot], at: ArrayLike | Motion) -> Float[np.ndarray, "*rows 4 4"]:
+def tool_poses(robot: Robot, at: ArrayLike | Motion) -> Float[np.ndarray, "*rows 4 4"]:
     """Poses of the tool in the measuring frame, T_b^0 T_0^n(q) T_n^e (ARIA eq. 6).
 
     Raises:
@@ -95,7 +94,7 @@ def tool_poses(robot: Like[Robot], at: ArrayLike | Motion) -> Float[np.ndarray, 
     return poses[0] if one else poses
 
 
-def link_frames(robot: Like[Robot], at: ArrayLike | Motion) -> Float[np.ndarray, "*rows frames 4 4"]:
+def link_frames(robot: Robot, at: ArrayLike | Motion) -> Float[np.ndarray, "*rows frames 4 4"]:
     """Poses of the arm's first frame, of each joint entry's link frame, and of the tool; measuring frame."""
     motion, one = _rows(robot, at)
     ends = np.array([robot.base_size - 1, *robot.chain_ends, len(robot.chain.elements) - 1])
@@ -104,7 +103,7 @@ def link_frames(robot: Like[Robot], at: ArrayLike | Motion) -> Float[np.ndarray,
 
 
 def identification_jacobian_blocks(
-    robot: Like[Robot], at: ArrayLike | Motion, names: tuple[str, ...], *, block: int = ROWS_PER_BLOCK
+    robot: Robot, at: ArrayLike | Motion, names: tuple[str, ...], *, block: int = ROWS_PER_BLOCK
 ) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
     """Poses and identification Jacobians block by block, with memory independent of the number of rows.
 
@@ -136,7 +135,7 @@ def identification_jacobian_blocks(
 
 
 def identification_jacobian(
-    robot: Like[Robot], at: ArrayLike | Motion, names: tuple[str, ...] | None = None
+    robot: Robot, at: ArrayLike | Motion, names: tuple[str, ...] | None = None
 ) -> tuple[Float[np.ndarray, "*rows 4 4"], Float[np.ndarray, "*rows 6 p"]]:
     """Tool poses and the identification Jacobian: the tool's twist per constant.
 
@@ -168,6 +167,8 @@ def _deflected_jacobian(
     elements = [n for n in names if n not in robot.coefficients]
     coefficients = [n for n in names if n in robot.coefficients]
     poses, twists = effect_columns(robot, motion, robot.chain.indices(elements), coefficients)
+    if np.isnan(poses).any():
+        raise no_equilibrium(robot, poses)
     place = {n: i for i, n in enumerate(names)}
     out = np.zeros((len(motion), 6, len(names)))
     own, more = (np.array([place[n] for n in group], np.int64) for group in (elements, coefficients))

@@ -11,6 +11,9 @@ row by row, and the tool's twist is that of the shifted chain along dv = dp + ds
 by hand but each effect's own law. In moving rows, ∂W/∂v is that of the weights alone: the change of inertial
 loads with the deflection is neglected in the derivative, not in s.
 
+An arm that is too soft for its load has no such equilibrium. Its rows have no shift (NaN), and the outcome
+says so: a search takes no step there, and a prediction is refused.
+
 Pinocchio, which computes loads of rigid links, has no such derivative through the equilibrium; the tests
 compare it with central differences.
 """
@@ -32,11 +35,15 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.load_derivatives import wrench_derivative
 from workbench.arm.statics.wrenches import Masses, load_regressor, motion_wrenches, own_axis
 from workbench.base.errors import DataError
+from workbench.base.types import Outcome
 
 MAX_ITERATIONS = 20
 """Maximum number of fixed-point iterations; a typical arm needs five."""
 FIXED_POINT_TOLERANCE = 1e-13
 """Change of a value [rad or m] below which the fixed point is reached."""
+MAX_LAST_CHANGE = 0.05
+"""A row whose values still change by more [rad or m] in the last iteration has no deflection; play changes
+sides by its own size for ever where a moment is about zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +51,14 @@ class Deflection:
     """A deflected arm.
 
     Args:
-        shift: Increment of each element of the chain by effects [rad or m].
+        shift: Increment of each element of the chain by effects [rad or m]; NaN in rows without equilibrium.
         wrenches: Through every joint of the deflected arm; empty if no effect needs them.
+        outcome: Whether all rows converged.
     """
 
     shift: Float[np.ndarray, "rows k"]
     wrenches: Float[np.ndarray, "_ _ 6"]
+    outcome: Outcome = Outcome.CONVERGED
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,10 +138,33 @@ def shift_of(
     effects: Sequence[AbstractEffect] | None = None,
     weights: Masses | None = None,
 ) -> Float[np.ndarray, "_ _"]:
-    """Increments of the chain's elements by effects; empty for a robot without any."""
+    """Increments of the chain's elements by effects; empty for a robot without any.
+
+    Raises:
+        DataError: the arm has no equilibrium in a row.
+    """
     if not robot.effects:
         return NO_SHIFT
-    return deflect(robot, motion, values=values, effects=effects, weights=weights).shift
+    deflected = deflect(robot, motion, values=values, effects=effects, weights=weights)
+    if not deflected.outcome.ok:
+        raise no_equilibrium(robot, deflected.shift)
+    return deflected.shift
+
+
+def no_equilibrium(robot: Robot, found: Float[np.ndarray, "rows *values"]) -> DataError:
+    """The refusal of a prediction with rows that have no deflection.
+
+    Args:
+        robot: The arm with its effects.
+        found: What was computed of it, NaN in these rows.
+    """
+    row = int(np.flatnonzero(np.isnan(found.reshape(len(found), -1)).any(1))[0])
+    names = " and ".join(dict.fromkeys(e.name for e in robot.effects if e.loads))
+    return DataError(
+        f"robot '{robot.name}' can't hold its load in row {row} of {len(found)}: the deflection by {names} "
+        f"does not converge in {MAX_ITERATIONS} iterations; the coefficients are too large",
+        row=row,
+    )
 
 
 def effect_columns(
@@ -262,17 +294,20 @@ def _deflected(
         new = start.copy()
         for effect, mine in zip(deflected, places, strict=True):
             _add(new, mine, effect, effect.law(chain, motion, loads))
-        open_rows = np.abs(new - now[:, moved]).max(1) >= FIXED_POINT_TOLERANCE
+        change = np.abs(new - now[:, moved]).max(1)
+        open_rows = change >= FIXED_POINT_TOLERANCE
         now[:, moved] = new
         if now is not shift:
             shift[rows] = now
         wrenches[rows] = loads
         if not open_rows.any():
-            break
+            return Deflection(shift, wrenches)
         if not open_rows.all():
             rows, motion = rows[open_rows], motion.take(open_rows)
             now, start = now[open_rows], start[open_rows]
-    return Deflection(shift, wrenches)
+    lost = rows[change[open_rows] > MAX_LAST_CHANGE]
+    shift[lost] = wrenches[lost] = np.nan
+    return Deflection(shift, wrenches, Outcome.ITERATION_LIMIT if len(lost) else Outcome.CONVERGED)
 
 
 def _check_loads(robot: Robot, motion: Motion, deflected: Sequence[AbstractEffect]) -> None:

@@ -1,6 +1,5 @@
 """Observations: one file per kind, all with the same interface."""
 
-from workbench.base.registry import Registry
 from workbench.data.observations.contact import ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
 from workbench.data.observations.markers import MarkerObservation
@@ -14,9 +13,10 @@ from workbench.data.observations.observation import (
 from workbench.data.observations.point import PointObservation
 from workbench.data.observations.pose import PoseObservation
 from workbench.data.observations.tilt import TiltObservation
+from workbench.parts import PartTable
 
-OBSERVATIONS: Registry[type[AbstractObservation]] = Registry(
-    "observation",
+OBSERVATIONS: PartTable[type[AbstractObservation]] = PartTable(
+    "observations",
     AbstractObservation,
     PoseObservation,
     PointObservation,
@@ -25,7 +25,6 @@ OBSERVATIONS: Registry[type[AbstractObservation]] = Registry(
     PlaneObservation,
     ContactObservation,
     TiltObservation,
-    group="workbench.observations",
     classes=True,
 )
 """All kinds, in the order in which a row is asked; each row is seen by the first that fits it."""

@@ -43,7 +43,7 @@ class ContactObservation(AbstractPlaceObservation):
     channels = (Channel.POSITION,) * 3
 
     @classmethod
-    def own_rows(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
+    def applies(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
         if data.contact is None:
             return np.zeros(len(data), bool)
         return (data.contact != "") & ~touches_plane(data.contact)
@@ -72,7 +72,7 @@ class PlaneObservation(AbstractPlaceObservation):
     channels = (Channel.POSITION,)
 
     @classmethod
-    def own_rows(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
+    def applies(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
         return np.zeros(len(data), bool) if data.contact is None else touches_plane(data.contact)
 
     @classmethod

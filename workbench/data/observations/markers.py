@@ -37,7 +37,7 @@ class MarkerObservation(AbstractObservation):
         return (Channel.POSITION,) * (3 * self.measured.shape[1])
 
     @classmethod
-    def own_rows(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
+    def applies(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
         if data.markers is None:
             return np.zeros(len(data), bool)
         return np.isfinite(data.markers).all(-1).any(-1)
@@ -47,7 +47,7 @@ class MarkerObservation(AbstractObservation):
         return cls(np.asarray(data.markers))
 
     @property
-    def own_seen(self) -> Bool[np.ndarray, "..."]:
+    def seen(self) -> Bool[np.ndarray, "..."]:
         return np.repeat(np.isfinite(self.measured).all(-1), 3, axis=1)
 
     @property

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from workbench.base.columns import COLUMNS, Column
+from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ class AbstractObservation(ABC):
     """Rows that were observed in one way; every class of this kind is a frozen dataclass."""
 
     columns: ClassVar[tuple[str, ...]] = ()
-    """Columns of numbers that a row must have whole, unless `own_rows` says otherwise."""
+    """Columns of numbers that a row must have whole."""
     brings: ClassVar[tuple[Column, ...]] = ()
     """Columns of files that nobody else knows: they are read into `Dataset.more`."""
     sees_base: bool = True
@@ -106,25 +107,19 @@ class AbstractObservation(ABC):
 
     @classmethod
     def applies(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
-        if (own := cls.own_rows(data)) is not None:
-            return own
+        """Rows that carry it: by default those with all its columns."""
         values = [v for name in cls.columns if (v := data.column(name)) is not None]
         if len(values) < len(cls.columns):
             return np.zeros(len(data), bool)
         return np.all([np.isfinite(v).all(axis=tuple(range(1, v.ndim))) for v in values], axis=0)
 
     @classmethod
-    def mistake_of_part(cls) -> str:
-        """What another package's observation lacks, as the end of a sentence; empty for nothing."""
-        if not cls.columns and cls.own_rows.__func__ is AbstractObservation.own_rows.__func__:  # type: ignore[attr-defined]
-            return "has no columns, and no own_rows that says which rows carry it"
-        taken = next((column.name for column in cls.brings if column.name in COLUMNS), None)
-        return "" if taken is None else f"brings the column '{taken}', which is known already"
-
-    @classmethod
-    def own_rows(cls, data: "Dataset") -> Bool[np.ndarray, " rows"] | None:
-        """Rows that carry it, where its columns don't tell."""
-        return None
+    def check_part(cls) -> None:
+        """Refuse another package's observation that no rows carry, or that brings a known column."""
+        if not cls.columns and cls.applies.__func__ is AbstractObservation.applies.__func__:  # type: ignore[attr-defined]
+            raise OptionError(f"{cls.__name__} needs columns, or `applies` that says which rows carry it")
+        if taken := next((column.name for column in cls.brings if column.name in COLUMNS), None):
+            raise OptionError(f"{cls.__name__} brings the column '{taken}', which is known already")
 
     @classmethod
     @abstractmethod
@@ -134,11 +129,7 @@ class AbstractObservation(ABC):
     @classmethod
     def each(cls, data: "Dataset") -> tuple["AbstractObservation", ...]:
         """The observations of rows that all carry it: one, unless several links were watched at once."""
-        return cls.by_link(data) or (cls.of(data),)
-
-    @classmethod
-    def by_link(cls, data: "Dataset") -> tuple["AbstractObservation", ...]:
-        return ()
+        return (cls.of(data),)
 
     @property
     @abstractmethod
@@ -152,13 +143,8 @@ class AbstractObservation(ABC):
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
-        """Which components of which rows were measured."""
-        return np.ones((1, len(self.channels)), bool) if self.own_seen is None else self.own_seen
-
-    @property
-    def own_seen(self) -> Bool[np.ndarray, "..."] | None:
-        """The same where some can be missing."""
-        return None
+        """Which components of which rows were measured; all by default."""
+        return np.ones((1, len(self.channels)), bool)
 
     @property
     def unknowns(self) -> tuple[str, ...]:

@@ -81,26 +81,26 @@ class TiltObservation(AbstractObservation):
         return np.zeros(len(self.unknowns))
 
     @property
-    def own_seen(self) -> Bool[np.ndarray, "..."]:
+    def seen(self) -> Bool[np.ndarray, "..."]:
         return np.repeat(np.isfinite(self.measured).all(1)[:, None], 2, axis=1)
 
     @classmethod
-    def own_rows(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
+    def applies(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
         links = (data.tilt or {}).values()
         return np.any([np.isfinite(t).all(-1) for t in links], axis=0) if links else np.zeros(len(data), bool)
 
     @classmethod
     def of(cls, data: "Dataset") -> "TiltObservation":
-        return cls.by_link(data)[0]
+        return cls.each(data)[0]
 
     @classmethod
-    def by_link(cls, data: "Dataset") -> tuple["TiltObservation", ...]:
+    def each(cls, data: "Dataset") -> tuple["TiltObservation", ...]:
         return tuple(cls(frozen(upward(t)), link) for link, t in sorted((data.tilt or {}).items()))
 
     @classmethod
     def each_beside(cls, data: "Dataset") -> tuple["TiltObservation", ...]:
         """The inclinometers of rows that carry another observation, as far as they show anything."""
-        return tuple(replace(o, beside=True) for o in cls.by_link(data) if o.seen.any())
+        return tuple(replace(o, beside=True) for o in cls.each(data) if o.seen.any())
 
     @property
     def _across(self) -> Float[np.ndarray, "rows 2 3"]:

@@ -5,6 +5,7 @@ marker, a distance with its anchor, a touched point, a socket, an inclinometer. 
 with its reason.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -14,6 +15,7 @@ from jaxtyping import Bool, Float
 
 from workbench.base.columns import Per, row_drivers
 from workbench.base.errors import DataError, FileError, ShapeError
+from workbench.base.remedy import remedy
 from workbench.base.types import Matrix4
 from workbench.base.units import parse_heading
 from workbench.base.wording import plural
@@ -22,7 +24,9 @@ from workbench.data.known_columns import known_columns
 from workbench.data.plausibility import repeated_rows
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields, in_base
+from workbench.data.readers.file_kind import POSE_PAIRS
 from workbench.data.readers.headings import column_of
+from workbench.data.readers.long_tables import with_markers
 from workbench.data.readers.orientation import read_orientation, written_orientation
 
 _CHECKED = {"distance", "direction", "exclude", "reason"}
@@ -30,6 +34,10 @@ _CHECKED = {"distance", "direction", "exclude", "reason"}
 _XYZ = ("x", "y", "z")
 _SIGMA = tuple(f"sigma_{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz"))
 _WRENCH = tuple(f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
+_OF_TARGET = re.compile(
+    r"(target|marker|board|tag|object|camera|cam)\w*[_ .](t?[xyz]|q[wxyz]|r[xyz])\b", re.I
+)
+"""Headings of a target's pose in a camera."""
 _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 
@@ -53,8 +61,9 @@ def assemble(
     """
     if beside is None and {"u", "v", "id"} <= set(fields.values):
         raise FileError("is a table of pixels: give --camera and --target as well", path=fields.source)
-    q = joint_columns(fields, joints)
-    excluded = _excluded_by_file(fields)
+    q, excluded = joint_columns(fields, joints), _excluded_by_file(fields)
+    if beside is None and (wide := with_markers(fields, q, excluded)) is not fields:
+        return assemble(wide, joints=joints, base=base)
     _need_whole_joints(fields, q, excluded)
     position = fields.stacked(_XYZ)
     rotation, notes = read_orientation(fields, usable=~excluded)
@@ -115,7 +124,12 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
     numbers = fields.numbers(r"q(\d+)")
     wanted = joints if isinstance(joints, int | None) else len(joints)
     if not numbers:
-        raise DataError(f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …")
+        paired = any(_OF_TARGET.match(heading) for heading in fields.unread)
+        raise DataError(
+            f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …"
+            + remedy(", or give a table of joints (--joints)", page="")
+            + f"; {POSE_PAIRS}" * paired
+        )
     lacking = next((i for i, number in enumerate(numbers, start=1) if number != i), None)
     if lacking is not None:
         last = fields.headings.get(f"q{numbers[-1]}", f"q{numbers[-1]}")

@@ -16,7 +16,7 @@ from workbench.data.readers.table import NUMBER, Table
 
 CHOOSE_ON_PAGE = "choose its meaning in the Measure tab, under 'Columns of the file'"
 _JOINT = re.compile(r"q\d+")
-_NUMBER = quantities_of("qw")[0]
+_NUMBER = Quantity.NUMBER
 TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
 """Units that are offered first where numbers are larger than the others would have them."""
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")

@@ -4,7 +4,7 @@ Two forms. A list in the order of the columns, for files without a header:
 
     q1[deg],q2[deg],…,q6[deg],xyz[mm],quat
 
-where '…' or '..' counts on, '-' leaves a column out, and a group (q, xyz, rpy, zxz, quat, rotvec, matrix)
+where '…' or '..' counts on, '-' leaves a column out, and a group (q, xyz, rpy, zxz, quat, rotvec, matrix, m1)
 stands for its columns. Or pairs 'meaning[unit|row|column]=name', the name being a heading of the file or
 a variable of a MATLAB file ('data.joints_deg' for a struct's field):
 
@@ -144,6 +144,8 @@ def _counted_on(items: tuple[NamedUnit, ...], whole: str) -> tuple[NamedUnit, ..
 
 def group_keys(name: str) -> tuple[str, ...] | None:
     """The columns that a group name stands for; None for any other name."""
+    if marker := re.fullmatch(r"(?:m|marker)_?(\d+)", name.lower()):
+        return tuple(f"m{marker[1]}{axis}" for axis in "xyz")
     return GROUPS.get(SAME_GROUPS.get(name.lower(), name.lower()))
 
 

@@ -49,6 +49,7 @@ class Fields:
         began: Date of the first row, where `time` was read from dates and counts from there.
         rotation: Orientations that a layout has already made, in place of columns; NaN where missing.
         notes: Decisions taken so far.
+        unread: The file's text over columns that are left out.
     """
 
     source: str
@@ -59,6 +60,7 @@ class Fields:
     began: datetime | None = None
     rotation: Float[np.ndarray, "rows 3 3"] | None = None
     notes: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
 
     @property
     def rows(self) -> int:
@@ -125,6 +127,7 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         headings={str(column.key): column.heading for column in used},
         began=None if dated is None else datetime.fromisoformat(table.columns[dated.index][0]),
         notes=table.notes + note + decisions(columns),
+        unread=tuple(column.heading for column in columns if column.key is None),
     )
 
 

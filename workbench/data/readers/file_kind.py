@@ -19,6 +19,7 @@ TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
 """Usual endings of the names of tables."""
 TABLE = "write the measurements as CSV, TSV, xlsx, parquet or MATLAB v5"
 """What to do about a file that is no table."""
+POSE_PAIRS = "pairs of a robot's pose and a target's in a camera are for 'workbench handeye'"
 _REFUSED: tuple[tuple[bytes, str], ...] = (
     (b"\x89PNG", "this is a PNG picture, not a table"),
     (b"\xff\xd8\xff", "this is a JPEG picture, not a table"),
@@ -63,4 +64,6 @@ def _zip_kind(data: bytes, path: Path) -> FileKind:
         return FileKind.EXCEL
     if b"opendocument.spreadsheet" in data[:200]:
         raise FileError("this is an OpenDocument table (.ods): save it as .xlsx or CSV", path=str(path))
+    if b".npy" in data[:200]:
+        raise FileError(f"these are arrays of NumPy, not a table; {POSE_PAIRS}; {TABLE}", path=str(path))
     raise FileError(f"this is a zip archive: unpack it first; {TABLE}", path=str(path))

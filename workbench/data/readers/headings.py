@@ -46,6 +46,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"joint_a(\d+)", "q{0}"),
         (rf"(?:{_MEASURED})_([xyz])|(?:t|p)([xyz])", "{0}"),
         (r"([xyz])_(?:pos|position|measured|meas|actual|ist)", "{0}"),
+        (r"m?([xyz])_coord(?:inate)?", "{0}"),
         (r"(roll|pitch|yaw)_?(?:winkel|angle)", "{0}"),
         (r"nick(?:winkel)?", "pitch"),
         (r"gier(?:winkel)?", "yaw"),

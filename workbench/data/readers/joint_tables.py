@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.base.errors import DataError
-from workbench.base.registry import Registry
 from workbench.base.wording import listed, plural
 from workbench.data.readers.fields import Fields
+from workbench.parts import parts
 
 LABELS = ("point", "group", "image")
 """Columns by which rows are joined, the first that both have."""
@@ -29,16 +29,12 @@ class AbstractJoin(ABC):
         """The measurements with their joints."""
 
 
-JOINS: Registry[AbstractJoin] = Registry("join", AbstractJoin, group="workbench.joins")
-"""Tried in their order, before rows are counted."""
-
-
 def join(measured: Fields, joints: Fields) -> Fields:
     """Measurements with joints from another table."""
     for key in LABELS:
         if key in measured.values and key in joints.values:
             return _by_label(measured, joints, key)
-    known = next((known for known in JOINS.values() if known.applies(measured, joints)), None)
+    known = next((known for known in parts("joins", AbstractJoin) if known.applies(measured, joints)), None)
     return by_row(measured, joints) if known is None else known.join(measured, joints)
 
 

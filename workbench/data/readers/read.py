@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.errors import FileError, OptionError, WorkbenchError
-from workbench.base.registry import warn_of_broken
 from workbench.base.types import Matrix4
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
@@ -20,9 +19,11 @@ from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
+from workbench.data.readers.several_tables import only_table
 from workbench.data.readers.table import Grid, Table, with_headings, with_joint_names, with_names, with_pairs
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet
+from workbench.parts import warn_of_broken
 
 
 def read_measurements(
@@ -100,8 +101,8 @@ def read_by_layout(
         table = _named(read_frame(source), naming_of(columns), joints)
     else:
         path = Path(source)
-        if layout not in (None, layouts.PLAIN, *layouts.LAYOUTS):
-            known = listed((layouts.PLAIN, *layouts.LAYOUTS), longest=100)
+        if layout not in (None, *layouts.layout_names()):
+            known = listed(layouts.layout_names(), longest=100)
             raise OptionError(f"unknown layout '{layout}'; known: {known}")
         if (whole := _file_layout(path, layout)) is not None:
             if sheet is not None:
@@ -180,7 +181,7 @@ def read_table(
     else:
         grid = read_text(data, path)
     _refuse_transform(grid)
-    return _named(grid, naming, joints)
+    return _named(only_table(grid), naming, joints)
 
 
 def _no_workbook(path: Path, sheet: str) -> OptionError:

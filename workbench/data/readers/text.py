@@ -7,7 +7,7 @@ from pathlib import Path
 
 from workbench.base.errors import FileError
 from workbench.base.remedy import remedy
-from workbench.data.readers.file_kind import TABLE
+from workbench.data.readers.file_kind import POSE_PAIRS, TABLE
 from workbench.data.readers.table import NUMBER, Grid, Separator
 
 _BOMS = (
@@ -19,6 +19,14 @@ _BOMS = (
 )
 _TWO_NUMBERS = re.compile(r"\d\s+[-+\u2212.\d]")
 _TOML = re.compile(r"^\s*(\[\[?[\w.\"' -]+\]\]?\s*(#.*)?$|[\w-]+\s*=\s*[\"\[{\d.+-])", re.MULTILINE)
+_YAML = re.compile(r"(---\s*)?(- *\r?\n? *)?[A-Za-z_]\w*:( +[\"']{2})?\r?\n")
+"""A first key with nothing beside it."""
+_PROGRAM = re.compile(
+    r"^\s*(?:def \w+\(|PROC \w+\(|MODULE \w|/PROG\b|/JOB\b|\.PROGRAM\b|PROGRAM \w|&ACCESS|[JL]MOVE \S|PTP \S)"
+    r"|\bmove?[jlcp] ?\(|^\s*\d+ ?: *[JLC] +P\[",
+    re.IGNORECASE | re.MULTILINE,
+)
+"""How programs of robots begin, and how they move."""
 _SAMPLE = 200
 """Lines by which the separator is recognised."""
 
@@ -96,7 +104,11 @@ def refuse_other_text(text: str, path: Path) -> None:
         urdf = f"this is a robot description (URDF): {elsewhere}"
         found = urdf if "<robot" in start else "this is an XML or HTML file"
     elif start.startswith(("{", "[{")) and ":" in start:
-        found = "this is JSON, not a table"
+        found = f"this is JSON, not a table; {POSE_PAIRS}"
+    elif _YAML.match(start):
+        found = f"this is YAML, not a table; {POSE_PAIRS}"
+    elif _PROGRAM.search(start):
+        found = "this is a robot's program; of programs RAPID, KRL, JBI and URScript are read by 'compensate'"
     elif _is_toml(text, path):
         elsewhere = remedy("give it as --robot or --plate", page="open it in the Robot tab")
         found = f"this is a TOML file, a robot or a plate: {elsewhere}"

@@ -4,7 +4,7 @@ Standard deviations are per axis and typical of the kind at a metre or two; give
 Those that the Katana thesis compares are as it gives them (§§2.2, 3.3): a laser tracker's 20 µm and 45°, a
 photogrammetric tracker's 60 µm, an optical tracker's 0.01 mm at 2 to 7 m, a ball-bar's 3 µm up to 0.5 m, an
 inclinometer's 0.001°.
-A new instrument is one more record, or one that is registered: `INSTRUMENTS.register(Instrument(…))`.
+A new instrument is one more record.
 """
 
 from collections.abc import Mapping
@@ -17,9 +17,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.argument_checks import admit
+from workbench.base.arguments import admit
 from workbench.base.errors import OptionError
-from workbench.base.registry import Registry
 from workbench.base.types import Vector3, frozen
 
 
@@ -144,9 +143,7 @@ def _kind(
     )
 
 
-INSTRUMENTS: Registry[Instrument] = Registry(
-    "instrument",
-    Instrument,
+_ALL = (
     _kind("ideal", Observes.POSE, 0.0, 0.0, "full poses without noise"),
     _kind("plate", Observes.POSE, 0.1, 0.02, "the seat of a fixture plate's target"),
     _kind("socket", Observes.POINT, 0.05, None, "a ball in a conical socket of a plate"),
@@ -181,8 +178,8 @@ INSTRUMENTS: Registry[Instrument] = Registry(
     _kind("sphere-probe", Observes.SPHERE, 0.03, None, "a probe that measures the centres of fixed balls"),
     _kind("plane-probe", Observes.PLANE, 0.03, None, "a probe that touches fixed planes"),
     _kind("inclinometer", Observes.TILT, 0.0, 0.001, "an inclinometer on every moving link"),
-    group="workbench.instruments",
 )
+INSTRUMENTS: dict[str, Instrument] = {each.name: each for each in _ALL}
 """Every instrument by name."""
 
 

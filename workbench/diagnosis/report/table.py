@@ -5,6 +5,7 @@ rich.print(diagnosis_tables(result))
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -17,6 +18,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.effect import MIN_STATED_ERRORS
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.advice import beside
+from workbench.base.errors import DataError
 from workbench.base.wording import first_of, plural
 from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
@@ -24,8 +26,11 @@ from workbench.diagnosis.verdict import MAX_STATED_CAUSES
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.table import models_table
 from workbench.report.numbers import readable_unit, short, with_error
-from workbench.report.result_display import summary_of
+from workbench.report.result_display import plot_of, summary_of
 from workbench.report.tables import folded, line, new_table, unbroken
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NO_EFFECT: "bold", Verdict.PARTLY: "bold yellow"}
 MAX_NAMED_OUTLIERS = 15
@@ -297,3 +302,12 @@ def lines(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple
     if abs(clearest.value) < MIN_STATED_ERRORS * clearest.std:
         return ((f"{len(found)} coefficients", "none of them individually significant"),)
     return ((f"{len(found)} coefficients, largest {clearest.name.partition('.')[2]}", clearest.text),)
+
+
+@plot_of.register(Diagnosis)
+def _candidates(result: Diagnosis) -> "Figure":
+    from workbench.diagnosis.report.ranking import ranking
+
+    if (drawn := ranking(result)) is None:
+        raise DataError("no effect was tried, so there is nothing to draw")
+    return drawn

@@ -15,8 +15,8 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.columns import row_drivers
-from workbench.base.registry import warn_of_broken
 from workbench.diagnosis.search.candidate_columns import known_wrenches
+from workbench.parts import warn_of_broken
 
 MIN_DRIVEN_SHARE = 0.01
 """Share of the largest joint's law below which a joint counts as not driven."""

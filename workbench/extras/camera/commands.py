@@ -1,12 +1,13 @@
-"""The command of cameras: board."""
+"""Commands of cameras: board, handeye."""
 
 from pathlib import Path
 from typing import Annotated
 
+import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
 from workbench.cli.exit_status import in_section
-from workbench.cli.options import option
+from workbench.cli.options import argument, option
 
 
 @in_section("Calibrate")
@@ -52,3 +53,38 @@ def board(
         content = sheet.pdf() if out.suffix.lower() == ".pdf" else sheet.png(dpi)
         opt.say(f"{sheet.title} on {sheet.paper[0]}: {write_bytes(path, content)}")
     opt.say(f"target: {write_text(beside, text)}")
+
+
+@in_section("Calibrate")
+def handeye(
+    pairs: Annotated[
+        Path,
+        argument(
+            "Pairs of the robot's pose and the target's in the camera: samples of easy_handeye or MoveIt "
+            "(YAML), a table with both in a row (CSV), or OpenCV's arrays (.npz)."
+        ),
+    ],
+    mounted: Annotated[
+        str | None, option("What carries the camera: tool or world; default: as the pairs fit.")
+    ] = None,
+    save: Annotated[
+        Path | None, option("Write the camera's pose here (.yaml as easy_handeye, .urdf a joint, .toml).")
+    ] = None,
+    json: opt.JsonOption = None,
+) -> None:
+    """Camera on the hand or in the cell, and its target, from pairs of robot and target poses."""
+    from workbench.base.files import check_ending
+    from workbench.extras.camera.camera import Mount
+    from workbench.extras.camera.hand_eye import ENDINGS
+
+    mount = None if mounted is None else opt.choice_of({str(m): m for m in Mount}, mounted, "--mounted")
+    if save is not None:
+        check_ending(save, "a camera's pose is", *ENDINGS)
+    opt.check_writable(save, json)
+    found = wb.handeye(pairs, mounted=mount)
+    opt.show(found.summary())
+    opt.write_result(json, found.json())
+    if found.doubt:
+        opt.fail(found.doubt + (f"; {save} is not written" if save is not None else ""))
+    if save is not None:
+        opt.say(f"camera: {found.save(save)}")

@@ -97,7 +97,7 @@ class PixelObservation(AbstractObservation):
         return (Channel.OWN,) * int(np.prod(self.measured.shape[1:]))
 
     @classmethod
-    def own_rows(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
         found = np.zeros(len(data), bool)
         if isinstance(data.readings, PictureReadings):
             found |= data.readings.seen.any((1, 2))
@@ -126,7 +126,7 @@ class PixelObservation(AbstractObservation):
         return tuple(found)
 
     @property
-    def own_seen(self) -> Bool[np.ndarray, "..."]:
+    def seen(self) -> Bool[np.ndarray, "..."]:
         return np.isfinite(self.measured).reshape(len(self.measured), -1)
 
     @property

@@ -6,7 +6,7 @@ from typing import Annotated, final
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
-from workbench.cli.joined_options import AbstractSource
+from workbench.cli.option_records import AbstractSource
 from workbench.cli.options import option
 from workbench.data.dataset import Dataset
 

@@ -2,7 +2,7 @@
 
 Bodies are nested, each at its joint's frame: position and quaternion in the body before, the
 joint's axis, its range. The base is the first body, flange and tool are sites of the last. Inertia is that of
-points, given a minimum size, as a calibration knows masses and centres alone.
+spheres, as a calibration knows masses and centres alone.
 
 Sources: MuJoCo's XML reference (body, joint, compiler).
 """
@@ -15,7 +15,7 @@ import numpy as np
 
 from workbench.arm import chain as chains
 from workbench.arm.joint_frames import JointFrames
-from workbench.arm.masses import carried
+from workbench.arm.masses import carried, sphere_inertia
 from workbench.arm.robot import JointKind, Robot
 from workbench.arm.urdf_writer import numbers_text as _text
 from workbench.base import se3
@@ -54,7 +54,8 @@ class Mjcf(AbstractForm):
                 entry.set("limited", "true")
                 entry.set("range", _text(np.array(joint.joint.limits)))
             if mass is not None:
-                ET.SubElement(node, "inertial", pos=_text(mass[1]), mass=repr(mass[0]), diaginertia="0 0 0")
+                own = _text(np.full(3, sphere_inertia(mass[0])))
+                ET.SubElement(node, "inertial", pos=_text(mass[1]), mass=repr(mass[0]), diaginertia=own)
         _body(node, "flange", frames.flange, kind="site")
         _body(node, "tool", frames.flange @ robot.tool.pose, kind="site")
         ET.indent(root)

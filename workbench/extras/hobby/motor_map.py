@@ -22,12 +22,13 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
 from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.base import se3
-from workbench.base.argument_checks import Like
+from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.hand_eye import base_and_tool
 from workbench.base.threads import one_thread
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, plural
+from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
 from workbench.extras.hobby.layouts import NAMED
 from workbench.extras.hobby.sag_and_play import SagAndPlay, sag_and_play
@@ -36,7 +37,6 @@ from workbench.identification.identify import identify
 from workbench.identification.noise import with_alike_readings
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
-from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, document
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
@@ -200,7 +200,7 @@ class MotorMap(AbstractShown):
 
 @checked_arguments()
 @one_thread()
-def map_motors(robot: Like[Robot], data: Like[Dataset], *, motors: tuple[str, ...] = ()) -> MotorMap:
+def map_motors(robot: RobotLike, data: DatasetLike, *, motors: tuple[str, ...] = ()) -> MotorMap:
     """Find how motors count against an arm's joints, from poses of a board or of the tool.
 
     Args:

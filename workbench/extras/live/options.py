@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, final
 
 from workbench.base.errors import OptionError
-from workbench.cli.joined_options import AbstractCompanion
+from workbench.cli.option_records import AbstractCompanion
 from workbench.cli.options import option
 
 if TYPE_CHECKING:

@@ -19,6 +19,8 @@ from workbench.extras.logs.binary_files import read_arrays
 
 BY_JOINT = ("q", "torque", "direction")
 """Names of as many columns as there are joints."""
+MAX_JOINTS = 9
+"""A side of a matrix of joints that is longer counts measurements."""
 
 
 @final
@@ -58,13 +60,15 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     headings: list[str] = []
     columns: list[list[str]] = []
     notes: list[str] = []
-    for pair in naming.pairs:
-        sides = _sides(pair, variables)
+    all_sides = [_sides(pair, variables) for pair in naming.pairs]
+    lengths = [_lengths(variables[side.name], wanted, path) for side, wanted in filter(None, all_sides)]
+    common = set.intersection(*lengths) if lengths else set()
+    for pair, sides in zip(naming.pairs, all_sides, strict=True):
         if sides is None:
             names = f"neither '{pair.left.name}' nor '{pair.right[0].name}' is in the file"
             raise OptionError(f"{path}: {names}, which contains {holds}")
         side, wanted = sides
-        table, how = _one_row_each(variables[side.name], side, wanted, path)
+        table, how = _one_row_each(variables[side.name], side, wanted, common, path)
         keys = _headings(wanted, table.shape[1], path)
         if (width := table.shape[1]) != len(keys):
             raise OptionError(
@@ -98,8 +102,23 @@ def _sides(pair: Pair, variables: dict[str, np.ndarray]) -> tuple[NamedUnit, tup
     return side, tuple(replace(item, unit=side.unit) if item.unit is None else item for item in wanted)
 
 
+def _is_open(wanted: tuple[NamedUnit, ...]) -> bool:
+    """Whether a matrix has as many columns as there are joints."""
+    return any(item.name.lower() in BY_JOINT for item in wanted)
+
+
+def _lengths(array: np.ndarray, wanted: tuple[NamedUnit, ...], path: Path) -> set[int]:
+    """Numbers of measurements that a matrix may hold."""
+    if array.ndim != 2:
+        return {array.shape[-1]}
+    if _is_open(wanted):
+        return {n for n in array.shape if n > MAX_JOINTS} or set(array.shape)
+    count = len(_headings(wanted, 0, path))
+    return {n for n, width in (array.shape, array.shape[::-1]) if width == count} or set(array.shape)
+
+
 def _one_row_each(
-    array: np.ndarray, side: NamedUnit, wanted: tuple[NamedUnit, ...], path: Path
+    array: np.ndarray, side: NamedUnit, wanted: tuple[NamedUnit, ...], common: set[int], path: Path
 ) -> tuple[np.ndarray, str]:
     """The matrix with one measurement a row, and how it stood in the file."""
     if array.ndim == 3 and array.shape[:2] in ((3, 3), (4, 4)):  # pages of rotations or poses
@@ -108,9 +127,10 @@ def _one_row_each(
     if array.ndim != 2 or array.dtype.kind not in "fiubUOS":
         raise FileError(f"'{side.name}' is not a matrix of numbers", path=str(path))
     given = [item.orientation for item in (side, *wanted) if item.orientation]
-    is_open = any(item.name.lower() in BY_JOINT for item in wanted)
-    count = -1 if is_open else len(_headings(wanted, 0, path))
+    count = -1 if _is_open(wanted) else len(_headings(wanted, 0, path))
     fitting = [how for how, size in (("row", array.shape[1]), ("column", array.shape[0])) if size == count]
+    if count == -1 and len(common) == 1:
+        fitting = [how for how, size in zip(("row", "column"), array.shape, strict=True) if size in common]
     if not given and count == 1 and 1 in array.shape:
         return array.reshape(-1, 1), "row" if array.shape[1] == 1 else "column"
     if not given and len(fitting) != 1:

@@ -21,8 +21,9 @@ from workbench.base.hand_eye import base_and_tool
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
+from workbench.data.orientations import Orientation
 from workbench.data.plausibility import refuse_joint_units
-from workbench.extras.pendant.own_robot.displayed_poses import SIZES, DisplayedPoses, Orientation, meanings
+from workbench.extras.pendant.own_robot.displayed_poses import SIZES, DisplayedPoses, meanings
 from workbench.extras.pendant.readings import PendantReadings
 from workbench.identification.checks.arm_match import arm_match
 

@@ -19,11 +19,12 @@ from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import Like
+from workbench.base.arguments import Like, checked_arguments
 from workbench.base.errors import FileError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
 from workbench.base.wording import in_mm, plural
+from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.readers import read_measurements
 from workbench.diagnosis.diagnose import diagnose
@@ -33,7 +34,6 @@ from workbench.extras.pendant.readings import PendantReadings, read_readings, re
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json, validation_json
 from workbench.identification.result import Identification, error_rows
-from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, document
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import headed, line, new_table
@@ -166,7 +166,7 @@ class Extraction(AbstractShown):
 
 @checked_arguments()
 @one_thread()
-def extract(robot: Like[Robot], readings: Path | Like[Dataset] | Sequence[str]) -> Extraction:
+def extract(robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str]) -> Extraction:
     """Find the model that a controller computes with from joints and poses that its pendant shows.
 
     Args:

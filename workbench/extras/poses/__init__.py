@@ -1,1 +1,16 @@
 """Poses to measure at without a plate: the most informative within limits, in a short order."""
+
+from workbench.parts import Parts
+
+PARTS = Parts(
+    commands={
+        "plate cluster": "workbench.extras.poses.clustering.commands:cluster",
+        "poses": "workbench.extras.poses.commands:poses",
+    },
+    root={
+        "PoseLimits": "workbench.extras.poses.pose_limits:PoseLimits",
+        "choose_poses": "workbench.extras.poses.choose_poses:choose_poses",
+    },
+    pose_choices=("workbench.extras.poses.informative_poses:Informative",),
+    session_commands=("workbench.extras.poses.clustering.session:ClusterTargets",),
+)

@@ -11,15 +11,15 @@ from rich.text import Text
 
 from workbench.arm.joint_units import shown_joints, shown_units, sliding
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like, Seed
+from workbench.base.arguments import Seed, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
+from workbench.data.arguments import RobotLike
 from workbench.data.readers import read_trajectory
 from workbench.extras.poses.informative_poses import Method, PoseSet, informative_poses
 from workbench.extras.poses.pose_limits import PoseLimits
-from workbench.plate.argument_types import checked_arguments
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region_poses import PLATE_POSES, region_poses
 from workbench.report.json import Json, document
@@ -28,7 +28,7 @@ from workbench.report.json import Json, document
 @checked_arguments()
 @one_thread()
 def choose_poses(
-    robot: Like[Robot],
+    robot: RobotLike,
     number: int,
     *,
     index: str = "O1",

@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float, Int
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import admit
+from workbench.base.arguments import admit
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.extras.poses.d_optimal import greedy_choice

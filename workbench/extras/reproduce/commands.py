@@ -16,7 +16,7 @@ from workbench.cli.options import option
 TESTS = Path(__file__).resolve().parents[3] / "tests"
 """Location of the studies in a checkout."""
 
-PageOption = Annotated[Path | None, option("Write a page with pictures and tables into this folder.")]
+FolderOption = Annotated[Path | None, option("Write tables, figures and all numbers into this folder.")]
 works = group(
     "reproduce", "Reproduce the two works behind this program: printed numbers beside ours.", section="Files"
 )
@@ -37,24 +37,24 @@ def reproduce() -> None:
 
 @works.command()
 def aria(
-    out: PageOption = None,
+    out: FolderOption = None,
     arms: Annotated[int, option("Number of virtual arms compared.")] = 100,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """Kinematic calibration of a lightweight manipulator: tables, pose selection, Figure 7 over many arms."""
     from studies.aria import reproduce_aria
-    from studies.aria_page import aria_json, write_aria
+    from studies.aria_output import aria_output
 
     opt.check_writable(json, folder=out)
     with opt.progress_bar("reproduce"):
         found = reproduce_aria(arms=arms, seed=seed)
-    _output(found, out, json, write=write_aria, as_json=aria_json)
+    _write(found, out, json, output=aria_output)
 
 
 @works.command()
 def katana(
-    out: PageOption = None,
+    out: FolderOption = None,
     arms: Annotated[int, option("Number of virtual arms calibrated with every method.")] = 40,
     weighed: Annotated[
         int, option("Number of arms for comparing influence-based identification with least squares.")
@@ -65,21 +65,22 @@ def katana(
 ) -> None:
     """Joint tilting and influences on the Katana 450: Tables 3.2 to 4.6 over many arms."""
     from studies.katana import reproduce_katana
-    from studies.katana_page import katana_json, write_katana
+    from studies.katana_output import katana_output
 
     opt.check_writable(json, folder=out)
     with opt.progress_bar("reproduce"):
         found = reproduce_katana(arms=arms, weighed=weighed, diagnosed=diagnosed, seed=seed)
-    _output(found, out, json, write=write_katana, as_json=katana_json)
+    _write(found, out, json, output=katana_output)
 
 
-def _output(found, out: Path | None, json: Path | None, *, write, as_json) -> None:
-    """Show what agrees, and write the page and the result if requested."""
+def _write(found, out: Path | None, json: Path | None, *, output) -> None:
+    """Show what agrees, and write the folder and the result if requested."""
     from studies.finding import findings_table
 
     opt.show(findings_table(found.findings))
+    if out is None and json is None:
+        return
+    content = output(found)
     if out is not None:
-        with opt.progress_bar("drawing"):
-            page = write(found, out)
-        opt.say(f"page: {page}")
-    opt.write_result(json, as_json(found))
+        opt.say(f"written: {content.write(out)}")
+    opt.write_result(json, content.json)

@@ -12,11 +12,12 @@ from rich.text import Text
 
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import unobserved_text
-from workbench.base.argument_checks import Like, Seed
+from workbench.base.arguments import Seed, checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
+from workbench.data.arguments import DatasetLike, RobotLike, WantedLike
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import repeated_rows
 from workbench.data.prediction import predict, row_components
@@ -30,7 +31,6 @@ from workbench.extras.service.pose_statistics import (
 from workbench.identification.evaluate import evaluate
 from workbench.identification.report.results_json import errors_json
 from workbench.identification.result import Evaluation
-from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, document
 from workbench.report.numbers import short
 from workbench.report.result_display import AbstractShown
@@ -165,10 +165,10 @@ REPEATED = ResultFields(
 @checked_arguments()
 @one_thread()
 def verify(
-    robot: Like[Robot],
-    data: Like[Dataset],
+    robot: RobotLike,
+    data: DatasetLike,
     *,
-    wanted: Like[Wanted] | float | None = None,
+    wanted: WantedLike | float | None = None,
     fit_frames: bool = False,
     seed: Seed = 0,
 ) -> Verification:

@@ -146,7 +146,7 @@ def compensate(
 ) -> None:
     """Correct a joint trajectory with a calibrated robot, its effects included."""
     from workbench.data.readers.trajectory import read_trajectory
-    from workbench.extras.trajectories.programs import read_program
+    from workbench.extras.trajectories.languages import read_program
     from workbench.extras.trajectories.report import compensation_json, compensation_table
     from workbench.extras.trajectories.trajectory_files import write_trajectory
 

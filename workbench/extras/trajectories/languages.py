@@ -8,12 +8,14 @@ none. Cartesian targets too: the controller solves them with its own model, whic
 import re
 from abc import abstractmethod
 from collections.abc import Iterator
+from pathlib import Path
 from typing import ClassVar, NoReturn, final
 
 import numpy as np
 
 from workbench.base.errors import FileError
-from workbench.extras.trajectories.programs import AbstractProgramFormat
+from workbench.base.files import read_bytes
+from workbench.extras.trajectories.programs import TEXT, AbstractProgramFormat, Program
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 LIST = rf"\s*{NUMBER}\s*(?:,\s*{NUMBER}\s*)*"
@@ -200,3 +202,26 @@ class Jbi(AbstractProgramFormat):
         for move in re.finditer(r"\bMOV[JLCS]\s+C(\d+)", code):
             if move[1] not in known:
                 _fail(code, move.start(), f"C{move[1]} is not in this file", path)
+
+
+PROGRAMS: tuple[AbstractProgramFormat, ...] = (Rapid(), Krl(), Jbi(), UrScript())
+LARGEST = 16 * 2**20
+
+
+def read_program(path: Path, joints: int) -> Program | None:
+    """A program, by its file extension; None for other files."""
+    form = next((f for f in PROGRAMS if path.suffix.lower() in f.endings), None)
+    if form is None:
+        return None
+    text = read_bytes(path, wanted=f"a {form.name} program", maximum=LARGEST).decode(TEXT)
+    spans = sorted(tuple(row) for row in form.targets(text, str(path)))
+    if not spans:
+        raise FileError(f"contains no joint target in {form.name}; check the language", path=str(path))
+    for row in spans:
+        if len(row) != joints:
+            line = text.count("\n", 0, row[0][0]) + 1
+            raise FileError(
+                f"a target of {len(row)} joints, but the robot has {joints}", path=str(path), line=line
+            )
+    q = np.array([[float(text[a:b]) for a, b in row] for row in spans]) * form.unit
+    return Program(text, form, tuple(spans), q, str(path))

@@ -13,10 +13,11 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
-from workbench.base.argument_checks import Like
+from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import JointRows
+from workbench.data.arguments import RobotLike, TrajectoryLike
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.data.plausibility import refuse_joint_quantities
@@ -29,7 +30,6 @@ from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.curves import Circle, circle_through
 from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
 from workbench.extras.trajectories.planning import Planned, derivatives
-from workbench.plate.argument_types import checked_arguments
 
 MIN_MOVING = 6
 """Minimum number of rows for velocities and accelerations."""
@@ -38,10 +38,10 @@ MIN_MOVING = 6
 @checked_arguments()
 @one_thread()
 def compensate(
-    calibrated: Like[Robot],
-    trajectory: Like[Trajectory],
+    calibrated: RobotLike,
+    trajectory: TrajectoryLike,
     *,
-    nominal: Like[Robot] | None = None,
+    nominal: RobotLike | None = None,
     method: CorrectionMethod | str = CorrectionMethod.ITERATED,
     payload: float | None = None,
     temperature: float | None = None,

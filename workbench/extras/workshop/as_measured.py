@@ -6,7 +6,7 @@ from enum import StrEnum
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.plate.measured_plate import MeasuredTargets, by_position
 from workbench.plate.plate import Plate, Target
 
@@ -17,16 +17,10 @@ MAX_TURNED = float(np.deg2rad(10.0))
 
 
 class PlateFrame(StrEnum):
-    """Frame in which a plate was measured."""
+    """Frame in which a plate was measured: the robot's base, or from the centre of the plate's top."""
 
     BASE = "base"
     PLATE = "plate"
-
-
-def frame_named(text: str) -> PlateFrame:
-    if text not in list(PlateFrame):
-        raise OptionError(f"a plate is measured in the frame {' or '.join(PlateFrame)}, not '{text}'")
-    return PlateFrame(text)
 
 
 def as_measured(nominal: Plate, measured: MeasuredTargets, *, frame: PlateFrame = PlateFrame.BASE) -> Plate:
@@ -36,11 +30,6 @@ def as_measured(nominal: Plate, measured: MeasuredTargets, *, frame: PlateFrame 
     however it was made, and turned within the tolerance where no orientation was measured. A
     target that was not measured stays nominal, with a note. Joint angles then are starting points for the
     inverse kinematics.
-
-    Args:
-        nominal: The plate as drawn.
-        measured: The machine's file.
-        frame: `base`: measured in the robot's base. `plate`: from the centre of the plate's top.
     """
     beyond = [number for number in measured.numbers if number > len(nominal)]
     if beyond:

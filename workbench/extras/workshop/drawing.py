@@ -1,8 +1,17 @@
-"""A sheet of a drawing as entities of ezdxf: a part 1:1 in millimetres, with dimensions, table and title.
+"""The plate's drawing as entities of ezdxf: from above, 1:1 in millimetres, with tables of holes and blocks.
 
-DXF, PDF and SVG are of the same entities, the latter two by ezdxf's drawing add-on on matplotlib.
+DXF and PDF are of the same page, the latter by ezdxf's drawing add-on on matplotlib. Its tolerances keep the
+plate's, ±a and ±b (`plate.tolerances`), where errors add up:
 
-Gaps and heights of text are millimetres on paper, for a sheet that is printed reduced by its scale.
+| error of the target       | made of                                                          | each |
+|---------------------------|------------------------------------------------------------------|------|
+| x, y                      | place of the foot's holes in the plate, of the seat in the block | ±a/2 |
+| z                         | height of the block                                              | ±a   |
+| tilt                      | mitre of the block                                               | ±b   |
+| turn about the normal     | line of the dowels in the plate, index hole in the block         | ±b/2 |
+
+A position tolerance is a cylinder: ±t along each of two axes is drawn as one of diameter 2t, which it holds.
+The line of two dowels at the distance 2r turns by b/2 when one moves across it by r b against the other.
 """
 
 import io
@@ -10,196 +19,159 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
-from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
-from matplotlib.patches import PathPatch
 
 from workbench.base.errors import MissingExtraError
-from workbench.report.figures import svg
+from workbench.extras.workshop.fixture import DOWEL_OFFSET
+from workbench.extras.workshop.parts import Fixture, Purpose
+from workbench.extras.workshop.solids import MM
+from workbench.plate.plate import Kind
 
 SCALES = (1.0, 2.0, 5.0, 10.0, 20.0)
-"""Reductions of ISO 5455: 1:1, 1:2, …"""
-ROOM = 190.0
-"""Of paper for the views of a part [mm]."""
-TEXT, LINE = 2.5, 4.25
-"""Height of letters, and from line to line [mm of paper]."""
-LAYERS = {
-    "OUTLINE": (7, "CONTINUOUS", 50),
-    "HOLES": (7, "CONTINUOUS", 35),
-    "HIDDEN": (8, "DASHED", 25),
-    "CENTRES": (1, "CENTER", 13),
-    "BLOCKS": (8, "DASHED", 18),
-    "DIMENSIONS": (5, "CONTINUOUS", 18),
-    "TEXT": (7, "CONTINUOUS", 18),
-    "FRAME": (7, "CONTINUOUS", 35),
-}
-"""Colour, line type and width [0.01 mm] (ISO 128)."""
-
-A3 = (16.54, 11.69)
-"""[in]"""
-
-Point = Sequence[float] | Float[np.ndarray, "2"]
+"""Reductions of ISO 5455 for print: 1:1, 1:2, …"""
+ROOM, TEXT, LINE, GAP = 190.0, 2.5, 4.25, 10.0
+"""On paper: for the plate, height of letters, from line to line, between columns [mm]."""
+Rows = list[tuple[str, ...]]
+LAYERS = {"OUTLINE": 50, "HOLES": 35, "BLOCKS": 18, "DIMENSIONS": 13, "TEXT": 13}
+"""Widths of lines [0.01 mm] (ISO 128)."""
 
 
-class DrawingSheet:
-    """A drawing of one part whose views span so much [mm]."""
-
-    def __init__(self, reach: float):
-        try:
-            import ezdxf
-        except ImportError:
-            raise MissingExtraError("writing drawings", extra="cad") from None
-        self.scale = next((scale for scale in SCALES if reach / scale <= ROOM), SCALES[-1])
-        self.document = ezdxf.new("R2010", setup=["linetypes", "dimstyles:curved"], units=ezdxf.units.MM)
-        self.document.header["$LTSCALE"] = self.scale
-        for layer, (colour, kind, width) in LAYERS.items():
-            self.document.layers.add(layer, color=colour, linetype=kind, lineweight=width)
-        self.space = self.document.modelspace()
-
-    def view(self, x: float, y: float) -> "View":
-        return View(self, np.array([x, y]))
-
-    def text(
-        self, text: str, at: Point, *, height: float = TEXT, align: str = "left", turn: float = 0.0
-    ) -> None:
-        from ezdxf.enums import TextEntityAlignment
-
-        style = {"layer": "TEXT", "style": "OpenSans", "rotation": turn}
-        line = self.space.add_text(text, height=self.scale * height, dxfattribs=style)
-        line.set_placement(tuple(map(float, at)), align=TextEntityAlignment[align.upper()])
-
-    def column(
-        self, x: float, y: float, title: Sequence[str], table: Sequence[Sequence[str]], notes: Iterable[str]
-    ) -> None:
-        """Title, table (its first row underlined) and notes, from their upper left corner; then the frame."""
-        step = LINE * self.scale
-        self.text(title[0], (x, y := y - 1.5 * step), height=1.5 * TEXT)
-        for text in title[1:]:
-            self.text(text, (x, y := y - 1.25 * step))
-        y -= step
-        widths = [0.72 * TEXT * self.scale * (3 + max(map(len, cells))) for cells in zip(*table, strict=True)]
-        left = x + np.cumsum([0.0, *widths])
-        for number, row in enumerate(table):
-            y -= step
-            for at, cell in zip(left, row, strict=False):
-                self.text(cell, (at, y))
-            if not number:
-                y -= 0.2 * step
-                self.space.add_line((x, y), (left[-1], y), dxfattribs={"layer": "FRAME"})
-        y -= step
-        for text in notes:
-            self.text(text, (x, y := y - step))
-        self._frame()
-
-    def _frame(self) -> None:
-        """A frame round everything."""
-        from ezdxf import bbox
-
-        box, gap = bbox.extents(self.space, fast=True), 8.0 * self.scale
-        low, high = np.array(box.extmin)[:2] - gap, np.array(box.extmax)[:2] + gap
-        corners = [low, (high[0], low[1]), high, (low[0], high[1])]
-        self.space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "FRAME"})
-
-    def dxf(self) -> str:
-        buffer = io.StringIO()
-        self.document.write(buffer)
-        return buffer.getvalue()
-
-    def dimension_style(self, style: str) -> dict[str, Any]:
-        text = self.scale * TEXT
-        sizes: dict[str, Any] = {
-            "dimtxt": text,
-            "dimasz": 0.8 * text,
-            "dimexe": 0.4 * text,
-            "dimexo": 0.4 * text,
-        }
-        sizes |= {"dimgap": 0.3 * text, "dimlfac": 1.0, "dimdec": 3, "dimzin": 8, "dimtxsty": "OpenSans"}
-        return {"dimstyle": style, "override": sizes, "dxfattribs": {"layer": "DIMENSIONS"}}
+def plate_drawing(fixture: Fixture) -> Any:
+    """The page as a document of ezdxf."""
+    try:
+        import ezdxf
+    except ImportError:
+        raise MissingExtraError("writing drawings", extra="cad") from None
+    length, width = (MM * fixture.slab.size[:2]).tolist()
+    scale = next((scale for scale in SCALES if max(length, width) / scale <= ROOM), SCALES[-1])
+    document = ezdxf.new("R2010", setup=["linetypes", "dimstyles"], units=ezdxf.units.MM)
+    for layer, line in LAYERS.items():
+        document.layers.add(layer, linetype="DASHED" if layer == "BLOCKS" else "CONTINUOUS", lineweight=line)
+    document.header["$LTSCALE"] = scale
+    space = document.modelspace()
+    corners = [(0.0, 0.0), (length, 0.0), (length, width), (0.0, width)]
+    space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "OUTLINE"})
+    for base, end, turn in (((0.0, -8.0), corners[1], 0.0), ((-8.0, 0.0), corners[3], 90.0)):
+        sizes = {"dimtxt": TEXT * scale, "dimasz": 2.0 * scale, "dimgap": scale}
+        numbers = {"dimlfac": 1.0, "dimdec": 3, "dimzin": 8}
+        style: Any = {"override": sizes | numbers, "dxfattribs": {"layer": "DIMENSIONS"}}
+        space.add_linear_dim(np.multiply(base, scale), corners[0], end, angle=turn, **style).render()
+    for bore in fixture.slab.bores:
+        x, y = fixture.from_corner(bore.mouth)
+        space.add_circle((x, y), 0.5 * MM * bore.diameter, dxfattribs={"layer": "HOLES"})
+        if bore.purpose is Purpose.MOUNTING:
+            inwards = np.sign(0.5 * length - x) * (MM * bore.diameter + TEXT * scale)
+            _write(space, bore.label, (x + inwards, y), scale, centred=True)
+    for block in fixture.blocks:
+        foot = fixture.from_corner(block.footprint)
+        space.add_lwpolyline(foot, close=True, dxfattribs={"layer": "BLOCKS"})
+        low, middle, high = foot[1:3].mean(axis=0), foot.mean(axis=0), foot[[0, 3]].mean(axis=0)
+        space.add_line(low, 0.8 * low + 0.2 * middle, dxfattribs={"layer": "OUTLINE"})
+        _write(space, f"{block.number}", 0.6 * high + 0.4 * middle, scale, centred=True)
+    _table(space, _notes(fixture), (0.0, -1.5 * GAP * scale), scale)
+    x = length + GAP * scale
+    fits = max(int(width / (LINE * scale)) - 1, 12)
+    for table in (*_pieces(_holes(fixture), fits), *_pieces(_blocks(fixture), fits)):
+        x = _table(space, table, (x, width), scale) + GAP * scale
+    return document
 
 
-class View:
-    """A part's own coordinates [mm] on a sheet; `off` is a distance on paper [mm]."""
+def _write(space: Any, text: str, at: Sequence[float], scale: float, *, centred: bool = False) -> None:
+    from ezdxf.enums import TextEntityAlignment
 
-    def __init__(self, sheet: DrawingSheet, origin: Float[np.ndarray, "2"]):
-        self.sheet, self.origin = sheet, origin
-
-    def at(self, point: Point, off: Point = (0.0, 0.0)) -> Float[np.ndarray, "2"]:
-        return self.origin + np.asarray(point, float) + self.sheet.scale * np.asarray(off, float)
-
-    def line(self, points: Iterable[Point], layer: str = "OUTLINE", *, closed: bool = True) -> None:
-        places = [self.at(point) for point in points]
-        self.sheet.space.add_lwpolyline(places, close=closed, dxfattribs={"layer": layer})
-
-    def circle(self, centre: Point, diameter: float, layer: str = "HOLES") -> None:
-        self.sheet.space.add_circle(self.at(centre), 0.5 * diameter, dxfattribs={"layer": layer})
-
-    def hole(self, centre: Point, diameter: float) -> None:
-        """A round hole with its centre lines."""
-        self.circle(centre, diameter)
-        for reach in 0.8 * diameter * np.eye(2):
-            self.line([centre - reach, centre + reach], "CENTRES", closed=False)
-
-    def text(self, text: str, at: Point, off: Point = (0.0, 0.0), *, align: str = "center", large=False):
-        self.sheet.text(text, self.at(at, off), height=TEXT * (1.2 if large else 1.0), align=align)
-
-    def across(
-        self, a: Point, b: Point, off: Point, turn: float, text: str = "<>", *, by: Point = (0.0, 0.0)
-    ) -> None:
-        """The distance of two points along a direction [°]; its line passes a point, so far off on paper."""
-        base, p1, p2 = (tuple(self.at(*place)) for place in ((by, off), (a,), (b,)))
-        style = self.sheet.dimension_style("EZDXF")
-        self.sheet.space.add_linear_dim(base=base, p1=p1, p2=p2, angle=turn, text=text, **style).render()
-
-    def angle(self, centre: Point, radius: float, start: float, end: float, text: str, at: Point) -> None:
-        """An angle between two directions [°], anticlockwise, its text at a place of the sheet."""
-        middle, s = np.deg2rad(0.5 * (start + end)), self.sheet.scale
-        on_arc = self.at(centre) + radius * np.array([np.cos(middle), np.sin(middle)])
-        wide = 0.65 * TEXT * len(text) * s
-        foot = (float(np.clip(on_arc[0], at[0], at[0] + wide)), float(at[1]) - s)
-        self.sheet.space.add_line(on_arc, foot, dxfattribs={"layer": "DIMENSIONS"})
-        self.sheet.space.add_angular_dim_cra(
-            center=self.at(centre),
-            radius=radius,
-            start_angle=start,
-            end_angle=end,
-            distance=0.0,
-            location=(float(at[0]) + 0.5 * wide, float(at[1]) + 0.5 * TEXT * s),
-            text=text,
-            text_rotation=0.0,
-            **self.sheet.dimension_style("EZ_CURVED"),
-        ).render()
+    align = TextEntityAlignment.MIDDLE_CENTER if centred else TextEntityAlignment.LEFT
+    line = space.add_text(text, height=TEXT * scale, dxfattribs={"layer": "TEXT", "style": "OpenSans"})
+    line.set_placement(tuple(map(float, at)), align=align)
 
 
-def pdf_of(sheets: Iterable[DrawingSheet]) -> bytes:
-    """A page for each sheet, fitted to A3."""
-    buffer = io.BytesIO()
-    with PdfPages(buffer, metadata={"CreationDate": None}) as book:
-        for sheet in sheets:
-            book.savefig(figure_of(sheet), facecolor="white")
-    return buffer.getvalue()
+def _table(space: Any, rows: Sequence[Sequence[str]], corner: tuple[float, float], scale: float) -> float:
+    """Rows of cells from their upper left corner; gives their right edge."""
+    x, top = corner
+    for cells in zip(*rows, strict=True):
+        for number, cell in enumerate(cells, start=1):
+            _write(space, cell, (x, top - number * LINE * scale), scale)
+        x += 0.72 * TEXT * scale * (2 + max(map(len, cells)))
+    return x
 
 
-def svg_of(sheet: DrawingSheet, name: str) -> str:
-    return svg(figure_of(sheet), name)
+def _pieces(rows: Rows, fits: int) -> Iterable[Rows]:
+    """A table in pieces of so many lines, each with its head, that stand beside each other."""
+    head, *body = rows
+    return ([head, *body[i : i + fits]] for i in range(0, len(body), fits))
 
 
-def figure_of(sheet: DrawingSheet) -> Figure:
-    """The page as a figure of matplotlib."""
+def _holes(fixture: Fixture) -> Rows:
+    rows: Rows = [("hole", "x", "y", "size", "for")]
+    for bore in fixture.slab.bores:
+        x, y = (f"{value:z.3f}" for value in fixture.from_corner(bore.mouth))
+        fit = " H7" if bore.purpose is Purpose.DOWEL else ""
+        rows.append((bore.label, x, y, f"Ø{MM * bore.diameter:.4g}{fit}", str(bore.purpose)))
+    return rows
+
+
+def _blocks(fixture: Fixture) -> Rows:
+    rows: Rows = [
+        ("anchor" if fixture.plate.anchors is not None else "target", "block", "height", "tilt", "turn")
+    ]
+    letters = {block.number: letter for letter, alike in fixture.shapes.items() for block in alike}
+    for block in fixture.blocks:
+        angles = (f"{np.rad2deg(angle):z.4f}°" for angle in (block.tilt, block.azimuth))
+        rows.append((f"{block.number}", letters[block.number], f"{MM * block.height:.3f}", *angles))
+    return rows
+
+
+def _notes(fixture: Fixture) -> list[tuple[str]]:
+    """Title, what the drawing asks for, and what the solids can't say."""
+    asked = fixture.plate.made_as_drawn.production
+    place, angle, half = MM * asked.position, np.rad2deg(asked.angle), 0.5 * np.rad2deg(asked.angle)
+    pair = 2.0 * MM * DOWEL_OFFSET * 0.5 * asked.angle
+    x, y = fixture.from_corner(np.linalg.inv(fixture.plate.pose)[:3, 3])
+    z = MM * np.linalg.inv(fixture.plate.pose)[2, 3]
+    kinds = {block.kind for block in fixture.blocks}
+    seats = "Seats: bore Ø6 H7 × 8, index hole Ø3 H7 × 6; in the probe pins Ø6 g6 and Ø3 g6."
+    size = " × ".join(f"{MM * edge:.1f}" for edge in fixture.slab.size)
+    text = [
+        f"{fixture.plate.name}: plate {size}, seen from above, mm",
+        "Plate EN AW-5083; blocks of square bar 46, EN AW-6082; general tolerances ISO 2768-mK.",
+        f"Each target within ±{place:.3g} mm, ±{angle:.3g}°; therefore:",
+        f"Dowel holes: position Ø{place:.3f} to the top, the lower and the left edge, those of a block "
+        f"Ø{pair:.3f} to each other; other holes Ø0.2.",
+        f"Blocks: height ±{place:.3g} at the middle, mitre ±{angle:.3g}°; seat, cone or centre Ø{place:.3f} "
+        f"to the dowels' middle, index hole ±{half:.3g}° to their line.",
+        "Foot: M6, core Ø5 × 12; dowel holes Ø4 H7 × 8, ±14 across the slope.",
+        *([seats] if Kind.SEAT in kinds else []),
+        *(["Sockets: 90° cone for a ball of Ø12."] if Kind.SOCKET in kinds else []),
+        "Tick: low side of a block (+x if flat); turn: from x, anticlockwise.",
+        f"Robot's base at x {x:.2f}, y {y:.2f}, {z:+.2f} from the top.",
+        *fixture.notes,
+    ]
+    return [(line,) for line in text]
+
+
+def dxf_of(document: Any) -> bytes:
+    buffer = io.StringIO()
+    document.write(buffer)
+    return buffer.getvalue().encode()
+
+
+def figure_of(document: Any) -> Figure:
+    """The page on A3, by ezdxf's drawing add-on."""
     from ezdxf.addons.drawing import Frontend, RenderContext
-    from ezdxf.addons.drawing.config import BackgroundPolicy, Configuration
+    from ezdxf.addons.drawing.config import BackgroundPolicy, ColorPolicy, Configuration, TextPolicy
     from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
-    from ezdxf.npshapes import to_matplotlib_path
 
-    class Backend(MatplotlibBackend):
-        def draw_filled_paths(self, paths, properties) -> None:
-            """Glyphs as their font winds them: to detect holes anew fills half of every Ø; the frame bounds
-            them all, so that no patch is measured."""
-            outline = to_matplotlib_path(paths)
-            self.ax.add_artist(PathPatch(outline, color=properties.color, linewidth=0.0))
-
-    figure = Figure(figsize=A3)
-    backend = Backend(figure.add_axes((0.02, 0.02, 0.96, 0.96)), adjust_figure=False)
-    paper = Configuration(background_policy=BackgroundPolicy.WHITE)
-    Frontend(RenderContext(sheet.document), backend, config=paper).draw_layout(sheet.space)
+    figure = Figure(figsize=(16.54, 11.69))
+    backend = MatplotlibBackend(figure.add_axes((0.02, 0.02, 0.96, 0.96)), adjust_figure=False)
+    paper = Configuration(
+        background_policy=BackgroundPolicy.WHITE,
+        color_policy=ColorPolicy.BLACK,
+        text_policy=TextPolicy.OUTLINE,
+    )
+    Frontend(RenderContext(document), backend, config=paper).draw_layout(document.modelspace())
     return figure
+
+
+def pdf_of(document: Any) -> bytes:
+    buffer = io.BytesIO()
+    figure_of(document).savefig(buffer, format="pdf", metadata={"CreationDate": None})
+    return buffer.getvalue()

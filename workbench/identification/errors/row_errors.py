@@ -169,7 +169,9 @@ class Errors:
 SUSPICIOUS_SHARE_OF_NOMINAL = 0.7
 SUSPICIOUS_SHARE_OF_REACH, SUSPICIOUS_FLOOR = 0.01, 1e-3
 """A fit explains little if its error exceeds the first share of the nominal arm's, or the second one of the
-reach, and is not below a floor [m] that any arm of this kind may leave."""
+reach, and is not below a floor [m] that any arm of this kind may leave …"""
+SUSPICIOUS_TURN, TURN_FLOOR = 3.0, 1.0
+"""… or, of orientations beside positions, these angles [deg]."""
 
 
 def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
@@ -177,7 +179,8 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
 
         r > max(min(0.7 r_nominal, 0.01 L), 1 mm),      r root mean squares, L the reach
 
-    Where no positions were measured, lengths are angles at the reach.
+    Where no positions were measured, lengths are angles at the reach. Orientations beside positions are
+    judged likewise, between 1° and 3°.
 
     Args:
         nominal: Errors of the nominal arm.
@@ -187,7 +190,12 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
     has_positions = np.isfinite(nominal.position_mm.mean)
     unit = 1e3 if has_positions else float(np.rad2deg(1.0)) / reach
     limit = min(SUSPICIOUS_SHARE_OF_NOMINAL * nominal.main.rms, unit * SUSPICIOUS_SHARE_OF_REACH * reach)
-    return found.main.rms > max(limit, unit * SUSPICIOUS_FLOOR)
+    if found.main.rms > max(limit, unit * SUSPICIOUS_FLOOR):
+        return True
+    before, after = nominal.orientation_deg, found.orientation_deg
+    if not has_positions or before is None or after is None:
+        return False
+    return after.rms > max(min(SUSPICIOUS_SHARE_OF_NOMINAL * before.rms, SUSPICIOUS_TURN), TURN_FLOOR)
 
 
 MAX_SHARE_OF_REACH, MAX_TURN = 0.01, 3.0

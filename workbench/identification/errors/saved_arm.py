@@ -5,7 +5,7 @@ warm; the remainder of a warm-up that counts as over is part of the errors.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
@@ -53,12 +53,9 @@ class SavedArm:
 
     def recorded(self, errors: Errors) -> Robot:
         """The arm of its file with its mean errors on record."""
-        robot = self.robot
-        if robot.calibration is None:
-            return robot
         turned = np.nan if errors.orientation_deg is None else np.deg2rad(errors.orientation_deg.mean)
         error = Expected(1e-3 * errors.position_mm.mean, float(turned))
-        return replace(robot, calibration=replace(robot.calibration, error=error))
+        return self.robot.recorded(error=error)
 
     def valid_for(self, data: Dataset) -> Dataset:
         """Those of some rows for which it is valid; all of them without events."""

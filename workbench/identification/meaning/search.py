@@ -9,7 +9,7 @@ better, and no changed reading is claimed from rows that hardly move the arm.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import combinations, permutations
+from itertools import combinations
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -22,7 +22,6 @@ from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.hand_eye import hand_eye, mean_base, nearest_rotation
 from workbench.data.dataset import Dataset
-from workbench.data.orientations import ORIENTATIONS, USUAL_ORIENTATIONS
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.meaning.bounds import (
@@ -34,6 +33,7 @@ from workbench.identification.meaning.bounds import (
     turn_bounds,
 )
 from workbench.identification.meaning.candidates import TURN, Candidates, Families
+from workbench.identification.meaning.conventions import Convention, conventions
 from workbench.identification.meaning.reading import (
     FITS,
     FITS_TURN,
@@ -66,8 +66,8 @@ STILL = float(np.radians(0.5))
 """Columns that move less don't move."""
 LENGTHS = {1e-3: "mm labelled m", 1e3: "m labelled mm", 0.0254: "inch labelled m", 1e-2: "cm labelled m",
            25.4: "inch labelled mm", 10.0: "cm labelled mm", 0.1: "mm labelled cm"}  # fmt: skip
-UNIT, HANDED, INVERSE, USUAL, RARE = 1.0, 2.0, 1.5, 0.3, 0.8
-"""Complexity of a unit, a handedness, an inverse, a usual and a rare convention of orientations."""
+UNIT, HANDED, INVERSE = 1.0, 2.0, 1.5
+"""Complexity of a unit, a handedness, and of inverse poses."""
 SHOWN = 6
 """Readings that are named in a list."""
 
@@ -109,62 +109,6 @@ class Meaning:
     def tried_text(self) -> str:
         """`tried in full: 1472 signs and couplings, 9 arms, 960 orders`."""
         return ", ".join(f"{number} {family}" for family, number in self.tried.items())
-
-
-@dataclass(frozen=True, eq=False)
-class Convention:
-    """One way to read the orientation columns."""
-
-    text: str
-    cost: float
-    rotations: Float[np.ndarray, "rows 3 3"]
-
-
-def conventions(data: Dataset) -> Iterator[Convention]:
-    """All ways to read the orientation columns, the declared one first; equal ones once."""
-    if data.rotation is None:
-        return
-    yield Convention("", 0.0, data.rotation)
-    seen = [data.rotation]
-    for text, cost, rotations in _readings_of_turns(data):
-        if np.isfinite(rotations).all() and not any(np.abs(rotations - o).max() < 1e-6 for o in seen):
-            seen.append(rotations)
-            yield Convention(text, cost, rotations)
-
-
-def _readings_of_turns(data: Dataset) -> Iterator[tuple[str, float, np.ndarray]]:
-    assert data.rotation is not None
-    yield (
-        "the orientation is that of the base in the tool (transposed)",
-        1.0,
-        np.swapaxes(data.rotation, 1, 2),
-    )
-    if (written := data.written) is None:
-        return
-    largest = np.nanmax(np.abs(written.numbers), initial=0.0)
-    degree = np.pi / 180.0
-    units = [(1.0, "", 0.0)]
-    if written.numbers.shape[1] == 3 and largest < TURN * 1.02 * degree:
-        units.append((1.0 / degree, " in rad, not degrees", 0.5))
-    elif written.numbers.shape[1] == 3 and largest > TURN:
-        units.append((degree, " in degrees, not rad", 0.5))
-    for factor, unit, more in units:
-        for kind in (k for k in ORIENTATIONS if k.numbers == written.numbers.shape[1]):
-            cost = more + (
-                0.0 if kind.name == written.name else USUAL if kind in USUAL_ORIENTATIONS else RARE
-            )
-            matrices = kind.matrices(factor * written.numbers)
-            yield f"the orientation is {kind.text}{unit}", cost, matrices
-            yield (
-                f"the orientation is the inverse of {kind.text}{unit}",
-                cost + 1.0,
-                np.swapaxes(matrices, 1, 2),
-            )
-            if kind.name.islower() and len(set(kind.name)) == 3:
-                for order in list(permutations(range(3)))[1:]:
-                    columns = ", ".join(str(k + 1) for k in order)
-                    text = f"the orientation is {kind.text}{unit} of its columns {columns}"
-                    yield text, cost + 1.2, kind.matrices(factor * written.numbers[:, order])
 
 
 class Search:

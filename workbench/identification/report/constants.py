@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from workbench.arm.kinematics.katana_influence import Influence, influence
-from workbench.arm.motion import Motion
+from workbench.arm.kinematics.katana_influence import Influence
 from workbench.identification.report.parameters import unseen
-from workbench.identification.result import Identification, Run
+from workbench.identification.result import Run
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 from workbench.report.numbers import signed
 
@@ -85,13 +84,3 @@ def influence_figure(found: Influence, *, printed: dict[str, float] | None = Non
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4)
         grid(axes)
     return figure
-
-
-def influence_of_fit(result: Identification) -> Figure | None:
-    """Influence of the arm's identified constants at the fitted poses; None where none was identified."""
-    fit = result.best.fit
-    own = {element.name for element in fit.calibrated.elements}
-    names = tuple(name for name in fit.problem.names if name in own)
-    if not names:
-        return None
-    return influence_figure(influence(fit.calibrated.with_effects(), Motion(fit.problem.data.q), names=names))

@@ -19,7 +19,14 @@ from workbench.base.wording import plural
 from workbench.identification.errors.row_errors import Errors, Spread
 from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import LEGEND, Cell, ConstantStatus, parameter_table
-from workbench.identification.result import Evaluation, Identification, Run, Validation, error_rows
+from workbench.identification.result import (
+    Evaluation,
+    Identification,
+    Run,
+    Validation,
+    error_rows,
+    order_of_measuring,
+)
 from workbench.report.numbers import factor, short
 from workbench.report.result_display import plot_of, summary_of
 from workbench.report.tables import folded, line, new_table, unbroken
@@ -208,3 +215,10 @@ def _figure(result: Evaluation) -> "Figure":
     from workbench.identification.report.error_plots import evaluation_figure
 
     return evaluation_figure(result)
+
+
+@plot_of.register(Identification)
+def _before_and_after(result: Identification) -> "Figure":
+    from workbench.identification.report.error_plots import before_after
+
+    return before_after(result, order_of_measuring(result))

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from workbench.arm.inverse.branch import LIMIT_MARGIN
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Length, LengthAndAngle, admit
+from workbench.base.arguments import Length, LengthAndAngle, admit
 from workbench.base.errors import DataError, OptionError
 from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.plate.optimiser.clearance import arm_shape

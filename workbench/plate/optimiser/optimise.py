@@ -18,7 +18,7 @@ from jaxtyping import Float
 import workbench.plate.report.design  # noqa: F401 how results are shown
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import admit
+from workbench.base.arguments import admit
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancelled, part_of, progress
 from workbench.base.types import Outcome

@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base import se3
-from workbench.base.argument_checks import Angle, Length, admit
+from workbench.base.arguments import Angle, Length, admit
 from workbench.base.errors import OptionError
 from workbench.plate.plate import SQUARE, Plate
 
@@ -29,6 +29,8 @@ FOOT = 0.012
 """Minimum height of a block's lower edge: thread and dowels need it [m]."""
 FLAT_HEIGHT = 0.05
 """Height of flat blocks [m]."""
+IN_THE_AIR = (0.05, 0.35)
+"""Heights above the plate of targets without blocks, which a ball-bar reads [m]."""
 
 SHAPE = [2, 3, 5]
 """Columns of a block's numbers that determine its drawing: height, tilt, spin."""
@@ -59,8 +61,6 @@ class Blocks:
         max_tilt: Of a face [rad].
         tilts: The only tilts allowed, to reduce cost; any up to the maximum if empty [rad].
         turn: Azimuths and spins are multiples of this [rad]; any if 0.
-        grid: Distance of the holes that blocks stand on, about the plate's centre [m]; anywhere if 0.
-        levels: The only heights available, such as those of posts [m]; any within `heights` if empty.
         shapes: The only blocks that may be made, as height [m], tilt and spin [rad]; any if empty. Blocks of
             one shape differ in where they stand and which way they face, and need one drawing.
     """
@@ -70,8 +70,6 @@ class Blocks:
     max_tilt: Angle = float(np.deg2rad(45.0))
     tilts: tuple[Angle, ...] = ()
     turn: Angle = 0.0
-    grid: Length = 0.0
-    levels: tuple[Length, ...] = ()
     shapes: tuple[tuple[Length, Angle, Angle], ...] = ()
 
     def __post_init__(self):
@@ -83,12 +81,6 @@ class Blocks:
             raise OptionError(
                 f"the tilt of a block must be 0 to {np.rad2deg(STEEPEST):.0f}°, got "
                 f"{np.rad2deg(max((self.max_tilt, *self.tilts), key=abs)):g}°"
-            )
-        if self.grid < 0.0 or min(self.levels, default=1.0) <= 0.0:
-            raise OptionError(
-                "the grid of holes must not be negative, and the levels must be positive",
-                option="grid",
-                found=self.grid,
             )
         if self.turn < 0.0:
             raise OptionError(
@@ -108,9 +100,6 @@ class Blocks:
         """The nearest blocks that can be made."""
         made = places.copy()
         made[:, :2] = np.clip(made[:, :2], -half, half)
-        if self.grid > 0.0:
-            maximum = np.floor(half / self.grid)
-            made[:, :2] = self.grid * np.clip(np.round(made[:, :2] / self.grid), -maximum, maximum)
         made[:, 2] = np.clip(made[:, 2], *self.heights)
         if self.style is BlockStyle.TILTED:
             made[:, 3] = np.clip(made[:, 3], 0.0, self.max_tilt)
@@ -124,12 +113,7 @@ class Blocks:
         if self.turn > 0.0:
             made[:, 4:] = np.round(made[:, 4:] / self.turn) * self.turn
         made[:, 4:] = np.arctan2(np.sin(made[:, 4:]), np.cos(made[:, 4:]))
-        minimum = 0.5 * SIDE * np.tan(made[:, 3]) + FOOT
-        made[:, 2] = np.maximum(made[:, 2], minimum)
-        if self.levels:
-            levels = np.sort(self.levels)
-            distance = np.abs(made[:, 2, None] - levels) + np.where(levels < minimum[:, None], 1.0, 0.0)
-            made[:, 2] = levels[distance.argmin(1)]
+        made[:, 2] = np.maximum(made[:, 2], 0.5 * SIDE * np.tan(made[:, 3]) + FOOT)
         if self.shapes:
             shapes = np.array(self.shapes)
             made[:, SHAPE] = shapes[shape_distances(made[:, SHAPE], shapes).argmin(1)]

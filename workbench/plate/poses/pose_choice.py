@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.robot import Robot
-from workbench.base.registry import Registry
+from workbench.parts import parts
 
 
 class AbstractPoseChoice(ABC):
@@ -24,6 +24,5 @@ class AbstractPoseChoice(ABC):
         """So many joint positions within the limits [rad or m]."""
 
 
-POSE_CHOICES: Registry[AbstractPoseChoice] = Registry(
-    "choice of poses", AbstractPoseChoice, group="workbench.pose_choices"
-)
+def pose_choices() -> tuple[AbstractPoseChoice, ...]:
+    return parts("pose_choices", AbstractPoseChoice)

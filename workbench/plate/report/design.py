@@ -66,9 +66,7 @@ def _design_text(design: PlateDesign) -> list[str]:
     if any(target.kind is not Kind.POINT for target in design.plate.targets):
         sentences.append(f"{shapes} different blocks for {blocks} targets")
         if shapes > max(3, blocks // 3):
-            sentences[-1] += (
-                "; --shapes 3 or --angles 0deg,30deg make them cheaper and report the loss of accuracy"
-            )
+            sentences[-1] += "; --shapes 3 or --angles 0deg,30deg make them cheaper"
     if np.isfinite(design.start_cost):
         given = f"{1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as large"
         sentences.append(

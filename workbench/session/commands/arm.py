@@ -3,7 +3,6 @@
 import atexit
 import shutil
 import tempfile
-from collections.abc import Callable
 from dataclasses import field, replace
 from functools import cache
 from pathlib import Path
@@ -17,8 +16,8 @@ from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.progress import progress
-from workbench.base.registry import Registry
 from workbench.base.types import frozen
+from workbench.parts import parts
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, computed
@@ -219,14 +218,9 @@ def drawn_joints(session: Session) -> np.ndarray:
     return session.states[session.selected].q
 
 
-ROBOT_CHECKS: Registry[Callable[[Path | str, tuple[str, ...]], Robot]] = Registry(
-    "check of a robot", None, group="workbench.robot_checks"
-)
-"""Find the robot of a file, or a built-in one, that gives typed poses; the first one is used."""
-
-
 def _robot_that_gives(source: Path | str, poses: tuple[str, ...]) -> Robot:
-    for check in ROBOT_CHECKS.values():
+    """The robot of a file, or a built-in one, that gives typed poses."""
+    for check in parts("robot_checks"):
         return check(source, poses)
     raise OptionError("typed poses can't be checked: what does it, workbench.extras.pendant, isn't installed")
 

@@ -13,7 +13,7 @@ def place_targets(session: Session, targets: tuple[Target, ...]) -> Session:
     return place_plate(session, replace(session.plate, targets=targets))
 
 
-def place_plate(session: Session, plate: Plate, *, selected: int | None = None, seed: int = 0) -> Session:
+def place_plate(session: Session, plate: Plate) -> Session:
     """The session with this plate, the arm in the best of the mixes of branches that are tried."""
-    states = solve_all_targets(session.robot, plate, region_q=session.region.q, seed=seed)
-    return move_targets(session, plate, states, selected=selected)
+    states = solve_all_targets(session.robot, plate, region_q=session.region.q)
+    return move_targets(session, plate, states)

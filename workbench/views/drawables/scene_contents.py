@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 
-from workbench.base.registry import Registry, warn_of_broken
+from workbench.parts import parts, warn_of_broken
 from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, blame, branches, deflected_arm
 from workbench.views.drawables.events import happened
@@ -11,39 +11,35 @@ from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.region import envelope, region
 from workbench.views.drawables.sink import Item
 
-SUBJECTS: Registry[Callable[[Session], Iterator[Item]]] = Registry(
-    "drawable", None, arms, plate, region, measured, happened, group="workbench.drawables"
-)
+SUBJECTS = (arms, plate, region, measured, happened)
 """What page and recordings show; each yields its items for a session."""
-ON_PAGE: Registry[Callable[[Session], Iterator[Item]]] = Registry(
-    "drawable of the page",
-    None,
-    plate_before,
-    envelope,
-    branches,
-    selected_row_marks,
-    group="workbench.page_drawables",
-)
+ON_PAGE = (plate_before, envelope, branches, selected_row_marks)
 """What the page alone shows besides."""
-MOVING: Registry[Callable[[Session], Iterator[Item]]] = Registry(
-    "moving drawable", None, deflected_arm, blame, group="workbench.moving_drawables"
-)
+MOVING = (deflected_arm, blame)
 """The same, and what moves with the arm while a trajectory is played."""
 
 
 def on_page(session: Session) -> Iterator[Item]:
     """Everything that the page shows."""
-    yield from _items((*SUBJECTS.values(), *ON_PAGE.values(), *MOVING.values()), session)
+    yield from _items((*_shown(), *ON_PAGE, *_moving()), session)
 
 
 def in_recordings(session: Session) -> Iterator[Item]:
     """What recordings show."""
-    yield from _items(SUBJECTS.values(), session)
+    yield from _items(_shown(), session)
 
 
 def in_motion(session: Session) -> Iterator[Item]:
     """What moves while a trajectory is played."""
-    yield from _items((arms, *MOVING.values()), session)
+    yield from _items((arms, *_moving()), session)
+
+
+def _shown() -> tuple[Callable[[Session], Iterator[Item]], ...]:
+    return SUBJECTS + parts("drawables")
+
+
+def _moving() -> tuple[Callable[[Session], Iterator[Item]], ...]:
+    return MOVING + parts("moving_drawables")
 
 
 def _items(subjects: Iterable[Callable[[Session], Iterator[Item]]], session: Session) -> Iterator[Item]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.registry import warn_of_broken
+from workbench.parts import warn_of_broken
 
 
 @dataclass(frozen=True, eq=False)

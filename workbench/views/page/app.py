@@ -5,14 +5,14 @@ from collections.abc import Callable, Iterable
 import viser
 
 from workbench.arm.robot import Robot
-from workbench.base.registry import warn_of_broken
+from workbench.parts import parts, warn_of_broken
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import load_command
 from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.region import CHORES
 from workbench.session.journal.folder import StartedSession, unrecorded_session
 from workbench.session.page_state import Tab
-from workbench.session.view import WATCHERS, AbstractView
+from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
 from workbench.views.page.local_server import local_server, page_address, session_link
@@ -61,11 +61,11 @@ class App:
         )
         self.worker.add_view(self.view)
         self.worker.begin_chores(CHORES)  # not while the page is made: both would take longer
-        for name, watcher in WATCHERS.items():
+        for watcher in parts("watchers", AbstractView, classes=True):
             try:
                 self.worker.add_view(watcher(self.worker))
             except Exception as error:  # whatever is wrong with somebody else's package
-                warn_of_broken(f"the watcher {name}", error)
+                warn_of_broken(f"the watcher {watcher.__name__}", error)
         for make in beside:
             if (view := make(self.worker)) is not None:
                 self.worker.add_view(view)

@@ -5,7 +5,7 @@ from functools import partial
 
 import viser
 
-from workbench.base.registry import BROKEN_PARTS, warn_of_broken
+from workbench.parts import BROKEN, warn_of_broken
 from workbench.session.commands.compare import FollowSystem
 from workbench.session.commands.messages import NoteTab, Tell
 from workbench.session.page_state import Severity, Tab
@@ -14,8 +14,7 @@ from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.camera import aim
 from workbench.views.page.html import MUTED, block, text
-from workbench.views.page.palette import add_commands
-from workbench.views.page.panels import PANELS
+from workbench.views.page.panels import panels as all_panels
 from workbench.views.page.panels.header import CaptionPanel, Header, HeaderVerdict
 from workbench.views.page.panels.legend import LegendPanel
 from workbench.views.page.panels.panel import AbstractPanel
@@ -25,7 +24,7 @@ from workbench.views.page.scene.scene import Scene
 from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.style import NARROW, PHONE
 from workbench.views.page.tabs import PageSignals, Tabs
-from workbench.views.page.viser_internals import controls, hand_over, icons_at_once
+from workbench.views.page.viser_internals import hand_over, icons_at_once
 
 MIN_WIDTH, WINDOW_SHARE = 340, 0.42
 """Where the window is narrow: minimum width of the panel [px], and its share of the window."""
@@ -119,7 +118,7 @@ class BrowserView(AbstractView):
 
     def _report_broken_parts(self) -> None:
         """Show each sentence on a part that is left out, once."""
-        for sentence in BROKEN_PARTS.keys() - self._shown_broken:
+        for sentence in BROKEN.keys() - self._shown_broken:
             self._worker.submit(Tell(sentence, Severity.WARNING))
             self._shown_broken.add(sentence)
 
@@ -138,18 +137,15 @@ def _build_panels(
     server.on_client_connect(lambda client: signals.sized(client, partial(_fit_panel, server, client)))
     panels: list[AbstractPanel] = []
 
-    def make(panel: AbstractPanel, tab: Tab | None = None) -> None:
-        before = controls(gui)
+    def make(panel: AbstractPanel) -> None:
         panel.link = signals.pressed  # type: ignore[method-assign]
         panel.make(gui)
         panels.append(panel)
-        if tab is not None:
-            add_commands(gui, tab, {k: c for k, c in controls(gui).items() if k not in before}, tabs.open_on)
 
     def make_all(tab: Tab | None) -> None:
         for kind in _placed(tab):
             try:
-                make(kind(worker), tab)
+                make(kind(worker))
             except Exception as error:  # whatever is wrong with somebody else's package
                 warn_of_broken(f"the panel {kind.__name__}", error)
 
@@ -175,7 +171,7 @@ def _build_panels(
 
 def _placed(tab: Tab | None) -> list[type[AbstractPanel]]:
     """The panels of a tab, or those above all tabs, in order."""
-    return sorted((p for p in PANELS.values() if p.tab is tab), key=lambda p: p.order)
+    return sorted((p for p in all_panels() if p.tab is tab), key=lambda p: p.order)
 
 
 def _fit_panel(server: viser.ViserServer, client: viser.ClientHandle, window: int, height: int) -> None:

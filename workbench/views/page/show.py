@@ -5,11 +5,11 @@ from html import escape
 from typing import final
 
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
+from workbench.base.arguments import checked_arguments
 from workbench.base.errors import OptionError
+from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
-from workbench.plate.argument_types import checked_arguments
-from workbench.plate.plate import Plate
+from workbench.plate.arguments import PlateLike
 from workbench.session.commands.data import matched_to_arm, with_data
 from workbench.session.journal.folder import StartedSession
 from workbench.session.loaded_measurements import Loaded, observation_text
@@ -67,9 +67,9 @@ class Page:
 
 @checked_arguments()
 def show(
-    robot: Like[Robot],
-    data: Like[Dataset] | None = None,
-    plate: Like[Plate] | None = None,
+    robot: RobotLike,
+    data: DatasetLike | None = None,
+    plate: PlateLike | None = None,
     *,
     port: int | None = None,
     open_browser: bool = True,

@@ -7,11 +7,11 @@ import numpy as np
 import rerun as rr
 
 from workbench.arm.kinematics.skeleton import body_frames
-from workbench.base.registry import warn_of_broken
 from workbench.diagnosis.report.ranking import ranking
 from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_plots import before_after
 from workbench.identification.result import order_of_measuring
+from workbench.parts import warn_of_broken
 from workbench.report.figures import png
 from workbench.session.comparison import Comparison
 from workbench.session.state import Session

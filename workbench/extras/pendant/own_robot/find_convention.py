@@ -22,11 +22,11 @@ from workbench.arm.many_starts import descend
 from workbench.arm.robot import Robot
 from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.base import se3
+from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.types import frozen
 from workbench.base.wording import in_mm
 from workbench.extras.pendant.own_robot.table_meanings import TableReading, Typed
-from workbench.plate.argument_types import checked_arguments
 
 MIN_POSES = 3
 WEIGHT = 0.25

@@ -10,10 +10,11 @@ from jaxtyping import Float
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_from_rows
+from workbench.base.arguments import checked_arguments
 from workbench.base.errors import FileError, OptionError, ShapeError
 from workbench.base.types import frozen
-from workbench.extras.pendant.own_robot.displayed_poses import SIZES, USUAL_ORIENTATIONS, meanings, possible
-from workbench.plate.argument_types import checked_arguments
+from workbench.data.orientations import USUAL_ORIENTATIONS
+from workbench.extras.pendant.own_robot.displayed_poses import SIZES, meanings, possible
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,9 +20,10 @@ from rich.console import RenderableType
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import Length, Like
+from workbench.base.arguments import Length, Like, checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.wording import in_mm
+from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.extras.pendant.touching.touches import (
     NOMINAL,
@@ -38,7 +39,6 @@ from workbench.extras.pendant.touching.touches import (
     solve_without_slipped,
     squared,
 )
-from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
@@ -141,7 +141,7 @@ class ToolTip(AbstractShown):
 
 
 @checked_arguments()
-def tcp(robot: Like[Robot], touches: Path | Like[Dataset], *, wanted: Like[Length] | None = None) -> ToolTip:
+def tcp(robot: RobotLike, touches: Path | Like[Dataset], *, wanted: Like[Length] | None = None) -> ToolTip:
     """Find a tool's tip from touching one point in four orientations or more, joints alone.
 
     Args:

@@ -18,12 +18,12 @@ import tomli_w
 from jaxtyping import Bool, Float
 from rich.console import RenderableType
 
-from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.argument_checks import Length, Like
+from workbench.base.arguments import Length, Like, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
 from workbench.base.wording import in_mm
+from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import read_fields
 from workbench.extras.pendant.touching.touches import (
@@ -40,7 +40,6 @@ from workbench.extras.pendant.touching.touches import (
     squared,
     tips,
 )
-from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
@@ -136,7 +135,7 @@ class UserFrame(AbstractShown):
 
 @checked_arguments()
 def frame(
-    robot: Like[Robot],
+    robot: RobotLike,
     touches: Path | Like[Dataset],
     *,
     cad: Path | Mapping[str, Sequence[float]] | None = None,

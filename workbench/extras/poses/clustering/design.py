@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Seed
+from workbench.base.arguments import Seed
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.extras.poses.clustering import search

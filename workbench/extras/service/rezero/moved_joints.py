@@ -15,10 +15,11 @@ import numpy as np
 from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import FRAMES
 from workbench.arm.robot import Robot
-from workbench.base.argument_checks import Like
+from workbench.base.arguments import Like, checked_arguments
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
+from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
 from workbench.extras.service.rezero.last_calibration import NOMINAL, UNKNOWN, LastCalibration
 from workbench.extras.service.rezero.optimum import Optimum
@@ -28,14 +29,13 @@ from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.errors.row_errors import Errors, instrument_places
-from workbench.identification.fit_choices import Excluded, FitChoices
+from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike
 from workbench.identification.frames import Sessions, visible_parts
 from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.preparation import Prepared, prepare
-from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.problem import FrameFreedom, Problem
 from workbench.identification.result import BeforeAfter
 from workbench.identification.rows.row_selection import check_enough
-from workbench.plate.argument_types import checked_arguments
 
 SIGNIFICANT = 0.3
 """A zero known to less than this part of what it was before the rows counts as determined."""
@@ -51,11 +51,11 @@ FARTHEST = np.deg2rad(120.0)
 @one_thread()
 @whole_or_nothing()
 def rezero(
-    robot: Like[Robot],
-    data: Like[Dataset],
+    robot: RobotLike,
+    data: DatasetLike,
     *,
     replaced: Sequence[int] = (),
-    noise: Like[Noise] | None = None,
+    noise: Like[NoiseLike] | None = None,
     frames: Sessions | str = Sessions.AUTO,
     exclude: Excluded | None = None,
     known: Mapping[str, float] | None = None,

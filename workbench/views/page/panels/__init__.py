@@ -1,6 +1,6 @@
 """The panels of the page; each says its tab and its place in it itself."""
 
-from workbench.base.registry import Registry
+from workbench.parts import parts
 from workbench.views.page.panels.arm import ArmPanel
 from workbench.views.page.panels.columns import ColumnsPanel
 from workbench.views.page.panels.compare import ComparePanel
@@ -20,9 +20,7 @@ from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.row_errors import RowErrorsPanel
 from workbench.views.page.panels.selected_target import BranchesPanel, TargetsPanel
 
-PANELS: Registry[type[AbstractPanel]] = Registry(
-    "panel",
-    AbstractPanel,
+PANELS: tuple[type[AbstractPanel], ...] = (
     ArmPanel,
     JogPanel,
     ToolPanel,
@@ -48,7 +46,10 @@ PANELS: Registry[type[AbstractPanel]] = Registry(
     ComparePanel,
     BendingPanel,
     FilesPanel,
-    group="workbench.panels",
-    classes=True,
 )
-"""Ours, in no order, and those of other packages."""
+"""The built-in ones, in no order."""
+
+
+def panels() -> tuple[type[AbstractPanel], ...]:
+    """All panels: ours, and those of extras and other packages."""
+    return PANELS + parts("panels", AbstractPanel, classes=True)

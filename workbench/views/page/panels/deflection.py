@@ -50,7 +50,11 @@ def _bending(session: Session) -> str:
     robot, q = bending_robot(session), drawn_joints(session)
     if robot is None:
         return ""
-    content = _joints(robot, bend(robot, q)) + _drawn(robot, q, session.choices.overlay.deflection)
+    bending = bend(robot, q)
+    if bending.outcome.ok:
+        content = _joints(robot, bending) + _drawn(robot, q, session.choices.overlay.deflection)
+    else:
+        content = "The arm can't hold its load here, so it is drawn straight: its effects are too large."
     return block(content, testid="bending", style="margin:4px 0")
 
 

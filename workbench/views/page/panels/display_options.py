@@ -25,7 +25,6 @@ KEYS = (
     ("Ctrl Shift Z", "redo"),
     ("N · P", "next and previous target"),
     ("B", "back to the best plate so far"),
-    ("Ctrl K", "every button and setting by name"),
     ("Esc", "closes a sheet"),
 )
 ORDER = (

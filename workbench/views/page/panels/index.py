@@ -6,7 +6,6 @@ import viser
 from workbench.base.wording import plural
 from workbench.plate.observability import INDICES
 from workbench.plate.region_poses import PLATE_CONE
-from workbench.plate.stock import made_as_drawn
 from workbench.plate.target_readings import assumptions
 from workbench.report.chart import UprightBar, columns
 from workbench.session.commands.identify import SetWanted
@@ -131,7 +130,7 @@ def predicted(session: Session) -> str:
     drawn = score_as_drawn(session) if session.drag is None else None
     if drawn is not None:
         better = (
-            f'<span data-testid="as-drawn" title="{text(made_as_drawn(session.plate).assumptions)}">'
+            f'<span data-testid="as-drawn" title="{text(session.plate.made_as_drawn.assumptions)}">'
             f"as drawn {number(1e3 * drawn.position)} mm</span>{better}"
         )
     included = assumptions(session.plate, (noise.position, noise.rotation))

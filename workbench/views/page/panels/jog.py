@@ -45,7 +45,7 @@ class JogPanel(AbstractPanel):
             set_value(slider, min(max(value, slider.min), slider.max))
 
     def _fit(self, robot: Robot) -> None:
-        """A slider for each joint; those that are there stay, so that the palette finds them."""
+        """A slider for each joint; those that are there stay."""
         self._robot = robot
         with self._folder:
             for i in range(len(self._sliders), robot.dof):

@@ -33,7 +33,7 @@ class PlateFilesPanel(AbstractPanel):
     tab, order = Tab.PLATE, 51
 
     def build(self, gui: viser.GuiApi) -> None:
-        self.download("Plate to make (ZIP)", fixture_zip, "Solids, drawings and parts lists.")
+        self.download("Plate to make (ZIP)", fixture_zip, "STL, STEP, a drawing and the list of targets.")
 
 
 class NoisePanel(AbstractPanel):

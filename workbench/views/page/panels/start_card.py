@@ -15,7 +15,7 @@ from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text
-from workbench.views.page.panels import PANELS
+from workbench.views.page.panels import panels
 from workbench.views.page.panels.arm import CHOSEN, MODELS
 from workbench.views.page.panels.panel import AbstractPanel, Build, Door
 
@@ -67,7 +67,7 @@ class StartCard(AbstractPanel):
         self._before, self._door, self._ends_at = self._worker.session, None, Tab.CALIBRATE
         doors = {
             kind.door: kind.tab
-            for kind in sorted(PANELS.values(), key=lambda kind: kind.order)
+            for kind in sorted(panels(), key=lambda kind: kind.order)
             if kind.door is not None and kind.tab is not None
         }
         entry = partial(self.button, hint=INTRODUCTION)

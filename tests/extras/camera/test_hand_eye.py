@@ -1,0 +1,242 @@
+"""Hand–eye from pairs that numpy and scipy made: files, mounts, wrong pairs, motions that tell too little."""
+
+import json
+import subprocess
+import sys
+import tomllib
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from refusals import refuses
+from scipy.spatial.transform import Rotation
+
+import workbench as wb
+from workbench.base.errors import DataError, FileError
+from workbench.extras.camera.camera import Mount
+from workbench.extras.camera.hand_eye import handeye
+
+CAMERA = np.array([0.03, -0.06, 0.05]), Rotation.from_euler("xyz", [3.0, -2.0, 90.0], degrees=True)
+TARGET = np.array([0.5, 0.1, 0.02]), Rotation.from_euler("xyz", [180.0, 0.0, 15.0], degrees=True)
+
+
+def matrix(xyz, rotation):
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation.as_matrix(), xyz
+    return pose
+
+
+X, Z = matrix(*CAMERA), matrix(*TARGET)
+
+
+def pairs(count=15, *, seed=0, mounted="tool", position=3e-4, angle=1e-3, axes=(0.4, 0.4, 0.9)):
+    """Hands above a target, and what the camera sees, with noise."""
+    random = np.random.default_rng(seed)
+    down = Rotation.from_euler("xyz", [180.0, 0.0, 0.0], degrees=True)
+    turns = Rotation.from_rotvec(random.normal(size=(count, 3)) * axes) * down
+    places = random.uniform([0.25, -0.15, 0.35], [0.55, 0.15, 0.65], (count, 3))
+    hands = np.array([matrix(p, r) for p, r in zip(places, turns, strict=True)])
+    moved = hands if mounted == "tool" else np.linalg.inv(hands)
+    seen = np.linalg.inv(moved @ X) @ Z
+    noise = Rotation.from_rotvec(random.normal(0.0, angle, (count, 3))).as_matrix()
+    seen[:, :3, :3] = noise @ seen[:, :3, :3]
+    seen[:, :3, 3] += random.normal(0.0, position, (count, 3))
+    return hands, seen
+
+
+def xyzw(poses):
+    return Rotation.from_matrix(poses[:, :3, :3]).as_quat()
+
+
+def moveit(hands, seen):
+    lines = []
+    for pair in zip(hands, seen, strict=True):
+        lines.append("- ")
+        for name, pose in zip(("effector_wrt_world", "object_wrt_sensor"), pair, strict=True):
+            lines += [f"  {name}:", *(f"    - {v!r}" for v in pose.ravel().tolist())]
+    return "\n".join(lines)
+
+
+def easy_handeye(hands, seen):
+    lines = [
+        "parameters:",
+        "  name: ''",
+        "  robot_base_frame: panda_link0",
+        "  move_group: manipulator",
+        "samples:",
+    ]
+    for k in range(len(hands)):
+        for dash, name, side in (("- ", "robot", hands), ("  ", "tracking", seen)):
+            lines += [f"{dash}{name}:", "    translation:"]
+            lines += [f"      {a}: {v!r}" for a, v in zip("xyz", side[k, :3, 3].tolist(), strict=True)]
+            lines += ["    rotation:"]
+            lines += [f"      {a}: {v!r}" for a, v in zip("xyzw", xyzw(side)[k].tolist(), strict=True)]
+    return "\n".join(lines)
+
+
+def sample_lists(hands, seen):
+    """ROS 1: two lists, w before x."""
+    sides = {}
+    for name, side in (("hand_world_samples", hands), ("camera_marker_samples", seen)):
+        turns = [dict(zip("xyzw", q, strict=True)) for q in xyzw(side).tolist()]
+        places = [dict(zip("xyz", p, strict=True)) for p in side[:, :3, 3].tolist()]
+        poses = [
+            {"rotation": {a: q[a] for a in "wxyz"}, "translation": p}
+            for q, p in zip(turns, places, strict=True)
+        ]
+        sides[name] = {"header": {"seq": 3, "frame_id": "link_8"}, "transforms": poses}
+    return json.dumps({"samples": sides}, indent=1)
+
+
+def table(hands, seen):
+    head = "x[m],y[m],z[m],qx,qy,qz,qw,target_x[mm],target_y[mm],target_z[mm],"
+    head += "target_qw,target_qx,target_qy,target_qz"
+    values = np.hstack([hands[:, :3, 3], xyzw(hands), 1e3 * seen[:, :3, 3], np.roll(xyzw(seen), 1, axis=1)])
+    return "\n".join([head, *(",".join(map(repr, row)) for row in values.tolist())])
+
+
+FILES = {"samples.yaml": moveit, "eih.samples": easy_handeye, "list.json": sample_lists, "pairs.csv": table}
+
+
+def off(found, x=X):
+    turn = Rotation.from_matrix(x[:3, :3].T @ found.camera.rotation).magnitude()
+    return 1e3 * np.linalg.norm(found.camera.xyz - x[:3, 3]), np.rad2deg(turn)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_file_gives_the_camera_on_the_hand(tmp_path, name):
+    (tmp_path / name).write_text(FILES[name](*pairs()))
+    found = handeye(tmp_path / name)
+    assert found.mounted is Mount.TOOL
+    assert not found.doubt
+    assert not found.apart
+    position, angle = off(found)
+    assert position < 0.6
+    assert angle < 0.1
+    assert found.target.xyz == pytest.approx(Z[:3, 3], abs=1e-3)
+
+
+@pytest.mark.parametrize("vectors", [False, True])
+def test_arrays_of_opencv(tmp_path, vectors):
+    hands, seen = pairs()
+    turns = [Rotation.from_matrix(p[:, :3, :3]) for p in (hands, seen)]
+    a, b = [t.as_rotvec()[:, :, None] for t in turns] if vectors else [t.as_matrix() for t in turns]
+    places = {"t_gripper2base": 1e3 * hands[:, :3, 3:], "t_target2cam": 1e3 * seen[:, :3, 3:]}
+    np.savez(tmp_path / "in.npz", R_gripper2base=a, R_target2cam=b, camera_matrix=np.eye(3), **places)
+    found = handeye(tmp_path / "in.npz")
+    assert off(found)[0] < 0.6
+    assert len([note for note in found.notes if note.endswith("read as mm")]) == 2
+    np.savez(tmp_path / "poses.npz", A=hands, B=seen)
+    assert off(handeye(tmp_path / "poses.npz")) == pytest.approx(off(found), rel=1e-3)
+
+
+def test_a_camera_in_the_cell_with_poses_of_the_hand_or_inverted(tmp_path):
+    hands, seen = pairs(mounted="world")
+    for mounted in (None, Mount.WORLD):
+        found = handeye((hands, seen), mounted=mounted)
+        assert found.mounted is Mount.WORLD
+        assert off(found)[0] < 0.6
+    (tmp_path / "eob.samples").write_text(easy_handeye(np.linalg.inv(hands), seen))
+    found = handeye(tmp_path / "eob.samples", mounted=Mount.WORLD)
+    assert off(found)[0] < 0.6
+    assert any("base in the hand" in note for note in found.notes)
+
+
+def test_a_mount_that_the_pairs_contradict_is_refused():
+    """Inverse poses of robot and target can't be told apart, nor from another mount."""
+    hands, seen = pairs()
+    with refuses(DataError, "tool"):
+        handeye((hands, seen), mounted=Mount.WORLD)
+    with refuses(DataError, "world"):
+        handeye((hands, np.linalg.inv(seen)), mounted=Mount.TOOL)
+
+
+def test_intervals_hold_as_often_as_they_say():
+    inside = []
+    for seed in range(60):
+        found = handeye(pairs(10, seed=seed))
+        inside.append(np.abs(found.camera.xyz - X[:3, 3]) < found.half[0, :3])
+    assert 0.88 < np.mean(inside) < 0.99
+
+
+def test_pairs_that_do_not_belong_together_are_named():
+    hands, seen = pairs(16)
+    seen[[3, 4]] = seen[[4, 3]]
+    seen[9, 0, 3] += 0.01
+    found = handeye((hands, seen))
+    assert sorted(found.apart) == [3, 4, 9]
+    assert off(found)[0] < 0.6
+    assert "pair 10 is off by 10" in repr(found)
+    few = sum(len(handeye(pairs(12, seed=seed)).apart) for seed in range(100, 160))
+    assert few <= 3
+
+
+@pytest.mark.parametrize(("axes", "about"), [((0.0, 0.0, 0.8), "xy"), ((0.5, 1e-3, 1e-3), "yz")])
+def test_a_hand_that_turned_about_one_axis_is_told_another(axes, about):
+    """The target is below the hand, so its axes are the hand's up to signs."""
+    found = handeye(pairs(axes=axes))
+    assert "turn the hand more about its " in found.doubt
+    assert found.doubt.split("about its ")[1][0] in about
+    assert np.abs(found.camera.xyz - X[:3, 3]).max() < found.half[0, :3].max()
+
+
+def test_the_command_writes_every_form_and_ends_honestly(tmp_path):
+    def run(*arguments):
+        command = [sys.executable, "-m", "workbench", "handeye", *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
+    (tmp_path / "good.yaml").write_text(moveit(*pairs()))
+    done = run(tmp_path / "good.yaml", "--save", tmp_path / "c.toml", "--json", tmp_path / "c.json")
+    assert done.returncode == 0, done.stderr
+    written = tomllib.loads((tmp_path / "c.toml").read_text())["camera"]
+    assert written["mounted"] == "tool"
+    assert written["xyz"] == pytest.approx(X[:3, 3], abs=6e-4)
+    content = json.loads((tmp_path / "c.json").read_text())
+    assert content["schema"] == "workbench.handeye/1"
+    assert content["camera"]["xyz"] == pytest.approx(written["xyz"])
+    assert len(content["pairs"]) == 15
+    (tmp_path / "flat.yaml").write_text(moveit(*pairs(axes=(0.0, 0.0, 0.8))))
+    done = run(tmp_path / "flat.yaml", "--save", tmp_path / "flat.urdf")
+    assert done.returncode == 2
+    assert not (tmp_path / "flat.urdf").exists()
+
+
+def test_saved_forms_hold_the_same_pose(tmp_path):
+    found = handeye(pairs())
+    origin = ET.fromstring(found.save(tmp_path / "c.urdf").read_text()).find("origin")
+    xyz, rpy = (np.array(origin.get(name).split(), float) for name in ("xyz", "rpy"))
+    assert matrix(xyz, Rotation.from_euler("xyz", rpy)) == pytest.approx(found.camera.pose)
+    yaml = pytest.importorskip("yaml")
+    held = yaml.safe_load(found.save(tmp_path / "c.yaml").read_text())["transform"]
+    turn = Rotation.from_quat([held["rotation"][a] for a in "xyzw"])
+    assert matrix([held["translation"][a] for a in "xyz"], turn) == pytest.approx(found.camera.pose)
+
+
+def test_wrong_files_are_refused(tmp_path):
+    hands, seen = pairs()
+    (tmp_path / "one.csv").write_text("x[m],y[m],z[m],qx,qy,qz,qw\n0,0,0,0,0,0,1\n")
+    with refuses(FileError, "target"):
+        handeye(tmp_path / "one.csv")
+    (tmp_path / "no.yaml").write_text("command: identify\nhappens: nothing\n")
+    with refuses(FileError, "no pairs"):
+        handeye(tmp_path / "no.yaml")
+    np.savez(tmp_path / "half.npz", R_gripper2base=hands[:, :3, :3], R_target2cam=seen[:, :3, :3])
+    with refuses(FileError, "OpenCV"):
+        handeye(tmp_path / "half.npz")
+    with refuses(DataError, "at least 3"):
+        handeye((hands[:2], seen[:2]))
+    with refuses(DataError, "15 robot poses and 14"):
+        handeye((hands, seen[:-1]))
+    with refuses(DataError, "orthonormal"):
+        handeye((1.1 * hands, seen))
+
+
+@pytest.mark.parametrize("name", ["samples.yaml", "list.json", "pairs.csv", "in.npz"])
+def test_other_commands_point_here(tmp_path, name):
+    hands, seen = pairs()
+    if name == "in.npz":
+        np.savez(tmp_path / name, A=hands, B=seen)
+    else:
+        (tmp_path / name).write_text(FILES[name](hands, seen))
+    with pytest.raises(wb.base.errors.WorkbenchError, match="workbench handeye"):
+        wb.read_measurements(tmp_path / name)

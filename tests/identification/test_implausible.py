@@ -1,0 +1,41 @@
+"""Arms that no maker can have built: said of tables and of URDFs alike, in positions and in orientations."""
+
+import numpy as np
+import pytest
+from generator import three_parallel
+
+import workbench as wb
+from workbench.base import se3
+from workbench.data.dataset import Dataset
+from workbench.identification.errors.row_errors import Errors, Spread, explains_little
+
+
+@pytest.mark.parametrize("kind", ["toml", "urdf"])
+@pytest.mark.parametrize("off", [0.0, np.pi / 3])
+def test_a_joint_with_another_zero_is_implausible(kind, off, tmp_path):
+    """A URDF spreads the angle over the origins of parallel joints, none of which is known alone."""
+    rng, nominal = np.random.default_rng(1), three_parallel()
+    (tmp_path / "arm.toml").write_text(nominal.toml(free='"auto"'))
+    path = wb.load_robot(str(tmp_path / "arm.toml")).save(tmp_path / f"arm.{kind}")
+    q = rng.uniform(-1.2, 1.2, (60, nominal.dof))
+    poses = nominal.perturbed(rng, length=5e-4, angle=1e-3).pose(q)
+    data = Dataset(
+        q=q + off * np.eye(nominal.dof)[1],
+        row=np.arange(60),
+        source="rows.csv",
+        position=poses[:, :3, 3] + rng.normal(0.0, 3e-5, (60, 3)),
+        rotation=poses[:, :3, :3] @ se3.rotvec_to_matrix(rng.normal(0.0, 1e-4, (60, 3))),
+    )
+    found = wb.identify(wb.load_robot(str(path)), data, reading="given")
+    assert bool(found.best.implausible) == bool(off)
+
+
+@pytest.mark.parametrize(
+    ("position", "rotation", "little"),
+    [(0.3, 0.1, False), (0.3, 8.5, True), (0.3, 0.9, False), (9.0, 0.1, True)],
+)
+def test_orientations_that_stay_are_little_explained(position, rotation, little):
+    def errors(mm, degrees):
+        return Errors(Spread.of(np.full(9, mm)), Spread.of(np.full(9, degrees)))
+
+    assert explains_little(errors(11.0, 10.0), errors(position, rotation), 0.85) == little

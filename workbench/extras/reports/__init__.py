@@ -1,1 +1,0 @@
-"""Pages of results for people: an identification and a diagnosis as HTML, with all their figures."""
