@@ -33,6 +33,7 @@ def called(run: Callable[[], object], *places: str) -> dict[str, FunctionType]:
         sys.setprofile(None)
         threading.setprofile(None)  # type: ignore[arg-type]  # as it was
     found = {}
+    gc.unfreeze()  # what is frozen is not looked through
     for code in seen:
         for holder in gc.get_referrers(code):
             if isinstance(holder, FunctionType) and holder.__code__ is code and holder.__module__:

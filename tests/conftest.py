@@ -207,7 +207,8 @@ def run_unread(run, monkeypatch):
 
 
 @pytest.fixture(autouse=True)
-def nothing_left_out():
-    """What one test leaves out on purpose is no news for the next."""
+def nothing_left_out(monkeypatch):
+    """What one test leaves out on purpose is no news for the next; mistakes in what describes are raised."""
+    monkeypatch.setattr("workbench.base.advice.is_strict", True)
     yield
     BROKEN.clear()

@@ -17,6 +17,7 @@ from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.advice import beside
 from workbench.base.types import Poses, frozen
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
@@ -99,6 +100,7 @@ class Comparison:
         return next((s for s in reversed(self.stages) if STAGES.index(s) <= up_to), ModelStage.NOMINAL)
 
 
+@beside("the exaggeration of errors", 1.0)
 def exaggeration_for(errors: Float[np.ndarray, " rows"]) -> float:
     """A round factor that draws a typical error [m] about 5 cm long at most, and never smaller than it is."""
     typical = np.nanmedian(errors) if np.isfinite(errors).any() else 0.0

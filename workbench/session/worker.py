@@ -17,6 +17,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from workbench.base.advice import failures
 from workbench.base.errors import WorkbenchError
 from workbench.base.progress import Cancelled, running
 from workbench.base.remedy import speak_to_page
@@ -291,7 +292,11 @@ class Worker:
         try:
             if failure is not None:
                 raise failure
-            self._session = _checked(task.finish(self._session, result), f"{type(task).__name__}.finish")
+            with failures() as failed:
+                after = _checked(task.finish(self._session, result), f"{type(task).__name__}.finish")
+            for sentence in failed:
+                after = after.with_message(Severity.WARNING, sentence)
+            self._session = after
             self._note(task, Ending.DONE, basis, seconds, result=result if task.stored else None)
         except Exception as error:
             if is_chore and isinstance(error, Cancelled):

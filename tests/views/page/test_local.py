@@ -3,10 +3,13 @@
 import signal
 import subprocess
 import sys
+import time
 import urllib.error
 import urllib.parse
 import urllib.request
+from contextlib import suppress
 
+import msgspec
 import pytest
 import viser
 import websockets
@@ -15,6 +18,7 @@ from viser import _messages
 
 from workbench.views.page import viser_internals
 from workbench.views.page.local_server import local_server, page_address, session_link
+from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.viser_internals import hand_over
 
 
@@ -172,3 +176,43 @@ def test_serve_says_where_and_ends_when_interrupted():
     process.send_signal(signal.SIGINT)
     rest, errors = process.communicate(timeout=120)
     assert (process.returncode, rest, errors) == (0, "", "")
+
+
+def test_messages_that_are_none_are_one_line_a_minute(server, caplog):
+    for content in (b"\xc1", b"\x01", b"no", packed(type="TransformControlsUpdateMessage", name=[])) * 3:
+        with dialled(server) as socket, suppress(websockets.ConnectionClosed):
+            socket.send(content)
+            socket.send(b"no")  # which ends the connection
+            while True:
+                socket.recv(timeout=60)
+    (line,) = caplog.records
+    assert "not understood" in line.getMessage()
+    assert line.exc_info is None
+
+
+def test_a_target_held_by_a_program_that_left_without_showing_a_page_is_free_again(server, worker):
+    """Viser tells of those alone that sent where their camera is."""
+    gizmo = Gizmo(server, worker, worker.session)
+    grab = packed(type="TransformControlsDragStartMessage", name="/handles/arrows", owner="")
+    owners = set()
+    for _ in range(2):
+        with dialled(server) as socket:
+            socket.send(grab)
+            patience = time.monotonic() + 60.0
+            while gizmo._dragged is None or gizmo._dragged[1] in owners:
+                assert time.monotonic() < patience
+                time.sleep(0.01)
+            owners.add(gizmo._dragged[1])
+    assert len(owners) == 2
+    assert worker.wait(60.0)
+    assert worker.session.drag.client == max(owners) + 1
+
+
+def dialled(server):
+    """A program that speaks viser's language."""
+    address = f"ws://127.0.0.1:{server.get_port()}"
+    return client.connect(address, subprotocols=[f"viser-v{viser.__version__}"])
+
+
+def packed(**message: object) -> bytes:
+    return msgspec.msgpack.encode(message)

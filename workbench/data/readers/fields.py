@@ -25,6 +25,10 @@ _BOTH = re.compile(r"[-+\u2212]?\d[\d.,' ]*[.,]\d+[.,]\d+([eE][-+]?\d+)?")
 _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
 
 
+MAX_NUMBER = 1e50
+"""Larger numbers are no measurements, and their squares no numbers."""
+
+
 class Decimal(StrEnum):
     """What marks decimals in a file."""
 
@@ -195,10 +199,11 @@ def to_numbers(table: Table, index: int, decimal: Decimal) -> Float[np.ndarray, 
         values = np.array([float(cell) for cell in cells], dtype=float)
     except ValueError:
         values = np.array([_number(table, index, row, cell) for row, cell in enumerate(cells)], dtype=float)
-    if np.isinf(values).any():
-        row = int(np.argmax(np.isinf(values)))
+    if (beyond := np.abs(values) > MAX_NUMBER).any():
+        row = int(np.argmax(beyond))
+        what = "infinite" if np.isinf(values[row]) else "no measured value"
         text = table.columns[index][row][:40]
-        raise table.error(f"'{text}' is infinite: correct it, or leave the cell blank", index, row)
+        raise table.error(f"'{text}' is {what}: correct it, or leave the cell blank", index, row)
     return values
 
 

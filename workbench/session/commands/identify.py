@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.base.advice import beside
 from workbench.base.errors import OptionError
 from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
@@ -91,6 +92,7 @@ class Identify(AbstractTask[IdentifiedRows]):
         return session.with_message(Severity.LOG, _summary(found, fit))
 
 
+@beside("the summary", "")
 def _summary(found: Identification, fit: str) -> str:
     """Before and after in one sentence, on held-out rows where there are any."""
     old, new = judged(found.nominal), judged(found.runs[fit])

@@ -8,11 +8,13 @@ for a secret as well, which is in the link that the program prints and then in a
 `viser_internals`; a test holds them.
 """
 
+import asyncio
 import hmac
 import ipaddress
 import logging
 import secrets
 import socket
+import warnings
 from collections.abc import Callable
 from http.cookies import CookieError, SimpleCookie
 from time import monotonic
@@ -80,6 +82,11 @@ def local_server(
 
     # a page may come before the constructor has ended, but none that knows how to tell something
     def serve(handler, address, port_tried, *, process_request, **options):
+        log = _connection_log()
+        asyncio.get_running_loop().set_exception_handler(
+            lambda loop, found: log.error(found["message"], exc_info=found.get("exception"))
+        )
+
         def guard(connection, request):
             if not _is_own_request(request, host, connection.local_address[1]):
                 return connection.respond(403, "this page is not allowed to access the workbench\n")
@@ -106,9 +113,10 @@ def local_server(
                     response.headers["Set-Cookie"] = cookie
             return response
 
-        options["logger"] = _connection_log()
+        options["logger"] = log
         return real(handler, address, port_tried, process_request=guard, **options)
 
+    warnings.filterwarnings("ignore", r"\[viser\] .* does not match annotation")  # of a message
     with served_by(serve):
         server = LocalServer(host=host, port=port, label=label, verbose=False)
     set_by_its_own_thread(server)
@@ -128,12 +136,14 @@ def local_server(
 def _name(response: Response) -> None:
     """Give the page our name instead of viser's, from its first moment on."""
     response.body = response.body.replace(b"<title>Viser</title>", f"<title>{TITLE}</title>".encode())
-    del response.headers["Content-Length"]
+    if "Content-Length" in response.headers:  # it is not in an answer that there is no such page
+        del response.headers["Content-Length"]
     response.headers["Content-Length"] = str(len(response.body))
 
 
 def _connection_log() -> logging.Logger:
-    """What websockets logs; a request that it can't answer, as HEAD, is one line instead of a traceback."""
+    """What websockets and viser log: one line a minute instead of a traceback for each request that can't be
+    answered, as HEAD, and each message that is none."""
     log = logging.Logger("workbench.page", logging.WARNING)
     log.parent = logging.getLogger()
     last, left_out = -LOG_INTERVAL, 0
@@ -141,7 +151,7 @@ def _connection_log() -> logging.Logger:
     def shorten(record: logging.LogRecord) -> bool:
         nonlocal last, left_out
         error = record.exc_info[1] if record.exc_info else None
-        if record.msg != "opening handshake failed" or error is None:
+        if error is None:
             return True
         left_out += 1
         if monotonic() - last < LOG_INTERVAL:
@@ -149,8 +159,13 @@ def _connection_log() -> logging.Logger:
         while error.__cause__ is not None:
             error = error.__cause__
         record.msg, record.args = (
-            "a request to the page was not answered: %s%s",
-            (brief(str(error)), f" (and {left_out - 1} more like it)" if left_out > 1 else ""),
+            "a request to the page was not answered: %s%s"
+            if record.msg == "opening handshake failed"
+            else "a message to the page was not understood: %s%s",
+            (
+                brief(str(error) or type(error).__name__),
+                f" (and {left_out - 1} more like it)" if left_out > 1 else "",
+            ),
         )
         record.exc_info, last, left_out = None, monotonic(), 0
         return True
@@ -246,7 +261,7 @@ def _is_own_address(name: str, host: str, port: int) -> bool:
     name that resolves to this machine is how a foreign page would get in.
     """
     parts = urlsplit(f"//{name.lower()}")
-    if parts.port != port or parts.hostname is None:
+    if parts.port != port or parts.hostname is None or parts.username is not None:
         return False
     if parts.hostname in (*LOOPBACK, host.lower()):
         return True

@@ -26,6 +26,7 @@ class Gizmo:
     """Both handles of the selected target."""
 
     def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
+        self._server = server
         self._worker = worker
         self._session = session
         self._dragged: tuple[str, int] | None = None
@@ -61,6 +62,8 @@ class Gizmo:
         @handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
             client = -1 if event.client_id is None else event.client_id
+            if event.phase == "start":
+                self._release_lost()
             if event.phase == "start" and self._dragged is None:
                 self._dragged = (kind, client)
                 self._worker.submit(GrabTarget(self._session.selected, client + 1))
@@ -89,6 +92,11 @@ class Gizmo:
     def _release(self, client: int) -> None:
         self._dragged = None
         self._worker.submit(DropTarget(client + 1))
+
+    def _release_lost(self) -> None:
+        """Release the target of a program that never showed a page: viser does not tell when it leaves."""
+        if self._dragged is not None and self._dragged[1] not in self._server.get_clients():
+            self._release(self._dragged[1])
 
     def left(self, client: viser.ClientHandle) -> None:
         """Release the target of a page that has disconnected."""
