@@ -81,7 +81,6 @@ def right():
         "try_plate": (aria, plate),
         "identification_jacobian_blocks": (aria, q, ("joint1.theta",)),
         "table_readings": ([{"a": 0.1, "alpha": 0.0, "d": 0.0, "theta": 0.0}],),
-        "typed_readings": (np.zeros((3, 12)), (False,) * 6),
         "find_convention": ((), ()),
         "read_rig": (None, folder / "target.toml"),
         "read_pixels": (folder / "pixels.csv", None),
@@ -268,9 +267,6 @@ def test_cells_of_a_joint_table_are_numbers():
     for call in (lambda: wb.Robot.from_dh(3), lambda: wb.Robot.from_dh([{"a": 0.1}], limits=3)):
         with pytest.raises(RobotError):
             call()
-    with pytest.raises(ShapeError) as refused:
-        wb.typed_readings(np.zeros((3, 4)), [False] * 6)
-    assert (refused.value.expected, refused.value.found) == (12, 4)
 
 
 @pytest.mark.parametrize(
