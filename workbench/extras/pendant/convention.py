@@ -62,7 +62,7 @@ def find_convention(robot: Robot, shown: Displayed) -> RowReading:
 
 def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:
     """The nominal arm in the frame of the display; the rows decide on what may be there or not."""
-    found = {"base": reading.robot.base.pose, "tool": reading.robot.tool.pose}
+    found = {"base": reading.base, "tool": reading.tool}
     frames = {
         name: Frame.from_pose(pose, Freedom.FREE) if _is_set(pose, robot.reach) else Frame(free=Freedom.AUTO)
         for name, pose in found.items()

@@ -131,7 +131,7 @@ def _rival(meaning: RowMeaning, data: Dataset) -> str:
     q, found = best.joints(data.q[data.included]), []
     for name in built_in_robots():
         low, high = (arm := load_robot(name)).limits.T
-        if arm.dof == best.robot.dof and np.allclose(flange_poses(arm, q), flange_poses(best.robot, q)):
+        if arm.dof == best.robot.dof and np.allclose(flange_poses(arm.bare, q), flange_poses(best.robot, q)):
             outside = ((q < low - SLACK) | (q > high + SLACK)).any(1).mean()
             found.append((float(outside), name))
     return min(found, default=(0.0, ""))[1]

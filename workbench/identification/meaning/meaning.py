@@ -5,10 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm import chain as chains
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
-from workbench.identification.meaning.reading import RowReading
+from workbench.identification.meaning.reading import RowReading, flange_poses
 from workbench.identification.meaning.search import CLEAR, ReadingSearch
 
 ALIKE = 1.3
@@ -121,5 +120,6 @@ def _same_points(one: RowReading, other: RowReading, q: np.ndarray) -> bool:
 
 
 def _points(reading: RowReading, q: np.ndarray) -> Float[np.ndarray, "rows 3"]:
-    points = chains.poses(reading.robot.chain, reading.joints(q))[:, :3, 3]
+    flange = flange_poses(reading.robot, reading.joints(q))
+    points = (reading.base @ flange @ reading.tool)[:, :3, 3]
     return points @ reading.axes.T / reading.scale

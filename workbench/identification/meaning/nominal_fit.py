@@ -48,8 +48,8 @@ def placed(robot: Robot, data: Dataset) -> Robot:
     rows = usable(data) if data.joints == robot.dof else None
     if rows is None:
         return robot
-    arm = ReadingSearch(robot, rows).plain().robot
-    return replace(robot, mounting=robot.mounting.at(arm.base.pose, arm.tool.pose), sessions={})
+    at = ReadingSearch(robot, rows).plain()
+    return replace(robot, mounting=robot.mounting.at(at.base, at.tool), sessions={})
 
 
 def zeros_fitted(robot: Robot, data: Dataset) -> float:

@@ -19,13 +19,13 @@ HELD_ROWS = 3
 """Minimum number of full poses of the flange."""
 
 
-def read_rows(robot: Robot, data: Dataset, *, arms: bool = True) -> RowMeaning | None:
+def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeaning | None:
     """What rows mean for an arm; None with too few rows with a point.
 
     Args:
         robot: The arm that is said to have moved.
         data: Rows; those of the session, and of the point, that has most are looked at.
-        arms: Whether other built-in arms are tried.
+        likely: Whether only signs, couplings and zeros are tried, of an arm that is known to be this one.
     """
     rows = usable(data)
     if rows is None:
@@ -38,14 +38,14 @@ def read_rows(robot: Robot, data: Dataset, *, arms: bool = True) -> RowMeaning |
         search.found = [plain, *search.place([RowReading.plain(robot)], search.conventions)]
         if search.suffices(search.found[1]):
             return ranked(search, plain)
-    for number, stage in enumerate(steps := _stages(search, arms)):
+    for number, stage in enumerate(steps := _stages(search, likely)):
         if plain is not None and number and _is_done(search, plain, last=number == len(steps) - 1):
             break
         stage()
     return ranked(search, plain) if search.found else None
 
 
-def _stages(search: ReadingSearch, arms: bool) -> list[Callable[[], None]]:
+def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     """Families in their order."""
     robot, columns = search.robot, search.data.joints
     own = Families(robot, columns)
@@ -55,23 +55,25 @@ def _stages(search: ReadingSearch, arms: bool) -> list[Callable[[], None]]:
 
         def first() -> None:
             search.family("signs and couplings", robot, own.signs)
-            if near:  # a plain reading that fits so-so has met these before it stands
+            if near or likely:  # a plain reading that fits so-so has met these before it stands
                 search.family("exchanges", robot, own.exchanges)
                 search.family("zeros", robot, own.zeros, inverse=False)
 
         stages.append(first)
     elif columns > robot.dof:
         stages.append(lambda: search.family("choices of columns", robot, own.plain))
-    if arms:
+    if not likely:
         stages.append(lambda: _try_arms(search))
-    if columns == robot.dof:
-        stages += [
-            lambda: search.family("orders", robot, own.orders),
-            lambda: search.family("zeros with signs", robot, own.signed_zeros, inverse=False),
-            lambda: search.family("couplings with zeros", robot, own.coupled_zeros, inverse=False),
-            lambda: search.family("quarter turns with signs", robot, own.quarters, inverse=False),
-        ]
-    return stages
+    if columns != robot.dof:
+        return stages
+    zeros: list[Callable[[], None]] = [
+        lambda: search.family("zeros with signs", robot, own.signed_zeros, inverse=False),
+        lambda: search.family("couplings with zeros", robot, own.coupled_zeros, inverse=False),
+        lambda: search.family("quarter turns with signs", robot, own.quarters, inverse=False),
+    ]
+    if likely:
+        return stages + zeros[:1]
+    return [*stages, lambda: search.family("orders", robot, own.orders), *zeros]
 
 
 def _try_arms(search: ReadingSearch) -> None:

@@ -35,7 +35,7 @@ class RowReading:
     """What rows mean: joints = w q + zero, positions, orientations, and whose.
 
     Args:
-        robot: The arm that moved, without effects; base and tool that fit best once it is placed.
+        robot: The arm that moved, without effects, base and tool.
         other: Its name where it isn't the one that is said to have moved.
         unit: Factor of the columns of joints that turn.
         w: Columns of q to joints.
@@ -45,6 +45,8 @@ class RowReading:
         inverse: Whether poses are of the base in the tool.
         convention: Of the orientation columns; None without orientations.
         cost: Complexity of the changes.
+        base: Pose of its base that fits the rows best.
+        tool: Likewise of what was measured in its flange.
         position: Root mean square distance of the rows that fit [m].
         rotation: Likewise of orientations [rad]; NaN without.
         motion: Misfit as a share of how far the rows move the arm.
@@ -61,6 +63,8 @@ class RowReading:
     inverse: bool = False
     convention: Convention | None = None
     cost: float = 0.0
+    base: Float[np.ndarray, "4 4"] = field(default_factory=lambda: np.eye(4))
+    tool: Float[np.ndarray, "4 4"] = field(default_factory=lambda: np.eye(4))
     position: float = np.inf
     rotation: float = np.nan
     motion: float = np.inf
@@ -191,8 +195,8 @@ def units(robot: Robot, columns: int, factor: float) -> Float[np.ndarray, " m"]:
 
 
 def flange_poses(robot: Robot, q: np.ndarray, *, inverse: bool = False) -> np.ndarray:
-    """Poses of the flange in the arm's base for joints (…, n), or of the base in the flange."""
-    poses = chains.poses(robot.bare.chain, np.ascontiguousarray(q.reshape(-1, q.shape[-1])))
+    """Poses of a bare arm's flange in its base for joints (…, n), or of the base in the flange."""
+    poses = chains.poses(robot.chain, np.ascontiguousarray(q.reshape(-1, q.shape[-1])))
     poses = se3.inverse(poses) if inverse else poses
     return poses.reshape(*q.shape[:-1], 4, 4)
 

@@ -15,7 +15,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm import chain as chains
-from workbench.arm.frame import Frame
 from workbench.arm.inverse.reduced_arm import ONTO_Z
 from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
@@ -188,17 +187,15 @@ class ReadingSearch:
         return [found[k] for k in range(len(readings))]
 
     def _measured(self, reading: RowReading, q: np.ndarray, at: PlacedReadings, number: int) -> RowReading:
-        robot, zero, kept = reading.robot, at.zero[number], ~at.apart[number]
-        if not self.held:
-            base, tool = (Frame.from_pose(pose[number]) for pose in (at.base, at.tool))
-            robot = robot.with_frames(base=base, tool=tool)
+        zero, kept = at.zero[number], ~at.apart[number]
         position, rotation = (float(np.sqrt((e[number][kept] ** 2).mean())) for e in (at.error, at.turn))
-        flange = flange_poses(robot, q + zero)
+        flange = flange_poses(reading.robot, q + zero)
         wide = np.sqrt(((flange[:, :3, 3] - flange[:, :3, 3].mean(0)) ** 2).sum(1).mean()) + 1e-9
         turned = np.sqrt(np.maximum(3.0 - grams(flange[None, :, :3, :3]).mean(), 1e-9))
         return replace(
             reading,
-            robot=robot,
+            base=at.base[number],
+            tool=at.tool[number],
             zero=reading.zero + zero,
             position=position,
             rotation=rotation,
