@@ -22,7 +22,7 @@ GIVEN_BY_NAME = {
     "TargetReading",
     "Production",
     "Task",
-    "Typed",
+    "Displayed",
     "PixelRows",
     "Rig",
     "AbstractEffect",

@@ -38,7 +38,6 @@ from workbench.extras.pendant.extract import Extraction as Extraction
 from workbench.extras.pendant.extract import extract as extract
 from workbench.extras.pendant.own_robot.find_convention import find_convention as find_convention
 from workbench.extras.pendant.own_robot.table_meanings import table_readings as table_readings
-from workbench.extras.pendant.own_robot.table_meanings import typed_readings as typed_readings
 from workbench.extras.pendant.touching.tool_tip import ToolTip as ToolTip
 from workbench.extras.pendant.touching.tool_tip import tcp as tcp
 from workbench.extras.pendant.touching.user_frame import UserFrame as UserFrame

@@ -19,7 +19,8 @@ from workbench.identification.checks.arm_match import arm_match
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
 from workbench.identification.meaning.as_read import as_read
-from workbench.identification.meaning.search import Meaning, read_rows
+from workbench.identification.meaning.meaning import RowMeaning
+from workbench.identification.meaning.read_rows import read_rows
 
 H = np.pi / 2
 ARMS = {
@@ -93,7 +94,7 @@ def joints_changed(kinds: str, rng: np.random.Generator):
     yield "rad labelled deg", np.diag([np.pi / 180 if kind == "r" else 1.0 for kind in kinds]), np.zeros(n)
 
 
-def moves_as(meaning: Meaning, robot: Robot, columns, joints) -> bool:
+def moves_as(meaning: RowMeaning, robot: Robot, columns, joints) -> bool:
     """Whether a reading of columns moves the arm as its joints do, up to base and tool."""
     own, seen = meaning.best.flange(columns), robot.bare.predict(joints)
     tool = se3.inverse(own[0]) @ own
@@ -131,7 +132,7 @@ def test_orientations_are_read_in_their_convention(kind):
     for declared in ("rotvec", "xyz"):
         wrong = next(k for k in ORIENTATIONS if k.name == declared).matrices(numbers)
         rows = replace(data, rotation=wrong, written=WrittenOrientation(declared, numbers))
-        read = as_read(robot, rows)
+        _, read = as_read(robot, rows)
         np.testing.assert_allclose(read.rotation, data.rotation, atol=1e-9)
         assert (kind.name == declared) == (read is rows)
         assert evaluate(robot, rows, fit_frames=True).errors.orientation_deg.max < 1.0
@@ -169,7 +170,7 @@ def test_the_pose_of_the_base_in_the_tool():
 @pytest.mark.parametrize("name", ARMS)
 def test_rows_that_fit_are_read_in_silence(name):
     robot, data = measured(name, with_rotation=False)
-    assert as_read(robot, data) is data
+    assert as_read(robot, data)[1] is data
     assert not arm_match(robot, data).is_foreign
 
 

@@ -9,6 +9,7 @@ Standard DH is Hayati with β = 0, and Craig's is Katana's (3.2) with β = 0, so
 α and a of a Craig joint are those of index i−1. A new convention is one more order.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,12 +30,14 @@ PARALLEL = 1e-3
 
 @dataclass(frozen=True)
 class JointEntry:
-    """One `[[joint]]` of a table: its kind, constants, and which of them may be identified."""
+    """One `[[joint]]` of a table: its kind, constants, which of them may be identified, and which joints it
+    follows by what ratios."""
 
     kind: JointKind = JointKind.REVOLUTE
     constants: dict[str, float] = field(default_factory=dict)
     free: tuple[str, ...] | None = None
     order: str = "xyz"
+    follows: tuple[tuple[int, float], ...] = ()
 
 
 def joint_names(entries: list[JointEntry]) -> list[str]:
@@ -98,6 +101,17 @@ def build_elements(convention: str, entries: list[JointEntry]) -> tuple[tuple[El
                     link=link,
                 )
             )
+            if constant == driven:
+                elements += followers(elements[-1], entry.follows)
         ends.append(len(elements) - 1)
         moving += driven is not None
     return tuple(elements), tuple(ends)
+
+
+def followers(drive: Element, follows: Iterable[tuple[int, float]]) -> list[Element]:
+    """Elements on the axis of a driven one that follow other columns, each by a ratio."""
+    name = drive.name.split(".")[0]
+    return [
+        Element(drive.axis, f"{name}.follows{column + 1}", follows=column, ratio=ratio, link=drive.link)
+        for column, ratio in follows
+    ]

@@ -18,7 +18,7 @@ from workbench.arm.conventions import (
     build_elements,
     joint_names,
 )
-from workbench.arm.effects import EFFECTS, AbstractEffect
+from workbench.arm.effect_tables import effect_of, effect_table
 from workbench.arm.frame import Frame
 from workbench.arm.gravity import TOLERANCE
 from workbench.arm.joint import COM_TOLERANCE, MASS_TOLERANCE, Joint, JointKind
@@ -37,7 +37,7 @@ CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
 PLACES = {"base", "tool", "session", "gravity", "gravity_tolerance"}
 ROBOT_KEYS = {"name", "convention", "joint", "element", "effect", "calibration", *PLACES}
 LINK_KEYS = {"mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
-JOINT_KEYS = {"type", "free", "limits", *LINK_KEYS, "order", "name", *CONSTANTS}
+JOINT_KEYS = {"type", "free", "limits", *LINK_KEYS, "order", "name", "follows", "ratio", *CONSTANTS}
 ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
 ELEMENT_KEYS = {"axis", "value", "joint", "follows", "ratio", "free", "name"}
 FACT_KEYS = {"type", "limits", *LINK_KEYS, "name"}
@@ -129,7 +129,25 @@ class _RobotReader(AbstractTableReader):
         free = table.get("free")
         if free is not None and not (isinstance(free, list) and all(isinstance(f, str) for f in free)):
             raise self.fail(f'{name} free must be a list of names, such as ["theta", "a"], not {free!r}')
-        return JointEntry(self.kind(table, name), constants, None if free is None else tuple(free), order)
+        return JointEntry(
+            self.kind(table, name),
+            constants,
+            None if free is None else tuple(free),
+            order,
+            self.followed(table, name),
+        )
+
+    def followed(self, table: dict, name: str) -> tuple[tuple[int, float], ...]:
+        """Columns that a joint follows beside its own, and the ratios; one of each or lists."""
+        if "follows" not in table:
+            return ()
+        columns, ratios = (
+            value if isinstance(value, list) else [value]
+            for value in (table["follows"], table.get("ratio", 1.0))
+        )
+        if len(columns) != len(ratios) or not all(type(c) is int and c > 0 for c in columns):
+            raise self.fail(f"{name} follows must be a joint's number with a ratio, not {table['follows']!r}")
+        return tuple((c - 1, self.number(r, f"{name} ratio")) for c, r in zip(columns, ratios, strict=True))
 
 
 def read_toml(path: Path | str) -> Robot:
@@ -194,6 +212,7 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
                 raise reader.fail(f'[[element]] belongs to convention "elementary", not to "{convention}"')
             entries = [reader.entry(t, n, convention) for t, n in zip(tables, names, strict=True)]
             elements, ends = build_elements(convention, entries)
+            _check_followed(elements, sum(kind is not JointKind.FIXED for kind in kinds), reader)
         robot = Robot(
             name=str(data.get("name", Path(reader.path).stem)),
             convention=convention,
@@ -202,7 +221,7 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
             link_ends=ends,
             mounting=mounting,
         )
-        effects = [_effect(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
+        effects = [effect_of(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
         robot = with_plausible_units(replace(robot, effects=tuple(effects)))
     except RobotError as error:
         raise reader.fail(str(error)) from None
@@ -266,9 +285,7 @@ def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader
     for i, table in enumerate(tables):
         ends += [i] if "joint" in table or "follows" in table else []
         elements.append(_element(table, i, max(len(ends) - 1, 0), reader))
-    strange = [e.name for e in elements if e.follows is not None and not 0 <= e.follows < len(drivers)]
-    if strange:
-        raise reader.fail(f"{strange[0]} follows an unknown joint; give one of 1 … {len(drivers)}")
+    _check_followed(elements, len(drivers), reader)
     kinds = [JointKind.REVOLUTE if elements[i].axis.turns else JointKind.PRISMATIC for i in ends]
     kinds = [
         JointKind.FIXED if elements[i].follows is not None else k for i, k in zip(ends, kinds, strict=True)
@@ -290,6 +307,12 @@ def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader
         tuple(ends),
         tuple(replace(j, name=names[k], kind=kinds[k]) for k, j in enumerate(joints)),
     )
+
+
+def _check_followed(elements: Iterable[Element], joints: int, reader: _RobotReader) -> None:
+    strange = [e.name for e in elements if e.follows is not None and not 0 <= e.follows < joints]
+    if strange:
+        raise reader.fail(f"{strange[0]} follows an unknown joint; give one of 1 … {joints}")
 
 
 def _element(table: dict, number: int, link: int, reader: _RobotReader) -> Element:
@@ -337,58 +360,6 @@ def _sessions(tables: list[dict], common: Mounting, reader: _RobotReader) -> dic
     return sessions
 
 
-def _effect(table: dict, number: int, reader: _RobotReader) -> AbstractEffect:
-    """An effect; settings other than joints and coefficients are keys of the same name."""
-    what = f"[[effect]] {number + 1}"
-    name = table.get("name")
-    if not isinstance(name, str) or name not in EFFECTS:
-        raise reader.fail(f"{what} has the name {name!r}; known: {', '.join(EFFECTS)}")
-    kind, what = EFFECTS[name], f"{what} ({name})"
-    reader.keys(table, {"name", "joints", "coefficients", "loads", *kind.settings()}, what)
-    joints = table.get("joints", [])
-    if not isinstance(joints, list) or not all(type(j) is int for j in joints):
-        raise reader.fail(f"{what} joints must be a list of whole numbers from 1, not {joints!r}")
-    settings = {
-        key: _setting(getattr(kind, key), table[key], f"{what} {key}", reader)
-        for key in kind.settings()
-        if key in table
-    }
-    if "coefficients" not in table:
-        raise reader.fail(f"{what} has no coefficients; give their sizes in SI units")
-    coefficients = _setting((), table["coefficients"], f"{what} coefficients", reader)
-    if not coefficients:
-        raise reader.fail(f"{what} has no coefficients; give their sizes in SI units")
-    return kind(tuple(j - 1 for j in joints), coefficients, **settings)
-
-
-def _setting(default: Any, value: Any, what: str, reader: _RobotReader) -> Any:
-    """A setting of an effect, of the same type as its default."""
-    if isinstance(default, tuple):
-        if not isinstance(value, list):
-            raise reader.fail(f"{what} must be a list of numbers, not {value!r}")
-        return tuple(reader.number(v, what) for v in value)
-    if isinstance(default, float):
-        return reader.number(value, what)
-    if type(default) is int and isinstance(value, list):
-        return tuple(_setting(default, v, what, reader) for v in value)
-    if type(value) is not type(default):
-        kinds = {int: "a whole number", bool: "true or false", str: "a word in quotes"}
-        raise reader.fail(f"{what} must be {kinds[type(default)]}, not {value!r}")
-    return value
-
-
-def _effect_table(effect: AbstractEffect) -> dict[str, Any]:
-    table: dict[str, Any] = {"name": str(effect.name)}
-    if effect.joints:
-        table["joints"] = [j + 1 for j in effect.joints]
-    table["coefficients"] = list(effect.coefficients)
-    for key in effect.settings():
-        value = getattr(effect, key)
-        if value != ():
-            table[key] = list(value) if isinstance(value, tuple) else value
-    return table
-
-
 def robot_to_table(robot: Robot) -> dict[str, Any]:
     """The tables of a robot's file. A robot from a URDF becomes `elementary`.
 
@@ -397,7 +368,7 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
     alone = None if robot.calibration is None else robot.calibration.geometry
     table = _arm_table(robot if alone is None else robot.weighed_as(alone))
     if robot.effects:
-        table["effect"] = [_effect_table(e) for e in robot.effects]
+        table["effect"] = [effect_table(e) for e in robot.effects]
     if robot.calibration is not None:
         table["calibration"] = robot.calibration.table()
     if alone is not None:
@@ -491,6 +462,10 @@ def _joint_tables(robot: Robot) -> list[dict[str, Any]]:
         table["free"] = [c for c in CONSTANTS if mine[c].free]
         if robot.convention == "three-rotation" and next(iter(mine)) == "theta":
             table["order"] = "zyx"
+        if followed := [e for e in mine.values() if e.follows is not None]:
+            columns, ratios = [e.follows + 1 for e in followed], [e.ratio for e in followed]
+            many = len(followed) > 1
+            table |= {"follows": columns if many else columns[0], "ratio": ratios if many else ratios[0]}
         tables.append(table | _joint_facts(joint))
     return tables
 

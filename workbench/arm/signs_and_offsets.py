@@ -1,4 +1,4 @@
-"""Arms with inverted or offset joints."""
+"""Arms whose joints count otherwise: inverted, offset, or coupled to others."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.conventions import CONSTANTS, DISTAL, ORDERS
+from workbench.arm.chain import Element
+from workbench.arm.conventions import CONSTANTS, DISTAL, ORDERS, followers
 from workbench.arm.joint_frames import joint_frames
 from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import robot_from_rows, robot_to_table
@@ -37,6 +38,22 @@ def with_signs_and_offsets(
     return replace(frames, joints=tuple(joints)).robot(robot)
 
 
+def with_couplings(robot: Robot, ratios: Float[np.ndarray, "n n"]) -> Robot:
+    """The arm each of whose joints k moves by q_k and by ratios[k, j] q_j of others."""
+    if not np.any(ratios):
+        return robot
+    if robot.urdf is not None:  # whose file can't say it
+        robot = joint_frames(robot).robot(robot)
+    elements, ends = list[Element](), list[int]()
+    for element in robot.elements:
+        elements.append(element)
+        if element.joint is not None:
+            row = ratios[element.joint].tolist()
+            elements += followers(element, [(column, ratio) for column, ratio in enumerate(row) if ratio])
+        ends.append(len(elements) - 1)
+    return replace(robot, elements=tuple(elements), link_ends=tuple(ends[end] for end in robot.link_ends))
+
+
 def _of_table(robot: Robot, signs: np.ndarray, offsets: np.ndarray) -> Robot:
     """The same for a table: Rz(−q) Tz(−d) = Rx(π) Rz(q) Tz(d) Rx(−π), with half-turns moved into the
     neighbouring α."""
@@ -45,9 +62,13 @@ def _of_table(robot: Robot, signs: np.ndarray, offsets: np.ndarray) -> Robot:
     reverse = np.zeros(len(rows), bool)
     for k, sign, offset in zip(moving, signs, offsets, strict=True):
         row = rows[k]
-        row["d" if row.get("type") == "prismatic" else "theta"] += offset
         if "limits" in row:
             row["limits"] = list(_limits(row["limits"], sign, offset))
+        if "follows" in row:
+            columns, ratios = np.atleast_1d(row["follows"]), np.atleast_1d(row["ratio"])
+            offset = offset + ratios @ offsets[columns - 1]
+            row |= {"follows": columns.tolist(), "ratio": (sign * ratios * signs[columns - 1]).tolist()}
+        row["d" if row.get("type") == "prismatic" else "theta"] += offset
         if sign < 0:
             row["theta"], row["d"], reverse[k] = -row["theta"], -row["d"], True
     distal = ORDERS[robot.convention] is DISTAL

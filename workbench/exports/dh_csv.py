@@ -22,7 +22,7 @@ UNITS = {"theta": "rad", "d": "m", "a": "m", "alpha": "rad", "beta": "rad"}
 
 def table_of(robot: Robot) -> tuple[str, list[dict[str, Any]]]:
     """Convention, and a row for every joint entry: its type and constants [rad, m]."""
-    if robot.convention in ORDERS:
+    if robot.convention in ORDERS and not len(robot.chain.followers):
         rows = robot_to_table(robot)["joint"]
         return robot.convention, [
             {"type": r.get("type", "revolute"), **{c: r[c] for c in CONSTANTS}} for r in rows

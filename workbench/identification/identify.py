@@ -84,7 +84,8 @@ def identify(
         raise OptionError(f"choose at least one algorithm from {', '.join(ALGORITHMS)}")
     weighting = option(Loss, loss, "loss")
     choices = with_fields(FitChoices, choices, fields)
-    data, choices = as_read(robot, data, choices.reading), choices_as_read(robot, choices)
+    robot, data = as_read(robot, data, choices.reading)
+    choices = choices_as_read(robot, choices)
     sound = prepare_without_outliers if weighting is Loss.SET_APART else _all_rows
     with part_of(0.0, 0.4):
         ready, outlying = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects, seek=seek)

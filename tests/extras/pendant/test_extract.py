@@ -181,11 +181,11 @@ def _in_rad(cells):
         (lambda rows: rows[:3], "3 poses"),
         (lambda rows: [row[:9] for row in rows], "columns"),
         (lambda rows: [[*row[:7], "O.1", *row[8:]] for row in rows], "is not a number"),
-        (lambda rows: [[*row[:9], *row[6:9]] for row in rows], "no convention fits"),
+        (lambda rows: [[*row[:9], *row[6:9]] for row in rows], "tried in full"),
         (lambda rows: [HEADS.split(","), *rows], "degrees labelled rad"),
         (
             lambda rows: [HEADS.replace("rad", "deg").split(","), *([*_in_rad(r[:6]), *r[6:]] for r in rows)],
-            "head them q1[rad]",
+            "rad labelled degrees",
         ),
     ],
 )

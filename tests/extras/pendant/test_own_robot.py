@@ -19,20 +19,27 @@ from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.statics.moments import joint_moments
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, ShapeError
+from workbench.data.dataset import Dataset
+from workbench.extras.pendant.displayed import Displayed
 from workbench.extras.pendant.own_robot.check import read_joint_table
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
-from workbench.extras.pendant.own_robot.table_meanings import (
-    TableReading,
-    Typed,
-    table_readings,
-    typed_readings,
-)
+from workbench.extras.pendant.own_robot.table_meanings import TableReading, table_readings
 
 ANGLES = (se3.matrix_to_rpy, lambda r: se3.matrix_to_rpy(r)[..., ::-1], se3.matrix_to_rotvec)
 
 
 def plain(name: str) -> Robot:
     return load_robot(name).bare
+
+
+def shown(numbers: np.ndarray, joints: int) -> Displayed:
+    """Numbers as a pendant shows them, without units."""
+    q, xyz, turn = np.split(numbers, [joints, joints + 3], axis=1)
+    return Displayed(joints=q, xyz=xyz, turn=turn)
+
+
+def exactly(q: np.ndarray, poses: np.ndarray) -> Dataset:
+    return Dataset(q=q, position=poses[:, :3, 3], rotation=poses[:, :3, :3])
 
 
 def rows_of(robot: Robot, length: float = 1.0, angle: float = 1.0) -> list[dict]:
@@ -75,11 +82,11 @@ def right(found: FoundConvention, arm: Robot, signs: np.ndarray, offsets: np.nda
 @pytest.mark.parametrize(("name", "seed"), [("ur10", 10), ("aria", 1), ("iiwa14", 8), ("katana450", 9)])
 def test_signs_offsets_units_and_convention_are_found(name, seed):
     arm, signs, offsets, table, numbers = wrong_choice(np.random.default_rng(seed), name)
-    found = find_convention(table_readings(table), typed_readings(numbers, [False] * arm.dof))
+    found = find_convention(table_readings(table), shown(numbers, arm.dof))
     assert right(found, arm, signs, offsets)
     wanted = "modified DH (Craig)" if arm.convention.startswith("craig") else "standard DH"
     assert found.assumptions[0] == wanted
-    assert found.position < 1e-3
+    assert found.reading.position < 1e-3
 
 
 def test_a_wrong_table_is_refused_and_an_unmoved_joint_is_named():
@@ -87,16 +94,17 @@ def test_a_wrong_table_is_refused_and_an_unmoved_joint_is_named():
     q = np.random.default_rng(4).uniform(-2.0, 2.0, (3, 6))
     table = rows_of(arm)
     table[2]["a"] *= 1.1
-    typed = Typed(q, tool_poses(arm, Motion(q)))
-    with refuses(DataError, "4", "7.83, 16.2, 9.96 mm", "standard DH"):
-        find_convention(table_readings(table), [typed])
+    typed = exactly(q, tool_poses(arm, Motion(q)))
+    with refuses(DataError, "11.9 mm", "standard DH"):
+        find_convention(table_readings(table), typed)
     q[:, 4] = 0.7
-    still = Typed(q, tool_poses(arm, Motion(q)))
+    poses = tool_poses(arm, Motion(q))
+    still = exactly(q, poses)
     with refuses(DataError, "joint 5"):
-        find_convention(table_readings(rows_of(arm)), [still])
-    for few in (still.q[:2], still.q[:, :5]):
+        find_convention(table_readings(rows_of(arm)), still)
+    for few in (q[:2], q[:, :5]):
         with pytest.raises(ShapeError):
-            find_convention(table_readings(rows_of(arm)), [Typed(few, still.poses[: len(few)])])
+            find_convention(table_readings(rows_of(arm)), exactly(few, poses[: len(few)]))
 
 
 def test_a_slip_in_one_pose_is_named_with_its_size():
@@ -105,7 +113,7 @@ def test_a_slip_in_one_pose_is_named_with_its_size():
     poses = tool_poses(arm, Motion(q)).copy()
     poses[2, 1, 3] += 0.040
     with refuses(DataError, "pose 3", "40 mm"):
-        find_convention([TableReading(arm, ("as given",))], [Typed(q, poses)])
+        find_convention([TableReading(arm, ("as given",))], exactly(q, poses))
 
 
 @pytest.mark.parametrize(("axes", "expected"), [("zyz", "Doosan"), ("xyz", "Stäubli"), ("wxyz", "ABB")])
@@ -120,9 +128,9 @@ def test_makers_angles_are_read(axes, expected):
         turned.as_quat(scalar_first=True) if axes == "wxyz" else turned.as_euler(axes.upper(), degrees=True)
     )
     numbers = np.column_stack([np.rad2deg(q), 1e3 * poses[:, :3, 3], angles])
-    found = find_convention([TableReading(arm)], typed_readings(numbers, [False] * 6))
+    found = find_convention([TableReading(arm)], shown(numbers, 6))
     assert expected in found.assumptions[-1]
-    assert found.position < 1e-6
+    assert found.reading.position < 1e-6
 
 
 def test_tables_are_read_as_they_stand_in_books(tmp_path):
@@ -168,10 +176,10 @@ def test_descriptions_without_a_table_are_recounted_too(tmp_path):
     urdf = load_robot(write_urdf(arm, tmp_path / "arm.urdf"))
     signs, offsets = np.array([1.0, -1, 1, -1, 1, 1]), np.array([0.0, 0.3, 0, 1, 0, 0])
     q = np.random.default_rng(7).uniform(-2.0, 2.0, (4, 6))
-    typed = Typed(signs * (q - offsets), tool_poses(arm, Motion(q)))
-    found = find_convention([TableReading(urdf)], [typed])
+    poses = tool_poses(arm, Motion(q))
+    found = find_convention([TableReading(urdf)], exactly(signs * (q - offsets), poses))
     assert right(found, arm, signs, offsets)
-    assert right(find_convention([TableReading(urdf)], [Typed(q, typed.poses)]), arm, np.ones(6), np.zeros(6))
+    assert right(find_convention([TableReading(urdf)], exactly(q, poses)), arm, np.ones(6), np.zeros(6))
 
 
 def test_tables_as_people_write_them(tmp_path):

@@ -283,6 +283,26 @@ def test_the_command_writes_robot_and_result(run, tmp_path, aria):
     assert not (tmp_path / "no.toml").exists()
 
 
+@pytest.mark.parametrize(
+    ("w", "zero", "text"),
+    [
+        (np.diag([1, -1, 1, 1, 1, 1]), 0.0, "joint 2 = -q2"),
+        (np.eye(6)[[0, 1, 2, 4, 3, 5]], 0.0, "joint 4 = q5"),
+        (np.eye(6), np.deg2rad([0, 0, 40, 0, 0, 0]), "joint 3 = q3 + 40"),
+    ],
+)
+def test_joints_that_count_otherwise_are_no_collision(aria, w, zero, text):
+    rows = measured(framed(aria), np.zeros(6), rows=12)
+    shown = replace(rows, q=rows.q @ w.T - zero)
+    with pytest.raises(DataError) as refused:
+        wb.rezero(framed(aria), shown)
+    assert text in str(refused.value)
+    if zero is not None and np.any(zero):
+        assert wb.rezero(framed(aria), shown, replaced=[3]).shifts[2].shift == pytest.approx(
+            zero[2], abs=0.01
+        )
+
+
 def test_rows_that_no_zeros_explain_are_called_that(aria):
     """Rows tens of mm off whatever the zeros are: a joint was said to have moved, by nothing."""
     arm = framed(aria)

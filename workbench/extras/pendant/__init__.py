@@ -18,7 +18,6 @@ PARTS = Parts(
         "frame": "workbench.extras.pendant.touching.user_frame:frame",
         "table_readings": "workbench.extras.pendant.own_robot.table_meanings:table_readings",
         "tcp": "workbench.extras.pendant.touching.tool_tip:tcp",
-        "typed_readings": "workbench.extras.pendant.own_robot.table_meanings:typed_readings",
     },
     robot_checks=("workbench.extras.pendant.own_robot.check:robot_that_gives",),
     session_commands=("workbench.extras.pendant.touching.session:ReadTouches",),

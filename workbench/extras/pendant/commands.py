@@ -183,8 +183,9 @@ def new(
         arm = found.robot
         for text in convention_notes(found):
             opt.say(text)
-        content |= {"words": list(found.assumptions), "changes": list(found.changes), "tried": found.tried}
-        content |= {"position_m": found.position, "rotation_rad": found.rotation}
+        reading = found.reading
+        content |= {"words": list(found.assumptions), "changes": list(reading.changes), "tried": found.tried}
+        content |= {"position_m": reading.position, "rotation_rad": reading.rotation}
     arm = replace(arm, name=name or arm.name)
     opt.say(f"{arm.name}: {save_robot(arm, out)}")
     opt.write_result(json, content)
@@ -206,11 +207,6 @@ def _applied(nominal, path: Path, form: str):
 
 def _poses(source: str, path: Path, tip: str | None):
     """Poses of a measurement file, whose headings tell the units."""
-    from workbench.base import se3
     from workbench.extras.pendant.own_robot.check import readings_of
-    from workbench.extras.pendant.own_robot.table_meanings import Typed
 
-    data = wb.read_measurements(path, joints=readings_of(source, tip=tip)[0].robot.joint_names)
-    if data.position is None or data.rotation is None:
-        raise OptionError(f"{path}: full poses are needed, position and orientation")
-    return Typed(data.q, se3.pose(data.rotation, data.position))
+    return wb.read_measurements(path, joints=readings_of(source, tip=tip)[0].robot.joint_names)

@@ -29,8 +29,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers import read_measurements
 from workbench.diagnosis.diagnose import diagnose
 from workbench.extras.pendant.convention import as_dataset, find_convention, with_displayed_frames
-from workbench.extras.pendant.own_robot.displayed_poses import DisplayedPoses
-from workbench.extras.pendant.readings import PendantReadings, read_readings, readings_of, typed_readings
+from workbench.extras.pendant.displayed import Displayed, DisplayMeaning, of_dataset, read_display, typed
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json, validation_json
 from workbench.identification.result import Identification, error_rows
@@ -72,7 +71,7 @@ class Extraction(AbstractShown):
     """
 
     robot: Robot
-    meaning: DisplayedPoses
+    meaning: DisplayMeaning
     run: Identification
     left: tuple[float, float]
     allowed: float
@@ -151,7 +150,8 @@ class Extraction(AbstractShown):
                 "joints": joints,
                 "positions": lengths,
                 "angles": angles or None,
-                "orientation": self.meaning.orientation.text,
+                "orientation": self.meaning.orientation,
+                "changes": list(self.meaning.changes),
                 "tool_set": bool(self.run.frames.tool),
                 "base_set": bool(self.run.frames.base),
             },
@@ -178,11 +178,12 @@ def extract(robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str]) ->
         FileError, OptionError: no readings.
     """
     shown = _read(readings, robot)
-    convention = find_convention(robot, shown)
-    data = as_dataset(robot, shown, convention.meaning)
-    arm = with_displayed_frames(robot, convention)
+    reading = find_convention(robot, shown)
+    counted = reading.on(robot.bare) or robot
+    data = as_dataset(counted, shown, reading)
+    arm = with_displayed_frames(counted, reading)
     with part_of(0.0, 0.7):
-        run = identify(arm, data, held_out=0.0)
+        run = identify(arm, data, held_out=0.0, reading="given")
     used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
     nominal, best = (_left(each, used) for each in (run.aligned, run.robot))
     best *= np.sqrt(6 * len(used) / spare)
@@ -193,20 +194,25 @@ def extract(robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str]) ->
         with part_of(0.7, 0.3):
             cause = _cause(arm, data)
     return Extraction(
-        robot=taken, meaning=convention.meaning, run=run, left=(nominal, best), allowed=allowed, cause=cause
+        robot=taken,
+        meaning=shown.meaning(robot, reading),
+        run=run,
+        left=(nominal, best),
+        allowed=allowed,
+        cause=cause,
     )
 
 
-def _read(readings: Path | Dataset | Sequence[str], robot: Robot) -> PendantReadings:
+def _read(readings: Path | Dataset | Sequence[str], robot: Robot) -> Displayed:
     if isinstance(readings, Dataset):
-        return readings_of(readings)
+        return of_dataset(readings)
     if not isinstance(readings, Path):
-        return typed_readings(readings, robot)
+        return typed(readings, robot.dof)
     try:
-        return read_readings(readings, robot)
+        return read_display(readings, robot)
     except FileError as error:  # a log or bag
         try:
-            return readings_of(read_measurements(readings, joints=robot.joint_names))
+            return of_dataset(read_measurements(readings, joints=robot.joint_names))
         except FileError:
             raise error from None
 
@@ -221,7 +227,7 @@ def _cause(arm: Robot, data: Dataset) -> str:
     """What the controller compensates beside its geometry."""
     if not arm.has_masses:
         return f"more than geometry ({arm.name} has no masses, so sag can't be separated from the rest)"
-    found = diagnose(arm, data, held_out=0.0)
+    found = diagnose(arm, data, held_out=0.0, reading="given")
     names = dict.fromkeys(SAG.get(str(e.effect.name), str(e.effect.name)) for e in found.effects)
     return " and ".join(names) or "more than geometry"
 

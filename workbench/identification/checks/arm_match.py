@@ -23,14 +23,10 @@ from workbench.identification.meaning.as_read import (
     misread_text,
     unexplained_text,
 )
+from workbench.identification.meaning.meaning import RowMeaning
+from workbench.identification.meaning.nominal_fit import fits_at_a_glance, majority, zeros_fitted
+from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import flange_poses
-from workbench.identification.meaning.search import (
-    Meaning,
-    fits_at_a_glance,
-    majority,
-    read_rows,
-    zeros_fitted,
-)
 
 SLACK = 0.05
 """Tolerance on the joint limits [rad or m]."""
@@ -53,7 +49,7 @@ class ArmMatch:
     """
 
     robot: str
-    meaning: Meaning | None = None
+    meaning: RowMeaning | None = None
     rival: str = ""
     joints: tuple[int, int] = (0, 0)
     rows: tuple[int, ...] = ()
@@ -117,25 +113,25 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     meaning = read_rows(robot, data)
     if meaning is None:
         return found
-    found = replace(found, meaning=meaning, rival=_rival(meaning, robot, data))
+    found = replace(found, meaning=meaning, rival=_rival(meaning, data))
     lost = meaning.plain is not None and not meaning.is_found
     if lost and (few := majority(robot, data)):
         return replace(found, rows=few[0], others=few[1])
     return found
 
 
-def _rival(meaning: Meaning, robot: Robot, data: Dataset) -> str:
+def _rival(meaning: RowMeaning, data: Dataset) -> str:
     """The built-in arm that the rows fit, by its short name; empty if they fit none.
 
     Of arms that differ in joint limits alone, as FR3 and Panda, the one within whose limits more rows lie.
     """
     best = meaning.best
-    if not meaning.is_found or best.robot.name == robot.name:
+    if not meaning.is_found or not best.other:
         return ""
     q, found = best.joints(data.q[data.included]), []
     for name in built_in_robots():
         low, high = (arm := load_robot(name)).limits.T
-        if arm.dof == best.robot.dof and np.allclose(flange_poses(arm, q), flange_poses(best.robot, q)):
+        if arm.dof == best.robot.dof and np.allclose(flange_poses(arm.bare, q), flange_poses(best.robot, q)):
             outside = ((q < low - SLACK) | (q > high + SLACK)).any(1).mean()
             found.append((float(outside), name))
     return min(found, default=(0.0, ""))[1]

@@ -1,4 +1,4 @@
-"""Rows as an arm's fit should take them: as given, in the convention found, or not at all."""
+"""An arm and rows as a fit should take them: as given, as found, or not at all."""
 
 from dataclasses import replace
 from enum import StrEnum
@@ -7,12 +7,17 @@ import numpy as np
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
+from workbench.identification.meaning.meaning import RowMeaning
+from workbench.identification.meaning.nominal_fit import fits_at_a_glance
+from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT
-from workbench.identification.meaning.search import Meaning, fits_at_a_glance, read_rows
 
 SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
+FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
+"""Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
 
 
 class ReadAs(StrEnum):
@@ -23,51 +28,74 @@ class ReadAs(StrEnum):
     GIVEN = "given"
 
 
-def is_misread(meaning: Meaning) -> bool:
+def is_misread(meaning: RowMeaning) -> bool:
     """Whether the rows clearly mean something else, which the saved arm would have to share."""
     best = meaning.best
     if not meaning.is_found or best.is_plain:
         return False
-    if meaning.plain is not None and best.robot.name != meaning.plain.robot.name:
-        return True
-    return not (best.only_zeros and np.abs(best.zero).max() < SMALL_ZERO)
+    return bool(best.other) or not (best.only_zeros and np.abs(best.zero).max() < SMALL_ZERO)
 
 
-def as_read(robot: Robot, data: Dataset, how: ReadAs | str = ReadAs.AUTO) -> Dataset:
-    """The rows in the reading that is clearly theirs, with a note on it.
+def as_read(
+    robot: Robot, data: Dataset, how: ReadAs | str = ReadAs.AUTO, *, keeps_arm: bool = False
+) -> tuple[Robot, Dataset]:
+    """An arm and its rows in the reading that is clearly theirs, with a note on it.
 
     Units and conventions that a heading leaves open are applied. Signs, zeros, couplings, order, and
     another arm end with a sentence and its remedy, since a saved arm must count its joints as the
-    controller does.
+    controller does: where the reading is accepted the arm counts so, or the rows are changed and say it.
+
+    Args:
+        how: Whether a reading beyond units and conventions is accepted, or none at all.
+        keeps_arm: Whether the rows are changed in any case.
 
     Raises:
         DataError: another reading is clearly better and `how` doesn't accept it, or the rows are of no such
         arm.
     """
-    if ReadAs(how) is ReadAs.GIVEN or data.readings is not None or fits_at_a_glance(robot, data):
-        return data
+    if ReadAs(how) is ReadAs.GIVEN or data.readings is not None:
+        return robot, data
+    if fits_at_a_glance(robot, data):
+        return robot, _with_notes(data, *_unconfirmed(data))
     meaning = read_rows(robot, data)
     if meaning is None or (data.joints != robot.dof and not meaning.is_found):
-        return data
+        return robot, data
     best, plain = meaning.best, meaning.plain
     if is_misread(meaning):
         sentence = misread_text(meaning)
-        if ReadAs(how) is not ReadAs.FOUND or best.robot.name != robot.name:
-            raise DataError(f"{data.source}: {sentence}; {remedy(meaning, robot)}")
-        return replace(best.apply(data), notes=(*data.notes, f"read so: {sentence}"), read_as=sentence)
+        if ReadAs(how) is not ReadAs.FOUND or best.other:
+            raise DataError(f"{data.source}: {sentence}; {remedy(meaning)}")
+        arm = None if keeps_arm else best.on(robot)
+        note = f"{'read so' if arm in (None, robot) else 'the arm counts so'}: {sentence}"
+        rows = best.apply(data, joints=arm is None)
+        return arm or robot, replace(_with_notes(rows, note), read_as=note)
     turned = meaning.turned
     if turned is not None and plain is not None:
         note = f"{turned.orientation}: {turned.size} instead of {plain.size} as the heading says; read so"
-        data = replace(turned.apply(data), notes=(*data.notes, note), read_as=note)
+        data = replace(_with_notes(turned.apply(data), note), read_as=note)
         plain = turned
     if plain is None or plain.position > FOREIGN_MISFIT * robot.reach:
-        raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning, robot)}")
+        raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning)}")
     if not meaning.is_found:
-        return replace(data, notes=(*data.notes, unexplained_text(meaning)))
-    return data
+        return robot, _with_notes(data, unexplained_text(meaning))
+    return robot, _with_notes(data, *_unconfirmed(data))
 
 
-def misread_text(meaning: Meaning) -> str:
+def _with_notes(data: Dataset, *notes: str) -> Dataset:
+    return replace(data, notes=(*data.notes, *notes)) if notes else data
+
+
+def _unconfirmed(data: Dataset) -> tuple[str, ...]:
+    """What rows that are few, or move the joints little, leave open though they fit."""
+    q = data.q[data.included]
+    spread = float(np.median(np.ptp(q, axis=0))) if len(q) else 0.0
+    if len(q) >= FEW_ROWS and spread >= NARROW_RANGE:
+        return ()
+    few = f"{plural(len(q), 'row')} with joints within ± {np.degrees(spread / 2.0):.0f}°"
+    return (f"{few} can't confirm the zeros and signs of joints",)
+
+
+def misread_text(meaning: RowMeaning) -> str:
     """`joint 3 = q3 + q2: 0.03 mm instead of 220 mm as given (next best 7 458 times worse)`."""
     best, plain = meaning.best, meaning.plain
     if not meaning.is_found:
@@ -79,7 +107,7 @@ def misread_text(meaning: Meaning) -> str:
     return f"{best.text}: {best.size}{given}{next_best}{other}"
 
 
-def unexplained_text(meaning: Meaning) -> str:
+def unexplained_text(meaning: RowMeaning) -> str:
     """What was tried in full, and how near the nearest came."""
     given = meaning.turned or meaning.plain
     said = "no reading fits" if given is None else f"the nominal arm is {given.size} off"
@@ -88,10 +116,10 @@ def unexplained_text(meaning: Meaning) -> str:
     return f"{said}; tried in full: {meaning.tried_text}; the nearest leaves {meaning.best.size}"
 
 
-def remedy(meaning: Meaning, robot: Robot) -> str:
+def remedy(meaning: RowMeaning) -> str:
     """What to do where rows mean something else."""
     if not meaning.is_found:
         return "choose the robot that was measured, or correct its table"
-    if meaning.best.robot.name != robot.name:
-        return f"choose {meaning.best.robot.name}"
+    if meaning.best.other:
+        return f"choose {meaning.best.other}"
     return "accept it with reading 'found' (--reading found), or correct the file"

@@ -35,6 +35,24 @@ def point_bounds(
     return np.sqrt(np.maximum(left, 0.0) / freedom)
 
 
+def held_bounds(
+    flange: Float[np.ndarray, "s m 4 4"], points: Float[np.ndarray, "m 3"], axis: Float[np.ndarray, "4 4"]
+) -> Float[np.ndarray, " s"]:
+    """Root mean square distance [m] of flanges from points, turned about the z axis of a frame as suits best.
+
+    That leaves the zero of the first joint open; turning the flange, which moves it nowhere, leaves that of
+    the last one. Where there are more than three rows the farthest doesn't count.
+    """
+    own, seen = ((p - axis[:3, 3]) @ axis[:3, :3] for p in (flange[..., :3, 3], points))
+    (own_turn, own_z), (turn, z) = ((p[..., 0] + 1j * p[..., 1], p[..., 2]) for p in (own, seen))
+    along = (own_turn.conj() * turn).sum(1)
+    best = own_turn * (along / np.maximum(np.abs(along), ROUNDING))[:, None]
+    square = np.abs(best - turn) ** 2 + (own_z - z) ** 2
+    if square.shape[1] > 3:
+        square = np.sort(square, axis=1)[:, :-1]
+    return np.sqrt(square.mean(1))
+
+
 def grams(rotations: Float[np.ndarray, "c m 3 3"]) -> Float[np.ndarray, "c k"]:
     """Gram matrices ⟨R_i, R_j⟩ of the rows' rotations, their upper triangles."""
     i, j = np.triu_indices(rotations.shape[1], 1)
@@ -44,25 +62,25 @@ def grams(rotations: Float[np.ndarray, "c m 3 3"]) -> Float[np.ndarray, "c k"]:
 
 def turn_bounds(
     flange: Float[np.ndarray, "s m 4 4"], conventions: Float[np.ndarray, "c k"]
-) -> Float[np.ndarray, " s"]:
-    """Root mean square difference of Gram matrices as an angle [rad], for the best convention."""
+) -> Float[np.ndarray, "s c"]:
+    """Root mean square difference of Gram matrices as an angle [rad], for each convention."""
     own = grams(flange[:, :, :3, :3])
     cross = own @ conventions.T / own.shape[1]
     square = (own**2).mean(1)[:, None] - 2.0 * cross + (conventions**2).mean(1)
-    return np.sqrt(np.maximum(square.min(1), 0.0)) / 1.5
+    return np.sqrt(np.maximum(square, 0.0)) / 1.5
 
 
 def affine_map(
     flange: Float[np.ndarray, "m 4 4"], points: Float[np.ndarray, "m 3"]
-) -> Float[np.ndarray, "3 3"]:
-    """The linear part of the affine image measured → arm."""
+) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "3"]]:
+    """The linear part of the affine image measured → arm, and the point of the tool."""
     known = np.column_stack([points, np.ones(len(points))])
     inverse = np.linalg.pinv(known, rcond=1e-7)
     flat = flange[:, :3].reshape(len(points), 12)
     left = (flat - known @ (inverse @ flat)).reshape(-1, 4)
     square = left.T @ left
     tool = -np.linalg.solve(square[:3, :3] + ROUNDING * len(points) * np.eye(3), square[:3, 3])
-    return (inverse @ (flange[:, :3, 3] + flange[:, :3, :3] @ tool))[:3].T
+    return (inverse @ (flange[:, :3, 3] + flange[:, :3, :3] @ tool))[:3].T, tool
 
 
 def nearest_turn(

@@ -26,7 +26,7 @@ TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True, eq=False)
-class Candidates:
+class ColumnReadings:
     """Readings of joint columns: joints = w q + zero.
 
     Args:
@@ -48,10 +48,10 @@ class Candidates:
         """Joint positions that some of them make of columns."""
         return np.einsum("snm,rm->srn", self.w[some], q, optimize=True) + self.zero[some, None]
 
-    def take(self, keep: np.ndarray) -> "Candidates":
+    def take(self, keep: np.ndarray) -> "ColumnReadings":
         return replace(self, w=self.w[keep], zero=self.zero[keep], cost=self.cost[keep])
 
-    def moving(self, still: Bool[np.ndarray, " m"]) -> "Candidates":
+    def moving(self, still: Bool[np.ndarray, " m"]) -> "ColumnReadings":
         """Without those that invert, couple or exchange joints that don't move in the rows."""
         if not still.any() or self.w.shape[1] != self.w.shape[2]:
             return self
@@ -130,22 +130,22 @@ class Families:
         return found
 
     @property
-    def plain(self) -> Candidates:
+    def plain(self) -> ColumnReadings:
         """The columns as they stand; of more columns than joints each choice in their order."""
         chosen = [np.eye(self.columns)[list(c)] for c in combinations(range(self.columns), self.dof)]
         cost = np.full(len(chosen), 0.0 if len(chosen) == 1 else ORDER)
-        return Candidates(np.array(chosen), np.zeros((len(chosen), self.dof)), cost)
+        return ColumnReadings(np.array(chosen), np.zeros((len(chosen), self.dof)), cost)
 
     @property
-    def signs(self) -> Candidates:
+    def signs(self) -> ColumnReadings:
         """All signs, alone and with each coupling."""
         diagonal, flips = self._signs
         parts = [(0.0, np.eye(self.dof)), *self.couplings]
         w = np.concatenate([coupling @ diagonal for _, coupling in parts])
-        return Candidates(w, np.zeros(w.shape[:2]), np.concatenate([cost + flips for cost, _ in parts]))
+        return ColumnReadings(w, np.zeros(w.shape[:2]), np.concatenate([cost + flips for cost, _ in parts]))
 
     @property
-    def orders(self) -> Candidates:
+    def orders(self) -> ColumnReadings:
         """Exchanges of two columns, shifts and the reversal with all signs; every other order without."""
         n, (diagonal, flips) = self.dof, self._signs
         orders = [o for o in permutations(range(n)) if (self.slides[list(o)] == self.slides).all()]
@@ -156,7 +156,7 @@ class Families:
         signed = (diagonal[None] @ matrices[few][:, None]).reshape(-1, n, n)
         w = np.concatenate([signed, matrices[moved > 0]])
         cost = np.concatenate([np.tile(ORDER + flips, few.sum()), ORDER + 0.4 * (moved[moved > 0] - 2)])
-        return Candidates(w, np.zeros(w.shape[:2]), cost)
+        return ColumnReadings(w, np.zeros(w.shape[:2]), cost)
 
     @property
     def _inner(self) -> list[int]:
@@ -175,46 +175,46 @@ class Families:
         ]
         return np.array([*one, *two]).reshape(-1, self.dof)
 
-    def _with_zeros(self, w: np.ndarray, cost: np.ndarray, zeros: np.ndarray) -> Candidates:
+    def _with_zeros(self, w: np.ndarray, cost: np.ndarray, zeros: np.ndarray) -> ColumnReadings:
         """Each of some matrices with each of some zeros."""
         costs = np.tile(cost, len(zeros)) + ZERO * (np.repeat(zeros, len(w), axis=0) != 0.0).sum(1)
-        return Candidates(
+        return ColumnReadings(
             np.tile(w, (len(zeros), 1, 1)), np.repeat(zeros, len(w), axis=0), costs, refined=True
         )
 
     @property
-    def exchanges(self) -> Candidates:
+    def exchanges(self) -> ColumnReadings:
         """Two columns exchanged, without signs."""
         n = self.dof
         orders = [[{a: b, b: a}.get(k, k) for k in range(n)] for a, b in combinations(range(n), 2)]
         alike = [np.eye(n)[o] for o in orders if (self.slides[o] == self.slides).all()]
-        return Candidates(
+        return ColumnReadings(
             np.array(alike).reshape(-1, n, n), np.zeros((len(alike), n)), np.full(len(alike), ORDER)
         )
 
     @property
-    def zeros(self) -> Candidates:
+    def zeros(self) -> ColumnReadings:
         """One or two zeros, without signs."""
         return self._with_zeros(np.eye(self.dof)[None], np.zeros(1), self._some_zeros)
 
     @property
-    def signed_zeros(self) -> Candidates:
+    def signed_zeros(self) -> ColumnReadings:
         """The same with all signs."""
         return self._with_zeros(*self._signs, np.vstack([np.zeros((1, self.dof)), self._some_zeros]))
 
     @property
-    def coupled_zeros(self) -> Candidates:
+    def coupled_zeros(self) -> ColumnReadings:
         """One simple coupling with all signs and one quarter turn, or two of arms with few joints."""
         diagonal, flips = self._signs
         simple = [c for cost, c in self.couplings if cost == COUPLING]
         if not simple:
-            return Candidates(np.zeros((0, self.dof, self.dof)), np.zeros((0, self.dof)), np.zeros(0))
+            return ColumnReadings(np.zeros((0, self.dof, self.dof)), np.zeros((0, self.dof)), np.zeros(0))
         zeros = np.array([QUARTER * a * np.eye(self.dof)[k] for k in self._inner for a in (1, 2, 3)])
         w = np.concatenate([c @ diagonal for c in simple])
         return self._with_zeros(w, np.tile(COUPLING + flips, len(simple)), zeros.reshape(-1, self.dof))
 
     @property
-    def quarters(self) -> Candidates:
+    def quarters(self) -> ColumnReadings:
         """Quarter turns of all inner joints, with all signs."""
         turns = np.zeros((4 ** len(self._inner), self.dof))
         turns[:, self._inner] = QUARTER * np.array(list(product(range(4), repeat=len(self._inner))))

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.data.dataset import Dataset
-from workbench.data.orientations import ORIENTATIONS, USUAL_ORIENTATIONS
+from workbench.data.orientations import ORIENTATIONS, USUAL_ORIENTATIONS, Orientation
 
 INVERSE, MIXED, UNIT, USUAL, RARE = 1.0, 1.2, 0.5, 0.3, 0.8
 """Complexity of an inverse, of columns in another order, of a unit, of a usual and of a rare convention."""
@@ -17,54 +17,84 @@ DEGREE, TURN = np.pi / 180.0, 2.0 * np.pi
 
 @dataclass(frozen=True, eq=False)
 class Convention:
-    """One way to read the orientation columns."""
+    """One way to read the orientation columns.
 
-    text: str
-    cost: float
-    rotations: Float[np.ndarray, "rows 3 3"]
+    Args:
+        kind: What the numbers are; None: as declared.
+        factor: Of the numbers, to rad.
+        inverse: Whether the orientation is the inverse.
+        order: Of the columns; empty as they stand.
+        cost: Complexity.
+    """
+
+    kind: Orientation | None = None
+    factor: float = 1.0
+    inverse: bool = False
+    order: tuple[int, ...] = ()
+    cost: float = 0.0
+
+    @property
+    def text(self) -> str:
+        """In words; empty as declared."""
+        if self.kind is None:
+            return "the orientation is that of the base in the tool (transposed)" if self.inverse else ""
+        unit = "degrees, not rad" if self.factor < 1.0 else "rad, not degrees"
+        return f"the orientation is {self.name}{'' if self.factor == 1.0 else f' in {unit}'}"
+
+    @property
+    def name(self) -> str:
+        """What the numbers are."""
+        order = f" of its columns {', '.join(str(k + 1) for k in self.order)}" if self.order else ""
+        return f"{'the inverse of ' if self.inverse else ''}{self.kind.text if self.kind else ''}{order}"
+
+    def rotations(self, data: Dataset) -> Float[np.ndarray, "rows 3 3"]:
+        """Of the rows of a file."""
+        assert data.rotation is not None
+        found = data.rotation
+        if self.kind is not None and data.written is not None:
+            numbers = data.written.numbers
+            found = self.kind.matrices(self.factor * (numbers[:, self.order] if self.order else numbers))
+        return np.swapaxes(found, 1, 2) if self.inverse else found
 
 
-def conventions(data: Dataset) -> Iterator[Convention]:
-    """All ways to read the orientation columns, the declared one first; equal ones once."""
+def conventions(
+    data: Dataset, *, usual: bool = False
+) -> Iterator[tuple[Convention, Float[np.ndarray, "rows 3 3"]]]:
+    """All ways to read the orientation columns, with what they give, the declared one first; equal ones once.
+
+    Args:
+        usual: Whether only those that makers show are meant, neither inverse nor with columns exchanged.
+    """
     if data.rotation is None:
         return
-    yield Convention("", 0.0, data.rotation)
-    seen = [data.rotation]
-    for text, cost, rotations in _readings_of_turns(data):
-        if np.isfinite(rotations).all() and not any(np.abs(rotations - o).max() < 1e-6 for o in seen):
-            seen.append(rotations)
-            yield Convention(text, cost, rotations)
+    seen: list[np.ndarray] = []
+    for convention in sorted(_of_turns(data, usual), key=lambda c: c.cost):
+        turns = convention.rotations(data)
+        if np.isfinite(turns).all() and not any(np.abs(turns - other).max() < 1e-6 for other in seen):
+            seen.append(turns)
+            yield convention, turns
 
 
-def _readings_of_turns(data: Dataset) -> Iterator[tuple[str, float, np.ndarray]]:
-    assert data.rotation is not None
-    yield (
-        "the orientation is that of the base in the tool (transposed)",
-        INVERSE,
-        np.swapaxes(data.rotation, 1, 2),
-    )
-    if (written := data.written) is None:
+def _of_turns(data: Dataset, usual: bool) -> Iterator[Convention]:
+    if (written := data.written) is None or written.name:
+        yield Convention()
+        yield from [] if usual else [Convention(inverse=True, cost=INVERSE)]
+    if written is None:
         return
-    largest = np.nanmax(np.abs(written.numbers), initial=0.0)
-    units = [(1.0, "", 0.0)]
-    if written.numbers.shape[1] == 3 and largest < TURN * 1.02 * DEGREE:
-        units.append((1.0 / DEGREE, " in rad, not degrees", UNIT))
-    elif written.numbers.shape[1] == 3 and largest > TURN:
-        units.append((DEGREE, " in degrees, not rad", UNIT))
-    for factor, unit, more in units:
-        for kind in (k for k in ORIENTATIONS if k.numbers == written.numbers.shape[1]):
-            cost = more + (
-                0.0 if kind.name == written.name else USUAL if kind in USUAL_ORIENTATIONS else RARE
-            )
-            matrices = kind.matrices(factor * written.numbers)
-            yield f"the orientation is {kind.text}{unit}", cost, matrices
-            yield (
-                f"the orientation is the inverse of {kind.text}{unit}",
-                cost + INVERSE,
-                np.swapaxes(matrices, 1, 2),
-            )
+    count, largest = written.numbers.shape[1], np.nanmax(np.abs(written.numbers), initial=0.0)
+    units = [(1.0, 0.0)]
+    if count == 3 and largest < TURN * 1.02 * DEGREE:
+        units.append((1.0 / DEGREE, UNIT))
+    elif count == 3 and largest > TURN:
+        units.append((DEGREE, UNIT))
+    for factor, more in units:
+        for kind in (k for k in (USUAL_ORIENTATIONS if usual else ORIENTATIONS) if k.numbers == count):
+            rarity = USUAL if kind in USUAL_ORIENTATIONS else RARE
+            cost = more + (0.0 if kind.name == written.name else rarity)
+            yield Convention(kind, factor, cost=cost)
+            if usual:
+                continue
+            yield Convention(kind, factor, inverse=True, cost=cost + INVERSE)
             if kind.name.islower() and len(set(kind.name)) == 3:
                 for order in list(permutations(range(3)))[1:]:
-                    columns = ", ".join(str(k + 1) for k in order)
-                    text = f"the orientation is {kind.text}{unit} of its columns {columns}"
-                    yield text, cost + MIXED, kind.matrices(factor * written.numbers[:, order])
+                    yield Convention(kind, factor, order=order, cost=cost + MIXED)

@@ -6,11 +6,15 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm import chain as chains
+from workbench.arm.conventions import ORDERS
+from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
+from workbench.arm.signs_and_offsets import with_couplings, with_signs_and_offsets
 from workbench.base import se3
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.bounds import WEIGHT
+from workbench.identification.meaning.conventions import Convention
 
 FITS, FITS_TURN = 0.02, float(np.radians(5.0))
 """Misfit as a share of the reach, and of orientations [rad], beyond which rows don't belong to an arm."""
@@ -20,23 +24,29 @@ NARROW = 0.05
 """Maximum misfit of a changed reading as a share of how far the rows move the arm."""
 GOOD, EXOTIC = 0.006, 3.5
 """Readings more complex than the second must leave less than the first share of the reach."""
+LENGTHS = {1e-3: "mm labelled m", 1e3: "m labelled mm", 0.0254: "inch labelled m", 1e-2: "cm labelled m",
+           25.4: "inch labelled mm", 10.0: "cm labelled mm", 0.1: "mm labelled cm"}  # fmt: skip
+LEFT_HANDED = -np.eye(3)
+"""Axes of which no more is known."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Reading:
+class RowReading:
     """What rows mean: joints = w q + zero, positions, orientations, and whose.
 
     Args:
-        robot: The arm that moved, without effects; base and tool that fit best once it is placed.
+        robot: The arm that moved, without effects, base and tool.
+        other: Its name where it isn't the one that is said to have moved.
+        unit: Factor of the columns of joints that turn.
         w: Columns of q to joints.
         zero: Zeros [rad or m].
         scale: Factor of positions.
         axes: Axes of positions, which are columns x, y, z times this: exchanged or inverted ones.
         inverse: Whether poses are of the base in the tool.
-        orientation: Convention of the orientation columns, in words; empty as declared.
-        rotations: Orientations of the rows, read so; None without.
+        convention: Of the orientation columns; None without orientations.
         cost: Complexity of the changes.
-        changes: Those of joints, units and handedness, in words.
+        base: Pose of its base that fits the rows best.
+        tool: Likewise of what was measured in its flange.
         position: Root mean square distance of the rows that fit [m].
         rotation: Likewise of orientations [rad]; NaN without.
         motion: Misfit as a share of how far the rows move the arm.
@@ -44,22 +54,24 @@ class Reading:
     """
 
     robot: Robot
+    other: str = ""
+    unit: float = 1.0
     w: Float[np.ndarray, "n m"]
     zero: Float[np.ndarray, " n"]
     scale: float = 1.0
     axes: Float[np.ndarray, "3 3"] = field(default_factory=lambda: np.eye(3))
     inverse: bool = False
-    orientation: str = ""
-    rotations: Float[np.ndarray, "rows 3 3"] | None = None
+    convention: Convention | None = None
     cost: float = 0.0
-    changes: tuple[str, ...] = ()
+    base: Float[np.ndarray, "4 4"] = field(default_factory=lambda: np.eye(4))
+    tool: Float[np.ndarray, "4 4"] = field(default_factory=lambda: np.eye(4))
     position: float = np.inf
     rotation: float = np.nan
     motion: float = np.inf
     apart: tuple[int, ...] = ()
 
     @classmethod
-    def plain(cls, robot: Robot) -> "Reading":
+    def plain(cls, robot: Robot) -> "RowReading":
         """The rows as their headings say."""
         return cls(robot=robot.bare, w=np.eye(robot.dof), zero=np.zeros(robot.dof))
 
@@ -74,17 +86,41 @@ class Reading:
         return bool(np.linalg.det(self.axes) < 0.0)
 
     @property
+    def columns_as_given(self) -> bool:
+        """Whether each column is its joint, but for its unit and zero."""
+        return np.array_equal(self.w, np.eye(*self.w.shape))
+
+    @property
     def moves_otherwise(self) -> bool:
         """Whether joints or frames are read otherwise than the headings say, beyond a unit."""
-        unit = self.w[0, 0] if self.w[0, 0] > 0.0 else 1.0
-        other = self.inverse or self.mirrored or bool(self.zero.any())
-        return other or not np.allclose(self.w, unit * np.eye(*self.w.shape))
+        return self.inverse or self.mirrored or bool(self.zero.any()) or not self.columns_as_given
 
     @property
     def only_zeros(self) -> bool:
         """Whether nothing but zeros of joints is read otherwise."""
-        frames = self.inverse or self.mirrored or self.scale != 1.0
-        return not frames and np.array_equal(self.w, np.eye(*self.w.shape))
+        frames = self.inverse or self.mirrored or self.scale != 1.0 or self.unit != 1.0
+        return not frames and self.columns_as_given
+
+    @property
+    def changes(self) -> tuple[str, ...]:
+        """What is read otherwise of joints, units and handedness, in words."""
+        found = [f"the arm is {self.other}"] if self.other else []
+        if self.unit != 1.0:
+            unit = "degrees labelled rad" if self.unit < 1.0 else "rad labelled degrees"
+            found.append(f"the joints are {unit}")
+        found += _joint_texts(self.w, self.zero)
+        if self.inverse:
+            found.append("poses are of the base in the tool")
+        if self.mirrored:
+            found.append(_axes_text(self.axes))
+        if self.scale != 1.0:
+            found.append(f"the positions are {LENGTHS[self.scale]}")
+        return tuple(found)
+
+    @property
+    def orientation(self) -> str:
+        """Convention of the orientation columns, in words; empty as declared."""
+        return "" if self.convention is None else self.convention.text
 
     @property
     def is_plain(self) -> bool:
@@ -112,26 +148,79 @@ class Reading:
         return "; ".join([*self.changes, *([self.orientation] if self.orientation else [])]) or "as given"
 
     def joints(self, q: Float[np.ndarray, "... m"]) -> Float[np.ndarray, "... n"]:
-        return q @ self.w.T + self.zero
+        return self.in_units(q) @ self.w.T + self.zero
+
+    def in_units(self, q: Float[np.ndarray, "... m"]) -> Float[np.ndarray, "... m"]:
+        """Columns in rad or m."""
+        return q if self.unit == 1.0 else q * units(self.robot, q.shape[-1], self.unit)
 
     def flange(self, q: Float[np.ndarray, "*s m"]) -> Float[np.ndarray, "*s 4 4"]:
         """Poses of the bare flange in its base, or of that in the flange where poses are inverse."""
         return flange_poses(self.robot, self.joints(q), inverse=self.inverse)
 
-    def apply(self, data: Dataset) -> Dataset:
-        """The rows of a file, read so; their own base and tool are to be found."""
+    def apply(self, data: Dataset, *, joints: bool = True) -> Dataset:
+        """The rows of a file, read so; their own base and tool are to be found.
+
+        Args:
+            joints: Whether joints are read so, beyond their unit; not where the arm counts them so.
+        """
         position = data.position
         if position is not None:
             position = self.scale * position @ self.axes
-        rotation = self.rotations if self.rotations is not None else data.rotation
+        rotation = data.rotation if self.convention is None else self.convention.rotations(data)
         if self.inverse and position is not None and rotation is not None:
             rotation = np.swapaxes(rotation, -1, -2)
             position = -(rotation @ position[..., None])[..., 0]
-        return replace(data, q=self.joints(data.q), position=position, rotation=rotation, written=None)
+        q = self.joints(data.q) if joints else self.in_units(data.q)
+        return replace(data, q=q, position=position, rotation=rotation, written=None)
+
+    def on(self, robot: Robot) -> Robot | None:
+        """An arm that counts its joints as the rows do; None where that can't be said of it.
+
+        That is of columns in another order, and of calibrated arms and effects, which know their joints.
+        """
+        signs = np.sign(np.diag(self.w)) if self.w.shape == (robot.dof, robot.dof) else np.zeros(1)
+        if not signs.all() or robot.effects or robot.calibration is not None:
+            return None
+        couplings = signs[:, None] * self.w - np.eye(robot.dof)  # w = signs (1 + couplings)
+        if len(robot.chain.followers) and (couplings.any() or robot.convention not in ORDERS):
+            return None
+        return with_couplings(with_signs_and_offsets(robot, signs, self.zero), couplings)
+
+
+def units(robot: Robot, columns: int, factor: float) -> Float[np.ndarray, " m"]:
+    """A factor of angles for each column; columns that slide keep their unit."""
+    slides = np.array(sliding(robot), bool)
+    return np.where(slides, 1.0, factor) if len(slides) == columns else np.full(columns, factor)
 
 
 def flange_poses(robot: Robot, q: np.ndarray, *, inverse: bool = False) -> np.ndarray:
-    """Poses of the flange in the arm's base for joints (…, n), or of the base in the flange."""
-    poses = chains.poses(robot.bare.chain, np.ascontiguousarray(q.reshape(-1, q.shape[-1])))
+    """Poses of a bare arm's flange in its base for joints (…, n), or of the base in the flange."""
+    poses = chains.poses(robot.chain, np.ascontiguousarray(q.reshape(-1, q.shape[-1])))
     poses = se3.inverse(poses) if inverse else poses
     return poses.reshape(*q.shape[:-1], 4, 4)
+
+
+def _axes_text(axes: np.ndarray) -> str:
+    if np.array_equal(axes, LEFT_HANDED):
+        return "x, y, z are left-handed: two exchanged, or one inverted"
+    changed = ["xyz"[k] for k in range(3) if axes[k, k] != 1.0]
+    return (
+        f"{changed[0]} is inverted" if len(changed) == 1 else f"{changed[0]} and {changed[1]} are exchanged"
+    )
+
+
+def _joint_texts(w: Float[np.ndarray, "n m"], zero: Float[np.ndarray, " n"]) -> list[str]:
+    """What each joint is that isn't its own column: `joint 3 = q3 + q2`, `joint 5 = -q5 + 90°`."""
+    found, eye = [], np.eye(*w.shape)
+    for k, row in enumerate(w):
+        turn = float(np.degrees((zero[k] + np.pi) % (2.0 * np.pi) - np.pi))
+        if np.allclose(row, eye[k]) and abs(turn) < 1e-6:
+            continue
+        columns = sorted(np.flatnonzero(row).tolist(), key=lambda j: (j != k, j))
+        sizes = {j: "" if abs(abs(row[j]) - 1.0) < 1e-9 else f"{abs(row[j]):.4g} " for j in columns}
+        text = " ".join(f"{'-' if row[j] < 0 else '+'} {sizes[j]}q{j + 1}" for j in columns)
+        text = text[2:] if text.startswith("+") else f"-{text[2:]}"
+        text += "" if abs(turn) < 1e-6 else f" {'-' if turn < 0 else '+'} {abs(turn):.4g}°"
+        found.append(f"joint {k + 1} = {text}")
+    return found

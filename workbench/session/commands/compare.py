@@ -10,7 +10,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
-from workbench.identification.meaning.search import placed
+from workbench.identification.meaning.nominal_fit import placed
 from workbench.session.command import AbstractChange, computed
 from workbench.session.comparison import (
     Comparison,

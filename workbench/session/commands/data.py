@@ -257,7 +257,8 @@ def matched_to_arm(robot: Robot, loaded: Loaded, *, accept: bool = False) -> Loa
     match = arm_match(robot, loaded.read)
     rows = loaded.read
     if not match.is_foreign or (accept and match.has_reading):
-        rows, match = as_read(robot, rows, ReadAs.FOUND), replace(match, meaning=None)
+        _, rows = as_read(robot, rows, ReadAs.FOUND, keeps_arm=True)
+        match = replace(match, meaning=None)
     dataset = checked(robot, rows)
     return replace(loaded, dataset=dataset, notes=dataset.notes, match=match)
 

@@ -19,14 +19,10 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import FileError
 from workbench.base.files import read_bytes
 from workbench.base.types import Freedom
-from workbench.extras.pendant.own_robot.displayed_poses import typed_cells
+from workbench.data.dataset import Dataset
+from workbench.extras.pendant.displayed import typed
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
-from workbench.extras.pendant.own_robot.table_meanings import (
-    TableReading,
-    Typed,
-    table_readings,
-    typed_readings,
-)
+from workbench.extras.pendant.own_robot.table_meanings import TableReading, table_readings
 
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
 """Other headings of the constants."""
@@ -142,7 +138,7 @@ TABLES = (".csv",)
 
 
 def check_robot(
-    source: Path | str, poses: Sequence[str] | Typed, *, tip: str | None = None, name: str = ""
+    source: Path | str, poses: Sequence[str] | Dataset, *, tip: str | None = None, name: str = ""
 ) -> FoundConvention:
     """The reading of an arm or its table that gives the poses of the pendant.
 
@@ -150,18 +146,13 @@ def check_robot(
 
     Args:
         source: A joint table (.csv), a file of a robot, or a built-in arm by name.
-        poses: `q1,…,qn = x,y,z,a,b,c` (or a quaternion) each, whose units are found; or poses in known units.
+        poses: `q1,…,qn = x,y,z,a,b,c` (or a quaternion) each, whose units are found; or rows.
         tip: Last link of the chain, for a URDF with several.
         name: Of the arm in what is found; its own, or that of the table's file, if empty.
     """
     readings = readings_of(source, tip=tip, name=name)
-    robot = readings[0].robot
-    if isinstance(poses, Typed):
-        found = find_convention(readings, [poses])
-    else:
-        slides = [not e.axis.turns for e in robot.elements if e.joint is not None]
-        numbers = [[*q, *xyz, *turn] for q, xyz, turn in typed_cells(poses, robot.dof)]
-        found = find_convention(readings, typed_readings(np.array(numbers, float), slides))
+    shown = poses if isinstance(poses, Dataset) else typed(poses, readings[0].robot.dof)
+    found = find_convention(readings, shown)
     return replace(found, robot=found.robot.with_frames(base=UNKNOWN, tool=UNKNOWN))
 
 
@@ -185,9 +176,8 @@ def convention_notes(found: FoundConvention) -> tuple[str, ...]:
     """What fits, what differs from the arm as it was given, and how well, one sentence each."""
     return (
         f"it fits: {', '.join(found.assumptions) or 'as it was given'}",
-        *(f"change: {change}" for change in found.changes),
-        f"errors at the typed poses: at most {1e3 * found.position:.3f} mm and "
-        f"{np.rad2deg(found.rotation):.3f}°; {found.tried} readings tried",
+        *(f"change: {change}" for change in found.reading.changes),
+        f"errors at the typed poses: {found.reading.size}; {found.tried} readings tried",
     )
 
 

@@ -1,35 +1,17 @@
-"""Possible meanings of a joint table, and of poses typed with it: conventions and units."""
+"""Possible meanings of a joint table: conventions and units."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base.arguments import checked_arguments
-from workbench.base.errors import FileError, OptionError, ShapeError
-from workbench.base.types import frozen
-from workbench.data.orientations import USUAL_ORIENTATIONS
-from workbench.extras.pendant.own_robot.displayed_poses import SIZES, meanings, possible
-
-
-@dataclass(frozen=True, eq=False)
-class Typed:
-    """Joint positions and poses under one understanding of their units.
-
-    Args:
-        q: Joint positions [rad or m].
-        poses: Of the flange in the robot's base.
-        assumptions: What was assumed of the numbers, such as `joints in deg`.
-    """
-
-    q: Float[np.ndarray, "m n"]
-    poses: Float[np.ndarray, "m 4 4"]
-    assumptions: tuple[str, ...] = ()
+from workbench.base.errors import FileError, OptionError
+from workbench.extras.pendant.displayed import SIZES
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,20 +83,9 @@ def table_readings(
     return out
 
 
-@checked_arguments()
-def typed_readings(numbers: Float[np.ndarray, "m k"], slides: Sequence[bool]) -> list[Typed]:
-    """What numbers typed from a pendant may mean: joints, then x, y, z, and three angles or a quaternion.
-
-    Args:
-        numbers: A row for each pose.
-        slides: Which joints slide.
-    """
-    if numbers.shape[1] < (needed := len(slides) + 6):
-        raise ShapeError(
-            f"each pose needs {needed} numbers (joints, x, y, z and three angles), got {numbers.shape[1]}",
-            expected=needed,
-            found=numbers.shape[1],
-        )
-    joints, xyz, turn = np.split(numbers, [len(slides), len(slides) + 3], axis=1)
-    found = meanings(joints, xyz, turn, slides, kinds=USUAL_ORIENTATIONS)
-    return [Typed(frozen(m.q), frozen(m.poses), m.assumptions) for m in found]
+def possible(units: Sequence[str], values: Sequence[float]) -> Sequence[str]:
+    """Those of two units in which some numbers make sense; both where either does."""
+    largest = float(np.abs(values).max()) if np.size(values) else 0.0
+    bounds = {"m": (0.0, 20.0), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi), "deg": (0.0, np.inf)}
+    kept = [u for u in units if bounds[u][0] <= largest <= bounds[u][1]]
+    return kept or units

@@ -16,7 +16,7 @@ from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import FRAMES
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Like, checked_arguments
-from workbench.base.errors import OptionError, WorkbenchError
+from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
 from workbench.data.arguments import DatasetLike, RobotLike
@@ -32,6 +32,8 @@ from workbench.identification.errors.row_errors import Errors, instrument_places
 from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike
 from workbench.identification.frames import Sessions, visible_parts
 from workbench.identification.instrument_preparation import preparation_of
+from workbench.identification.meaning.as_read import is_misread, misread_text
+from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import FrameFreedom, Problem
 from workbench.identification.result import BeforeAfter
@@ -87,6 +89,7 @@ def rezero(
     zeros = robot.joint_offsets
     progress(0.0, "fitting the zeros")
     check_enough(robot, data.take(data.included), zeros)
+    _check_counting(robot, data, [joint - 1 for joint in replaced])
     begin = _near(robot, data)
     knowledge = LastCalibration.of(robot, begin, [joint - 1 for joint in replaced])
     decides = preparation_of(data) is not None  # it lets zeros alone through; knowledge comes afterwards
@@ -178,6 +181,21 @@ def _astray(shifts: tuple[JointShift, ...], ready: Prepared, fit: Optimum) -> tu
         "check the joints (units, signs, order of the rows), the robot, and where the instrument is mounted"
     )
     return (f"{text}; {check}",)
+
+
+def _check_counting(robot: Robot, data: Dataset, replaced: Sequence[int]) -> None:
+    """Refuse rows whose joints count otherwise than the arm's, by more than a collision turns them."""
+    robot.check_joints(data.q, data.source)
+    found = None if preparation_of(data) is not None else read_rows(robot, data, likely=True)
+    if found is None or not is_misread(found):
+        return
+    best = found.best
+    off = {k for k in range(robot.dof) if best.zero[k] or not np.array_equal(best.w[k], np.eye(robot.dof)[k])}
+    if not (best.only_zeros and off <= set(replaced)):
+        raise DataError(
+            f"{data.source}: {misread_text(found)}; no collision does that: correct the rows, or name the "
+            "joint as replaced"
+        )
 
 
 def _near(robot: Robot, data: Dataset) -> Robot:

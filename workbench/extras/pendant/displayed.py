@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -14,11 +15,13 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.units import parse_heading
 from workbench.data.dataset import Dataset
+from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.table import Grid
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel
-from workbench.extras.pendant.own_robot.displayed_poses import typed_cells
+from workbench.identification.meaning.conventions import Convention
+from workbench.identification.meaning.reading import RowReading
 
 JOINT = re.compile(r"(?:q|j|a|ax|axis|jt|joint|theta|actual_q)[ _]*(\d+)(?: pos(?:ition)?)?", re.IGNORECASE)
 RTDE = tuple(f"actual_tcp_pose_{k}" for k in range(6))
@@ -26,9 +29,9 @@ RTDE = tuple(f"actual_tcp_pose_{k}" for k in range(6))
 MATRIX = tuple(f"r{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
 MAX_READINGS = 400
 """Rows of a log that are taken, evenly spread."""
+TYPED = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
-COMMANDED = 0.5
-"""Joint positions that are all whole multiples of this many degrees were commanded, not rounded."""
+SIZES = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": float(np.deg2rad(1.0)), "": 1.0}
 UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
 WHAT = (
     "give a column for each joint (q1 … qN), x, y, z and the three or four numbers of the orientation, one "
@@ -37,7 +40,7 @@ WHAT = (
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class PendantReadings:
+class Displayed:
     """Poses as shown; of each block of columns its unit, if that stands there, and its last digit.
 
     Args:
@@ -55,15 +58,72 @@ class PendantReadings:
     turn: Float[np.ndarray, "rows k"]
     units: tuple[str, str, str] = ("", "", "")
     steps: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    source: str = "readings"
+    source: str = "the typed poses"
     rows: Sequence[int] = field(default=())
 
     def __len__(self) -> int:
         return len(self.joints)
 
+    def usual_units(self, robot: Robot) -> tuple[str, str, str]:
+        """Those shown, or else degrees, and the unit of length in which the arm reaches there."""
+        far = np.linalg.norm(self.xyz, axis=1).max(initial=1e-9)
+        length = min(("m", "mm"), key=lambda unit: abs(np.log(far * SIZES[unit] / robot.reach)))
+        usual = ("deg", length, "deg" if self.turn.shape[1] == 3 else "")
+        joint, length, angle = (shown or unit for shown, unit in zip(self.units, usual, strict=True))
+        return joint, length, angle
 
-def read_readings(path: Path | str, robot: Robot) -> PendantReadings:
-    """PendantReadings of a table with or without headings."""
+    def dataset(self, robot: Robot) -> Dataset:
+        """The numbers in usual units, with their orientation as it is written."""
+        joint, length, angle = (SIZES[unit] for unit in self.usual_units(robot))
+        written = WrittenOrientation("", angle * self.turn)
+        first = next(kind for kind in ORIENTATIONS if kind.numbers == self.turn.shape[1])
+        return Dataset(
+            q=self.joints * np.where(sliding(robot), length, joint),
+            position=length * self.xyz,
+            rotation=first.matrices(written.numbers),
+            written=written,
+            row=np.arange(len(self)) if not self.rows else np.array(self.rows),
+            source=self.source,
+        )
+
+    def meaning(self, robot: Robot, reading: RowReading) -> "DisplayMeaning":
+        """What the numbers are in a reading of their dataset."""
+        joint, length, angle = self.usual_units(robot)
+        other, convention = {"deg": "rad", "rad": "deg"}, reading.convention or Convention()
+        joint = joint if reading.unit == 1.0 else other[joint]
+        angle = angle if convention.factor == 1.0 else other[angle]
+        kind = convention.kind
+        units = (joint, length, angle if kind is not None and kind.has_units else "")
+        return DisplayMeaning(units, convention.name, reading.changes)
+
+
+class DisplayMeaning(NamedTuple):
+    """What is shown.
+
+    Args:
+        units: Of joints, positions and angles; no unit for what are no angles.
+        orientation: Kind of the orientation.
+        changes: What else is read otherwise than the arm's model says, such as the sign of a joint.
+    """
+
+    units: tuple[str, str, str]
+    orientation: str
+    changes: tuple[str, ...] = ()
+
+    @property
+    def assumptions(self) -> tuple[str, str, str]:
+        """`joints in deg`, `positions in mm`, `rotation vector (UR) in rad`."""
+        joints, lengths, angles = self.units
+        turned = f" in {angles}" if angles else ""
+        return f"joints in {joints}", f"positions in {lengths}", f"{self.orientation}{turned}"
+
+    @property
+    def text(self) -> str:
+        return ", ".join((*self.assumptions, *self.changes))
+
+
+def read_display(path: Path | str, robot: Robot) -> Displayed:
+    """Poses of a table with or without headings."""
     path = Path(path)
     content = read_bytes(path)
     is_workbook = kind_of(content, path) is FileKind.EXCEL
@@ -79,23 +139,33 @@ def read_readings(path: Path | str, robot: Robot) -> PendantReadings:
     units = tuple(_unit(head, part, path) for part in columns)
     if set(RTDE) <= set(_names(head)):
         units = ("rad", "m", "rad")
-    return _readings(cells, units, robot, str(path), kept)
+    return _displayed(cells, units=units, source=str(path), rows=kept)
 
 
-def typed_readings(texts: Iterable[str], robot: Robot) -> PendantReadings:
-    """PendantReadings as `q1,…,qn = x,y,z,a,b,c` each."""
-    cells = [list(part) for part in zip(*typed_cells(texts, robot.dof), strict=True)]
-    if not cells or not cells[0]:
+def typed(texts: Iterable[str], joints: int) -> Displayed:
+    """Poses as `q1,…,qn = x,y,z,a,b,c` (angles, or a quaternion) each."""
+    rows: list[tuple[list[str], list[str], list[str]]] = []
+    for text in texts:
+        left, _, right = text.replace("\u2212", "-").partition("=")
+        q, pose = (re.split(r"[,;\s]+", part.strip()) for part in (left, right))
+        is_right = len(q) == joints and len(pose) in (6, 7) and all(map(TYPED.fullmatch, q + pose))
+        if not is_right or (rows and len(pose) != 3 + len(rows[0][2])):
+            raise OptionError(
+                f"the pose '{text}' must be {joints} joint positions, =, x, y, z and three angles or a "
+                "quaternion, with commas"
+            )
+        rows.append((q, pose[:3], pose[3:]))
+    if not rows:
         raise OptionError("no poses are typed; give them as q1,…,qn = x,y,z,a,b,c")
-    return _readings(cells, ("", "", ""), robot, "the typed poses", range(len(cells[0])))
+    return _displayed([list(part) for part in zip(*rows, strict=True)], rows=range(len(rows)))
 
 
-def readings_of(data: Dataset) -> PendantReadings:
-    """PendantReadings of a log or bag, whose poses are known in full."""
+def of_dataset(data: Dataset) -> Displayed:
+    """Poses of a log or bag, whose poses are known in full."""
     if data.position is None or data.rotation is None:
         raise DataError(f"{data.source}: the tool's pose is needed, position and orientation")
     seen = data.included & np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
-    return PendantReadings(
+    return Displayed(
         joints=data.q[seen],
         xyz=data.position[seen],
         turn=se3.matrix_to_quaternion(data.rotation[seen]),
@@ -181,19 +251,12 @@ def _unit(head: list[str], columns: list[int], path: Path) -> str:
     return next(iter(units), "")
 
 
-def _readings(cells, units, robot: Robot, source: str, rows: Sequence[int]) -> PendantReadings:
-    values = [
+def _displayed(cells, *, source: str = "the typed poses", **more) -> Displayed:
+    joints, xyz, turn = (
         np.array([[_number(c, source, k) for c in row] for k, row in enumerate(part)]) for part in cells
-    ]
-    steps = [_last_digit(part) for part in cells]
-    turning = values[0][:, ~sliding(robot)]
-    if units[0] != "rad" and np.allclose(turning, COMMANDED * np.round(turning / COMMANDED), atol=1e-9):
-        steps[0] = 0.0
-    joints, xyz, turn = values
-    last = (steps[0], steps[1], steps[2])
-    return PendantReadings(
-        joints=joints, xyz=xyz, turn=turn, units=units, steps=last, source=source, rows=list(rows)
     )
+    joint, length, angle = map(_last_digit, cells)
+    return Displayed(joints=joints, xyz=xyz, turn=turn, steps=(joint, length, angle), source=source, **more)
 
 
 def _number(cell: str, source: str, row: int) -> float:

@@ -1,0 +1,125 @@
+"""What rows mean: the best of the readings that were found, and what these rows can't tell from it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base import se3
+from workbench.base.hand_eye import hand_eye, mean_base
+from workbench.identification.meaning.reading import RowReading, flange_poses
+from workbench.identification.meaning.search import CLEAR, ReadingSearch
+
+ALIKE = 1.3
+"""Ratio of misfits below which the simplest reading is taken."""
+SAME = 0.01
+"""Share of the reach within which two readings put the flange in one place."""
+SHOWN = 6
+"""Readings that are named in a list."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RowMeaning:
+    """What rows mean: the best reading, and what these rows can't tell from it.
+
+    Args:
+        best: The simplest of the readings that fit best.
+        plain: The rows as given.
+        margin: How many times worse the next one is that moves otherwise.
+        alike: Readings of the same motion.
+        blind: Readings of the same points, whose orientations or handedness differ.
+        open: Readings that these rows can't tell from it.
+        tried: Number of candidates by family; empty if the rows fit as given.
+        turned: The joints as given with another convention of orientations that is clearly theirs, if any.
+    """
+
+    best: RowReading
+    plain: RowReading | None
+    margin: float = np.inf
+    alike: tuple[str, ...] = ()
+    blind: tuple[str, ...] = ()
+    open: tuple[str, ...] = ()
+    tried: dict[str, int] = field(default_factory=dict)
+    turned: RowReading | None = None
+
+    @property
+    def is_found(self) -> bool:
+        """Whether the best reading fits and is clearly better than the rows as given and than any other."""
+        if not self.best.fits:
+            return False
+        if self.best.is_plain or self.plain is None:
+            return self.margin > 1.0
+        return self.margin >= CLEAR and CLEAR * self.best.score < self.plain.score
+
+    @property
+    def tried_text(self) -> str:
+        """`tried in full: 1472 signs and couplings, 9 arms, 960 orders`."""
+        return ", ".join(f"{number} {family}" for family, number in self.tried.items())
+
+
+def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
+    """The simplest of the readings that fit alike; the others by what tells them from it."""
+    found = sorted(search.found, key=lambda r: r.score)
+    ties = [r for r in found if r.score < ALIKE * found[0].score + search.floor]
+    ties += [r for r in found if r.is_plain and r.fits and r.score < CLEAR * found[0].score]
+    best = min(ties, key=lambda r: (round(r.cost, 3), r.score))
+    floor = max(best.score, search.floor)
+    near = [r for r in found if r is not best and r.score < 4.0 * CLEAR * floor][:40]
+    far = min((r.score for r in found if r is not best and r.score >= 4.0 * CLEAR * floor), default=np.inf)
+    low, high = search.data.q.min(0), search.data.q.max(0)
+    around = 1.0 / best.unit if search.held else 0.0
+    q = np.random.default_rng(0).uniform(low - around, high + around, (24, len(low)))
+    if search.held:
+        alike = [r for r in near if _same_poses(best, r, q)]
+    else:
+        near = [r for r in near if r.text != best.text]
+        alike = [r for r in near if not r.mirrored and _same_motion(best, r, q)]
+    blind = [r for r in near if r not in alike and not search.held and _same_points(best, r, q)]
+    other = [r for r in near if r not in alike and r not in blind]
+    return RowMeaning(
+        best=best,
+        plain=plain,
+        margin=min((r.score for r in other), default=far) / floor,
+        alike=_texts(alike),
+        blind=_texts(blind),
+        open=_texts([r for r in other if r.score < CLEAR * floor]),
+        tried=dict(search.tried),
+        turned=search.turned,
+    )
+
+
+def _texts(readings: list[RowReading]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(r.text for r in readings))[:SHOWN]
+
+
+def _same_poses(one: RowReading, other: RowReading, q: np.ndarray) -> bool:
+    """Whether two readings put the flange in the same place at random postures."""
+    if one.unit != other.unit:
+        return False
+    error = np.abs(one.flange(q) - other.flange(q))
+    return bool(error[..., 3].max() < SAME * one.robot.reach and error[..., :3].max() < 4.0 * SAME)
+
+
+def _same_motion(one: RowReading, other: RowReading, q: np.ndarray) -> bool:
+    """Whether two readings move the flange alike at random postures, up to base and tool."""
+    if one.inverse != other.inverse or one.orientation != other.orientation:
+        return False
+    seen, own = one.flange(q), other.flange(q)
+    tool = hand_eye(own, seen)
+    error = se3.pose_error(mean_base(own @ tool, seen) @ own @ tool, seen)
+    return bool(np.abs(error[:, :3]).max() < 2e-4 * one.robot.reach and np.abs(error[:, 3:]).max() < 2e-3)
+
+
+def _same_points(one: RowReading, other: RowReading, q: np.ndarray) -> bool:
+    """Whether two readings predict the same points of the file at random postures."""
+    if one.inverse or other.inverse:
+        return False
+    seen, own = (_points(r, q) for r in (one, other))
+    error = one.scale * np.sqrt(((seen - own) ** 2).sum(1).mean())
+    return bool(error < max(1.5 * max(one.position, other.position), 2e-4 * one.robot.reach))
+
+
+def _points(reading: RowReading, q: np.ndarray) -> Float[np.ndarray, "rows 3"]:
+    flange = flange_poses(reading.robot, reading.joints(q))
+    points = (reading.base @ flange @ reading.tool)[:, :3, 3]
+    return points @ reading.axes.T / reading.scale

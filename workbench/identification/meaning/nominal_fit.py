@@ -1,0 +1,59 @@
+"""How well a nominal arm fits rows as given, with the best base and tool."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.arm import chain as chains
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.identification.meaning.placement import place
+from workbench.identification.meaning.reading import FITS, RowReading
+from workbench.identification.meaning.search import ReadingSearch
+from workbench.identification.meaning.usable_rows import PLACED_ROWS, far_apart, usable
+
+
+def fits_at_a_glance(robot: Robot, data: Dataset) -> bool:
+    """Whether rows fit as given, or can't tell; cheap."""
+    rows = usable(data)
+    return rows is None or (data.joints == robot.dof and ReadingSearch(robot, rows).fits_at_a_glance())
+
+
+MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
+"""Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
+
+
+def majority(robot: Robot, data: Dataset) -> tuple[tuple[int, ...], float] | None:
+    """Numbers of the rows that stand off from an arm that most others fit, and its error on these [m]."""
+    located = usable(data)
+    if located is None:
+        return None
+    located = replace(located, rotation=None, written=None)
+    off, bare = np.zeros(len(located)), robot.bare
+    for _ in range(TRIM_ROUNDS):
+        most = located.take(np.flatnonzero(off <= np.quantile(off, MIN_FITTING_SHARE)))
+        some = most.take(far_apart(most, PLACED_ROWS))
+        at = place(bare, some.q[None], np.asarray(some.position)[None], None)
+        placed = at.base[0] @ chains.poses(bare.chain, located.q) @ at.tool[0]
+        off = np.linalg.norm(placed[:, :3, 3] - located.position, axis=1)
+    fits = off < FITS * robot.reach
+    error = float(np.median(off[fits])) if fits.any() else np.inf
+    if not MIN_FITTING_SHARE <= fits.mean() < 1.0 or error > 0.5 * FITS * robot.reach:
+        return None
+    return tuple(located.row[~fits].tolist()), error
+
+
+def placed(robot: Robot, data: Dataset) -> Robot:
+    """The nominal arm with the base and tool that fit its rows best; unchanged with too few points."""
+    rows = usable(data) if data.joints == robot.dof else None
+    if rows is None:
+        return robot
+    at = ReadingSearch(robot, rows).plain()
+    return replace(robot, mounting=robot.mounting.at(at.base, at.tool), sessions={})
+
+
+def zeros_fitted(robot: Robot, data: Dataset) -> float:
+    """Misfit [m] of rows that are an arm's own once base, tool and joint zeros are fitted."""
+    search = ReadingSearch(robot, data)
+    refined = search.place(search.refined([RowReading.plain(search.robot)]), search.conventions[:1])
+    return min(search.plain().position, refined[0].position)

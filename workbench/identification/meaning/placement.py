@@ -1,0 +1,188 @@
+"""Base, tool and joint zeros of many readings at once: closed forms, then damped Gauss–Newton steps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.arm import chain as chains
+from workbench.arm.many_starts import descend
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.hand_eye import base_and_tool, nearest_rotation
+from workbench.identification.meaning.bounds import WEIGHT, affine_map
+
+STEPS, SEARCHED = 5, 25
+"""Steps from the closed forms, and where zeros are unknown."""
+AFFINE_ROWS = 8
+"""Rows from which on points alone begin best; orientations are the start of fewer."""
+MIN_ROWS = 4
+"""Minimum number of rows of which one may be set apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedReadings:
+    """Readings with the base, tool and zeros that fit their rows best.
+
+    Args:
+        base: Poses of the arm's base.
+        tool: Poses of what was measured in the flange.
+        zero: What is added to the joints [rad or m].
+        error: Distances of the rows [m].
+        turn: Angles of the rows [rad]; NaN without orientations.
+    """
+
+    base: Float[np.ndarray, "s 4 4"]
+    tool: Float[np.ndarray, "s 4 4"]
+    zero: Float[np.ndarray, "s n"]
+    error: Float[np.ndarray, "s rows"]
+    turn: Float[np.ndarray, "s rows"]
+
+    @property
+    def apart(self) -> Bool[np.ndarray, "s rows"]:
+        """Rows that stand off, about a fifth at most."""
+        if self.error.shape[1] < MIN_ROWS:
+            return np.zeros(self.error.shape, bool)
+        usual = np.median(self.error, axis=1), np.quantile(self.error, 0.8, axis=1)
+        return self.error > np.maximum(5.0 * usual[0], usual[1])[:, None]
+
+
+def place(
+    robot: Robot,
+    joints: Float[np.ndarray, "s rows n"],
+    points: Float[np.ndarray, "s rows 3"],
+    rotations: Float[np.ndarray, "s rows 3 3"] | None,
+    *,
+    zeros: Sequence[int] = (),
+    held: bool = False,
+) -> PlacedReadings:
+    """The best base and tool for each of some readings of one arm, robust against a few rows.
+
+    Args:
+        zeros: Joints whose zeros are unknown, too.
+        held: Whether base and tool are known: none.
+    """
+    fit = _Fit(robot, joints, points, rotations, tuple(zeros), held)
+    start = fit.start()
+    if held and not zeros:
+        return fit.placed(*start)
+    everything = np.ones(points.shape[:2])
+    found = fit.placed(*fit.descended(start, everything))
+    apart = found.apart
+    if not apart.any():
+        return found
+    return fit.placed(*fit.descended((found.base, found.tool, found.zero), np.where(apart, 0.0, everything)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    robot: Robot
+    joints: Float[np.ndarray, "s rows n"]
+    points: Float[np.ndarray, "s rows 3"]
+    rotations: Float[np.ndarray, "s rows 3 3"] | None
+    zeros: tuple[int, ...]
+    held: bool
+
+    def start(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        count, _, n = self.joints.shape
+        base, tool = (np.tile(np.eye(4), (count, 1, 1)) for _ in range(2))
+        zero, flange = np.zeros((count, n)), self._flange(self.joints)[0]
+        if self.held and self.zeros and self.rotations is not None:
+            zero[:, [0, -1]] = self._ends(flange, self.rotations)
+        elif not self.held:
+            for k in range(count):
+                if self.rotations is not None and len(flange[k]) < AFFINE_ROWS:
+                    base[k], tool[k] = base_and_tool(flange[k], se3.pose(self.rotations[k], self.points[k]))
+                    continue
+                linear, tool[k, :3, 3] = affine_map(flange[k], self.points[k])
+                base[k, :3, :3] = nearest_rotation(linear.T)
+                reached = flange[k, :, :3, 3] + flange[k, :, :3, :3] @ tool[k, :3, 3]
+                base[k, :3, 3] = (self.points[k] - reached @ base[k, :3, :3].T).mean(0)
+                if self.rotations is not None:
+                    turned = base[k, :3, :3] @ flange[k, :, :3, :3]
+                    tool[k, :3, :3] = nearest_rotation((np.swapaxes(turned, 1, 2) @ self.rotations[k]).sum(0))
+        return base, tool, zero
+
+    def _ends(self, flange: np.ndarray, rotations: np.ndarray) -> Float[np.ndarray, "s 2"]:
+        """Zeros of the first and the last joint, as the base and tool that are held would have to turn."""
+        poses, twists = chains.joint_twists(self.robot.chain, self.joints[0, :1])
+        first, last = twists[0, 3:, 0], poses[0, :3, :3].T @ twists[0, 3:, -1]
+        turned = [
+            base_and_tool(flange[k], se3.pose(rotations[k], self.points[k])) for k in range(len(flange))
+        ]
+        return np.array([(_angle(base, first), _angle(tool, last)) for base, tool in turned])
+
+    def _flange(self, joints: np.ndarray, *, moves: bool = False) -> tuple[np.ndarray, np.ndarray | None]:
+        """Poses of the bare flange, and the twists of it by joints with unknown zeros."""
+        flat = np.ascontiguousarray(joints.reshape(-1, joints.shape[-1]))
+        if not moves:
+            return chains.poses(self.robot.chain, flat).reshape(*joints.shape[:2], 4, 4), None
+        poses, twists = chains.joint_twists(self.robot.chain, flat)
+        chosen = twists[:, :, list(self.zeros)].reshape(*joints.shape[:2], 6, -1)
+        return poses.reshape(*joints.shape[:2], 4, 4), chosen
+
+    def placed(self, base: np.ndarray, tool: np.ndarray, zero: np.ndarray) -> PlacedReadings:
+        at = base[:, None] @ self._flange(self.joints + zero[:, None])[0] @ tool[:, None]
+        error = np.linalg.norm(at[..., :3, 3] - self.points, axis=2)
+        turn = np.full(error.shape, np.nan)
+        if self.rotations is not None:
+            turn = np.linalg.norm(_turned(self.rotations, at[..., :3, :3]), axis=2)
+        return PlacedReadings(base, tool, zero, error, turn)
+
+    def descended(self, start: tuple[np.ndarray, ...], weights: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Base, tool and zeros that leave least of the rows by weight."""
+        count = len(weights)
+        still = self._flange(self.joints)[0]
+        angle = WEIGHT * self.robot.reach
+
+        def linearise(base, tool, zero):
+            flange, twists = still, None
+            if self.zeros:
+                flange, twists = self._flange(self.joints + zero[:, None], moves=True)
+            arm = base[:, None] @ flange
+            turned, lever = arm[..., :3, :3], (arm[..., :3, :3] @ tool[:, None, :3, 3:])[..., 0]
+            at = arm[..., :3, 3] + lever
+            eye = np.broadcast_to(np.eye(3), turned.shape)
+            columns = [] if self.held else [-se3.skew(at - base[:, None, :3, 3]), eye, turned]
+            if twists is not None:
+                along, about = (base[:, None, :3, :3] @ t for t in (twists[..., :3, :], twists[..., 3:, :]))
+                columns.append(along - se3.skew(lever) @ about)
+            error, jacobian = self.points - at, np.concatenate(columns, axis=3)
+            if self.rotations is not None:
+                seen = turned @ tool[:, None, :3, :3]
+                turns = [] if self.held else [eye, 0.0 * eye, 0.0 * eye]
+                turns += [] if twists is None else [about]
+                if not self.held:
+                    turns.append(seen)
+                    jacobian = np.concatenate([jacobian, 0.0 * eye], axis=3)
+                error = np.concatenate([error, angle * _turned(self.rotations, seen)], axis=2)
+                jacobian = np.concatenate([jacobian, angle * np.concatenate(turns, axis=3)], axis=2)
+            error, jacobian = weights[..., None] * error, weights[..., None, None] * jacobian
+            return error.reshape(count, -1), jacobian.reshape(count, -1, jacobian.shape[-1])
+
+        def moved(base, tool, zero, step):
+            base, tool, zero = base.copy(), tool.copy(), zero.copy()
+            at = 0 if self.held else 9
+            zero[:, list(self.zeros)] += step[:, at : at + len(self.zeros)]
+            if not self.held:
+                base[:, :3, :3] = se3.rotvec_to_matrix(step[:, :3]) @ base[:, :3, :3]
+                base[:, :3, 3] += step[:, 3:6]
+                tool[:, :3, 3] += step[:, 6:9]
+                if self.rotations is not None:
+                    tool[:, :3, :3] = tool[:, :3, :3] @ se3.rotvec_to_matrix(step[:, -3:])
+            return base, tool, zero
+
+        return descend(start, linearise, moved, steps=SEARCHED if self.zeros else STEPS)[0]
+
+
+def _turned(measured: np.ndarray, predicted: np.ndarray) -> Float[np.ndarray, "s rows 3"]:
+    """Rotation vectors from predicted to measured orientations."""
+    return se3.matrix_to_rotvec(measured @ np.swapaxes(predicted, -1, -2))
+
+
+def _angle(pose: Float[np.ndarray, "4 4"], axis: Float[np.ndarray, "3"]) -> float:
+    """The angle [rad] of the rotation about an axis that is nearest to a pose's; 0 without an axis."""
+    turn = pose[:3, :3]
+    sine = axis @ (turn[[2, 0, 1], [1, 2, 0]] - turn[[1, 2, 0], [2, 0, 1]])
+    return float(np.arctan2(sine, np.trace(turn) - axis @ turn @ axis) * np.linalg.norm(axis))

@@ -1,0 +1,132 @@
+"""Families of readings in their order, each complete before anything is said."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.robot import Robot
+from workbench.base.assets import built_in_robots
+from workbench.data.dataset import Dataset
+from workbench.identification.meaning.candidates import ColumnReadings, Families
+from workbench.identification.meaning.meaning import RowMeaning, ranked
+from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
+from workbench.identification.meaning.search import FEW_POINTS, SURE, ReadingSearch
+from workbench.identification.meaning.usable_rows import usable
+
+HELD_ROWS = 3
+"""Minimum number of full poses of the flange."""
+
+
+def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeaning | None:
+    """What rows mean for an arm; None with too few rows with a point.
+
+    Args:
+        robot: The arm that is said to have moved.
+        data: Rows; those of the session, and of the point, that has most are looked at.
+        likely: Whether only signs, couplings and zeros are tried, of an arm that is known to be this one.
+    """
+    rows = usable(data)
+    if rows is None:
+        return None
+    search, plain = ReadingSearch(robot, rows), None
+    if data.joints == robot.dof:
+        plain = search.plain()
+        if search.suffices(plain):
+            return RowMeaning(best=plain, plain=plain)
+        search.found = [plain, *search.place([RowReading.plain(robot)], search.conventions)]
+        if search.suffices(search.found[1]):
+            return ranked(search, plain)
+    for number, stage in enumerate(steps := _stages(search, likely)):
+        if plain is not None and number and _is_done(search, plain, last=number == len(steps) - 1):
+            break
+        stage()
+    return ranked(search, plain) if search.found else None
+
+
+def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
+    """Families in their order."""
+    robot, columns = search.robot, search.data.joints
+    own = Families(robot, columns)
+    stages: list[Callable[[], None]] = []
+    if columns == robot.dof:
+        near = min(r.position for r in search.found) < FITS * robot.reach
+
+        def first() -> None:
+            search.family("signs and couplings", robot, own.signs)
+            if near or likely:  # a plain reading that fits so-so has met these before it stands
+                search.family("exchanges", robot, own.exchanges)
+                search.family("zeros", robot, own.zeros, inverse=False)
+
+        stages.append(first)
+    elif columns > robot.dof:
+        stages.append(lambda: search.family("choices of columns", robot, own.plain))
+    if not likely:
+        stages.append(lambda: _try_arms(search))
+    if columns != robot.dof:
+        return stages
+    zeros: list[Callable[[], None]] = [
+        lambda: search.family("zeros with signs", robot, own.signed_zeros, inverse=False),
+        lambda: search.family("couplings with zeros", robot, own.coupled_zeros, inverse=False),
+        lambda: search.family("quarter turns with signs", robot, own.quarters, inverse=False),
+    ]
+    if likely:
+        return stages + zeros[:1]
+    return [*stages, lambda: search.family("orders", robot, own.orders), *zeros]
+
+
+def _try_arms(search: ReadingSearch) -> None:
+    columns = search.data.joints
+    for name in built_in_robots():
+        other = load_robot(name)
+        if other.dof == columns and other.name.split(",")[0] != search.robot.name.split(",")[0]:
+            search.family("other arms", other.bare, Families(other.bare, columns).plain, inverse=False)
+
+
+HELD_FAMILIES: dict[str, Callable[[Families], ColumnReadings]] = {
+    "signs and couplings": lambda families: families.signs,
+    "zeros with signs": lambda families: families.signed_zeros,
+    "couplings with zeros": lambda families: families.coupled_zeros,
+    "quarter turns with signs": lambda families: families.quarters,
+}
+
+
+def read_held(robots: Sequence[Robot], data: Dataset) -> RowMeaning:
+    """What a few full poses of the flange in the base of an arm mean, which is one of several.
+
+    The arms are bare and share a name; the one that moved is that of the best reading.
+    """
+    search = ReadingSearch(robots[0], data, held=True)
+    arms = [(robot, Families(robot, robot.dof)) for robot in robots]
+    for name, candidates in HELD_FAMILIES.items():
+        for robot, families in arms:
+            search.family(name, robot, candidates(families), inverse=False)
+        best = min(search.found, key=lambda r: r.score)
+        if best.score < search.sure:
+            break
+    search.found += search.place(search.refined(_turned_back(best, search.data.q)), search.conventions)
+    return ranked(search, None)
+
+
+def _turned_back(reading: RowReading, q: np.ndarray) -> list[RowReading]:
+    """A reading with one joint after the other counting the other way about its middle."""
+    middle, found = reading.in_units(q).mean(0), []
+    for k in range(len(reading.zero)):
+        w, zero = reading.w.copy(), reading.zero.copy()
+        zero[k] += 2.0 * w[k] @ middle
+        w[k] *= -1.0
+        found.append(replace(reading, w=w, zero=zero, convention=None))
+    return found
+
+
+def _is_done(search: ReadingSearch, plain: RowReading, *, last: bool) -> bool:
+    """Whether what was found is good or clear enough to stop."""
+    best = min(r.score for r in search.found)
+    few = len(search.data) < FEW_POINTS and not search.conventions
+    if best > SURE or (few and best > 1e-3 and not last and not plain.fits):
+        return False
+    top = ranked(search, plain)
+    if top.best.moves_otherwise and top.best.motion > 0.4 * NARROW:
+        return False
+    return best < GOOD or (top.margin > 3.0 and (bool(search.conventions) or not top.best.moves_otherwise))

@@ -1,0 +1,51 @@
+"""Rows that tell what a file means."""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Int
+
+from workbench.data.dataset import Dataset
+
+MIN_ROWS = 6
+"""Minimum number of rows with a point to search for readings."""
+PLACED_ROWS = 60
+"""Rows that are enough to place a reading."""
+
+
+def usable(data: Dataset) -> Dataset | None:
+    """Rows with a point, and orientation where those have one, of the session and socket that has most."""
+    if data.position is None and data.markers is not None:
+        data = replace(data, position=data.markers[:, 0])
+    if data.position is None:
+        return None
+    rows = data.included & np.isfinite(data.position).all(1) & np.isfinite(data.q).all(1)
+    if data.rotation is not None:
+        turned = rows & np.isfinite(data.rotation).all((1, 2))
+        rows = turned if turned.sum() >= MIN_ROWS else rows
+    for names in (data.session, data.point):
+        if names is not None and rows.any():
+            values, counts = np.unique(names[rows], return_counts=True)
+            rows = rows & (names == values[np.argmax(counts)])
+    kept = data.take(rows)
+    if kept.rotation is not None and not np.isfinite(kept.rotation).all():
+        kept = replace(kept, rotation=None, written=None)
+    if len(kept) < MIN_ROWS:
+        return None
+    away = np.linalg.norm(kept.position - np.median(kept.position, axis=0), axis=1)
+    return kept.take(away <= 20.0 * np.median(away) + 1e-9)
+
+
+def far_apart(data: Dataset, count: int) -> Int[np.ndarray, " k"]:
+    """Rows far apart in joints and points, at most so many."""
+    if len(data) <= count:
+        return np.arange(len(data))
+    points = np.asarray(data.position)
+    table = np.column_stack([data.q / (data.q.std(0) + 1e-9), points / (points.std() + 1e-9)])
+    table = np.clip(table - np.median(table, axis=0), -4.0, 4.0)
+    distance = np.full(len(table), np.inf)
+    chosen = [int(np.argmin((table**2).sum(1)))]
+    for _ in range(count - 1):
+        distance = np.minimum(distance, ((table - table[chosen[-1]]) ** 2).sum(1))
+        chosen.append(int(np.argmax(distance)))
+    return np.array(sorted(chosen))
