@@ -83,7 +83,6 @@ def right():
         "try_plate": (aria, plate),
         "identification_jacobian_blocks": (aria, q, ("joint1.theta",)),
         "table_readings": ([{"a": 0.1, "alpha": 0.0, "d": 0.0, "theta": 0.0}],),
-        "typed_readings": (np.zeros((3, 12)), (False,) * 6),
         "find_convention": ((), ()),
         "read_rig": (None, folder / "target.toml"),
         "read_pixels": (folder / "pixels.csv", None),
