@@ -130,6 +130,17 @@ def test_arrays_of_opencv(tmp_path, vectors):
     assert off(handeye(tmp_path / "poses.npz")) == pytest.approx(off(found), rel=1e-3)
 
 
+def test_a_table_without_units_is_in_metres_or_mm(tmp_path):
+    hands, seen = pairs()
+    turns = [Rotation.from_matrix(p[:, :3, :3]).as_rotvec() for p in (hands, seen)]
+    values = np.hstack([hands[:, :3, 3], turns[0], 1e3 * seen[:, :3, 3], turns[1]])
+    head = ",".join(f"{side}_{a}" for side in ("robot", "target") for a in ("x", "y", "z", "rx", "ry", "rz"))
+    np.savetxt(tmp_path / "in.csv", values, delimiter=",", header=head, comments="", fmt="%.9f")
+    found = handeye(tmp_path / "in.csv")
+    assert off(found)[0] < 0.6
+    assert found.notes == ("lengths of the target's poses are read as mm",)
+
+
 def test_a_camera_in_the_cell_with_poses_of_the_hand_or_inverted(tmp_path):
     hands, seen = pairs(mounted="world")
     for mounted in (None, Mount.WORLD):

@@ -23,7 +23,7 @@ from workbench.data.readers.text import decode, read_text
 
 MAX_BYTES = 64 * 2**20
 """Files that unpack to more are no pairs of poses."""
-SEEN = re.compile(r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|^B$", re.I)
+SEEN = re.compile(r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|^[rt]vecs?$|^B$", re.I)
 MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^A$", re.I)
 _YAML = re.compile(r"^\W*[A-Za-z_]\w*[\"']?\s*:", re.M)
 EASY_HANDEYE = re.compile(r"\b(hand_world_samples|robot)[\"']?\s*:")
@@ -31,6 +31,8 @@ _TOKEN = re.compile(r"([A-Za-z_]\w*)[\"']?\s*:|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][
 _HEADING = re.compile(r"(.*\w)[_ .]+(t?[xyz]|q[wxyz]|r[xyz]|r\d\d|roll|pitch|yaw)(\W.*)?")
 PARTS = dict.fromkeys(("translation", "position"), "t")
 PARTS |= dict.fromkeys(("rotation", "orientation", "quaternion"), "r")
+UNITS = dict.fromkeys("xyz", "[m]") | dict.fromkeys(("rx", "ry", "rz"), "[rad]")
+"""Of headings that have none, as OpenCV has them."""
 WANTED = (
     "give a robot pose and the target's pose in the camera in each row: x[m], y[m], z[m], qx, qy, qz, qw, "
     "target_x[m], …, target_qw; or samples of easy_handeye or MoveIt, or an .npz of OpenCV's arrays"
@@ -73,6 +75,7 @@ def _of_table(grid: Grid, seen: bool) -> Poses:
     names = []
     for cell, match in zip(head, found, strict=True):
         own = match[2] + (match[3] or "") if match else cell
+        own += UNITS.get(own.removeprefix("t"), "")
         names.append(own if bool(match and _is_seen(match[1])) is seen else f"{cell} (not used)")
     rows = [names if row is head else row for row in grid.rows]
     fields = fields_of(with_headings(Grid(source=grid.source, rows=rows, lines=grid.lines)))
