@@ -1,6 +1,7 @@
 """One's own robot: tables that are read wrongly in every way, found out by three poses of the pendant."""
 
 import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 from refusals import mentions, refuses
 from scipy.spatial.transform import Rotation
 
+import workbench as wb
+from workbench.arm import chain as chains
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS
 from workbench.arm.kinematics.forward import tool_poses
@@ -232,6 +235,66 @@ def test_the_command(run, refused, tmp_path):
     np.testing.assert_allclose(tool_poses(mine, Motion(signs * q)), poses, atol=1e-4)
     refused(["--pose"], "new", table, "--out", out, status=64)
     refused(["6 joint positions"], "new", table, "--out", out, "--pose", "1,2 = 3", status=64)
+
+
+FANUC = [
+    (0, 0, 55, -90),
+    (-90, 0, 345, 180),
+    (0, 0, 30, -90),
+    (0, -360, 0, 90),
+    (0, 0, 0, -90),
+    (0, -85, 0, 180),
+]
+
+
+@pytest.mark.parametrize("signs", [(1.0,) * 6, (1, -1, 1, -1, 1, -1)])
+def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run, tmp_path, signs):
+    """joint 3 = q3 + q2, by the FK of the file alone; three poses are enough, and `extract` finds it, too."""
+    table = tmp_path / "table.csv"
+    lines = [",".join(map(str, row)) for row in FANUC]
+    table.write_text("\n".join(["theta[deg],d[mm],a[mm],alpha[deg]", *lines]))
+    rows = np.array(FANUC) * [np.pi / 180, 1e-3, 1e-3, np.pi / 180]
+    q = np.random.default_rng(2).uniform(-1.5, 1.5, (24, 6))
+    joints = q * signs
+    joints[:, 2] += joints[:, 1]
+    poses = np.array([dh(rows + np.outer(row, [1, 0, 0, 0])) for row in joints])
+    shown = [
+        ",".join(
+            f"{v:.4f}" for v in [*np.rad2deg(a), *1e3 * p[:3, 3], *np.rad2deg(se3.matrix_to_rpy(p[:3, :3]))]
+        )
+        for a, p in zip(q, poses, strict=True)
+    ]
+    options = []
+    for line in shown[:3]:
+        cells = line.split(",")
+        options += ["--pose", f"{','.join(cells[:6])} = {','.join(cells[6:])}"]
+    code, message, error = run("new", table, "--out", tmp_path / "a.toml", *options)
+    assert code == 0, error
+    assert "joint 3 =" in message
+    saved = load_robot(tmp_path / "a.toml")
+    np.testing.assert_allclose(tool_poses(saved, Motion(q)), poses, atol=2e-5)
+    facts = tomllib.loads((tmp_path / "a.toml").read_text())["joint"][2]
+    assert (facts["follows"], abs(facts["ratio"])) == (2, 1.0)
+    moved = saved.chain.values.copy() + 1e-6
+    twist = chains.joint_twists(saved.chain.with_values(moved), q)[1][:, :3, 1]
+    step = 1e-6 * np.eye(6)[1]
+    slope = saved.chain.with_values(moved)
+    there, here = chains.poses(slope, q + step), chains.poses(slope, q - step)
+    np.testing.assert_allclose((there - here)[:, :3, 3] / 2e-6, twist, atol=1e-6)
+
+    (tmp_path / "shown.csv").write_text("\n".join(shown))
+    found = wb.extract(Robot.from_dh(rows, name="arm"), tmp_path / "shown.csv")
+    assert found.verdict == "nominal"
+    np.testing.assert_allclose(found.robot.predict(q), poses, atol=2e-5)
+
+
+def dh(rows: np.ndarray) -> np.ndarray:
+    """Standard Denavit–Hartenberg, a row a joint."""
+    here = np.eye(4)
+    for theta, d, a, alpha in rows:
+        c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+        here = here @ [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
+    return here
 
 
 def test_every_start_descends_to_its_own_minimum():
