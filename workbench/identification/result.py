@@ -389,7 +389,8 @@ class Identification(AbstractReported):
             text := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
         ):
             found.append(text)
-        if not (self.frames.base_per_session or self.frames.tool_per_session):
+        shared = not (self.frames.base_per_session or self.frames.tool_per_session)
+        if shared and self.best.fit.is_assessed:
             turned = self.best.fit.problem.sees_rotation
             if self.transfer.ratio > WARNING_RATIO and self.transfer.anywhere.position > ROUNDING:
                 found.append(transfer_note(self.transfer, turned))
