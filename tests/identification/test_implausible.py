@@ -8,6 +8,7 @@ import workbench as wb
 from workbench.base import se3
 from workbench.data.dataset import Dataset
 from workbench.identification.errors.row_errors import Errors, Spread, explains_little
+from workbench.identification.report.results_json import identification_json
 
 
 @pytest.mark.parametrize("kind", ["toml", "urdf"])
@@ -39,3 +40,20 @@ def test_orientations_that_stay_are_little_explained(position, rotation, little)
         return Errors(Spread.of(np.full(9, mm)), Spread.of(np.full(9, degrees)))
 
     assert explains_little(errors(11.0, 10.0), errors(position, rotation), 0.85) == little
+
+
+@pytest.mark.parametrize(("rows", "is_assessed"), [(8, False), (30, True)])
+def test_few_rows_have_no_standard_errors(rows, is_assessed, tmp_path):
+    """Six fitted poses are as many numbers as a URDF has constants: errors were up to 28 times as large."""
+    rng, nominal = np.random.default_rng(101), three_parallel()
+    (tmp_path / "arm.toml").write_text(nominal.toml(free='"auto"'))
+    path = wb.load_robot(str(tmp_path / "arm.toml")).save(tmp_path / "arm.urdf")
+    q = rng.uniform(-2.0, 2.0, (rows, nominal.dof))
+    poses = nominal.perturbed(rng, length=1e-3, angle=2e-3).pose(q)
+    position = poses[:, :3, 3] + rng.normal(0.0, 2e-5, (rows, 3))
+    data = Dataset(q=q, row=np.arange(rows), source="a.csv", position=position, rotation=poses[:, :3, :3])
+    found = wb.identify(wb.load_robot(str(path)), data, algorithms=("ols",))
+    (run,) = identification_json(found)["algorithms"].values()
+    assert any(p["std"] is not None for p in run["parameters"]) == is_assessed
+    assert any("too few rows" in text for text in found.warnings) != is_assessed
+    assert is_assessed or not any("near the measured" in text for text in found.warnings)

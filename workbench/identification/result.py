@@ -402,7 +402,8 @@ class Identification(AbstractPlotted):
 
     @beside("the expected error elsewhere", "")
     def _transfer_warning(self) -> str:
-        if self.frames.base_per_session or self.frames.tool_per_session:
+        per_session = self.frames.base_per_session or self.frames.tool_per_session
+        if per_session or not self.best.fit.is_assessed:
             return ""
         if self.transfer.ratio <= WARNING_RATIO or self.transfer.anywhere.position <= ROUNDING:
             return ""

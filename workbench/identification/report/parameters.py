@@ -123,6 +123,7 @@ def parameter_table(fit: Fit) -> ParameterTable:
             state, std = ConstantStatus.UNSEEN, None
         elif p.text in fit.idle:
             state, std = ConstantStatus.SHARED, None
+        std = std if fit.is_assessed else None
         cells[p.name] = Cell(p.name, p.unit, p.nominal, value, std, state, p.name in expected)
     of_joints: dict[str, dict[str, Cell]] = {}
     others = []

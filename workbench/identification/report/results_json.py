@@ -140,7 +140,7 @@ def _parameters(fit: Fit) -> list[Json]:
             "unit": p.unit,
             "nominal": p.nominal,
             "value": value,
-            "std": None if p.name in hidden else std,
+            "std": None if p.name in hidden or not fit.is_assessed else std,
         }
         for p, value, std in zip(fit.parameters, fit.x, fit.std, strict=True)
     ]
