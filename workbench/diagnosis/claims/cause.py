@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from workbench.base.advice import beside
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.events import AbstractEvent
 from workbench.base.wording import joint_list
@@ -99,6 +100,7 @@ class Cause:
         return without_joints(together(self.effects), self.unsure)
 
 
+@beside("causes", ())
 def largest_first(*causes: Cause) -> tuple[Cause, ...]:
     """Causes by what they explain of positions, those without any last."""
     return tuple(sorted(causes, key=lambda cause: -np.nan_to_num(cause.contribution_mm)))
