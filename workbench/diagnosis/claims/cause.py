@@ -6,9 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.base.advice import beside
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.events import AbstractEvent
+from workbench.base.advice import beside
 from workbench.base.wording import joint_list
 from workbench.diagnosis.claims.named_joints import without_joints
 from workbench.diagnosis.confidence import Confidence
