@@ -218,6 +218,7 @@ class Diagnosis(AbstractPlotted):
         return self.calibrated
 
     @property
+    @beside("whether the effects do harm", None)
     def harm(self) -> str | None:
         """A warning if held-out rows are worse with the effects than without, beyond a standard error."""
         return harm_done(self.before_rows[1], self.after_rows[1]) if self.effects else None

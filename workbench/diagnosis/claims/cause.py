@@ -8,6 +8,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.events import AbstractEvent
+from workbench.base.advice import beside
 from workbench.base.wording import joint_list
 from workbench.diagnosis.claims.named_joints import without_joints
 from workbench.diagnosis.confidence import Confidence
@@ -99,6 +100,7 @@ class Cause:
         return without_joints(together(self.effects), self.unsure)
 
 
+@beside("causes", ())
 def largest_first(*causes: Cause) -> tuple[Cause, ...]:
     """Causes by what they explain of positions, those without any last."""
     return tuple(sorted(causes, key=lambda cause: -np.nan_to_num(cause.contribution_mm)))
