@@ -135,11 +135,12 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
     Args:
         folder: Where files lie that others need.
     """
+    from workbench.extras.pendant.readings import read_readings
+
     from workbench.data.readers.mapping import read_mapping
     from workbench.data.readers.read import read_fields
     from workbench.extras.live.sample import parse_sample
     from workbench.extras.pendant.own_robot.check import read_joint_table
-    from workbench.extras.pendant.readings import read_readings
     from workbench.extras.pendant.touching.touches import read_touches
     from workbench.extras.trajectories.languages import read_program
     from workbench.identification.prior import read_prior

@@ -9,6 +9,7 @@ import pytest
 from checks import joint_wrenches
 from refusals import mentions, refuses
 from rigid_body import rigid_body
+from scipy.optimize import brentq
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
@@ -19,6 +20,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import deflect, shift_of
 from workbench.arm.statics.load_derivatives import wrench_derivative
+from workbench.arm.statics.moments import joint_moments
 from workbench.arm.urdf import read_urdf
 from workbench.arm.urdf_writer import write_urdf
 from workbench.base.errors import DataError, RobotError
@@ -217,6 +219,20 @@ def test_an_arm_too_soft_for_its_load_has_no_deflection():
         assert np.isfinite(predict(robot, both.q[0])[0]).all()
         with refuses(DataError, row=1):
             predict(robot, both)
+
+
+def test_a_joint_that_hangs_within_its_play_rests_at_one_of_its_flanks():
+    """Straight down, where the moment changes sign: each flank turns the load to the other one."""
+    arm, play = load_robot("ur10"), 1e-3
+
+    def motion(angle):
+        return Motion(np.array([[0.0, angle, 0.0, 0.0, 0.0, 0.0]]))
+
+    down = brentq(lambda angle: joint_moments(arm, motion(angle)).about[0, 1], 1.4, 1.8)
+    loose = arm.with_effects(EFFECTS["backlash"]((1,), (play,)), JointCompliance((1, 2), (1e-5, 1e-5)))
+    deflected = deflect(loose, motion(down))
+    assert deflected.outcome is Outcome.CONVERGED
+    assert np.abs(deflected.shift).max() == pytest.approx(play, rel=1e-2)
 
 
 @pytest.mark.parametrize("arm", ["aria", "katana"])

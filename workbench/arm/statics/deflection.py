@@ -41,9 +41,11 @@ MAX_ITERATIONS = 20
 """Maximum number of fixed-point iterations; a typical arm needs five."""
 FIXED_POINT_TOLERANCE = 1e-13
 """Change of a value [rad or m] below which the fixed point is reached."""
-MAX_LAST_CHANGE = 0.05
-"""A row whose values still change by more [rad or m] in the last iteration has no deflection; play changes
-sides by its own size for ever where a moment is about zero."""
+MAX_LAST_CHANGE = 1e-9
+"""A row has no deflection if its values still change by more in the last iteration [rad or m] …"""
+HANGING = 4.0
+"""… and by more than so many times its play: where a joint's load changes sign within its play, the joint
+hangs between its flanks and may rest anywhere there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,12 +154,7 @@ def shift_of(
 
 
 def no_equilibrium(robot: Robot, found: Float[np.ndarray, "rows *values"]) -> DataError:
-    """The refusal of a prediction with rows that have no deflection.
-
-    Args:
-        robot: The arm with its effects.
-        found: What was computed of it, NaN in these rows.
-    """
+    """The refusal of a prediction that is NaN in rows without equilibrium."""
     row = int(np.flatnonzero(np.isnan(found.reshape(len(found), -1)).any(1))[0])
     names = " and ".join(dict.fromkeys(e.name for e in robot.effects if e.loads))
     return DataError(
@@ -305,7 +302,9 @@ def _deflected(
         if not open_rows.all():
             rows, motion = rows[open_rows], motion.take(open_rows)
             now, start = now[open_rows], start[open_rows]
-    lost = rows[change[open_rows] > MAX_LAST_CHANGE]
+    play = [e.increments(chain, motion, wrenches[rows]) for e in deflected if e.has_play]
+    hanging = sum((np.abs(increments).sum(1) for increments in play), np.zeros(len(rows)))
+    lost = rows[change[open_rows] > MAX_LAST_CHANGE + HANGING * hanging]
     shift[lost] = wrenches[lost] = np.nan
     return Deflection(shift, wrenches, Outcome.ITERATION_LIMIT if len(lost) else Outcome.CONVERGED)
 
