@@ -229,7 +229,9 @@ def test_a_joint_that_hangs_within_its_play_rests_at_one_of_its_flanks():
         return Motion(np.array([[0.0, angle, 0.0, 0.0, 0.0, 0.0]]))
 
     down = brentq(lambda angle: joint_moments(arm, motion(angle)).about[0, 1], 1.4, 1.8)
-    loose = arm.with_effects(EFFECTS["backlash"]((1,), (play,)), JointCompliance((1, 2), (1e-5, 1e-5)))
+    loose = arm.with_effects(
+        EFFECTS["backlash"]((1,), (play,)), EFFECTS["joint-compliance"]((1, 2), (1e-5, 1e-5))
+    )
     deflected = deflect(loose, motion(down))
     assert deflected.outcome is Outcome.CONVERGED
     assert np.abs(deflected.shift).max() == pytest.approx(play, rel=1e-2)
