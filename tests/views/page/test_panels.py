@@ -260,7 +260,7 @@ def test_row_numbers_are_read_as_people_write_them():
 
 def test_the_card_opens_again_beside_a_file_of_another_arm_and_closes_at_the_next(app):
     """It closed at once while such a file was there: its button seemed dead."""
-    match = ArmMatch(robot="ARIA", error=np.inf, outside=0.0, rival="panda", is_foreign=True, joints=(7, 6))
+    match = ArmMatch(robot="ARIA", rival="panda", joints=(7, 6))
     file, sent = MeasurementFile("seven.csv", b"", Preview(path="seven.csv"), match=match), []
     session = replace(app.worker.session, measurements=replace(app.worker.session.measurements, unread=file))
     card = StartCard(SimpleNamespace(session=session, submit=sent.append), lambda: None)
