@@ -462,10 +462,11 @@ def _joint_tables(robot: Robot) -> list[dict[str, Any]]:
         table["free"] = [c for c in CONSTANTS if mine[c].free]
         if robot.convention == "three-rotation" and next(iter(mine)) == "theta":
             table["order"] = "zyx"
-        if followed := [e for e in mine.values() if e.follows is not None]:
-            columns, ratios = [e.follows + 1 for e in followed], [e.ratio for e in followed]
+        if followed := [(e.follows + 1, e.ratio) for e in mine.values() if e.follows is not None]:
+            columns, ratios = zip(*followed, strict=True)
             many = len(followed) > 1
-            table |= {"follows": columns if many else columns[0], "ratio": ratios if many else ratios[0]}
+            table |= {"follows": list(columns) if many else columns[0]}
+            table |= {"ratio": list(ratios) if many else ratios[0]}
         tables.append(table | _joint_facts(joint))
     return tables
 

@@ -13,7 +13,6 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.assets import built_in_robots
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.wording import in_mm, plural, ranges
 from workbench.data.dataset import Dataset
@@ -21,15 +20,13 @@ from workbench.identification.meaning.as_read import (
     FOREIGN_MISFIT,
     is_misread,
     misread_text,
+    remedy,
     unexplained_text,
 )
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import fits_at_a_glance, majority, zeros_fitted
+from workbench.identification.meaning.nominal_fit import majority, zeros_fitted
 from workbench.identification.meaning.read_rows import read_rows
-from workbench.identification.meaning.reading import flange_poses
 
-SLACK = 0.05
-"""Tolerance on the joint limits [rad or m]."""
 COMPARED_POSES = 60
 """Number of postures at which two arms are compared."""
 SAME_ARM, SAME_ARM_SHARE = 0.01, 0.01
@@ -94,9 +91,7 @@ class ArmMatch:
     def remedy(self) -> str:
         if self.rows:
             return "correct the units or joints of these rows, or exclude them"
-        if self.has_reading:
-            return "accept this reading (--reading found), or correct the file"
-        return f"choose the robot '{self.rival}'" if self.rival else "choose the robot that was measured"
+        return "choose the robot that was measured" if self.meaning is None else remedy(self.meaning)
 
 
 def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
@@ -108,33 +103,14 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     found = ArmMatch(robot=robot.name)
     if data.joints != robot.dof:
         found = replace(found, joints=(data.joints, robot.dof))
-    elif fits_at_a_glance(robot, data):
-        return found
     meaning = read_rows(robot, data)
     if meaning is None:
         return found
-    found = replace(found, meaning=meaning, rival=_rival(meaning, data))
+    found = replace(found, meaning=meaning, rival=meaning.best.other if meaning.is_found else "")
     lost = meaning.plain is not None and not meaning.is_found
     if lost and (few := majority(robot, data)):
         return replace(found, rows=few[0], others=few[1])
     return found
-
-
-def _rival(meaning: RowMeaning, data: Dataset) -> str:
-    """The built-in arm that the rows fit, by its short name; empty if they fit none.
-
-    Of arms that differ in joint limits alone, as FR3 and Panda, the one within whose limits more rows lie.
-    """
-    best = meaning.best
-    if not meaning.is_found or not best.other:
-        return ""
-    q, found = best.joints(data.q[data.included]), []
-    for name in built_in_robots():
-        low, high = (arm := load_robot(name)).limits.T
-        if arm.dof == best.robot.dof and np.allclose(flange_poses(arm.bare, q), flange_poses(best.robot, q)):
-            outside = ((q < low - SLACK) | (q > high + SLACK)).any(1).mean()
-            found.append((float(outside), name))
-    return min(found, default=(0.0, ""))[1]
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:

@@ -10,7 +10,6 @@ from workbench.base.errors import DataError
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import fits_at_a_glance
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT
 
@@ -55,8 +54,6 @@ def as_read(
     """
     if ReadAs(how) is ReadAs.GIVEN or data.readings is not None:
         return robot, data
-    if fits_at_a_glance(robot, data):
-        return robot, _with_notes(data, *_unconfirmed(data))
     meaning = read_rows(robot, data)
     if meaning is None or (data.joints != robot.dof and not meaning.is_found):
         return robot, data
@@ -121,5 +118,5 @@ def remedy(meaning: RowMeaning) -> str:
     if not meaning.is_found:
         return "choose the robot that was measured, or correct its table"
     if meaning.best.other:
-        return f"choose {meaning.best.other}"
+        return f"choose the robot '{meaning.best.other}'"
     return "accept it with reading 'found' (--reading found), or correct the file"

@@ -12,13 +12,6 @@ from workbench.identification.meaning.reading import FITS, RowReading
 from workbench.identification.meaning.search import ReadingSearch
 from workbench.identification.meaning.usable_rows import PLACED_ROWS, far_apart, usable
 
-
-def fits_at_a_glance(robot: Robot, data: Dataset) -> bool:
-    """Whether rows fit as given, or can't tell; cheap."""
-    rows = usable(data)
-    return rows is None or (data.joints == robot.dof and ReadingSearch(robot, rows).fits_at_a_glance())
-
-
 MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
 """Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
 

@@ -13,7 +13,7 @@ from workbench.base import se3
 from workbench.base.hand_eye import base_and_tool, nearest_rotation
 from workbench.identification.meaning.bounds import WEIGHT, affine_map
 
-STEPS, SEARCHED = 5, 25
+STEPS, SEARCHED = 4, 25
 """Steps from the closed forms, and where zeros are unknown."""
 AFFINE_ROWS = 8
 """Rows from which on points alone begin best; orientations are the start of fewer."""

@@ -17,6 +17,8 @@ from workbench.identification.meaning.usable_rows import usable
 
 HELD_ROWS = 3
 """Minimum number of full poses of the flange."""
+SLACK = 0.05
+"""Tolerance on the joint limits [rad or m]."""
 
 
 def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeaning | None:
@@ -77,11 +79,16 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
 
 
 def _try_arms(search: ReadingSearch) -> None:
-    columns = search.data.joints
+    """Built-in arms, read plainly; of those that differ in limits alone, within which more rows lie."""
+    q = search.data.q
     for name in built_in_robots():
-        other = load_robot(name)
-        if other.dof == columns and other.name.split(",")[0] != search.robot.name.split(",")[0]:
-            search.family("other arms", other.bare, Families(other.bare, columns).plain, inverse=False)
+        arm = load_robot(name)
+        if arm.dof == q.shape[1] and arm.name.split(",")[0] != search.robot.name.split(",")[0]:
+            low, high = arm.limits.T
+            outside = ((q < low - SLACK) | (q > high + SLACK)).any(1).mean()
+            plain = Families(arm.bare, arm.dof).plain
+            plain = replace(plain, cost=plain.cost + outside)
+            search.family("other arms", arm.bare, plain, inverse=False, other=name)
 
 
 HELD_FAMILIES: dict[str, Callable[[Families], ColumnReadings]] = {

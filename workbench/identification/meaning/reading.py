@@ -36,7 +36,7 @@ class RowReading:
 
     Args:
         robot: The arm that moved, without effects, base and tool.
-        other: Its name where it isn't the one that is said to have moved.
+        other: Name by which it is loaded where it isn't the one that is said to have moved.
         unit: Factor of the columns of joints that turn.
         w: Columns of q to joints.
         zero: Zeros [rad or m].
@@ -104,7 +104,7 @@ class RowReading:
     @property
     def changes(self) -> tuple[str, ...]:
         """What is read otherwise of joints, units and handedness, in words."""
-        found = [f"the arm is {self.other}"] if self.other else []
+        found = [f"the arm is {self.robot.name}"] if self.other else []
         if self.unit != 1.0:
             unit = "degrees labelled rad" if self.unit < 1.0 else "rad labelled degrees"
             found.append(f"the joints are {unit}")

@@ -62,8 +62,6 @@ SNAP, SNAP_LENGTH = float(np.radians(4.0)), 0.01
 """Zeros nearer to a quarter turn are one; those of sliding joints within a share of the reach are none."""
 FEW_POINTS = 20
 """Points without orientations below which partly right readings fit, too."""
-GLANCE = 0.02
-"""Maximum difference of scales from 1, and of orientations [rad], of rows that fit at a glance."""
 STILL = float(np.radians(0.5))
 """Columns that move less don't move."""
 UNIT, HANDED, INVERSE = 1.0, 2.0, 1.5
@@ -223,22 +221,10 @@ class ReadingSearch:
         limit = SURE if self.conventions and reading.motion < NARROW / 2 else FAST
         return reading.score < limit and reading.fits
 
-    def fits_at_a_glance(self) -> bool:
-        """Whether the rows as given fit by the bounds alone, in their unit and right-handed."""
-        flange = RowReading.plain(self.robot).flange(self.data.q)
-        if point_bounds(flange[None], self.points)[0] > FAST * self.robot.reach:
-            return False
-        linear, _ = affine_map(flange, self.points)
-        size = np.linalg.svd(linear, compute_uv=False)
-        if not np.abs(size - 1.0).max() < GLANCE or np.linalg.det(linear) < 0.0:
-            return False
-        if self.data.rotation is None:
-            return len(self.data) >= FEW_POINTS
-        base = nearest_rotation(linear.T)
-        return bool(nearest_turn(base @ flange[:, :3, :3], self.data.rotation[None])[0] < GLANCE)
-
-    def family(self, name: str, robot: Robot, candidates: ColumnReadings, *, inverse: bool = True) -> None:
-        """Place the likeliest readings of a family."""
+    def family(
+        self, name: str, robot: Robot, candidates: ColumnReadings, *, inverse: bool = True, other: str = ""
+    ) -> None:
+        """Place the likeliest readings of a family; `other` names an arm that isn't said to have moved."""
         candidates = candidates.moving(self.still)
         self.tried[name] = self.tried.get(name, 0) + len(candidates)
         count = HELD_PLACED if self.held else PLACED
@@ -260,7 +246,7 @@ class ReadingSearch:
         readings = [
             RowReading(
                 robot=robot,
-                other=robot.name if robot.name != self.robot.name else "",
+                other=other,
                 unit=factor,
                 w=candidates.w[k],
                 zero=candidates.zero[k],

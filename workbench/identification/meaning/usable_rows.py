@@ -32,7 +32,8 @@ def usable(data: Dataset) -> Dataset | None:
         kept = replace(kept, rotation=None, written=None)
     if len(kept) < MIN_ROWS:
         return None
-    away = np.linalg.norm(kept.position - np.median(kept.position, axis=0), axis=1)
+    points = np.asarray(kept.position)
+    away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
     return kept.take(away <= 20.0 * np.median(away) + 1e-9)
 
 
