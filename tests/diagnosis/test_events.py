@@ -232,4 +232,3 @@ def test_rows_of_another_file_are_judged_by_the_arm_as_it_is_now(clock, tmp_path
     assert 1e3 * found.robot.calibration.error.position == pytest.approx(stated)
     shown = row_components(found.identification().best.as_measured, found.held_out_data).position
     assert 1e3 * np.linalg.norm(shown, axis=1).mean() == pytest.approx(found.after.held_out.position_mm.mean)
-    assert all(found.plot(f"effect-{k}").axes for k in range(1, len(found.effects) + 1))

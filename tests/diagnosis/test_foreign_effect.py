@@ -142,9 +142,7 @@ def test_from_the_simulator_to_the_corrected_path_at_the_command_line(run):
     assert [(e["name"], e["joints"]) for e in result["effects"]] == [("gear-sag", [2])]
     assert result["effects"][0]["p_value"] < 1e-20
     assert result["message"].startswith(SENTENCE)
-    assert Path("report/diagnosis-effect-1.png").read_bytes().startswith(b"\x89PNG")
     page = Path("report/diagnosis.html").read_text()
-    assert "moment about the axis of joint 2 [N·m]" in page
     assert mentions(page, "gear-sag, joint 2")
 
     calibrated = read_toml(Path("sag.toml"))

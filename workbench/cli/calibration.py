@@ -48,7 +48,6 @@ def identify(
     from workbench.identification.prior import read_prior
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
-    from workbench.identification.report.page import write_identification
     from workbench.identification.result import LOOK_AGAIN
 
     if level == 1 and fit.free is not None:
@@ -83,6 +82,8 @@ def identify(
     if requested is not None:
         opt.describe("verdict", lambda: opt.say(judge(run, requested).verdict))
     if out.report is not None:
+        from workbench.identification.report.page import write_identification
+
         written = partial(write_identification, run, out.report, wanted=requested)
         opt.describe("report", lambda: opt.say(f"report: {written()}"))
     if saved.path is not None:
@@ -124,7 +125,6 @@ def diagnose(
     tip: opt.TipOption = None,
 ) -> None:
     """Find the effects missing from the model, add them, and report the held-out error before and after."""
-    from workbench.diagnosis.report.page import write_diagnosis
     from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
     from workbench.identification.errors.file_errors import file_text
@@ -140,6 +140,8 @@ def diagnose(
     opt.write_result(out.json, diagnosis_json(run))
     opt.describe("tables", lambda: opt.show(diagnosis_tables(run)))
     if out.report is not None:
+        from workbench.diagnosis.report.page import write_diagnosis
+
         opt.describe("report", lambda: opt.say(f"report: {write_diagnosis(run, out.report)}"))
     if saved.path is not None:
         opt.say(f"calibrated robot: {saved.path}")

@@ -26,7 +26,7 @@ def evaluate(
         fit_frames: Whether base and tool are fitted where the robot's file does not say they are fixed.
         reading: What rows mean that fit far better in another reading, as in `FitChoices`.
     """
-    robot, data = as_read(robot, data, reading)
+    robot, data = as_read(robot, data, reading, notes_rival=True)
     robot.check_joints(data.q, data.source)
     data = with_drivers(robot, checked(robot, data))
     notes = list(data.notes)

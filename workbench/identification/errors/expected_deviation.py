@@ -31,10 +31,10 @@ from workbench.identification.undetermined_combinations import RANK_TOLERANCE, F
 
 AUTO: Final = "auto"
 """Option value: estimate the expected deviation from the rows."""
-MIN_DEVIATION, MAX_DEVIATION = 1e-6, 0.1
-"""Range of expected deviations [rad, m], from an arm that is calibrated already to hand assembly."""
-TRIED_DEVIATIONS = 100
-"""Number of expected deviations compared in this range, evenly spaced in their logarithm."""
+MAX_DEVIATION = 0.1
+"""Largest expected deviation of a constant [rad, m], of hand assembly."""
+TRIED = np.concatenate([np.geomspace(1e-6, 1e-4, 40, endpoint=False), np.geomspace(1e-4, MAX_DEVIATION, 60)])
+"""Expected deviations that are compared [rad, m], from those of an arm that is calibrated already."""
 
 
 def with_expected_deviation(problem: Problem, deviation: float | str = AUTO) -> Problem:
@@ -79,9 +79,8 @@ def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, sp
     own, nominal = (table - frames @ (frames.T @ table) for table in (own, nominal))
     left, singular, _ = np.linalg.svd(own, full_matrices=False)
     along = (left.T @ nominal) ** 2
-    tried = np.geomspace(MIN_DEVIATION, MAX_DEVIATION, TRIED_DEVIATIONS)
-    growth = 1.0 + (tried[:, None] * singular) ** 2
-    return float(tried[np.argmin((along / growth + np.log(growth)).sum(1))])
+    growth = 1.0 + (TRIED[:, None] * singular) ** 2
+    return float(TRIED[np.argmin((along / growth + np.log(growth)).sum(1))])
 
 
 def _noise_ratio(problem: Problem, factor: Factor) -> float:

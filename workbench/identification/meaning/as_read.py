@@ -36,7 +36,12 @@ def is_misread(meaning: RowMeaning) -> bool:
 
 
 def as_read(
-    robot: Robot, data: Dataset, how: ReadAs | str = ReadAs.AUTO, *, keeps_arm: bool = False
+    robot: Robot,
+    data: Dataset,
+    how: ReadAs | str = ReadAs.AUTO,
+    *,
+    keeps_arm: bool = False,
+    notes_rival: bool = False,
 ) -> tuple[Robot, Dataset]:
     """An arm and its rows in the reading that is clearly theirs, with a note on it.
 
@@ -47,6 +52,7 @@ def as_read(
     Args:
         how: Whether a reading beyond units and conventions is accepted, or none at all.
         keeps_arm: Whether the rows are changed in any case.
+        notes_rival: Whether rows of another built-in arm are noted and taken, as where nothing is fitted.
 
     Raises:
         DataError: another reading is clearly better and `how` doesn't accept it, or the rows are of no such
@@ -60,6 +66,8 @@ def as_read(
     best, plain = meaning.best, meaning.plain
     if is_misread(meaning):
         sentence = misread_text(meaning)
+        if best.other and notes_rival:
+            return robot, _with_notes(data, f"{sentence}; {remedy(meaning)}")
         if ReadAs(how) is not ReadAs.FOUND or best.other:
             raise DataError(f"{data.source}: {sentence}; {remedy(meaning)}")
         arm = None if keeps_arm else best.on(robot)
@@ -118,5 +126,5 @@ def remedy(meaning: RowMeaning) -> str:
     if not meaning.is_found:
         return "choose the robot that was measured, or correct its table"
     if meaning.best.other:
-        return f"choose the robot '{meaning.best.other}'"
+        return f"choose the robot '{meaning.best.other}', or --force to continue anyway"
     return "accept it with reading 'found' (--reading found), or correct the file"

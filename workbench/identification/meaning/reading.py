@@ -106,7 +106,9 @@ class RowReading:
         """What is read otherwise of joints, units and handedness, in words."""
         found = [f"the arm is {self.robot.name}"] if self.other else []
         if self.unit != 1.0:
-            unit = "degrees labelled rad" if self.unit < 1.0 else "rad labelled degrees"
+            unit = (
+                "degrees labelled rad (q1[deg] …)" if self.unit < 1.0 else "rad labelled degrees (q1[rad] …)"
+            )
             found.append(f"the joints are {unit}")
         found += _joint_texts(self.w, self.zero)
         if self.inverse:
