@@ -29,7 +29,7 @@ from workbench.identification.meaning.read_rows import read_rows
 
 COMPARED_POSES = 60
 """Number of postures at which two arms are compared."""
-SAME_ARM, SAME_ARM_SHARE = 0.01, 0.01
+SAME_ARM, SAME_ARM_SHARE = 0.02, 0.02
 """Maximum distance [m], or share of the reach, between a nominal arm and one that is calibrated from it."""
 
 

@@ -5,12 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.arm import chain as chains
+from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.alignment import align
 from workbench.identification.meaning.placement import place
-from workbench.identification.meaning.reading import FITS, RowReading
+from workbench.identification.meaning.reading import FITS
 from workbench.identification.meaning.search import ReadingSearch
 from workbench.identification.meaning.usable_rows import PLACED_ROWS, far_apart, usable
+from workbench.identification.problem import FrameFreedom, Problem
 
 MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
 """Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
@@ -47,6 +51,8 @@ def placed(robot: Robot, data: Dataset) -> Robot:
 
 def zeros_fitted(robot: Robot, data: Dataset) -> float:
     """Misfit [m] of rows that are an arm's own once base, tool and joint zeros are fitted."""
-    search = ReadingSearch(robot, data)
-    refined = search.place(search.refined([RowReading.plain(search.robot)]), search.conventions[:1])
-    return min(search.plain().position, refined[0].position)
+    freedom = FrameFreedom(FRAME_PARTS, FRAME_PARTS)
+    arm = align(robot.bare, data, freedom)
+    problem = Problem.build(arm, data, free=arm.joint_offsets[1:-1], frames=freedom)
+    poses = chains.poses(problem.robot_at(Opt2(limit=100).search(problem).x).chain, data.q)
+    return float(np.sqrt(((poses[:, :3, 3] - data.position) ** 2).sum(1).mean()))
