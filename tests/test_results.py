@@ -7,7 +7,7 @@ import pytest
 
 import workbench as wb
 from workbench.base import threads
-from workbench.base.errors import DataError, FileError, OptionError, RobotError, ShapeError
+from workbench.base.errors import FileError, OptionError, RobotError, ShapeError
 from workbench.data.readers.trajectory import Trajectory
 
 TABLE = [
@@ -115,9 +115,9 @@ def test_lists_and_whole_numbers_are_welcome(rows):
     assert data.time.dtype == float
     np.testing.assert_array_equal(data.q, rows.q)
     for values, error in (
-        (([1, 2, 3],), ShapeError),
-        (([[1, 2]], [[1, 2]]), ShapeError),
-        (([[1, "a"]],), DataError),
+        (([1, 2, 3],), OptionError),
+        (([[1, 2]], [[1, 2]]), OptionError),
+        (([[1, "a"]],), OptionError),
         (([[1, 2], [2, 3]], [[1, 2, 3]]), ShapeError),
     ):
         with pytest.raises(error):

@@ -139,10 +139,10 @@ def diagnose(
     saved = _save(whole, out.save, [run.harm] if run.harm else [], force=fit.force)
     opt.write_result(out.json, diagnosis_json(run))
     opt.describe("tables", lambda: opt.show(diagnosis_tables(run)))
-    if out.report is not None:
+    if (page := out.report) is not None:
         from workbench.diagnosis.report.page import write_diagnosis
 
-        opt.describe("report", lambda: opt.say(f"report: {write_diagnosis(run, out.report)}"))
+        opt.describe("report", lambda: opt.say(f"report: {write_diagnosis(run, page)}"))
     if saved.path is not None:
         opt.say(f"calibrated robot: {saved.path}")
         opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(whole.best)}"))
@@ -251,7 +251,7 @@ def export(
     if (form is None) != (out is None) or (source is not None and form is None):
         raise OptionError("--for NAME and --out FILE belong together; --into goes with them")
     chosen = None if form is None else form_named(form)
-    if form is not None and not chosen.takes_calibrated and (reason := refusal(arm, ".urdf")):
+    if chosen is not None and not chosen.takes_calibrated and (reason := refusal(arm, ".urdf")):
         opt.fail(f"{reason}; {out} is not written")
     if controller is not None and nominal is None:
         raise OptionError("--controller needs --nominal ROBOT, the controller's own model")

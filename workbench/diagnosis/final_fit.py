@@ -87,7 +87,7 @@ def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
         return None
     angles = (p for p in problem.parameters if p.name.startswith("gravity"))
     given = problem.robot if all(p.is_inertia for p in angles) else arm
-    saved, known = SavedArm(arm, problem.data), problem.known | problem.instrument(fit.x)
+    saved, known = SavedArm(arm, problem.data), {**problem.known, **problem.instrument(fit.x)}
     rows, bare = saved.valid_for(problem.data), problem.robot.with_effects()
     noise = alone.problem.noise
     plain = problem.again(robot=bare, data=rows, effects=(), inertia=False, noise=noise)

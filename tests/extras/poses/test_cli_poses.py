@@ -30,7 +30,7 @@ def test_poses_with_limits(run, tmp_path):
     [
         (("--spread", "500mm", "--region", "table2"), "conflict"),
         (("--towards", "1,2"), "roll,pitch,yaw"),
-        (("--method", "magic"), "exchange, greedy"),
+        (("--method", "magic"), "'exchange' or 'greedy'"),
         (("--index", "I"), "give a region"),
         (("--index", "O7"), "O1"),
         (("--number", "0"), "0"),

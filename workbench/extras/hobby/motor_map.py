@@ -89,8 +89,9 @@ class MotorMap(AbstractShown):
 
     @property
     def robot(self) -> Robot:
-        """The arm whose joints count as the motors do, with sag and play where they were found."""
-        return self.run.robot
+        """The arm whose joints count as the motors do, with sag and play where they were found; its files are
+        judged by `before`, not by the arm with sag that was fitted."""
+        return self.run.best.calibrated
 
     @property
     def after(self) -> tuple[float, float]:

@@ -29,8 +29,9 @@ from workbench.identification.meaning.read_rows import read_rows
 
 COMPARED_POSES = 60
 """Number of postures at which two arms are compared."""
-SAME_ARM, SAME_ARM_SHARE = 0.02, 0.02
-"""Maximum distance [m], or share of the reach, between a nominal arm and one that is calibrated from it."""
+SAME_ARM, SAME_ARM_SHARE = 0.015, 0.05
+"""Distances [m, and share of the reach] of an arm from its nominal model beyond which it is another one: if a
+third arm fits, and anyhow."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,9 +128,9 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
     flange = tool_poses(calibrated.bare, Motion(q))
     data = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
     off = zeros_fitted(nominal, data)
-    if off > max(SAME_ARM, SAME_ARM_SHARE * nominal.reach):
-        match = arm_match(nominal, data)
-        fits = f" ({match.rival_name} fits)" if match.rival else ""
+    rival = arm_match(nominal, data).rival_name if off > SAME_ARM else ""
+    if rival or off > SAME_ARM_SHARE * nominal.reach:
+        fits = f" ({rival} fits)" if rival else ""
         raise RobotError(
             f"'{nominal.name}' is {in_mm(off)} off the calibrated '{calibrated.name}' after the best base, "
             f"tool and joint zeros{fits}: it is another arm; give the nominal model of the one that was "

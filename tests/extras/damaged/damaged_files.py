@@ -135,11 +135,10 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
     Args:
         folder: Where files lie that others need.
     """
-    from workbench.extras.pendant.readings import read_readings
-
     from workbench.data.readers.mapping import read_mapping
     from workbench.data.readers.read import read_fields
     from workbench.extras.live.sample import parse_sample
+    from workbench.extras.pendant.displayed import read_display
     from workbench.extras.pendant.own_robot.check import read_joint_table
     from workbench.extras.pendant.touching.touches import read_touches
     from workbench.extras.trajectories.languages import read_program
@@ -164,7 +163,7 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
         "Qualisys": ("take.tsv", QUALISYS, read_fields),
         "earlier result": ("result.json", json.dumps({"prior": prior}), read_prior),
         "stream": ("live.jsonl", json.dumps(pose), lambda path: parse_sample(_text(path), line=1)),
-        "pendant": ("readings.csv", PENDANT, lambda path: read_readings(path, arm())),
+        "pendant": ("readings.csv", PENDANT, lambda path: read_display(path, arm())),
         "touches": ("touches.csv", TOUCHES, lambda path: read_touches(path, arm())),
         **{f"program {n}": (n, text, lambda path: read_program(path, 6)) for n, text in PROGRAMS.items()},
         **_of_cameras(folder),
