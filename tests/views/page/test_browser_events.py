@@ -25,7 +25,7 @@ def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_pat
     screen.give("Load measurements", write_measurements(made.data, tmp_path / "rows.csv"))
     screen.wait_text("preview", "rows.csv")
     screen.tab("Calibrate")
-    expect(screen.page.get_by_role("button", name=SPLIT, exact=True)).to_be_hidden()
+    expect(screen.page.get_by_role("button", name=SPLIT, exact=True)).to_have_count(0)
     screen.page.get_by_text("Options", exact=True).click()
     screen.page.get_by_label("Levelled", exact=True).check()
     screen.until(lambda session: session.measurements.levelled)
@@ -44,7 +44,7 @@ def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_pat
         f"before row {event.row}",
         f"from row {event.row}",
     )
-    expect(screen.page.get_by_role("button", name=SPLIT, exact=True)).to_be_hidden()
+    expect(screen.page.get_by_role("button", name=SPLIT, exact=True)).to_have_count(0)
     expect(screen.page.locator('[data-testid="event-line"]')).to_have_count(0)
     screen.tab("Plate")
     screen.press("Undo")
