@@ -71,7 +71,7 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     screen.page.locator("textarea:visible").fill("\n".join(typed))
     screen.press("Check against these poses")
     screen.until(lambda session: session.robot.name != "ARIA", timeout=120.0)
-    screen.page.get_by_text("joint 2 is inverted").first.wait_for()
+    screen.page.get_by_text("joint 2 = -q2").first.wait_for()
     found = tool_poses(read_toml(saved(screen, "This robot (TOML)", tmp_path / "mine.toml")), Motion(shown))
     wanted = tool_poses(arm, Motion(plural(shown)))
     assert np.abs(found - wanted)[:, :3, 3].max() < 1e-4
