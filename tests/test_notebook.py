@@ -9,7 +9,7 @@ from pathlib import Path
 import matplotlib.figure
 import pytest
 
-pytestmark = [pytest.mark.slow, pytest.mark.extra("reports")]
+pytestmark = pytest.mark.slow
 NOTEBOOKS = sorted((Path(__file__).parent / "notebooks").glob("*.ipynb"))
 LARGEST = 5000
 """Characters of an answer in a terminal; a table fits a screen."""

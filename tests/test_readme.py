@@ -3,10 +3,8 @@
 import re
 from pathlib import Path
 
-import pytest
 from documented_commands import run_lines, unbroken
 
-pytestmark = pytest.mark.extra("reports")
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "assets" / "docs").glob("*.md"))]

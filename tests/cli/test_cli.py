@@ -274,9 +274,7 @@ def test_bad_options(refused, measured, case):
     refused(text, "identify", data, "--robot", "aria", "--json", "r.json", *options)
 
 
-@pytest.mark.parametrize(
-    "option", ["--save", "--json", pytest.param("--report", marks=pytest.mark.extra("reports"))]
-)
+@pytest.mark.parametrize("option", ["--save", "--json", "--report"])
 @pytest.mark.parametrize("place", ["/proc/nowhere/x.json", "taken.csv/x.json"])
 def test_unwritable_places(refused, measured, option, place):
     Path("taken.csv").write_text("a file, no folder")

@@ -77,7 +77,7 @@ def test_found_saved_and_used(run, soft):
     ("options", "message"),
     [
         (("--save", "c.txt"), ".toml"),
-        pytest.param(("--report", "file"), "file: ", marks=pytest.mark.extra("reports")),
+        (("--report", "file"), "file: "),
         (("--exclude", "70"), "70"),
         (("--exclude", "a"), "whole numbers"),
         (("--held-out", "1.5"), "held"),

@@ -92,7 +92,6 @@ def test_a_spreadsheet_computes_nothing_of_ours(tmp_path):
     assert again.session.tolist() == labels.tolist()
 
 
-@pytest.mark.extra("reports")
 def test_from_the_file_to_the_report(run, tmp_path):
     """A session, a file and a target of such names, at the command line."""
     _, rows = measure_poses(load_robot("aria"), 40, seed=1)

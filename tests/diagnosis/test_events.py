@@ -211,7 +211,6 @@ def test_a_session_that_was_held_out_has_its_own_base_in_the_file(name, tmp_path
         assert mean == pytest.approx(judged.held_out.position_mm.mean, rel=1e-3)
 
 
-@pytest.mark.extra("reports")
 @pytest.mark.parametrize("clock", ["none", "begins anew"])
 def test_rows_of_another_file_are_judged_by_the_arm_as_it_is_now(clock, tmp_path):
     """They were judged with the frame before the event, whose row or time their own were below."""

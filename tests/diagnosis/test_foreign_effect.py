@@ -129,7 +129,6 @@ def check_found(diagnosis):
     assert str(diagnosis.verdict) == "explained"
 
 
-@pytest.mark.extra("reports")
 @pytest.mark.extra("trajectories")
 def test_from_the_simulator_to_the_corrected_path_at_the_command_line(run):
     options = ("--robot", "aria", "--poses", "90", "--effect", f"gear-sag:2:{SIZE}", "--seed", "2")

@@ -40,7 +40,6 @@ def test_evaluate_reports_the_measured_positions_alone(mixed, run, tmp_path):
     assert found["errors"]["tilt_deg"]["rms"] == pytest.approx(np.sqrt((angle**2).mean()), rel=1e-6)
 
 
-@pytest.mark.extra("reports")
 @pytest.mark.parametrize("command", ["identify", "diagnose"])
 def test_a_fit_reports_the_held_out_points_alone(command, run, tmp_path):
     """Held out: 15 points and 15 inclinometer rows; the mean is recomputed from the saved file."""
@@ -64,7 +63,6 @@ def test_a_fit_reports_the_held_out_points_alone(command, run, tmp_path):
     assert after["held_out"]["orientation_deg"] is None
 
 
-@pytest.mark.extra("reports")
 @pytest.mark.parametrize("command", ["identify", "diagnose"])
 def test_a_fit_of_inclinometers_alone_reports_their_angles(command, run, tmp_path):
     """No position anywhere: neither a number nor a picture of one, in any of the outputs."""

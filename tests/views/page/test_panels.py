@@ -176,7 +176,6 @@ def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
     assert not any(is_off(label) for label in labels)
 
 
-@pytest.mark.extra("reports")
 def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
     def write_report(found, folder, *, wanted):
         assert (found, wanted) == (session.results.identification, session.choices.wanted)

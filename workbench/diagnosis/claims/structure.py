@@ -214,9 +214,10 @@ class RowRemainder:
         table = self._size if view == "frame" else self._turned(self._size)
         where = "measuring frame" if view == "frame" else "the tool's axes"
         names = [
-            f"{'xyz'[k % 3]} [{'mrad' if self._angles[:, k].any() else 'mm'}], {where}" for k in range(3)
+            f"{'xyz'[k]} [{'mrad' if self._angles[:, k].any() else 'mm'}], {where}"
+            for k in range(min(table.shape[1], 3))
         ]
-        return {name: 1e3 * table[:, k] for k, name in enumerate(names[: table.shape[1]])}
+        return {name: 1e3 * table[:, k] for k, name in enumerate(names)}
 
     def step(self, axis: StructureAxis) -> tuple[int, int] | None:
         """Rows between which residuals step, if a step explains them better than a line or a decay."""
