@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, settings
 from threadpoolctl import threadpool_limits
 from xdist.scheduler import LoadFileScheduling
 
-from workbench.parts import BROKEN
+from workbench.parts import BROKEN, EXTRAS
 
 # One thread of linear algebra a worker: several workers with several threads each only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -78,7 +78,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What takes long first; what uses an extra that isn't there is skipped."""
     for item in items:
         for mark in item.iter_markers("extra"):
-            if not has_extra(mark.args[0]):
+            assert mark.args[0] in EXTRAS, f"{item.nodeid}: there is no extra '{mark.args[0]}'"
+            if find_spec(f"workbench.extras.{mark.args[0]}") is None:
                 item.add_marker(pytest.mark.skip(reason=f"the extra {mark.args[0]} is not installed"))
 
     def rank(item: pytest.Item) -> int:
@@ -90,11 +91,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
     ranks = {path: min(map(rank, group)) for path, group in groupby(items, key=lambda item: item.path)}
     items.sort(key=lambda item: ranks[item.path])
-
-
-@cache
-def has_extra(name: str) -> bool:
-    return find_spec(f"workbench.extras.{name}") is not None
 
 
 def pytest_collection_finish() -> None:
