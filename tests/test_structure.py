@@ -62,7 +62,7 @@ BUDGETS = {
     "cli": 1_808,
     "extras": 1,
     "extras/camera": 5_443,
-    "extras/controllers": 1_263,
+    "extras/controllers": 1_069,
     "extras/hobby": 1_062,
     "extras/katana": 1_559,
     "extras/live": 1_757,

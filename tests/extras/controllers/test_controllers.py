@@ -34,8 +34,6 @@ def refusing(nominal: Robot) -> set[str]:
     for name, dofs in (("ur", (6,)), ("xarm", (5, 6, 7)), ("franka", (7,)), ("openarm", (7,))):
         if nominal.dof not in dofs or not turning:
             out.add(f"{name}-kinematics")
-    if nominal.dof == 6 and not nominal.name.startswith("UR"):
-        out.add("ur-kinematics")  # no other arm's wrist has its first axis parallel to the elbow's
     standard = nominal.convention in ("dh", "hayati") and all(
         joint.kind == "revolute" for joint in nominal.joints
     )
