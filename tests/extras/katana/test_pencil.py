@@ -5,19 +5,10 @@ import numpy as np
 import pytest
 from PIL import Image
 from refusals import refuses
+from studies.pencil_scan import Drawn, draw, scan
 
 from workbench.base.errors import DataError, FileError
-from workbench.extras.katana.pencil import (
-    ANGLES,
-    INCH,
-    Drawn,
-    draw,
-    plotted_errors,
-    plotted_profile,
-    read_scan,
-    scan,
-    sheet,
-)
+from workbench.extras.katana.pencil import ANGLES, INCH, plotted_errors, plotted_profile, read_scan, sheet
 
 RADIUS, DOTS = 0.08, 150.0
 PHI = np.linspace(0.0, 2.0 * np.pi, 361)

@@ -11,7 +11,7 @@ by Gauss–Newton from a closed form, whichever of them were touched more often 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, final
+from typing import final
 
 import numpy as np
 import tomli_w
@@ -58,13 +58,6 @@ LABELS = (
 )
 KEEPS = {"origin": "xyz", "x": "yz", "xy": "z", "plane": "z", "line": "y", "end": "x"}
 """Coordinates that a touch of each kind keeps."""
-
-
-class _Kept(NamedTuple):
-    """What the touches keep: coordinates in the frame [m], and which of them count."""
-
-    target: Float[np.ndarray, "rows 3"]
-    counts: Bool[np.ndarray, "rows 3"]
 
 
 @final
@@ -117,12 +110,9 @@ class UserFrame(AbstractShown):
     def _table(self) -> dict[str, list[float]]:
         return {"xyz": self.pose[:3, 3].tolist(), "rpy": se3.matrix_to_rpy(self.pose[:3, :3]).tolist()}
 
-    def toml(self) -> str:
-        """The frame as plates have them: `xyz` [m] and `rpy` [rad] in the robot's base."""
-        return tomli_w.dumps({"frame": self._table})
-
     def save(self, path: Path | str) -> Path:
-        return write_text(path, self.toml())
+        """Write the frame as plates have them (.toml): `xyz` [m] and `rpy` [rad] in the robot's base."""
+        return write_text(path, tomli_w.dumps({"frame": self._table}))
 
     def summary(self) -> RenderableType:
         axes = orientation_line("axes", self.pose[:3, :3], float(self.half[3:].max()))
@@ -140,7 +130,6 @@ def frame(
     *,
     cad: Path | Mapping[str, Sequence[float]] | None = None,
     radius: Like[Length] = 0.0,
-    flange: bool = False,
     wanted: Like[Length] | None = None,
 ) -> UserFrame:
     """Find a user frame in the robot's base from touches with a tool whose tip is known.
@@ -151,7 +140,6 @@ def frame(
             `end` for 3-2-1; or the names of the drawing's points.
         cad: The points of a drawing in its own frame [m]: by name, or a file with point, x[mm], y[mm], z[mm].
         radius: Of the ball that touches faces, for 3-2-1 [m].
-        flange: Whether the tool may be none: the flange itself touched.
         wanted: Required error of the touches [m].
 
     Raises:
@@ -162,20 +150,17 @@ def frame(
     if not 0.0 <= radius < 0.1:
         raise OptionError(f"the radius must be 0–100 mm, got {radius:g} m")
     given = read_touches(touches, robot)
-    if not flange and np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
-        raise DataError(
-            f"{robot.name} has no tool: find its tip with 'workbench tcp … --save', or give it as --tool "
-            "x,y,z in mm; in Python, give the robot a tool, or flange=True if the flange itself touched"
-        )
+    if np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
+        raise DataError(f"{robot.name} has no tool: find its tip with 'workbench tcp … --save'")
     at = tips(robot, given.q)
     points = None if cad is None else _drawing(cad)
-    begin, kept = _begin(given, at, flanges(robot, given.q)[:, :3, 3], points, radius)
+    begin, target, counts = _begin(given, at, flanges(robot, given.q)[:, :3, 3], points, radius)
     solved, slipped = solve_without_slipped(
-        lambda rows: _solve(begin, at[rows], kept.target[rows], kept.counts[rows].ravel()),
+        lambda rows: _solve(begin, at[rows], target[rows], counts[rows].ravel()),
         len(given),
         f"{given.source}: the touches do not determine a frame; {LABELS}",
     )
-    off = np.where(kept.counts, se3.apply(se3.inverse(solved.x), at) - kept.target, 0.0)
+    off = np.where(counts, se3.apply(se3.inverse(solved.x), at) - target, 0.0)
     return UserFrame(
         robot=robot.name,
         of=TouchErrors(given, np.linalg.norm(off, axis=1), slipped),
@@ -203,8 +188,8 @@ def _begin(
     flanges: np.ndarray,
     points: Mapping[str, np.ndarray] | None,
     radius: float,
-) -> tuple[np.ndarray, _Kept]:
-    """A first frame in closed form, and what every touch keeps of it."""
+) -> tuple[np.ndarray, Float[np.ndarray, "rows 3"], Bool[np.ndarray, "rows 3"]]:
+    """A first frame in closed form, coordinates in it that touches keep [m], and which of them count."""
     names = names_of(touches)
     if points is not None:
         if (strange := next((name for name in names if name not in points), None)) is not None:
@@ -219,7 +204,7 @@ def _begin(
                 f"{touches.source}: the touches span {in_mm(touched)}, their points in the drawing "
                 f"{in_mm(drawn)}; check the units of both and the names"
             )
-        return se3.best_fit(target, tips), _Kept(target, np.ones_like(target, bool))
+        return se3.best_fit(target, tips), target, np.ones_like(target, bool)
     if (strange := next((name for name in names if name not in KEEPS), None)) is not None:
         raise DataError(f"{touches.source}: '{strange}' is not a kind of touch; {LABELS}")
     where = {kind: [k for k, name in enumerate(names) if name == kind] for kind in KEEPS}
@@ -228,7 +213,7 @@ def _begin(
     if all(where[kind] for kind in ("origin", "x", "xy")):
         _require_spread(touches, tips)
         origin, along, beside = (tips[where[kind]].mean(0) for kind in ("origin", "x", "xy"))
-        return _axes(origin, along - origin, np.cross(along - origin, beside - origin)), _Kept(target, counts)
+        return _axes(origin, along - origin, np.cross(along - origin, beside - origin)), target, counts
     if len(where["plane"]) < 3 or len(where["line"]) < 2 or not where["end"]:
         raise DataError(f"{touches.source}: {len(touches)} touches do not make a frame; {LABELS}")
     face, edge = tips[where["plane"]], tips[where["line"]]
@@ -239,7 +224,7 @@ def _begin(
     middle, beside = se3.apply(se3.inverse(begin), np.stack([face.mean(0), edge[0]]))
     for kind, axis, inside in (("plane", 2, -1.0), ("line", 1, middle[1] - beside[1]), ("end", 0, middle[0])):
         target[where[kind], axis] = -radius * np.sign(inside)
-    return begin, _Kept(target, counts)
+    return begin, target, counts
 
 
 def _require_spread(touches: Dataset, points: np.ndarray) -> None:
