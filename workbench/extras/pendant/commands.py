@@ -100,17 +100,16 @@ def frame(
     cad: Annotated[
         Path | None, option("Points of the drawing: point, x[mm], y[mm], z[mm]; `contact` has their names.")
     ] = None,
-    radius: Annotated[str, option("Radius of the ball that touched faces, for 3-2-1.")] = "0mm",
     wanted: WantedOption = None,
     save: Annotated[Path | None, option("Write the frame here (.toml).")] = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """User frame from three points, 3-2-1 on a part's faces, or the points of a fixture's drawing."""
+    """User frame from three points, or the points of a fixture's drawing."""
     arm = wb.load_robot(robot)
     if save is not None and save.suffix.lower() != ".toml":
         raise OptionError(f"{save}: a frame is saved as .toml")
     opt.check_writable(save, json)
-    found = wb.frame(arm, touches, cad=cad, radius=opt.length(radius), wanted=_wanted(wanted))
+    found = wb.frame(arm, touches, cad=cad, wanted=_wanted(wanted))
     _show(found, json, save)
     if save is not None:
         opt.say(f"frame: {found.save(save)}")

@@ -1,4 +1,4 @@
-"""A user frame from touches: three points, 3-2-1 on the faces of a part, or the points of its drawing.
+"""A user frame from touches: three points, or the points of a part's drawing.
 
 Every touch keeps some coordinates of the tip in the frame: all of a drawing's point, y and z of one on the x
 axis, z of one on the plane. The frame is the least-squares solution of these,
@@ -20,7 +20,7 @@ from rich.console import RenderableType
 
 from workbench.base import se3
 from workbench.base.arguments import Length, Like, checked_arguments
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.base.files import write_text
 from workbench.base.wording import in_mm
 from workbench.data.arguments import RobotLike
@@ -32,7 +32,6 @@ from workbench.extras.pendant.touching.touches import (
     TouchErrors,
     TouchSolution,
     check_wanted,
-    flanges,
     names_of,
     orientation_line,
     read_touches,
@@ -52,12 +51,13 @@ POOR = 1e-3
 """Root mean square of the touches' errors beyond which a frame should not be used, by default [m]."""
 MISREAD = 10.0
 """A drawing and its touches differ in size by less."""
-LABELS = (
-    "name the touches in a column 'contact': origin, x, xy (three points), or plane, line, end (3-2-1: three "
-    "on a face, two along an edge in the direction of x, one on the end), or as in --cad"
-)
-KEEPS = {"origin": "xyz", "x": "yz", "xy": "z", "plane": "z", "line": "y", "end": "x"}
+LABELS = "name the touches in a column 'contact': origin, x, xy, or as in --cad"
+KEEPS = {"origin": "xyz", "x": "yz", "xy": "z"}
 """Coordinates that a touch of each kind keeps."""
+
+
+Begun = tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "rows 3"], Bool[np.ndarray, "rows 3"]]
+"""A first frame in closed form, coordinates in it that the touches keep [m], and which of them count."""
 
 
 @final
@@ -129,32 +129,27 @@ def frame(
     touches: Path | Like[Dataset],
     *,
     cad: Path | Mapping[str, Sequence[float]] | None = None,
-    radius: Like[Length] = 0.0,
     wanted: Like[Length] | None = None,
 ) -> UserFrame:
     """Find a user frame in the robot's base from touches with a tool whose tip is known.
 
     Args:
         robot: The arm with its tool (`tcp`), calibrated or nominal.
-        touches: Joint positions, and in `contact` what was touched: `origin`, `x`, `xy`; or `plane`, `line`,
-            `end` for 3-2-1; or the names of the drawing's points.
+        touches: Joint positions, and in `contact` what was touched: `origin`, `x`, `xy`, or the names of the
+            drawing's points.
         cad: The points of a drawing in its own frame [m]: by name, or a file with point, x[mm], y[mm], z[mm].
-        radius: Of the ball that touches faces, for 3-2-1 [m].
         wanted: Required error of the touches [m].
 
     Raises:
         DataError: no tool, too few touches, unknown names, or points on one line.
-        OptionError: an accuracy or radius out of range.
+        OptionError: an accuracy out of range.
     """
     check_wanted(wanted)
-    if not 0.0 <= radius < 0.1:
-        raise OptionError(f"the radius must be 0–100 mm, got {radius:g} m")
     given = read_touches(touches, robot)
     if np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
         raise DataError(f"{robot.name} has no tool: find its tip with 'workbench tcp … --save'")
     at = tips(robot, given.q)
-    points = None if cad is None else _drawing(cad)
-    begin, target, counts = _begin(given, at, flanges(robot, given.q)[:, :3, 3], points, radius)
+    begin, target, counts = _three(given, at) if cad is None else _drawn(given, at, _drawing(cad))
     solved, slipped = solve_without_slipped(
         lambda rows: _solve(begin, at[rows], target[rows], counts[rows].ravel()),
         len(given),
@@ -182,49 +177,35 @@ def _drawing(cad: Path | Mapping[str, Sequence[float]]) -> dict[str, np.ndarray]
     return {str(name).strip(): place for name, place in zip(names, xyz, strict=True)}
 
 
-def _begin(
-    touches: Dataset,
-    tips: np.ndarray,
-    flanges: np.ndarray,
-    points: Mapping[str, np.ndarray] | None,
-    radius: float,
-) -> tuple[np.ndarray, Float[np.ndarray, "rows 3"], Bool[np.ndarray, "rows 3"]]:
-    """A first frame in closed form, coordinates in it that touches keep [m], and which of them count."""
+def _drawn(touches: Dataset, tips: np.ndarray, points: Mapping[str, np.ndarray]) -> Begun:
     names = names_of(touches)
-    if points is not None:
-        if (strange := next((name for name in names if name not in points), None)) is not None:
-            raise DataError(
-                f"{touches.source}: '{strange}' is not a point of the drawing, which has {', '.join(points)}"
-            )
-        target = np.array([points[name] for name in names])
-        _require_spread(touches, target)
-        drawn, touched = (float(np.linalg.norm(np.ptp(p, axis=0))) for p in (target, tips))
-        if not 1.0 / MISREAD < drawn / max(touched, EXACT_SCATTER) < MISREAD:
-            raise DataError(
-                f"{touches.source}: the touches span {in_mm(touched)}, their points in the drawing "
-                f"{in_mm(drawn)}; check the units of both and the names"
-            )
-        return se3.best_fit(target, tips), target, np.ones_like(target, bool)
+    if (strange := next((name for name in names if name not in points), None)) is not None:
+        raise DataError(
+            f"{touches.source}: '{strange}' is not a point of the drawing, which has {', '.join(points)}"
+        )
+    target = np.array([points[name] for name in names])
+    _require_spread(touches, target)
+    drawn, touched = (float(np.linalg.norm(np.ptp(p, axis=0))) for p in (target, tips))
+    if not 1.0 / MISREAD < drawn / max(touched, EXACT_SCATTER) < MISREAD:
+        raise DataError(
+            f"{touches.source}: the touches span {in_mm(touched)}, their points in the drawing "
+            f"{in_mm(drawn)}; check the units of both and the names"
+        )
+    return se3.best_fit(target, tips), target, np.ones_like(target, bool)
+
+
+def _three(touches: Dataset, tips: np.ndarray) -> Begun:
+    names = names_of(touches)
     if (strange := next((name for name in names if name not in KEEPS), None)) is not None:
         raise DataError(f"{touches.source}: '{strange}' is not a kind of touch; {LABELS}")
-    where = {kind: [k for k, name in enumerate(names) if name == kind] for kind in KEEPS}
-    counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in names])
-    target = np.zeros((len(touches), 3))
-    if all(where[kind] for kind in ("origin", "x", "xy")):
-        _require_spread(touches, tips)
-        origin, along, beside = (tips[where[kind]].mean(0) for kind in ("origin", "x", "xy"))
-        return _axes(origin, along - origin, np.cross(along - origin, beside - origin)), target, counts
-    if len(where["plane"]) < 3 or len(where["line"]) < 2 or not where["end"]:
+    if not set(KEEPS) <= set(names):
         raise DataError(f"{touches.source}: {len(touches)} touches do not make a frame; {LABELS}")
-    face, edge = tips[where["plane"]], tips[where["line"]]
-    _require_spread(touches, face)
-    normal = np.linalg.svd(face - face.mean(0))[2][-1]
-    normal *= np.sign(normal @ (flanges[where["plane"]] - face).mean(0)) or 1.0
-    begin = _axes(tips[where["end"]].mean(0), edge[-1] - edge[0], normal)
-    middle, beside = se3.apply(se3.inverse(begin), np.stack([face.mean(0), edge[0]]))
-    for kind, axis, inside in (("plane", 2, -1.0), ("line", 1, middle[1] - beside[1]), ("end", 0, middle[0])):
-        target[where[kind], axis] = -radius * np.sign(inside)
-    return begin, target, counts
+    _require_spread(touches, tips)
+    origin, along, beside = (tips[[name == kind for name in names]].mean(0) for kind in KEEPS)
+    normal = np.cross(along - origin, beside - origin)
+    begin = se3.pose(squared("z", normal, "x", along - origin)[0], origin)
+    counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in names])
+    return begin, np.zeros((len(touches), 3)), counts
 
 
 def _require_spread(touches: Dataset, points: np.ndarray) -> None:
@@ -235,10 +216,6 @@ def _require_spread(touches: Dataset, points: np.ndarray) -> None:
             f"{touches.source}: {len(points)} points on one line don't determine the rotation about it; "
             "touch three or more that span a plane"
         )
-
-
-def _axes(origin: np.ndarray, x: np.ndarray, z: np.ndarray) -> Float[np.ndarray, "4 4"]:
-    return se3.pose(squared("z", z, "x", x)[0], origin)
 
 
 def _solve(
