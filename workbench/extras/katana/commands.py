@@ -17,17 +17,15 @@ def loading(
     centre_tolerance: Annotated[
         str, option("Standard deviation of the links' centres of mass along each axis.")
     ] = "2mm",
-    out: Annotated[Path | None, option("Write postures and readings into this folder.")] = None,
+    out: Annotated[Path | None, option("Write the postures with the virtual readings here (.csv).")] = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """Postures in which inclinometers reveal clearance, backlash and stiffness, tried on a virtual arm."""
-    from workbench.base.files import write_folder
-    from workbench.data.writer import measurements_csv
     from workbench.extras.katana.load_test.experiment import run_load_test
-    from workbench.extras.katana.load_test.report import load_test_json, load_test_table, postures_csv
+    from workbench.extras.katana.load_test.report import load_test_json, load_test_table
 
-    opt.check_writable(json, folder=out)
+    opt.check_writable(json, out)
     found = run_load_test(
         wb.load_robot(robot),
         added_mass=added_mass,
@@ -37,7 +35,5 @@ def loading(
     )
     opt.show(load_test_table(found))
     if out is not None:
-        texts = {"postures.csv": postures_csv(found.plan), "readings.csv": measurements_csv(found.data)}
-        folder = write_folder(out, {name: text.encode() for name, text in texts.items()})
-        opt.say(f"postures, readings: {folder}")
+        opt.say(f"postures, readings: {wb.write_measurements(found.data, out)}")
     opt.write_result(json, load_test_json(found))

@@ -204,18 +204,12 @@ def observable_sizes(plan: LoadTestPlan, pulled: Sequence[int] = ()) -> tuple[Jo
 
 
 def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) -> Tilting:
-    """What poses under sideways pulls show of one joint about its axis, when all else is known.
+    """What poses under sideways pulls, a wrench in every row, show of one joint about its axis.
 
-    Args:
-        robot: Nominal arm.
-        known: The other joints, and how far this one tips.
-        loads: The pulls.
-        data: Measured poses, with the wrench of every row.
+    All else is known: the other joints, and how far this one tips.
     """
-    others = robot.with_effects(*known.effects)
-    return fit_tilting(
-        others, data, requested=(JointTilting(loads.joint, backlash=0.0, compliance=0.0),), noise=Noise()
-    )
+    wanted = (JointTilting(loads.joint, backlash=0.0, compliance=0.0),)
+    return fit_tilting(robot.with_effects(*known.effects), data, requested=wanted, noise=Noise())
 
 
 def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random.Generator) -> Dataset:
@@ -241,7 +235,8 @@ def draw_joints(requested: Sequence[JointTilting], rng: np.random.Generator) -> 
     out = []
     for joint in requested:
         clearance, backlash, stiffness = (rng.uniform(*s) for s in (CLEARANCE, BACKLASH, STIFFNESS))
-        compliance = np.deg2rad(1.0) / (9.81 * stiffness)
-        sizes = [float(v) for v in (np.deg2rad(clearance), np.deg2rad(backlash), compliance)]
-        out.append(JointTilting(joint.joint, *sizes).only(joint))
+        sizes = np.deg2rad(clearance), np.deg2rad(backlash), np.deg2rad(1.0) / (9.81 * stiffness)
+        wanted = (getattr(joint, word) for word in KINDS)
+        drawn = (float(v) if np.isfinite(w) else np.nan for v, w in zip(sizes, wanted, strict=True))
+        out.append(JointTilting(joint.joint, *drawn))
     return tuple(out)

@@ -73,16 +73,12 @@ class PosturePair:
         purpose: What changes.
         q: Joint positions [rad or m].
         added: Mass at the tool [kg].
-        about: Moments about the joint's axis, of the nominal arm [N m].
-        across: Moments across it [N m].
     """
 
     joint: int
     purpose: PairPurpose
     q: Float[np.ndarray, "2 n"]
     added: Float[np.ndarray, "2"]
-    about: Float[np.ndarray, "2"]
-    across: Float[np.ndarray, "2 2"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -241,12 +237,8 @@ def _picked(
     picked: list[PosturePair] = []
     while len(free) and len(picked) < each:
         best = int(free[np.argmin(gaps_of[len(picked) % len(SIZES)][free])])
-        about, across = (
-            frozen(np.array([getattr(m, part)[best, joint] for m in chosen.moments]))
-            for part in ("about", "across")
-        )
         q = frozen(chosen.q[:, best].copy())
-        picked.append(PosturePair(joint, purpose, q, frozen(np.array(added)), about, across))
+        picked.append(PosturePair(joint, purpose, q, frozen(np.array(added))))
         free = free[chosen.base[free] != chosen.base[best]]
     return picked
 
@@ -294,7 +286,7 @@ def _side_effects(moves: _Moves, joint: int) -> Float[np.ndarray, " pairs"]:
     return flipped.sum(axis=1) + np.abs(moves.q[1] - moves.q[0]).sum(axis=1) / (2.0 * np.pi)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class SideLoads:
     """Sideways pulls at the tool that turn one joint both ways, for measured poses.
 
@@ -302,13 +294,11 @@ class SideLoads:
         joint: The joint, from 0.
         q: Joint positions [rad or m].
         wrench: What pulls at the tool in each row, in the axes of the robot's gravity [N, N m].
-        about: Moments about the joint's axis, of the nominal arm [N m].
     """
 
     joint: int
     q: Float[np.ndarray, "rows n"]
     wrench: Float[np.ndarray, "rows 6"]
-    about: Float[np.ndarray, " rows"]
 
 
 def side_loads(robot: Robot, joint: int, *, rng: np.random.Generator) -> SideLoads:
@@ -320,9 +310,7 @@ def side_loads(robot: Robot, joint: int, *, rng: np.random.Generator) -> SideLoa
     pulls = np.array([1.0, -1.0, 0.5, -0.5]) * FORCE
     along = lever[best] / length[best, None]
     wrench = np.concatenate([pulls[None, :, None] * along[:, None], np.zeros((len(best), 4, 3))], axis=2)
-    rows, wrench = np.repeat(q[best], 4, axis=0), wrench.reshape(-1, 6)
-    about = joint_moments(robot, Motion(rows, wrench=wrench)).about[:, joint]
-    return SideLoads(joint=joint, q=frozen(rows), wrench=frozen(wrench), about=frozen(about))
+    return SideLoads(joint, frozen(np.repeat(q[best], 4, axis=0)), frozen(wrench.reshape(-1, 6)))
 
 
 def pullable(robot: Robot, joint: int, *, rng: np.random.Generator) -> bool:

@@ -1,7 +1,4 @@
-"""The load test as table, CSV and JSON: the schema `workbench.loading/1`."""
-
-import csv
-import io
+"""The load test as table and JSON: the schema `workbench.loading/1`."""
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -10,7 +7,7 @@ from rich.text import Text
 from workbench.base.wording import joint_list
 from workbench.extras.katana.load_test.experiment import LoadTest
 from workbench.extras.katana.load_test.joint_tilting_fit import KINDS, JointTilting
-from workbench.extras.katana.load_test.postures import LoadTestPlan, PairPurpose
+from workbench.extras.katana.load_test.postures import PairPurpose
 from workbench.extras.katana.load_test.tolerance import LENGTH
 from workbench.report.json import Json, document
 from workbench.report.numbers import short
@@ -87,23 +84,8 @@ def load_test_json(found: LoadTest) -> Json:
     )
 
 
-POSTURES = ResultFields(
-    JOINT, "purpose", "q", ResultField("added_kg", of=lambda pair: pair.added), "about", "across"
-)
-PULLS = ResultFields(JOINT, "q", "wrench", "about")
-
-
-def postures_csv(plan: LoadTestPlan) -> str:
-    """The postures as a table: joint, purpose, joint positions, mass at the tool, moments."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    joints = [f"q{k + 1}[rad]" for k in range(plan.q.shape[1])]
-    moments = ["about[N*m]", "across_x[N*m]", "across_y[N*m]"]
-    writer.writerow(["loaded joint", "purpose", *joints, "payload[kg]", *moments])
-    for pair in plan.pairs:
-        numbers = np.column_stack([pair.q, pair.added, pair.about, pair.across])
-        writer.writerows([pair.joint + 1, pair.purpose, *row] for row in numbers.tolist())
-    return buffer.getvalue()
+POSTURES = ResultFields(JOINT, "purpose", "q", ResultField("added_kg", of=lambda pair: pair.added))
+PULLS = ResultFields(JOINT, "q", "wrench")
 
 
 def _cells(joint: JointTilting, *, errors: bool) -> list[Text]:
