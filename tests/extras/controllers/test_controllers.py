@@ -185,15 +185,6 @@ def test_mujoco_bodies_weigh_where_the_links_do(tmp_path):
         np.testing.assert_allclose(pin.computeGeneralizedGravity(model, data, row), wanted, atol=1e-3)
 
 
-@pytest.mark.parametrize("form", sorted(FORMS))
-def test_no_form_is_written_against_another_arms_nominal_model(form, tmp_path):
-    """It would be loaded into a UR5; pairs of other arms: `tests/exports/test_exports.py`."""
-    path, arm = tmp_path / "file", calibrated("ur5e")[1]
-    with refuses(RobotError, "UR5 (CB3)"):
-        export_robot(FORMS[form], path, Job(robot=arm, nominal=load_robot("ur5")))
-    assert not path.exists()
-
-
 def test_a_nominal_arm_with_other_zeros_base_and_flange_is_the_same_arm(tmp_path):
     nominal, arm = calibrated("ur5e")
     q = np.array([0.0, 0.8, 0.0, -0.5, 0.0, 2.0])

@@ -14,7 +14,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.prediction import row_components
-from workbench.extras.service.pose_statistics import RepeatedPose, mean_interval, minimum_share, pose_labels
+from workbench.extras.service.verification import RepeatedPose, mean_interval, minimum_share, pose_labels
 
 
 @pytest.fixture(scope="module")

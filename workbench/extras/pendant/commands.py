@@ -83,7 +83,7 @@ def tcp(
     save: Annotated[Path | None, option("Write the robot with this tool here (.toml or .urdf).")] = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """Tool tip from touching one point in four orientations or more; its axes from two more touches."""
+    """Tool tip from touching one point in four orientations or more."""
     arm = wb.load_robot(robot)
     opt.check_robot_file(save)
     opt.check_writable(save, json)

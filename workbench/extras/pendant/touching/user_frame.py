@@ -33,15 +33,14 @@ from workbench.extras.pendant.touching.touches import (
     TouchSolution,
     check_wanted,
     names_of,
-    orientation_line,
     read_touches,
     solve_without_slipped,
-    squared,
     tips,
 )
 from workbench.report.json import Json
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
+from workbench.report.tables import line
 
 SCHEMA = "workbench.frame/1"
 MAX_ROUNDS = 30
@@ -115,7 +114,14 @@ class UserFrame(AbstractShown):
         return write_text(path, tomli_w.dumps({"frame": self._table}))
 
     def summary(self) -> RenderableType:
-        axes = orientation_line("axes", self.pose[:3, :3], float(self.half[3:].max()))
+        rpy = np.rad2deg(self._table["rpy"])
+        vector, half = se3.matrix_to_rotvec(self.pose[:3, :3]), float(self.half[3:].max())
+        axes = line(
+            "axes",
+            f"roll, pitch, yaw {', '.join(signed(v, 3) for v in rpy)}° (A, B, C in reverse order); rotation "
+            f"vector {', '.join(signed(v, 5) for v in vector)} rad"
+            + (f" ± {np.rad2deg(half):.2g}°" if np.isfinite(half) else ""),
+        )
         return self.of.summary(f"{self.robot}: {self.sentence}", [axes], self.notes)
 
     def json(self) -> Json:
@@ -202,10 +208,11 @@ def _three(touches: Dataset, tips: np.ndarray) -> Begun:
         raise DataError(f"{touches.source}: {len(touches)} touches do not make a frame; {LABELS}")
     _require_spread(touches, tips)
     origin, along, beside = (tips[[name == kind for name in names]].mean(0) for kind in KEEPS)
-    normal = np.cross(along - origin, beside - origin)
-    begin = se3.pose(squared("z", normal, "x", along - origin)[0], origin)
+    x, z = along - origin, np.cross(along - origin, beside - origin)
+    axes = np.stack([x / np.linalg.norm(x), np.cross(z, x) / np.linalg.norm(np.cross(z, x)), z], axis=1)
+    axes[:, 2] /= np.linalg.norm(z)
     counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in names])
-    return begin, np.zeros((len(touches), 3)), counts
+    return se3.pose(axes, origin), np.zeros((len(touches), 3)), counts
 
 
 def _require_spread(touches: Dataset, points: np.ndarray) -> None:
