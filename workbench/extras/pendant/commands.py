@@ -104,7 +104,7 @@ def frame(
     save: Annotated[Path | None, option("Write the frame here (.toml).")] = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """User frame from three points, or the points of a fixture's drawing."""
+    """User frame from three points, 3-2-1 on a part's faces, or the points of a fixture's drawing."""
     arm = wb.load_robot(robot)
     if save is not None and save.suffix.lower() != ".toml":
         raise OptionError(f"{save}: a frame is saved as .toml")

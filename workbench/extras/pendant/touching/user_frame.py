@@ -1,4 +1,4 @@
-"""A user frame from touches: three points, or the points of a part's drawing.
+"""A user frame from touches: three points, 3-2-1 on the faces of a part, or the points of its drawing.
 
 Every touch keeps some coordinates of the tip in the frame: all of a drawing's point, y and z of one on the x
 axis, z of one on the plane. The frame is the least-squares solution of these,
@@ -18,6 +18,7 @@ import tomli_w
 from jaxtyping import Bool, Float
 from rich.console import RenderableType
 
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.arguments import Length, Like, checked_arguments
 from workbench.base.errors import DataError
@@ -32,6 +33,7 @@ from workbench.extras.pendant.touching.touches import (
     TouchErrors,
     TouchSolution,
     check_wanted,
+    flanges,
     names_of,
     read_touches,
     solve_without_slipped,
@@ -50,8 +52,11 @@ POOR = 1e-3
 """Root mean square of the touches' errors beyond which a frame should not be used, by default [m]."""
 MISREAD = 10.0
 """A drawing and its touches differ in size by less."""
-LABELS = "name the touches in a column 'contact': origin, x, xy, or as in --cad"
-KEEPS = {"origin": "xyz", "x": "yz", "xy": "z"}
+LABELS = (
+    "name the touches in a column 'contact': origin, x, xy (three points), or plane, line, end (3-2-1: three "
+    "on a face, two along an edge in the direction of x, one on the end), or as in --cad"
+)
+KEEPS = {"origin": "xyz", "x": "yz", "xy": "z", "plane": "z", "line": "y", "end": "x"}
 """Coordinates that a touch of each kind keeps."""
 
 
@@ -141,8 +146,8 @@ def frame(
 
     Args:
         robot: The arm with its tool (`tcp`), calibrated or nominal.
-        touches: Joint positions, and in `contact` what was touched: `origin`, `x`, `xy`, or the names of the
-            drawing's points.
+        touches: Joint positions, and in `contact` what was touched: `origin`, `x`, `xy`; or `plane`, `line`,
+            `end` for 3-2-1; or the names of the drawing's points.
         cad: The points of a drawing in its own frame [m]: by name, or a file with point, x[mm], y[mm], z[mm].
         wanted: Required error of the touches [m].
 
@@ -155,7 +160,7 @@ def frame(
     if np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
         raise DataError(f"{robot.name} has no tool: find its tip with 'workbench tcp … --save'")
     at = tips(robot, given.q)
-    begin, target, counts = _three(given, at) if cad is None else _drawn(given, at, _drawing(cad))
+    begin, target, counts = _named(given, at, robot) if cad is None else _drawn(given, at, _drawing(cad))
     solved, slipped = solve_without_slipped(
         lambda rows: _solve(begin, at[rows], target[rows], counts[rows].ravel()),
         len(given),
@@ -200,19 +205,27 @@ def _drawn(touches: Dataset, tips: np.ndarray, points: Mapping[str, np.ndarray])
     return se3.best_fit(target, tips), target, np.ones_like(target, bool)
 
 
-def _three(touches: Dataset, tips: np.ndarray) -> Begun:
+def _named(touches: Dataset, tips: np.ndarray, robot: Robot) -> Begun:
     names = names_of(touches)
     if (strange := next((name for name in names if name not in KEEPS), None)) is not None:
         raise DataError(f"{touches.source}: '{strange}' is not a kind of touch; {LABELS}")
-    if not set(KEEPS) <= set(names):
+    at = {kind: tips[[name == kind for name in names]] for kind in KEEPS}
+    if all(len(at[kind]) for kind in ("origin", "x", "xy")):
+        _require_spread(touches, tips)
+        origin, on_x, beside = (at[kind].mean(0) for kind in ("origin", "x", "xy"))
+        x, z = on_x - origin, np.cross(on_x - origin, beside - origin)
+    elif len(at["plane"]) > 2 and len(at["line"]) > 1 and len(at["end"]):
+        _require_spread(touches, at["plane"])
+        origin, x = at["end"].mean(0), at["line"][-1] - at["line"][0]
+        z = np.linalg.svd(at["plane"] - at["plane"].mean(0))[2][-1]
+        z *= np.sign(z @ (flanges(robot, touches.q)[:, :3, 3] - tips).mean(0)) or 1.0  # the arm is above
+    else:
         raise DataError(f"{touches.source}: {len(touches)} touches do not make a frame; {LABELS}")
-    _require_spread(touches, tips)
-    origin, along, beside = (tips[[name == kind for name in names]].mean(0) for kind in KEEPS)
-    x, z = along - origin, np.cross(along - origin, beside - origin)
-    axes = np.stack([x / np.linalg.norm(x), np.cross(z, x) / np.linalg.norm(np.cross(z, x)), z], axis=1)
-    axes[:, 2] /= np.linalg.norm(z)
+    y = np.cross(z, x) / np.linalg.norm(np.cross(z, x))
+    z = z / np.linalg.norm(z)
+    begin = se3.pose(np.stack([np.cross(y, z), y, z], axis=1), origin)
     counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in names])
-    return se3.pose(axes, origin), np.zeros((len(touches), 3)), counts
+    return begin, np.zeros((len(touches), 3)), counts
 
 
 def _require_spread(touches: Dataset, points: np.ndarray) -> None:
