@@ -45,15 +45,13 @@ class UrdfLink:
     Args:
         node: The joint's element.
         parent: The link that it is given in; None for the root.
-        pose: Its pose there with its joint at 0.
-        at_zero: The same in the root.
+        at_zero: Its pose in the root with all joints at 0.
         kind: How the joint moves; None for what no joint of an arm does.
         axis: Of the joint, in the link.
     """
 
     node: Any
     parent: "UrdfLink | None"
-    pose: Matrix4
     at_zero: Matrix4
     kind: JointKind | None
     axis: Vector3
@@ -123,9 +121,10 @@ class Urdf(AbstractForm):
         placing = _placing(job)
         for link in placing.links:
             own, other = placing.number(link), placing.number(link.parent)
-            around = placing.moves[other] @ (np.eye(4) if link.parent is None else link.parent.at_zero)
-            new = se3.inverse(around) @ placing.moves[own] @ link.at_zero
-            if own != other and np.abs(new - link.pose).max() > SAME:
+            here, before = (placing.moves[k] @ link.at_zero for k in (own, other))
+            if np.abs(here - before).max() > SAME:
+                around = placing.moves[other] @ (np.eye(4) if link.parent is None else link.parent.at_zero)
+                new = se3.inverse(around) @ here
                 origin = link.node.find("origin")
                 origin = etree.SubElement(link.node, "origin") if origin is None else origin
                 origin.set("xyz", numbers_text(new[:3, 3]))
@@ -203,7 +202,7 @@ def urdf_links(root: Any) -> list[UrdfLink]:
             axis /= np.linalg.norm(axis)
             pose, parent = se3.pose(se3.rpy_to_matrix(rpy), xyz), links.get(above)
             at_zero = pose if parent is None else parent.at_zero @ pose
-            links[link] = UrdfLink(node, parent, pose, at_zero, kind, axis)
+            links[link] = UrdfLink(node, parent, at_zero, kind, axis)
     if joints:
         raise FileError(f"link '{next(iter(joints))}' hangs on itself", path=FILE)
     return list(links.values())

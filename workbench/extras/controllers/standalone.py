@@ -12,7 +12,7 @@ each joint's last motion) are numbers, or arrays with a row for each.
 import numpy as np
 
 ARM: dict = {}  # arm
-ROUNDS, DONE, SMALL = 20, 1e-12, 1e-4
+ROUNDS, DONE = 40, 1e-12
 
 
 def correct(wanted, **state):
@@ -30,7 +30,7 @@ def forward(q, **state):
 def correct_poses(poses, near, **state):
     """Joint positions (rows, n) that bring this arm to poses (rows, 4, 4), and the remaining errors.
 
-    Newton's method within the joint limits, by steps of least norm; the best of all steps counts.
+    Newton's method within the joint limits, damped as far as something is missing; the best step counts.
     """
     near = np.atleast_2d(np.asarray(near, float))
     poses, given = np.reshape(np.asarray(poses, float), (-1, 4, 4)), _state(near, **state)
@@ -45,7 +45,10 @@ def correct_poses(poses, near, **state):
         q[better], left[better], cost[better] = x[better], miss[better], now[better]
         if cost.max() < DONE**2:
             break
-        x = np.clip(x + (np.linalg.pinv(jacobian, SMALL) @ r[..., None])[..., 0], *limits)
+        h = jacobian.transpose(0, 2, 1) @ jacobian
+        damping = np.clip(now, *(np.outer([1e-11, 1e-3], np.trace(h, axis1=1, axis2=2)) / h.shape[1]))
+        h = h + damping[:, None, None] * np.eye(h.shape[1])
+        x = np.clip(x + np.linalg.solve(h, (r[:, None] @ jacobian)[:, 0, :, None])[..., 0], *limits)
     return q, left
 
 

@@ -45,7 +45,7 @@ class Logged:
             note = f"the tool is the marker '{next(iter(tool))}'"
         elif not tool:
             raise DataError(f"{path}: there are neither bodies nor markers in this recording")
-        values, headings = {"time": self.time}, {}
+        values, headings = {"time": self.time}, dict[str, str]()
         for number, (name, position) in enumerate(tool.items(), 1):
             keys = [axis if len(tool) == 1 else f"m{number}{axis}" for axis in "xyz"]
             values |= dict(zip(keys, position.T, strict=True))

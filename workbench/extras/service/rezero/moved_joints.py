@@ -7,7 +7,7 @@ then held to the calibration again, which makes the others more certain.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -61,7 +61,6 @@ def rezero(
     noise: Like[NoiseLike] | None = None,
     frames: Sessions | str = Sessions.AUTO,
     exclude: Excluded | None = None,
-    known: Mapping[str, float] | None = None,
 ) -> Rezero:
     """Find which joint's zero moved since the last calibration, from few poses.
 
@@ -72,7 +71,6 @@ def rezero(
         noise: Standard deviations of the instrument [m], [rad]; from repeats or the fit if None.
         frames: Whether sessions share base and tool.
         exclude: Rows to keep out, with the reason.
-        known: Known places of anchors or contacts [m].
 
     Raises:
         Cancelled: asked to stop.
@@ -86,9 +84,7 @@ def rezero(
     knowledge = LastCalibration.of(robot, begin)
     decides = preparation_of(data) is not None  # it lets zeros alone through; knowledge comes afterwards
     free = zeros if decides else knowledge.names
-    choices = FitChoices(
-        held_out=0.0, frames=frames, free=free, exclude=exclude or {}, noise=noise, known=known or {}
-    )
+    choices = FitChoices(held_out=0.0, frames=frames, free=free, exclude=exclude or {}, noise=noise)
     with part_of(0.1, 0.3):
         ready = prepare(begin, data, choices, prior=None if decides else knowledge.without(*zeros))
     progress(0.4, "fitting all zeros")

@@ -31,8 +31,7 @@ class FindZeros(AbstractTask[tuple[Loaded, Rezero]]):
     title = "Find moved joint zeros"
 
     def check(self, session: Session) -> None:
-        if session.measurements.loaded is None:
-            raise DataError("there are no measurements yet; load a few poses measured after the collision")
+        measurements(session)
 
     def compute(self, session: Session) -> tuple[Loaded, Rezero]:
         from workbench.extras.service.rezero.moved_joints import rezero
