@@ -35,8 +35,8 @@ def correct_poses(poses, near, **state):
     near = np.atleast_2d(np.asarray(near, float))
     poses, given = np.reshape(np.asarray(poses, float), (-1, 4, 4)), _state(near, **state)
     limits = np.array(ARM["limits"]).T
-    *_, left = _missing(poses, near, given)
-    q, x, cost = near.copy(), np.clip(near, *limits), np.full(len(near), np.inf)
+    r, _, left = _missing(poses, near, given)
+    q, x, cost = near.copy(), np.clip(near, *limits), (r**2).sum(1)
     worst = np.maximum(left[:, 0], 1e-9)
     for _ in range(ROUNDS):
         r, jacobian, miss = _missing(poses, x, given)
@@ -45,10 +45,11 @@ def correct_poses(poses, near, **state):
         q[better], left[better], cost[better] = x[better], miss[better], now[better]
         if cost.max() < DONE**2:
             break
-        h = jacobian.transpose(0, 2, 1) @ jacobian
+        h, g = jacobian.transpose(0, 2, 1) @ jacobian, (r[:, None] @ jacobian)[:, 0]
         damping = np.clip(now, *(np.outer([1e-11, 1e-3], np.trace(h, axis1=1, axis2=2)) / h.shape[1]))
-        h = h + damping[:, None, None] * np.eye(h.shape[1])
-        x = np.clip(x + np.linalg.solve(h, (r[:, None] @ jacobian)[:, 0, :, None])[..., 0], *limits)
+        held = ((x <= limits[0]) & (g < 0.0)) | ((x >= limits[1]) & (g > 0.0))
+        h = np.where(held[:, :, None] | held[:, None], 0.0, h) + damping[:, None, None] * np.eye(h.shape[1])
+        x = np.clip(x + np.linalg.solve(h, np.where(held, 0.0, g)[..., None])[..., 0], *limits)
     return q, left
 
 
