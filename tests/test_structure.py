@@ -62,7 +62,7 @@ BUDGETS = {
     "cli": 1_812,
     "extras": 1,
     "extras/camera": 5_443,
-    "extras/controllers": 1_066,
+    "extras/controllers": 1_065,
     "extras/hobby": 994,
     "extras/katana": 1_233,
     "extras/live": 1_757,
