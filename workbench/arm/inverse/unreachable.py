@@ -100,7 +100,8 @@ def geometry_reason(
     angle = float(turned.rotation_error[0])
     if task is Task.POSITION or angle < SAME_ANGLE:
         return "reachable only outside the joint limits"
-    return f"the position is reachable, but not in this orientation: the nearest is about {np.degrees(angle):.2g}° off"
+    off = f"the nearest is about {np.degrees(angle):.2g}° off"
+    return f"the position is reachable, but not in this orientation: {off}"
 
 
 def _distance_reason(arm: ReducedArm, target: Float[np.ndarray, "4 4"], closest: Refined, gap: float) -> str:
