@@ -51,7 +51,7 @@ BUDGETS = {
     "root": 255,
     "base": 2_249,
     "report": 913,
-    "arm": 10_722,
+    "arm": 10_719,
     "data": 6_182,
     "plate": 6_664,
     "identification": 9_674,
