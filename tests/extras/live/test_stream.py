@@ -2,6 +2,7 @@
 
 import io
 import json
+import queue
 import socket
 import threading
 
@@ -11,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.base import se3
-from workbench.base.errors import FileError, OptionError, ShapeError
-from workbench.extras.live.connection import connect, lines_from, listen, parse_address, send_samples
+from workbench.base.errors import FileError, OptionError
+from workbench.extras.live.connection import accept_one, connect, lines_from, parse_address, send_samples
 from workbench.extras.live.sample import Sample, parse_sample, samples
 from workbench.extras.live.standstill import ArmState, StandstillDetector
 
@@ -51,7 +52,7 @@ def test_numbers_come_through(time, q, xyz):
     [
         ("hello", None),
         ("[1, 2]", None),
-        ("{}", None),
+        ("{}", "time"),
         ('{"time": 1, "q": []}', "q"),
         ('{"time": 1, "q": "0.1"}', "q"),
         ('{"time": 1, "q": [0.1, "a"]}', "q"),
@@ -77,16 +78,10 @@ def test_bad_lines_name_their_number(text, column):
     assert (caught.value.line, caught.value.column) == (7, column)
 
 
-def test_wrong_number_of_joints():
-    with pytest.raises(ShapeError) as caught:
-        parse_sample(LINE, line=3, joints=6)
-    assert (caught.value.expected, caught.value.found) == (6, 2)
-
-
 def test_bad_lines_are_passed_over_and_told():
     messages = []
     text = io.StringIO(f"{LINE}\n\nhello\n{LINE}\n")
-    assert len(list(samples(text, joints=2, on_error=messages.append))) == 2
+    assert len(list(samples(text, source="arm", on_error=messages.append))) == 2
     assert [error.line for error in messages] == [3]
 
 
@@ -109,30 +104,21 @@ def test_bad_addresses(text):
         parse_address(text)
 
 
-def test_connecting_to_a_source():
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        address = f"127.0.0.1:{server.getsockname()[1]}"
-        with connect(address) as lines:
-            source, _ = server.accept()
-            with source:
-                source.sendall((LINE + "\n" + LINE[:20]).encode())
-                source.sendall((LINE[20:] + "\n").encode())
-            assert [parse_sample(line, line=1).time for line in lines] == [12.3, 12.3]
+def test_a_source_that_listens_is_connected_to():
+    """Three samples through a socket, and a line in two parts."""
+    port, one = queue.Queue(), parse_sample(LINE, line=1)
 
+    def source():
+        with accept_one("127.0.0.1:0", ready=port.put) as connection:
+            send_samples([one] * 3, connection, speed=0.0)
+            connection.sendall(LINE[:20].encode())
+            connection.sendall((LINE[20:] + "\n").encode())
 
-def test_listening_for_a_source():
-    def source(port):
-        def send():
-            with socket.create_connection(("127.0.0.1", port)) as connection:
-                one = parse_sample(LINE, line=1)
-                send_samples([one] * 3, lambda line: connection.sendall(line.encode()), speed=0.0)
-
-        threading.Thread(target=send).start()
-
-    with listen("127.0.0.1:0", ready=source) as lines:
+    threading.Thread(target=source).start()
+    with connect(f"127.0.0.1:{port.get(timeout=60.0)}") as lines:
         received = [parse_sample(line, line=1) for line in lines]
-    assert [sample.q.tolist() for sample in received] == [[0.1, 0.2]] * 3
-    np.testing.assert_allclose(received[0].rotation, parse_sample(LINE, line=1).rotation)
+    assert [sample.q.tolist() for sample in received] == [[0.1, 0.2]] * 4
+    np.testing.assert_allclose(received[0].rotation, one.rotation)
 
 
 def test_the_end_of_the_block_ends_the_iteration():
@@ -150,11 +136,9 @@ def test_the_end_of_the_block_ends_the_iteration():
 def test_nobody_there():
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
-        with pytest.raises(FileError), listen(f"127.0.0.1:{port}", ready=print):  # it is taken
-            pass
+        with pytest.raises(FileError):  # it is taken
+            accept_one(f"127.0.0.1:{port}", ready=print)
     with pytest.raises(FileError), connect(f"127.0.0.1:{port}"):
-        pass
-    with pytest.raises(OptionError), listen("0.0.0.0:0", ready=print):
         pass
 
 
