@@ -166,7 +166,7 @@ def _dealt(gains: np.ndarray, clash: np.ndarray, number: int) -> np.ndarray | No
     """The best of each hand of candidates that clashes with none before; None if a hand has none."""
     chosen: list[int] = []
     for hand in np.array_split(np.arange(len(gains)), number):
-        left = hand[~clash[np.ix_(hand, chosen)].any(1)]
+        left = hand[~clash[hand][:, chosen].any(1)]
         if not len(left):
             return None
         chosen.append(int(left[np.argmax(gains[left])]))

@@ -84,8 +84,9 @@ class PoseLimits:
         if (region := self.region) is not None:
             box = f"region {region.min.tolist()} to {region.max.tolist()} m"
             found[box] = lambda q: region.contains(in_base(robot, q)[:, :3, 3])
-        if self.towards is not None:
-            found[f"orientation cone of {np.rad2deg(self.cone):.3g}°"] = lambda q: self._in_cone(robot, q)
+        if (towards := self.towards) is not None:
+            cone = f"orientation cone of {np.rad2deg(self.cone):.3g}°"
+            found[cone] = lambda q: self._in_cone(in_base(robot, q)[:, :3, :3], towards)
         if self.margin > 0:
             low, high = robot.limits[~sliding(robot)].T + np.array([[self.margin], [-self.margin]])
             found[f"margin of {np.rad2deg(self.margin):.3g}° to the joint limits"] = lambda q: (
@@ -99,9 +100,9 @@ class PoseLimits:
             found[f"clearance of plate '{solid.name}'"] = lambda q: solid_clear(robot, solid, q)
         return found
 
-    def _in_cone(self, robot: Robot, q: np.ndarray) -> np.ndarray:
+    def _in_cone(self, turns: np.ndarray, towards: np.ndarray) -> np.ndarray:
         # the angle θ of Rᵀ R_k has trace 1 + 2 cos θ
-        traces = np.einsum("rij,kij->rk", in_base(robot, q)[:, :3, :3], self.towards).max(1)
+        traces = np.einsum("rij,kij->rk", turns, towards).max(1)
         return traces >= 1.0 + 2.0 * np.cos(min(self.cone, np.pi)) - 1e-9
 
     def _is_dexterous(self, robot: Robot, q: np.ndarray) -> np.ndarray:
