@@ -1,7 +1,6 @@
 """Live samples: lines, sockets, standstill, capture."""
 
 import io
-import json
 import queue
 import socket
 import threading
@@ -14,7 +13,7 @@ from hypothesis import strategies as st
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
 from workbench.extras.live.connection import accept_one, connect, lines_from, parse_address, send_samples
-from workbench.extras.live.sample import Sample, parse_sample, samples
+from workbench.extras.live.sample import Sample, format_sample, parse_sample, samples
 from workbench.extras.live.standstill import ArmState, StandstillDetector
 
 LINE = '{"time": 12.3, "q": [0.1, 0.2], "xyz": [1, 2, 3], "quat": [0.6, 0.8, 0, 0], "capture": true}'
@@ -22,19 +21,12 @@ LINE = '{"time": 12.3, "q": [0.1, 0.2], "xyz": [1, 2, 3], "quat": [0.6, 0.8, 0, 
 
 def test_one_line():
     sample = parse_sample(LINE, line=1)
-    assert sample.time == 12.3
-    assert sample.q.tolist() == [0.1, 0.2]
-    assert sample.position.tolist() == [1, 2, 3]
+    assert (sample.time, sample.q.tolist(), sample.position.tolist()) == (12.3, [0.1, 0.2], [1, 2, 3])
     np.testing.assert_allclose(sample.rotation, [[1, 0, 0], [0, -0.28, -0.96], [0, 0.96, -0.28]], atol=1e-14)
     assert sample.capture
     assert not sample.q.flags.writeable
-
-
-def test_pose_and_flag_may_be_absent():
-    sample = parse_sample('{"time": 1, "q": [0], "xyz": null}', line=1)
-    assert sample.position is None
-    assert sample.rotation is None
-    assert not sample.capture
+    bare = parse_sample('{"time": 1, "q": [0], "xyz": null}', line=1)
+    assert (bare.position, bare.rotation, bare.capture) == (None, None, False)
 
 
 @given(
@@ -43,7 +35,7 @@ def test_pose_and_flag_may_be_absent():
     st.lists(st.floats(-3, 3), min_size=3, max_size=3),
 )
 def test_numbers_come_through(time, q, xyz):
-    sample = parse_sample(json.dumps({"time": time, "q": q, "xyz": xyz}), line=1)
+    sample = parse_sample(format_sample(Sample(time=time, q=np.array(q), position=np.array(xyz))), line=1)
     assert (sample.time, sample.q.tolist(), sample.position.tolist()) == (time, q, xyz)
 
 
@@ -85,23 +77,17 @@ def test_bad_lines_are_passed_over_and_told():
     assert [error.line for error in messages] == [3]
 
 
-@pytest.mark.parametrize(
-    ("text", "address"),
-    [
+def test_addresses():
+    for text, address in (
         ("localhost:5000", ("localhost", 5000)),
         (":5000", ("127.0.0.1", 5000)),
         ("5000", ("127.0.0.1", 5000)),
         ("[::1]:7", ("::1", 7)),
-    ],
-)
-def test_addresses(text, address):
-    assert parse_address(text) == address
-
-
-@pytest.mark.parametrize("text", ["", "localhost", "localhost:", "localhost:port", "localhost:70000"])
-def test_bad_addresses(text):
-    with pytest.raises(OptionError):
-        parse_address(text)
+    ):
+        assert parse_address(text) == address
+    for text in ("", "localhost", "localhost:", "localhost:port", "localhost:70000"):
+        with pytest.raises(OptionError):
+            parse_address(text)
 
 
 def test_a_source_that_listens_is_connected_to():

@@ -49,7 +49,7 @@ class GuidedPanel(AbstractPanel):
             follow = self.checkbox(
                 "Follow the arm",
                 "Move the arm in the scene with the real one.",
-                lambda s: s.part(Source) is not None and s.part(Source).is_followed,
+                lambda s: (source := s.part(Source)) is not None and source.is_followed,
                 visible=lambda s: s.part(Source),
                 value=True,
             )
