@@ -59,7 +59,7 @@ BUDGETS = {
     "exports": 324,
     "session": 7_343,
     "views": 8_990,
-    "cli": 1_814,
+    "cli": 1_807,
     "extras": 1,
     "extras/camera": 5_443,
     "extras/controllers": 1_263,
