@@ -7,7 +7,7 @@
 The paper's numbers that come from the real arm have no counterpart: they are listed with that reason.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,8 +25,7 @@ from workbench.data.prediction import RowComponents
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate_targets
 from workbench.extras.poses.choose_poses import choose_poses
-from workbench.extras.poses.clustering.design import cluster_region
-from workbench.extras.poses.clustering.search import Clustering
+from workbench.extras.poses.clustering import Clustering, cluster_region
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.poses.sampling import random_poses
@@ -67,7 +66,7 @@ def reproduce_aria(*, arms: int = ARMS, seed: int = 0) -> AriaReproduction:
         raise OptionError(f"arms must be at least 1, got {arms}", option="arms", found=arms)
     robot, plate = load_robot("aria"), load_plate("table2")
     with part_of(0.0, 0.1, "choosing poses"):
-        clustering = cluster_region(robot, plate.region, side=SIDE, seed=seed)
+        clustering = cluster_region(robot, replace(plate.region, cube=SIDE), seed=seed)
     methods = acquisitions(robot, plate, clustering, seed)
     tool = methods[2]
     rng = np.random.default_rng(seed)

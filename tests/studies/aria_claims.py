@@ -7,7 +7,7 @@ from studies.aria_arms import Comparison
 from studies.finding import Finding, between, judged, without
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
-from workbench.extras.poses.clustering.search import Clustering
+from workbench.extras.poses.clustering import Clustering
 from workbench.plate.plate import Plate
 from workbench.plate.target_branches import plate_solutions, single_branches
 

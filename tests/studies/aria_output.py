@@ -13,7 +13,7 @@ from studies.aria_arms import TITLES, Comparison
 from studies.error_grid import error_grid
 from studies.output import Json, Output
 from workbench.data.prediction import RowComponents
-from workbench.extras.poses.clustering.report import cluster_json
+from workbench.extras.poses.cluster_report import cluster_json
 from workbench.identification.result import ArmErrors
 from workbench.report.figures import COLOURS, INK, look, new_figure
 

@@ -13,10 +13,10 @@ from studies.output import Json, Output, curves
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.extras.trajectories.path_pictures import draw_moments, draw_motion
+from workbench.extras.trajectories.planning import Planned
 from workbench.identification.report.constants import influence_figure
 from workbench.report.colours import NOMINAL
-from workbench.report.figures import COLOURS, INK, look, new_figure
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 SOURCE = (
     "Thesis on the calibration of the Katana 450 serial robot: influence-based identification (chapter 3), "
@@ -64,22 +64,34 @@ def katana_output(found: KatanaReproduction) -> Output:
 def katana_figures(found: KatanaReproduction) -> dict[str, Figure]:
     """Figs. 3.8 and 4.8, and the circle of chapter 5: Figs. 5.7 to 5.10, 5.12 and 5.13 on virtual arms."""
     circle, pencil = found.tracking.paths[0], found.pencil
-    with look():
-        joints, loads = new_figure(8.0, 3.2), new_figure(10.0, 3.2)
-        draw_motion(joints, circle)
-        draw_moments(loads, circle, path_moments(circle))
+    moments, degrees = path_moments(circle), np.rad2deg(1.0)
+    motion = {"joints [°]": degrees * circle.q, "speeds [°/s]": degrees * np.asarray(circle.motion.velocity)}
+    loads = {f"across the axis, about {side} [N m]": moments.across[:, :, i] for i, side in enumerate("xy")}
     alone, read = ("stiffness alone", "tilting"), [f"{title}, read" for title in DRAWN]
     return {
         "fig3-8": influence_figure(found.influences, printed=printed.PRINTED_INFLUENCE),
         "fig4-8": _poses(found.cube.q),
-        "fig5-7": joints,
-        "fig5-8": loads,
+        "fig5-7": _joints_over_time(circle, motion),
+        "fig5-8": _joints_over_time(circle, {"about the axis [N m]": moments.about, **loads}),
         "fig5-10": curves(circle.time, found.tracking.alone, alone, "error [mm]"),
         "fig5-12": curves(circle.time, found.tracking.example, STEPS, "error [mm]"),
         "fig5-13": curves(
             pencil.time, np.vstack([pencil.actual, pencil.read]), (*DRAWN, *read), "distance from circle [mm]"
         ),
     }
+
+
+def _joints_over_time(planned: Planned, panels: dict[str, np.ndarray]) -> Figure:
+    """Numbers of every joint along a path, a panel each."""
+    with look():
+        figure = new_figure(3.4 * len(panels) + 0.8, 3.2)
+        for axes, (title, values) in zip(figure.subplots(1, len(panels)), panels.items(), strict=True):
+            for joint, (column, colour) in enumerate(zip(values.T, COLOURS, strict=False), start=1):
+                axes.plot(planned.time, column, color=colour, label=f"joint {joint}")
+            axes.set(xlabel="time [s]", title=title)
+            grid(axes)
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=planned.robot.dof)
+    return figure
 
 
 def _poses(q: np.ndarray) -> Figure:
