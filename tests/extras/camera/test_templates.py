@@ -9,12 +9,12 @@ import pytest
 from refusals import refuses
 
 from workbench.base.errors import DataError
+from workbench.extras.camera.findings import Identifiability
 from workbench.extras.camera.folder import packed
 from workbench.extras.camera.markers import likely_board
 from workbench.extras.camera.panels import _identified, camera_json
 from workbench.extras.camera.picture_html import thumbnails
 from workbench.extras.camera.printed import Board
-from workbench.extras.camera.selection_steps import Identifiability
 from workbench.extras.camera.session_commands import CameraAlone, LoadPictures, Previews
 from workbench.extras.camera.target import prints_of
 from workbench.identification.identify import identify

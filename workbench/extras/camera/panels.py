@@ -8,11 +8,11 @@ import viser
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import ON
+from workbench.extras.camera.findings import Identifiability
 from workbench.extras.camera.folder import says_target
 from workbench.extras.camera.picture_html import cells, covered, thumbnails
 from workbench.extras.camera.printed import Board, PrintedSheet, across_down
 from workbench.extras.camera.rig import PictureReadings, rig_of
-from workbench.extras.camera.selection_steps import Identifiability
 from workbench.extras.camera.session_commands import LARGEST_FOLDER, CameraAlone, LoadPictures, Previews
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
