@@ -22,19 +22,9 @@ from workbench.base.wording import listed, plural
 from workbench.data.dataset import Labels
 from workbench.extras.camera.markers import COMMON_NAMES, MIN_FOUND, markers_in, opencv_board
 from workbench.extras.camera.opencv import opencv
-from workbench.extras.camera.picture_files import (
-    Picture,
-    blur,
-    exif_note,
-    picture_files,
-    read_picture,
-    readable,
-)
+from workbench.extras.camera.picture_files import Picture, exif_note, picture_files, read_picture, readable
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import PictureTarget
-
-BLURRED = 1.4
-"""Blur [px, standard deviation] from which on it is named: sharp pictures of small squares have up to 1.1."""
 
 
 class Found(NamedTuple):
@@ -52,11 +42,12 @@ class Found(NamedTuple):
     uv: Float[np.ndarray, "n 2"]
     reason: str = ""
 
+    @classmethod
+    def nothing(cls, reason: str) -> "Found":
+        return cls(np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)), reason)
 
-NOTHING = Found(np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)))
 
-
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class PixelRows:
     """Corners found in pictures, one a row, as a table has them.
 
@@ -112,7 +103,7 @@ class BoardFinder:
         """All corners in a picture, or the reason why there are none."""
         found = [each for each in self.parts(picture) if len(each.ids) >= MIN_FOUND]
         if not found:
-            return NOTHING._replace(reason=self.reason(picture))
+            return Found.nothing(self.reason(picture))
         ids, corners, uv = (np.concatenate([each[k] for each in found]) for k in range(3))
         return Found(ids, corners, uv)
 
@@ -149,14 +140,12 @@ class BoardFinder:
         flipped = np.ascontiguousarray(picture[:, ::-1])
         if not any(shown.values()) and max(len(markers_in(flipped, name)[1]) for name in stated) >= 2:
             return "it is mirrored: print the sheet, or take the picture, without mirroring"
-        if BLURRED < (width := blur(picture)) < np.inf:
-            return f"it is blurred by about {width:.1f} px: hold still, focus, or add light"
         if count := sum(shown.values()):
             return f"it shows {plural(count, 'marker')}, too few: bring the whole target into view"
         for other in COMMON_NAMES:
             if len(markers_in(picture, other)[1]) >= MIN_FOUND:
                 return f"its markers are of {other}, not of {', '.join(stated)}"
-        return f"it shows no marker of {', '.join(stated)}"
+        return f"it shows no marker of {', '.join(stated)}: is the board in view, sharp and lit?"
 
 
 def _printed(targets: Sequence[PictureTarget], dictionary: str) -> tuple[PictureTarget, ...]:
@@ -180,7 +169,7 @@ def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
         try:
             picture = read_picture(path, sizes[camera])
         except FileError as error:
-            return NOTHING._replace(reason=str(error).removeprefix(f"{path}: "))
+            return Found.nothing(str(error).removeprefix(f"{path}: "))
         if picture.shape[::-1] != sizes[camera]:
             raise DataError(
                 f"{path}: the picture has {picture.shape[1]} x {picture.shape[0]} px, camera '{camera}' has "
@@ -198,20 +187,10 @@ def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
                 raise Cancelled
     names = [path.name for _, path in files]
     notes = (*_judged(folder, finder, names, found), *exif_note([path for _, path in files]))
-    width = np.median([blur(picture) for picture in readable(a_few(files), sizes)])
-    if BLURRED < width < np.inf:
-        notes += (f"the pictures are blurred by about {width:.1f} px: hold still, focus, or add light",)
     size = [len(f.ids) for f in found]
-    return PixelRows(
-        image=np.repeat(names, size),
-        camera=np.repeat([camera for camera, _ in files], size),
-        id=np.concatenate([f.ids for f in found]),
-        corner=np.concatenate([f.corners for f in found]),
-        uv=np.concatenate([f.uv for f in found]),
-        pictures=tuple(names),
-        source=str(folder),
-        notes=notes,
-    )
+    ids, corners, uv = (np.concatenate([f[k] for f in found]) for k in range(3))
+    cameras, images = np.repeat([camera for camera, _ in files], size), np.repeat(names, size)
+    return PixelRows(images, cameras, ids, corners, uv, tuple(names), str(folder), notes)
 
 
 def _judged(folder: Path, finder: BoardFinder, names: list[str], found: list[Found]) -> Iterator[str]:
