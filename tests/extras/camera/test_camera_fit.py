@@ -126,7 +126,7 @@ def test_boards_that_stand_anywhere_to_one_another(tmp_path, on_tool):
     (tmp_path / "once.csv").write_text(replace(shots, rows=rows).table())
     alone = read(tmp_path, "once.csv")
     assert not alone.readings.seen[..., rig_of(alone).parts[1][1]].any()
-    assert "target[B] is in 1 picture: left out; take at least 2" in alone.notes
+    assert any("target[B] is in 1 picture" in note for note in alone.notes)
 
 
 def test_the_shifted_joint_is_named(tmp_path, run):

@@ -35,10 +35,10 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.extras.camera.camera import INTRINSICS, Camera
+from workbench.extras.camera.camera import INTRINSICS
 from workbench.extras.camera.findings import NEARBY, Identifiability, Step
 from workbench.extras.camera.likelihood import LACK, MIN_SIZE, WIDTH, Likeliest, Likelihood
-from workbench.extras.camera.rig import Rig, rig_of, with_rig
+from workbench.extras.camera.rig import rig_of, with_rig
 from workbench.extras.camera.target import PictureTarget
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.consider_covariance import Considered
@@ -244,57 +244,33 @@ def find_doubts(loose: Fitted, data: Dataset) -> Doubts:
         found = likelihood.likeliest({WIDTH + 1: lens if fixed else np.inf, WIDTH + 2: size})
         return found.cost, problem.named(found.x)
 
-    notes = list[str]()
-    (given, values), (by_size, sized) = likeliest(), likeliest(size=np.inf)
+    notes: tuple[str, ...] = ()
+    given, (by_size, sized) = likeliest()[0], likeliest(size=np.inf)
     if fixed:
         by_lens, freed = likeliest(lens=np.inf)
         gain, other = given - by_lens, given - by_size
+        free = f"camera {fixed[0].name}: " + ", ".join(
+            f"{k} {freed[f'{fixed[0].owner}.{k}']:.4g}" for k in INTRINSICS[:5]
+        )
         if gain > OTHER_LENS and other > max(OTHER_SIZE, EITHER * gain):
             text = (
                 "the target's size or the focal length is wrong, and the pictures can't determine which: "
-                f"{_larger(targets, sized)}, or free intrinsics ({_lens_text(fixed[0], freed)}); check the "
-                'printed square\'s side, or leave the intrinsics to be refined with free = "auto"'
+                f"{_larger(targets, sized)}, or free intrinsics ({free}); check the printed square's side, "
+                'or leave the intrinsics to be refined with free = "auto"'
             )
             return Doubts((text,), data, True)
         if gain > max(OTHER_LENS, other):
-            notes.append(
-                "the given intrinsics do not fit the pictures; they were left free "
-                f'({_lens_text(fixed[0], freed)}): set free = "auto" or calibrate the camera'
+            notes = (
+                f"the given intrinsics do not fit the pictures; they were left free ({free}): set "
+                'free = "auto" or calibrate the camera',
             )
             data = with_rig(data, rig.with_fixed_intrinsics(Freedom.AUTO))
-            (given, values), (by_size, sized) = likeliest(np.inf), likeliest(np.inf, np.inf)
+            given, (by_size, sized) = likeliest(np.inf)[0], likeliest(np.inf, np.inf)
     is_strange = any(_strangeness(target, sized) > OUTSIDE for target in targets)
-    is_size_wrong = is_strange and given - by_size > OTHER_SIZE
-    notes += _implausible(rig, sized if is_size_wrong else values)
-    if is_size_wrong:
-        notes.append(f"{_larger(targets, sized, 'is ')}; measure it and correct its sizes")
-    return Doubts(tuple(notes), data, is_size_wrong)
-
-
-def _implausible(rig: Rig, values: dict[str, float]) -> list[str]:
-    """What of each camera with a prior is farther from the given intrinsics than that allows."""
-    found = []
-    for camera in rig.cameras:
-        off = [
-            values.get(f"{camera.owner}.{k}", v) - v
-            for k, v in zip(INTRINSICS, camera.intrinsics, strict=True)
-        ]
-        far = [
-            f"{INTRINSICS[k]} {off[k]:+.4g} (sigma {camera.sigma[k]:.3g})"
-            for k in range(4)
-            if camera.free is Freedom.AUTO and abs(off[k]) > OUTSIDE * camera.sigma[k]
-        ]
-        if far:
-            found.append(
-                f"camera {camera.name}: {', '.join(far)}, more than {OUTSIDE:g} times sigma from the given "
-                "intrinsics; check that they belong to this camera and lens"
-            )
-    return found
-
-
-def _lens_text(camera: Camera, values: dict[str, float]) -> str:
-    parts = ", ".join(f"{k} {values[f'{camera.owner}.{k}']:.4g}" for k in INTRINSICS[:5])
-    return f"camera {camera.name}: {parts}"
+    if not is_strange or given - by_size <= OTHER_SIZE:
+        return Doubts(notes, data, False)
+    text = f"{_larger(targets, sized, 'is ')}; measure it and correct its sizes"
+    return Doubts((*notes, text), data, True)
 
 
 def _strangeness(target: PictureTarget, values: dict[str, float]) -> float:

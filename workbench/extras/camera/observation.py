@@ -32,7 +32,7 @@ from workbench.data.observations.observation import (
 )
 from workbench.extras.camera.camera import INTRINSICS, Camera, Mount, project
 from workbench.extras.camera.likelihood import of_residuals
-from workbench.extras.camera.placing import Views, placed
+from workbench.extras.camera.placing import Views
 from workbench.extras.camera.rig import PictureReadings, Rig, owner_in
 from workbench.extras.camera.target import PictureTarget
 
@@ -201,10 +201,7 @@ class PixelObservation(AbstractObservation):
 
     def _placed(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Poses of `placements`: of the pair with most pictures first, and on from there."""
-        placing = np.concatenate([target.placing for target in self.rig.targets])
-        measured = np.where(placing[:, None], self.measured, np.nan)
-        shown = np.stack([np.isfinite(measured[:, :, p, 0]).sum(2) for _, p in self.rig.parts], axis=2)
-        shown = np.isfinite(self.sight[..., 0, 0]) + 1e-9 * shown
+        shown = np.isfinite(self.sight[..., 0, 0])
         eyes, held_by = self.placements
         count = np.array([[shown[e.rows & h.rows, e.number, h.number].sum() for h in held_by] for e in eyes])
         cameras, boards = (np.full((n, 4, 4), np.nan) for n in count.shape)
@@ -212,16 +209,16 @@ class PixelObservation(AbstractObservation):
             is_eye, is_board = (np.isfinite(each[:, 0, 0]) for each in (cameras, boards))
             new = count * ~(is_eye[:, None] & is_board)
             if not new.any():
-                break
+                return tuple(np.where(np.isfinite(each), each, np.eye(4)) for each in (cameras, boards))
             half = new * (is_eye[:, None] | is_board)
             i, j = np.unravel_index(int((half if half.any() else new).argmax()), new.shape)
-            c, b, mine = eyes[i].number, held_by[j].number, eyes[i].rows & held_by[j].rows
-            target, part = self.rig.parts[b]
-            seen, sight = measured[mine, c, part], self.sight[mine, c, b]
-            pair = cameras[i], boards[j]
-            views = Views(self.rig.cameras[c], target.points, seen, poses[mine], sight, *pair)
-            cameras[i], boards[j] = placed(views)
-        return tuple(np.where(np.isfinite(each), each, np.eye(4)) for each in (cameras, boards))
+            c, b = eyes[i].number, held_by[j].number
+            rows, (target, part) = shown[:, c, b] & eyes[i].rows & held_by[j].rows, self.rig.parts[b]
+            camera, seen = self.rig.cameras[c], self.measured[rows, c, part]
+            seen = np.where(target.placing[:, None], seen, np.nan)
+            carried, sight = camera.carried(poses[rows]), self.sight[rows, c, b]
+            views = Views(camera, target.points, seen, carried, sight, cameras[i], boards[j])
+            cameras[i], boards[j] = views.placed()
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         place, shape = self._place, self.measured.shape

@@ -97,12 +97,13 @@ class PicturePreparation(AbstractPreparation):
 
 def _check_number(data: Dataset) -> None:
     """Refuse too few pictures, with the reasons why others are not among them."""
-    if (count := int(data.included.sum())) < MIN_PICTURES:
+    is_placed = np.isfinite(PictureReadings.of(data).sight[..., 0, 0]).any((1, 2))
+    if (count := int((data.included & is_placed).sum())) < MIN_PICTURES:
         lost = [] if data.reason is None else data.reason[~data.included].tolist()
         why = "; ".join([*data.notes, *dict.fromkeys(reason for reason in lost if reason)])
         raise DataError(
-            f"{data.source}: {count} pictures are left to fit; give at least {MIN_PICTURES}"
-            + (f" ({why})" if why else ""),
+            f"{data.source}: {count} pictures with four points of the target or more are left to fit; give "
+            f"at least {MIN_PICTURES}" + (f" ({why})" if why else ""),
             found=count,
         )
 
@@ -137,9 +138,9 @@ def mismatched_pictures(
 
     off = errors(data)
     usual = float(np.median(off))
-    for text, other in _other_meanings(data) if usual > SUSPICIOUS else ():
-        if np.median(errors(other)) < OTHERWISE * usual:
-            raise DataError(f"{data.source}: {text}")
+    others = [(np.median(errors(rows)), text) for text, rows in _other_meanings(data) if usual > SUSPICIOUS]
+    if others and min(others)[0] < OTHERWISE * usual:
+        raise DataError(f"{data.source}: {min(others)[1]}")
     if usual > HOPELESS:
         raise DataError(
             f"{data.source}: the pictures don't fit their joint readings: with the best poses of camera and "

@@ -34,8 +34,6 @@ USELESS = 5.0
 """Median error of a picture [px] beyond which it shows another target, or beyond which none fits."""
 OUTVOTED = 6
 """Corners of a picture from which on one that is wrong is left out: fewer suit a wrong pose without it."""
-MIN_BOARD_CORNERS = 12
-"""Corners of a board in all pictures together that place it, however few each picture shows."""
 RAYLEIGH = 1.1774
 """Median length of a normal error in the plane, in standard deviations of a coordinate."""
 NOTHING_USED = "shows no usable corner"
@@ -169,14 +167,12 @@ def with_parts_in_view(data: Dataset, fewest: int = 2, known: Collection[str] = 
     for (part, seen, placed), session in product(parts, data.sessions):
         owner = owner_in(part, session)
         mine = data.included & (data.in_session(session) | (owner == part.owner))
-        shown = np.isfinite(seen[..., 0]).sum(tuple(range(1, seen.ndim - 1)))
-        rows = np.flatnonzero(mine & (shown > 0))
-        count = len(rows)
-        if shown[rows].sum() < MIN_BOARD_CORNERS:
-            count = int((mine & np.isfinite(placed[..., 0, 0]).any(1)).sum())
+        rows = np.flatnonzero(mine & np.isfinite(seen[..., 0]).any(tuple(range(1, seen.ndim - 1))))
+        count = int((mine & np.isfinite(placed[..., 0, 0]).any(1)).sum())
         if owner not in known and len(rows) and count < fewest:
             seen[rows], placed[rows] = np.nan, np.nan
-            notes.append(f"{owner} is in {plural(count, 'picture')}: left out; take at least {fewest}")
+            pictures = f"{plural(count, 'picture')} with four points or more"
+            notes.append(f"{owner} is in {pictures}: left out; take at least {fewest}")
     if not notes:
         return data
     found = replace(own, pixels=pixels, sight=sight)
