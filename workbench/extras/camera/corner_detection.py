@@ -22,7 +22,7 @@ from workbench.base.wording import listed, plural
 from workbench.data.dataset import Labels
 from workbench.extras.camera.markers import COMMON_NAMES, MIN_FOUND, markers_in, opencv_board
 from workbench.extras.camera.opencv import opencv
-from workbench.extras.camera.picture_files import Picture, exif_note, picture_files, read_picture, readable
+from workbench.extras.camera.picture_files import Picture, picture_files, read_picture, readable
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import PictureTarget
 
@@ -186,7 +186,7 @@ def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
                 pool.shutdown(wait=False, cancel_futures=True)
                 raise Cancelled
     names = [path.name for _, path in files]
-    notes = (*_judged(folder, finder, names, found), *exif_note([path for _, path in files]))
+    notes = tuple(_judged(folder, finder, names, found))
     size = [len(f.ids) for f in found]
     ids, corners, uv = (np.concatenate([f[k] for f in found]) for k in range(3))
     cameras, images = np.repeat([camera for camera, _ in files], size), np.repeat(names, size)

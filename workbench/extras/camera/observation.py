@@ -171,33 +171,11 @@ class PixelObservation(AbstractObservation):
             if camera.free is not Freedom.FIXED:
                 names = (f"{camera.owner}.{part}" for part in INTRINSICS)
                 found |= dict(zip(names, camera.intrinsics.tolist(), strict=True))
-        for b, (target, part) in enumerate(self.rig.parts):
-            for point, k in target.own_places.items() if target in self.targets else ():
-                place = target.points[k]
-                if np.isinf(target.sigmas[k]):
-                    place = self._where_rays_meet(part.start + k, b, cameras, boards, poses, place)
-                found |= dict(zip((f"{point}.{axis}" for axis in POSE[:3]), place.tolist(), strict=True))
+        for target in self.targets:
+            for point, k in target.own_places.items():
+                places = zip((f"{point}.{axis}" for axis in POSE[:3]), target.points[k].tolist(), strict=True)
+                found |= dict(places)
         return np.array(list(found.values()))
-
-    def _where_rays_meet(
-        self, point: int, number: int, cameras: np.ndarray, boards: np.ndarray, poses: np.ndarray, otherwise
-    ) -> Float[np.ndarray, "3"]:
-        """Where a point is in its board's frame, from all pictures that show it; two place it."""
-        normal, right, count = np.zeros((3, 3)), np.zeros(3), 0
-        for (i, placement), (j, held) in product(*(enumerate(placements) for placements in self.placements)):
-            if held.number != number:
-                continue
-            camera, uv = self.rig.cameras[placement.number], self.measured[:, placement.number, point]
-            rows = np.flatnonzero(np.isfinite(uv[:, 0]) & placement.rows & held.rows)
-            carried = camera.carried(poses[rows])
-            eye = se3.inverse(carried @ boards[j]) @ cameras[i]
-            rays = np.append(camera.normalised(uv[rows]), np.ones((len(rows), 1)), axis=1)
-            rays = (eye[:, :3, :3] @ (rays / np.linalg.norm(rays, axis=1, keepdims=True))[..., None])[..., 0]
-            across = np.eye(3) - rays[:, :, None] * rays[:, None]
-            normal += across.sum(0)
-            right += (across @ eye[:, :3, 3, None]).sum((0, 2))
-            count += len(rows)
-        return np.linalg.lstsq(normal, right, rcond=1e-9)[0] if count > 1 else otherwise
 
     def _placed(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Poses of `placements`: of the pair with most pictures first, and on from there."""

@@ -12,12 +12,11 @@ from PIL import Image, ImageOps
 
 from workbench.base.errors import FileError
 from workbench.base.files import read_bytes
-from workbench.base.wording import listed, plural
 from workbench.extras.camera.rig import Rig
 
 ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
-ORIENTATION, DETAILS, FILM_FOCAL = 0x0112, 0x8769, 0xA405
-"""EXIF's tags of how a picture is to be turned, of what it says in detail, and of the focal length [mm] …"""
+DETAILS, FILM_FOCAL = 0x8769, 0xA405
+"""EXIF's tags of what it says in detail, and of the focal length [mm] …"""
 FILM = 43.27
 """… on film of this diagonal [mm] with the same field of view."""
 MAX_PIXELS = 250_000_000
@@ -84,17 +83,6 @@ def _by_pillow(path: Path, read: Callable[[Image.Image], Any]) -> Any:
     with contextlib.suppress(Exception):
         return read(Image.open(io.BytesIO(read_bytes(path, wanted="a picture"))))
     return None
-
-
-def exif_note(paths: list[Path]) -> Iterator[str]:
-    """A sentence on pictures whose EXIF says that they are to be turned."""
-    turns = {p.name: _by_pillow(p, lambda found: found.getexif().get(ORIENTATION)) for p in paths}
-    turned = [name for name, turn in turns.items() if turn not in (None, 1)]
-    if turned:
-        yield (
-            f"{plural(len(turned), 'picture')} with an EXIF rotation, {listed(turned, longest=3)}: it is "
-            "ignored, unless only the rotated ones have the camera's size"
-        )
 
 
 def exif_focal(path: Path, size: tuple[int, int]) -> float | None:
