@@ -162,7 +162,8 @@ def with_parts_in_view(data: Dataset, fewest: int = 2, known: Collection[str] = 
     """
     own = PictureReadings.of(data)
     pixels, sight, notes = own.pixels.copy(), own.sight.copy(), []
-    parts = [(part, pixels[:, c], sight[:, c]) for c, part in enumerate(own.rig.cameras)]
+    parts: list[tuple[Camera | PictureTarget, np.ndarray, np.ndarray]] = []
+    parts += [(part, pixels[:, c], sight[:, c]) for c, part in enumerate(own.rig.cameras)]
     parts += [(t, pixels[:, :, mine], sight[:, :, b]) for b, (t, mine) in enumerate(own.rig.parts)]
     for (part, seen, placed), session in product(parts, data.sessions):
         owner = owner_in(part, session)
