@@ -54,14 +54,14 @@ BUDGETS = {
     "arm": 10_719,
     "data": 6_182,
     "plate": 6_664,
-    "identification": 9_674,
-    "diagnosis": 7_040,
+    "identification": 9_658,
+    "diagnosis": 6_989,
     "exports": 324,
     "session": 7_343,
     "views": 9_010,
     "cli": 1_814,
     "extras": 1,
-    "extras/camera": 5_443,
+    "extras/camera": 4_480,
     "extras/controllers": 1_263,
     "extras/hobby": 1_062,
     "extras/katana": 1_559,
@@ -75,7 +75,7 @@ BUDGETS = {
     "extras/service": 1_450,
     "extras/trajectories": 2_434,
     "extras/workshop": 916,
-    "tests": 46_209,
+    "tests": 46_140,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
