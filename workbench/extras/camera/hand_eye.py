@@ -104,7 +104,8 @@ class HandEye(AbstractShown):
 
     def summary(self) -> RenderableType:
         where = _with_half("xyz", 1e3 * self.target.xyz, 1e3 * self.half[1, :3], 2)
-        turned = _with_half(("roll", "pitch", "yaw"), *np.rad2deg([self.camera.rpy, self.half[0, 3:]]), 3)
+        rpy, half = np.rad2deg([self.camera.rpy, self.half[0, 3:]])
+        turned = _with_half(("roll", "pitch", "yaw"), rpy, half, 3)
         lines = [line("camera", f"{turned}°"), line("target", f"{where} mm in the {FRAMES[self.mounted][1]}")]
         lines += [
             line("warning", f"pair {k + 1} is off by {_error(self.errors[k])}; left out") for k in self.apart

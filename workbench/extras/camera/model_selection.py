@@ -151,12 +151,12 @@ def select_camera_step(
     fits = [_alike(build(robot, doubts.data, free=()))]
     fits += [fitted(doubts.data, own) for own in names.values() if not doubts.is_size_wrong]
     last = loose if doubts.is_size_wrong else fits[-1]
-    taken, steps = fits[0], list[Step]()
+    taken, found = fits[0], list[Step]()
     for name, each in zip((ALONE, *names), fits, strict=False):
         step = _step(name, each, taken, zeros)
-        steps.append(step)
+        found.append(step)
         taken = taken if step.refused else each
-    steps = _with_expected(steps, fits, last)
+    steps = _with_expected(found, fits, last)
     number = fits.index(taken)
     identifiability = Identifiability.of(
         steps,

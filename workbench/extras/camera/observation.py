@@ -187,7 +187,10 @@ class PixelObservation(AbstractObservation):
             is_eye, is_board = (np.isfinite(each[:, 0, 0]) for each in (cameras, boards))
             new = count * ~(is_eye[:, None] & is_board)
             if not new.any():
-                return tuple(np.where(np.isfinite(each), each, np.eye(4)) for each in (cameras, boards))
+                still = np.eye(4)
+                return np.where(is_eye[:, None, None], cameras, still), np.where(
+                    is_board[:, None, None], boards, still
+                )
             half = new * (is_eye[:, None] | is_board)
             i, j = np.unravel_index(int((half if half.any() else new).argmax()), new.shape)
             c, b = eyes[i].number, held_by[j].number
