@@ -154,36 +154,6 @@ def own_limit(monkeypatch):
     monkeypatch.setattr(threads, "_LIMIT", threads._Limit())
 
 
-def test_calls_in_several_threads_share_one_limit(monkeypatch, own_limit):
-    """The limit is the process's: the first call sets it, only the last one lifts it."""
-    events: list[str] = []
-
-    class Limits:
-        def __init__(self, number: int, user_api: str):
-            events.append(f"{number} {user_api}")
-
-        def restore_original_limits(self) -> None:
-            events.append("lifted")
-
-    monkeypatch.setattr(threads, "threadpool_limits", Limits)
-    inside, leave = threading.Event(), threading.Event()
-
-    @threads.one_thread()
-    def work() -> None:
-        inside.set()
-        leave.wait(60)
-
-    other = threading.Thread(target=work)
-    other.start()
-    inside.wait(60)
-    with threads.one_thread():
-        pass
-    assert events == ["1 blas"]
-    leave.set()
-    other.join()
-    assert events == ["1 blas", "lifted"]
-
-
 def test_the_limit_holds_in_every_thread_whichever_was_first(own_limit):
     control = pytest.importorskip("threadpoolctl")
 

@@ -10,12 +10,9 @@ from refusals import mentions
 
 from workbench import cli
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.urdf_writer import write_urdf
 from workbench.base.files import write_text
 from workbench.data.readers import read_measurements
-from workbench.data.readers.trajectory import read_trajectory
 from workbench.data.writer import write_measurements
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -118,61 +115,6 @@ def test_hidden_effects_are_simulated(run):
     assert run(*plate, "--instrument", "ideal")[0] == 0
     assert run("evaluate", "p.csv", "--robot", "a.toml", "--json", "e.json")[0] == 0
     assert json.loads(Path("e.json").read_text())["errors"]["position_mm"]["max"] < 1e-6
-
-
-@pytest.mark.extra("trajectories")
-def test_a_trajectory_is_corrected(run, refused):
-    """Joints of the nominal arm, and poses, in; joints of the calibrated one out, in the same form."""
-    simulated = ("--poses", 5, "--effect", "joint-compliance:2:2e-4", "--effect", "backlash:4")
-    assert run("simulate", "--robot", "aria", *simulated, "--out", "d.csv", "--actual", "a.toml")[0] == 0
-    s = np.linspace(0.0, 1.0, 30)
-    q = np.array([0.2, 0.3, 0.9, 0.3, 1.0, -0.4])[:, None] + 0.3 * s
-    lines = ["time[s]," + ",".join(f"q{i + 1}[deg]" for i in range(6))]
-    lines += [
-        f"{5 * t},{','.join(repr(float(v)) for v in np.rad2deg(row))}" for t, row in zip(s, q.T, strict=True)
-    ]
-    Path("t.csv").write_text("\n".join(lines))
-    command = ("compensate", "t.csv", "--robot", "a.toml", "--nominal", "aria", "--payload", 1)
-    status, out, _ = run(*command, "--out", "c.csv", "--json", "c.json")
-    assert status == 0
-    assert "as commanded" in out
-    result = json.loads(Path("c.json").read_text())
-    assert result["schema"] == "workbench.compensation/1"
-    assert set(result["before"]) == ERRORS
-    assert set(result["after"]["position_mm"]) == SPREAD
-    assert len(result["rows"]) == 30
-    assert result["before"]["position_mm"]["mean"] > 1.0
-    assert result["after"]["position_mm"]["max"] < 1e-6
-    corrected = read_trajectory("c.csv")
-    np.testing.assert_allclose(corrected.time, 5 * s)
-    arm, payload = load_robot("a.toml"), np.ones(30)
-    wanted = tool_poses(load_robot("aria"), Motion(q.T))
-    reached = tool_poses(arm, Motion(corrected.q, payload=payload))
-    np.testing.assert_allclose(reached, wanted, atol=1e-8)
-    refused(["--nominal"], *command[:4], "--out", "n.csv", status=64)
-    poses = [
-        f"{5 * t},{','.join(repr(float(v)) for v in p)}" for t, p in zip(s, wanted[:, :3, 3], strict=True)
-    ]
-    Path("p.csv").write_text("\n".join(["time[s],x[m],y[m],z[m]", *poses]))
-    assert run("compensate", "p.csv", "--robot", "a.toml", "--payload", 1, "--out", "p2.csv")[0] == 0
-    q2 = read_trajectory("p2.csv").q
-    reached = tool_poses(arm, Motion(q2, payload=payload))
-    np.testing.assert_allclose(reached[:, :3, 3], wanted[:, :3, 3], atol=1e-8)
-
-
-@pytest.mark.extra("poses")
-def test_plates_and_poses(run):
-    assert run("simulate", "--robot", "aria", "--plate", "table2", "--out", "p.csv", "--seed", 3)[0] == 0
-    assert len(read_measurements("p.csv", joints=6)) == 10
-    status, out, _ = run("poses", "--robot", "aria", "--number", 8, "--index", "O1", "--out", "q.csv")
-    assert status == 0
-    assert out
-    assert Path("q.csv").read_text().count("\n") == 9
-    status, _, _ = run(
-        *("poses", "--robot", "aria", "--number", 4, "--from", "q.csv", "--json", "q.json", "--index", "O1")
-    )
-    assert status == 0
-    assert json.loads(Path("q.json").read_text())
 
 
 @pytest.mark.parametrize(

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stories import own_files
 
 import workbench as wb
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.branch import margins, planned_margins
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
+from workbench.arm.urdf_writer import write_urdf
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.identification.problem_blocks import Noise
@@ -57,7 +57,8 @@ def test_every_arm_begins_with_room_at_every_target_and_may_be_tried_there(name)
 
 def test_an_arm_of_a_urdf_leaves_nothing_undetermined_that_any_pose_could_show(tmp_path):
     """Its six constants a joint are more than poses tell apart: 26 of 36."""
-    session = start(robot := load_robot(own_files(tmp_path)[0]), default_plate(robot))
+    robot = load_robot(write_urdf(load_robot("ur5"), tmp_path / "own.urdf"))
+    session = start(robot, default_plate(robot))
     assert session.score.rank == session.score.parameters == 26
     assert np.isfinite(session.score.condition)
     assert (session.score.rises > 0.0).all()

@@ -184,23 +184,6 @@ def residuals_are_where_they_are(screen):
     screen.wait_text("row-errors", f"Data row {rows.number[row]} ")
 
 
-def test_bad_file_is_a_message_and_all_stays(app, look):
-    screen = look()
-    before = app.worker.session
-    screen.tab("Measure")
-    content = b"%PDF-1.4 <script>alert(1)</script>"
-    screen.give(
-        "Load measurements",
-        {"name": "<img src=x onerror=alert(1)>.csv", "mimeType": "text/csv", "buffer": content},
-    )
-    screen.page.wait_for_selector('[data-testid="message"][data-severity="error"]')
-    after = app.worker.session
-    assert after.plate is before.plate
-    assert after.measurements.loaded is None
-    screen.press("Dismiss")
-    screen.page.wait_for_selector('[data-testid="message"]', state="detached")
-
-
 def test_a_click_on_a_row_of_the_chart_and_playing_put_the_arm_there(app, look):
     screen = look()
     screen.tab("Measure")
