@@ -369,19 +369,3 @@ def test_a_urdf_has_the_geometry_that_is_best_without_effects(arms, tmp_path):
         for arm in (load_robot(path), plain)
     ]
     assert missed[0] < 0.9 * missed[1]
-
-
-BOUNDS = {
-    "joint-harmonic": 0.05 / 3.0,
-    "joint-compliance": 0.05 / 25.0,
-    "backlash": 0.03,
-    "backlash by motion": 0.03,
-    "clearance-tilt": 0.02,
-    "bearing-compliance": 0.02 / 25.0,
-    "encoder-scale": 0.03,
-    "joint-coupling": 0.05,
-    "thermal-growth": 1.5e-4,
-    "base-drift": 0.01 / 90.0,
-    "local-joint-error": 0.05,
-}
-"""At 25 N m about every axis and over 90 s."""

@@ -239,36 +239,6 @@ def test_other_commands_refuse(refused, case):
     refused(text, *command.split())
 
 
-# -- what is odd but no mistake is done and said ----------------------------------------------------
-
-
-def noted(run, data, *options, robot="aria") -> str:
-    status, out, err = run(
-        *("identify", data, "--robot", robot, "--algorithm", "ols", "--json", "r.json", *options)
-    )
-    assert status in (0, 2), err
-    result = json.loads(Path("r.json").read_text())
-    return " ".join([out, *result["warnings"], *result.get("notes", [])])
-
-
-def test_duplicate_rows_are_noted(run, measured):
-    data = spoilt("good.csv", lambda lines: [*lines, lines[4]])(measured)
-    assert mentions(noted(run, data), "row 3")
-
-
-def test_hidden_errors_of_a_good_arm_tell_the_right_robot_from_a_sister_model(run, tmp_path):
-    rows, out = tmp_path / "rows.csv", tmp_path / "e.json"
-    assert (
-        run("simulate", "--robot", "ur5", "--poses", 40, "--errors", "0.5mm,0.05deg", "--out", rows)[0] == 0
-    )
-    left = []
-    for robot in ("ur5", "ur5e"):
-        run("evaluate", rows, "--robot", robot, "--frames", "fit", "--json", out)
-        left.append(json.loads(out.read_text())["errors"]["position_mm"]["mean"])
-    assert left[0] < 1.5
-    assert left[1] > 10.0
-
-
 def test_an_implausible_arm_is_not_written_unless_forced(run):
     """An arm whose second link is 60 mm longer than its file says."""
     robot = load_robot("aria")

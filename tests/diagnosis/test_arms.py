@@ -116,12 +116,6 @@ def test_effects_have_the_stated_sizes(cases, kind):
             assert angle.max() < 1.001 * LARGEST
 
 
-def _poses(data):
-    out = np.tile(np.eye(4), (len(data), 1, 1))
-    out[:, :3, :3], out[:, :3, 3] = data.rotation, data.position
-    return out
-
-
 def test_what_nobody_can_see_is_not_asked_for():
     """The first joint's axis is vertical and carries no moment; a last joint's own weight is on its axis."""
     case = make("none", TUNING[8], "aria")

@@ -54,21 +54,6 @@ def test_geometry_alone_is_judged(capsys):
     assert not any(j.good for task, j in judged.items() if task.kind == "scale")
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (["--cases", "nonsense"], "--cases doesn't know nonsense; choose from none, compliance"),
-        (["--conditions", "rain"], "--conditions doesn't know rain"),
-        (["--on", "hexapod"], "--on doesn't know hexapod"),
-    ],
-)
-def test_unknown_words_are_refused(text, message, capsys):
-    with pytest.raises(SystemExit) as ended:
-        zoo.main(text)
-    assert ended.value.code == 2
-    assert message in capsys.readouterr().err
-
-
 def test_seeds_are_those_for_tuning_or_for_judging():
     assert list(zoo.options(["--arms", "2"]).seeds) == [0, 1]
     assert list(zoo.options(["--arms", "2", "--seeds", "judging"]).seeds) == [1_000_000, 1_000_001]
