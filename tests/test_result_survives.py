@@ -44,15 +44,10 @@ NUMBERS = (
 """… but for these: the numbers of the result itself, and what writes them."""
 FEW = {
     "diagnose": (
-        *("diagnosis.claims.claimed_causes.find_causes", "diagnosis.claims.cause.Cause.stated"),
-        *("diagnosis.coverage.coverage", "diagnosis.next_poses._greedy", "diagnosis.notes.notes"),
-        *("diagnosis.report.table.effects_table", "diagnosis.report.results_json._cause"),
-        *("diagnosis.undetectable.describe", "diagnosis.verdict.conclude"),
+        *("diagnosis.claims.claimed_causes.find_causes", "diagnosis.coverage.coverage"),
+        *("diagnosis.report.table.effects_table", "diagnosis.verdict.conclude"),
     ),
-    "identify": (
-        *("identification.report.table.heading", "identification.report.results_json._spread"),
-        *("identification.errors.expected_error.transfer", "identification.result.Identification._warnings"),
-    ),
+    "identify": ("identification.report.table.heading", "identification.result.Identification._warnings"),
 }
 """Broken at every run of the tests."""
 
