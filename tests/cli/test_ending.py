@@ -95,8 +95,11 @@ def test_a_share_may_be_given_in_per_cent(run):
 SIMULATED = "simulate --robot aria --poses 30 --seed 1 --out rows.csv"
 HOSTILE = {
     "German, no home": {
-        **{"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null/c", "XDG_CONFIG_HOME": "/dev/null/d"},
-        **{"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"},
+        "HOME": "/dev/null",
+        "XDG_CACHE_HOME": "/dev/null/c",
+        "XDG_CONFIG_HOME": "/dev/null/d",
+        "LC_ALL": "de_DE.UTF-8",
+        "LANG": "de_DE.UTF-8",
     },
     "plain": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
 }
