@@ -539,7 +539,7 @@ for k in itertools.count():
         y = worker.session.plate.targets[k % 10].xyz[1]
         print(len(worker.journal), k % 10, y, flush=True)
 """
-KILLS = int(os.environ.get("KILLS", 2))
+KILLS = int(os.environ.get("KILLS", 1))
 """How many there are; `KILLS=200` takes some minutes."""
 
 
