@@ -243,6 +243,10 @@ MISTAKES = {
     "two elements of one name": ELEMENTS + 'name = "a"\n[[element]]\naxis = "rx"\nname = "a"',
     "an element with the base's name": ELEMENTS + 'name = "base.x"',
     "a joint table too many": ELEMENTS + "[[joint]]\n[[joint]]",
+    "51 joints": 'name = "x"\nconvention = "dh"\n' + "[[joint]]\na=0.1\n" * 51,
+    "3000 joints": 'name = "x"\nconvention = "dh"\n' + "[[joint]]\n" * 3000,
+    "a number of thousands of digits": f"a = {'9' * 5000}",
+    "brackets without end": "a = " + 1500 * "[",
     "another kind than the element's": ELEMENTS + '[[joint]]\ntype = "prismatic"',
 }
 
@@ -253,6 +257,7 @@ def test_each_mistake_is_one_file_error(name, tmp_path):
         read(tmp_path, MISTAKES[name])
     assert caught.value.path == str(tmp_path / "robot.toml")
     assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) <= 300
 
 
 @given(

@@ -355,6 +355,7 @@ def test_a_gripper_beside_the_arm_and_a_mimic_finger(tmp_path):
         urdf(joint(0, origin='xyz="nan 0 0"')),
         urdf(joint(0), joint(1)).replace("j1", "j0"),
         urdf(joint(0), joint(1), links="abb"),
+        urdf(joint(0), joint(1)).replace('<link name="b"/>', ""),
         urdf(joint(0), joint(1)).replace('child link="c"', 'child link="a"'),
         urdf(joint(0)).replace('<child link="b"/>', ""),
         urdf(joint(0)).replace(
