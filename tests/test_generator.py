@@ -81,7 +81,9 @@ def test_sliding_joints_equal_the_chain(convention, slides, tmp_path):
 def test_built_in_arms_are_the_papers(name, built_in):
     arm = ARMS[name]()
     q = arm.random(np.random.default_rng(6), 20)
-    np.testing.assert_allclose(tool_poses(load_robot(built_in), Motion(q)), arm.pose(q), atol=1e-14)
+    robot = load_robot(built_in)
+    np.testing.assert_allclose(tool_poses(robot, Motion(q)), arm.pose(q), atol=1e-14)
+    np.testing.assert_allclose(robot.limits, arm.limits)
 
 
 @pytest.mark.parametrize("name", ARMS)
