@@ -13,7 +13,6 @@ from workbench.base.installed_package import install_command
 from workbench.cli import options as opt
 from workbench.cli.exit_status import group
 from workbench.cli.options import option
-from workbench.report.json import json_text
 
 TESTS = Path(__file__).resolve().parents[3] / "tests"
 """Location of the studies in a checkout."""
@@ -76,6 +75,8 @@ def katana(
 def _write(work: str, findings: tuple, out: Path | None, json: Path | None) -> None:
     """Show what agrees, and write the folder and the result if requested."""
     from studies.finding import findings_json, findings_markdown, findings_table
+
+    from workbench.report.json import json_text
 
     opt.show(findings_table(findings))
     content = findings_json(work, findings)
