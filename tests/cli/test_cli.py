@@ -16,9 +16,6 @@ from workbench.data.readers import read_measurements
 from workbench.data.writer import write_measurements
 from workbench.plate.simulated_measurement import measure_poses
 
-ERRORS = {"position_mm", "orientation_deg"}
-SPREAD = {"mean", "rms", "max", "median"}
-
 
 @pytest.fixture(scope="session")
 def measured(tmp_path_factory) -> Path:
@@ -48,7 +45,9 @@ def test_from_simulation_to_a_calibrated_urdf(run, tmp_path):
     assert status == 0
     assert "OLS" in out
     result = json.loads(Path("r.json").read_text())
-    check_identification(result, {"ols", "opt2"})
+    assert (result["schema"], set(result["algorithms"])) == ("workbench.identification/1", {"ols", "opt2"})
+    assert all(found["converged"] for found in result["algorithms"].values())
+    assert (result["measurements"]["used"], result["measurements"]["held_out"]) == (32, 8)
     assert result["nominal"]["held_out"]["position_mm"]["mean"] > 5.0
     held_out = result["algorithms"]["ols"]["held_out"]["position_mm"]["mean"]
     assert held_out < 0.25
@@ -58,42 +57,10 @@ def test_from_simulation_to_a_calibrated_urdf(run, tmp_path):
         status, _, _ = run("evaluate", "d.csv", "--robot", robot, "--json", "e.json")
         assert status == 0
         found = json.loads(Path("e.json").read_text())
-        assert {"schema", "robot", "errors", "rows"} <= found.keys()
-        assert found["schema"] == "workbench.evaluation/1"
-        check_errors(found["errors"])
-        assert len(found["rows"]) == 40
-        assert {"row", "position_mm", "orientation_deg"} <= found["rows"][7].keys()
+        assert (found["schema"], len(found["rows"])) == ("workbench.evaluation/1", 40)
         errors.append(found["errors"]["position_mm"]["mean"])
     assert errors[0] < 0.2
     np.testing.assert_allclose(errors, errors[0], rtol=1e-5)
-
-
-def check_identification(result: dict, algorithms: set[str]) -> None:
-    """The keys of `formats.md`, and what they hold."""
-    wanted = {"schema", "robot", "measurements", "nominal", "algorithms", "unidentifiable", "warnings"}
-    assert wanted <= result.keys()
-    assert result["schema"] == "workbench.identification/1"
-    assert result["robot"] == "ARIA"
-    assert {"used", "held_out", "excluded"} <= result["measurements"].keys()
-    assert result["measurements"]["used"] + result["measurements"]["held_out"] == 40
-    assert result["measurements"]["held_out"] == 8
-    assert result["algorithms"].keys() == algorithms
-    for part in (result["nominal"], *result["algorithms"].values()):
-        check_errors(part["train"])
-        check_errors(part["held_out"])
-    for found in result["algorithms"].values():
-        assert found["converged"] is True
-        assert found["iterations"] >= 1
-        assert found["seconds"] >= 0.0
-        for parameter in found["parameters"]:
-            assert {"name", "unit", "nominal", "value", "std"} <= parameter.keys()
-    names = {p["name"] for p in result["algorithms"]["ols"]["parameters"]}
-    assert "joint1.theta" in names
-
-
-def check_errors(errors: dict) -> None:
-    assert errors.keys() == ERRORS
-    assert errors["position_mm"].keys() == SPREAD == errors["orientation_deg"].keys()
 
 
 def test_hidden_effects_are_simulated(run):
