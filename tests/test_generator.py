@@ -5,9 +5,7 @@ import pytest
 from checks import joint_wrenches
 from generator import ARMS, VirtualArm, aria, katana, move, turn
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, tool_poses
 
 BUILT_IN = {"aria": "aria", "aria-table3": "aria-table3", "aria-table4": "aria-table4", "katana": "katana450"}
 

@@ -11,16 +11,11 @@ import numpy as np
 import pytest
 from real_arms import load, splits
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Frame, Motion, diagnose, load_robot, read_measurements, tool_poses
 from workbench.arm.chain import Axis
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.statics.deflection import deflect
 from workbench.base import se3
 from workbench.base.types import Freedom
-from workbench.data.readers import read_measurements
-from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.identify import identify
 
 pytestmark = pytest.mark.data

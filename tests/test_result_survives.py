@@ -11,11 +11,9 @@ from pkgutil import resolve_name
 import pytest
 from broken import broken, called
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import load_robot, measure_poses, write_measurements
 from workbench.base import advice
-from workbench.data.writer import write_measurements
 from workbench.diagnosis import diagnose
-from workbench.plate.simulated_measurement import measure_poses
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.identify import Identify

@@ -5,10 +5,8 @@ import pytest
 from generator import turn
 from round_trip import placed
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.joint_frames import joint_frames
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 
 QUARTER = 0.5 * np.pi
 

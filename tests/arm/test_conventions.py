@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from generator import move, turn
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, link_frames, load_robot, tool_poses
 from workbench.arm.conventions import JointEntry, default_free
 from workbench.arm.joint import JointKind
-from workbench.arm.kinematics.forward import link_frames, tool_poses
-from workbench.arm.motion import Motion
 
 
 def hayati(theta, d, a, alpha, beta):

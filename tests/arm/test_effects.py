@@ -11,18 +11,14 @@ from refusals import mentions, refuses
 from rigid_body import rigid_body
 from scipy.optimize import brentq
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Frame, Motion, Robot, load_robot, read_urdf, write_urdf
 from workbench.arm.effects import EFFECTS
-from workbench.arm.frame import FRAME_PARTS, Frame
+from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics import forward
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import deflect, shift_of
 from workbench.arm.statics.load_derivatives import wrench_derivative
 from workbench.arm.statics.moments import joint_moments
-from workbench.arm.urdf import read_urdf
-from workbench.arm.urdf_writer import write_urdf
 from workbench.base.errors import DataError, RobotError
 from workbench.base.types import Outcome
 

@@ -5,17 +5,10 @@ import pytest
 from checks import check_forward, check_jacobian, pose_change
 from generator import turn
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Frame, Motion, identification_jacobian, link_frames, load_robot, tool_poses
 from workbench.arm.chain import Axis
-from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import (
-    geometric_jacobian,
-    identification_jacobian,
-    joint_elements,
-    link_frames,
-    tool_poses,
-)
-from workbench.arm.motion import Motion
+from workbench.arm.frame import FRAME_PARTS
+from workbench.arm.kinematics.forward import geometric_jacobian, joint_elements
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.types import frozen

@@ -9,13 +9,9 @@ from generator import ARMS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.mounting import Mounting
-from workbench.arm.robot import JointKind, Robot
-from workbench.arm.robot_toml import _RobotReader, read_toml, robot_from_table, write_toml
+from workbench import Frame, Motion, Mounting, Robot, load_robot, tool_poses, write_toml
+from workbench.arm.robot import JointKind
+from workbench.arm.robot_toml import _RobotReader, read_toml, robot_from_table
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError

@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from workbench.data.dataset import Dataset
-from workbench.data.readers import read_measurements
-from workbench.data.writer import RotationForm, write_measurements
+from workbench import Dataset, read_measurements, write_measurements
+from workbench.data.writer import RotationForm
 
 NOT_IN_THE_FILE = {"source", "notes", "row", "joint_units"}
 quick = settings(max_examples=40)

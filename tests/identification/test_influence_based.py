@@ -4,15 +4,12 @@ import numpy as np
 import pytest
 from studies.katana_printed import CONSTANTS
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
+from workbench import Dataset, Motion, Noise, load_robot, tool_poses
 from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
-from workbench.arm.motion import Motion
 from workbench.base.types import Outcome
-from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.influence_based import RCOND, InfluenceBased, pose_weights
 from workbench.identification.algorithms.ols import Ols
-from workbench.identification.problem import Noise, Problem
+from workbench.identification.problem import Problem
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,7 @@ import csv
 import numpy as np
 import pytest
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, tool_poses
 from workbench.base import se3
 from workbench.session import replay
 from workbench.session.commands.arm import CapturePose, Jog

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, load_robot, tool_poses, write_urdf
 from workbench.arm.inverse.branch import margins, planned_margins
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.urdf_writer import write_urdf
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.identification.problem_blocks import Noise

@@ -7,10 +7,8 @@ import pytest
 from refusals import mentions
 
 import workbench as wb
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.kinematics.envelope import ring_at
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.session.commands.drag import GrabTarget, MoveTarget
 from workbench.session.commands.undo import GoBackTo, Undo

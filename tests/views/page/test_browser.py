@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, write_measurements
 from workbench.arm.robot_toml import read_toml
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.data.writer import write_measurements
 from workbench.session.commands.compare import ShowRow
 from workbench.session.comparison import ModelStage
 from workbench.session.page_state import Tab

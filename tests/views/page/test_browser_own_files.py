@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from typed_poses import pendant, plural
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.data.readers.mapping import read_mapping
 from workbench.data.readers.preview import preview

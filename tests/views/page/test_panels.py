@@ -13,16 +13,11 @@ from refusals import refuses
 from viser import GuiHtmlHandle
 from viser._messages import GuiUpdateMessage
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, Region, load_robot, read_measurements, tool_poses, write_measurements
 from workbench.base.errors import OptionError
-from workbench.data.readers import read_measurements
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
-from workbench.data.writer import write_measurements
 from workbench.plate.plate_toml import read_plate
-from workbench.plate.region import Region
 from workbench.session.commands.compare import SetUnits
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
