@@ -29,8 +29,6 @@ from workbench.extras.trajectories.curves import Circle, circle_through
 from workbench.extras.trajectories.path import command_joints
 from workbench.extras.trajectories.planning import Planned, plan
 
-METHODS = ("as it comes", "circle taught at its four points", "tilting first")
-"""How the arm draws."""
 DOTS = 200.0
 """Of the scan, to an inch."""
 BY_HAND = 1e-4
@@ -41,15 +39,13 @@ LED = 12
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PencilCheck:
-    """Distances from the printed circle by `METHODS`, across the path.
+    """Distances from the printed circle across the path: as it comes, taught at its four points, corrected.
 
     Args:
-        time: Of every row [s].
         read: From the scan and the potentiometer [mm].
         actual: Of the virtual arm [mm].
     """
 
-    time: Float[np.ndarray, " rows"]
     read: Float[np.ndarray, "3 rows"]
     actual: Float[np.ndarray, "3 rows"]
 
@@ -69,7 +65,7 @@ def pencil_check(path: Planned, *, seed: int = 0) -> PencilCheck:
     drawn = ((path, path.q), (again, again.q), (path, correct(command, method=CorrectionMethod.ONE_STEP).q))
     pairs = [_checked(circle, planned, in_base(actual, robot, q), rng) for planned, q in drawn]
     read, real = (np.array(part) for part in zip(*pairs, strict=True))
-    return PencilCheck(time=path.time, read=read, actual=real)
+    return PencilCheck(read=read, actual=real)
 
 
 def led_by_hand(
