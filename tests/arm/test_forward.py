@@ -7,14 +7,12 @@ from generator import turn
 
 from workbench import Frame, Motion, identification_jacobian, link_frames, load_robot, tool_poses
 from workbench.arm.chain import Axis
-from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics.forward import geometric_jacobian, joint_elements
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.types import frozen
 
 CONVENTIONS = ["hayati", "dh", "craig", "craig-hayati", "three-rotation xyz", "three-rotation zyx"]
-FRAMES = tuple(f"{owner}.{part}" for owner in ("base", "tool") for part in FRAME_PARTS)
 
 URDF_JOINT = """<joint name="j{i}" type="{kind}"><parent link="l{i}"/><child link="l{j}"/>
 <origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{axis}"/>
@@ -191,18 +189,3 @@ def test_hayati_columns_are_aria_13(seed, tmp_path):
         printed = np.r_[np.cross(printed_x, lever), printed_x]
         off = np.linalg.norm(column(name + "alpha")[3:] - printed[3:])
         np.testing.assert_allclose(off, 2 * abs(np.sin(beta / 2)), atol=1e-13)
-
-
-def test_moving_a_frame_by_its_parts_is_exact(tmp_path):
-    robot = table_arm("hayati", tmp_path, 3)
-    rng = np.random.default_rng(9)
-    values = dict(zip(FRAMES, rng.uniform(-1, 1, len(FRAMES)), strict=True))
-    moved = robot.with_values(values)
-    q = rows(robot)
-    vector = robot.chain.values.copy()
-    vector[robot.chain.indices(FRAMES)] = list(values.values())
-    from workbench.arm import chain as chains
-
-    np.testing.assert_allclose(
-        tool_poses(moved, Motion(q)), chains.poses(robot.chain, q, values=vector), atol=1e-14
-    )

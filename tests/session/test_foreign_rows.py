@@ -130,9 +130,8 @@ def test_rows_of_an_arm_with_more_joints_offer_that_arm_too(do):
     assert next_step(own).other.command == ChooseRobot("panda", keep=True)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_a_row_that_no_arm_explains_is_red_in_the_scene(do, seed, tmp_path):
-    _, rows = measure_poses(load_robot("aria"), 60, seed=seed)
+def test_a_row_that_no_arm_explains_is_red_in_the_scene(do, tmp_path):
+    _, rows = measure_poses(load_robot("aria"), 60, seed=0)
     position = rows.position.copy()
     position[17] += [0.0, 0.05, 0.0]
     path = write_measurements(replace(rows, position=position), tmp_path / "rows.csv")

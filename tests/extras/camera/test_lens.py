@@ -1,6 +1,5 @@
 """Lenses that no camera.toml describes, started from pixel tables and from pictures made by other code."""
 
-import json
 import shutil
 
 import board_on_tool
@@ -109,25 +108,6 @@ def pictures(tmp_path_factory, aria):
     board_on_tool.photograph(aria, SHIFTS, folder, count=12)
     (folder / "camera.toml").unlink()
     return folder
-
-
-def test_pictures_without_a_camera_file_give_arm_and_lens(run, pictures, aria, tmp_path, monkeypatch):
-    """Of the camera the command is told nothing."""
-    monkeypatch.chdir(tmp_path)
-    files = ("--target", str(pictures / "target.toml"), "--joints", str(pictures / "joints.csv"))
-    save = ("--save", "arm.toml", "--json", "out.json")
-    status, out, err = run("identify", str(pictures), "--robot", "aria", *files, "--algorithm", "opt2", *save)
-    assert (status, err) == (0, "")
-    assert "no camera.toml" in out
-    assert "camera[camera] lens: fx 7" in out
-    found = wb.load_robot("arm.toml")
-    names = [f"joint{k}.theta" for k in (2, 3, 4, 5)]
-    moved = np.rad2deg(found.values(names) - aria.values(names))
-    assert moved == pytest.approx(np.rad2deg(SHIFTS[1:5]), abs=0.03)
-    pose = json.loads((tmp_path / "out.json").read_text())["camera"]["poses"]["camera[camera]"]
-    assert pose["mounted"] == "world"
-    for part, truth in zip(PARTS, board_on_tool.LENS, strict=False):
-        assert abs(pose["intrinsics"][part] - truth) < 4.0 * pose["intrinsics_std"][part]
 
 
 def test_exif_gives_the_focal_length(pictures, tmp_path):

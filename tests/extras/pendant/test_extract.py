@@ -231,19 +231,3 @@ def test_six_readings_say_how_far_to_trust_them(tmp_path):
         off = model_error(tmp_path / "mine.toml", actual, random_joints("ur5e", 200, seed=900 + seed)).mean()
         within.append(off < 2.0 * found.expected.position)
     assert sum(within) >= 11
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        (),
-        ("--plan", "30"),
-        ("--plan", "3", "--out", "f.csv"),
-        ("--pose", "1,2 = 3"),
-        ("r.csv", "--pose", "1=2"),
-    ],
-)
-def test_wrong_usage_is_status_64(run, options):
-    status, _, err = run("extract", "--robot", "ur5e", *options)
-    assert status == 64
-    assert err

@@ -6,8 +6,6 @@ from refusals import refuses
 
 from workbench.arm.linearisation import linearise
 from workbench.base.errors import DataError, OptionError, ShapeError
-from workbench.base.progress import running
-from workbench.base.types import Outcome
 from workbench.extras.poses.climb import PoseClimb
 from workbench.extras.poses.informative_poses import informative_poses
 from workbench.plate.observability import INDICES
@@ -39,19 +37,6 @@ def test_gradient_of_an_index_by_the_joint_positions(aria):
         difference = (search.value(q + step * direction) - search.value(q - step * direction)) / (2 * step)
         assert value == pytest.approx(search.value(q))
         assert difference == pytest.approx((slope * direction).sum(), rel=1e-4)
-
-
-def test_cancel_and_progress(aria):
-    for index in ("O", "O2"):
-        with running(cancel=lambda: True):
-            stopped = informative_poses(aria, 5, index=index, rng=rng())
-        assert stopped.outcome is Outcome.CANCELLED
-        assert stopped.after >= stopped.before
-    shares = []
-    with running(lambda share, text: shares.append(share)):
-        informative_poses(aria, 4, index="O", rng=rng())
-    assert shares[-1] == 1.0
-    assert shares == sorted(shares)
 
 
 def test_bad_input(aria):

@@ -14,7 +14,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.prediction import row_components
-from workbench.extras.service.verification import RepeatedPose, mean_interval, minimum_share, pose_labels
+from workbench.extras.service.verification import RepeatedPose, mean_interval, pose_labels
 
 
 @pytest.fixture(scope="module")
@@ -67,11 +67,6 @@ def test_repeated_poses_of_a_measured_arm(shared_data):
     np.testing.assert_allclose(repeatability, np.linalg.norm(off[:, 0] - off[:, 1], axis=1) / 2)
     np.testing.assert_allclose([p.accuracy for p in found.repeated], np.linalg.norm(off.mean(1), axis=1))
     assert 5e-6 < np.median(repeatability) < 1e-4  # its data sheet says ±0.1 mm
-
-
-def test_shares_of_all_poses_are_exact():
-    assert minimum_share(100, 100) == pytest.approx(0.05 ** (1 / 100))
-    assert minimum_share(0, 5) == 0.0
 
 
 def test_intervals_of_means_agree_with_the_normal_law():
