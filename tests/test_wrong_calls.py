@@ -277,9 +277,3 @@ def test_labels_are_texts():
 def test_held_out_rows_of_a_file_are_those_that_are_not_fitted():
     found = wb.identify(arm(), rows().take(np.arange(30)), held_out=rows())
     assert len(found.held_out_data) == 10
-
-
-def test_a_wrong_answer_about_postures_costs_one_sentence():
-    seen = wb.measure_poses(arm(), 30, seed=3, effects="joint-compliance:2")[1]
-    (warning,) = wb.diagnose(arm(), seen, measurable=lambda q: "yes").warnings
-    assert len(warning) < 300

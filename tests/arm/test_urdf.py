@@ -27,16 +27,11 @@ LIMIT = '<limit lower="-2" upper="2" effort="10" velocity="1"/>'
 # end link of the arm proper, and joints on the way
 REAL = {
     "ur_description/urdf/ur5_robot.urdf": ("tool0", 6),
-    "ur_description/urdf/ur5_joint_limited_robot.urdf": ("ee_link", 6),
-    "ur_description/urdf/ur10_robot.urdf": ("tool0", 6),
-    "ur_description/urdf/ur3_robot.urdf": ("ee_link", 6),
     "ur_description/urdf/ur5_gripper.urdf": (None, 6),
     "panda_description/urdf/panda.urdf": ("panda_link8", 7),
-    "xarm_description/urdf/xarm7.urdf": ("link_eef", 7),
     "z1_description/urdf/z1.urdf": (None, 7),
     "kinova_description/robots/kinova.urdf": ("j2s6s200_link_6", 6),
     "so_arm_description/urdf/so101.urdf": (None, 6),
-    "talos_data/robots/talos_left_arm.urdf": ("arm_left_7_link", 6),
     "tiago_description/robots/tiago_no_hand.urdf": (None, 8),
     "baxter_description/urdf/baxter.urdf": ("left_gripper_base_link", 7),
 }

@@ -66,9 +66,3 @@ def test_of_an_arm_with_a_jaw_the_chain_is_named_and_holds(run, tmp_path):
     status, _, err = run("identify", "rows.csv", "--robot", "arm.urdf", "--tip", "tip", "--save", "cal.urdf")
     assert status == 0, err
     assert run("evaluate", "rows.csv", "--robot", "cal.urdf")[0] == 0
-
-
-def test_the_layouts_are_listed(run):
-    status, out, _ = run("preview", "--layout", "list")
-    assert status == 0
-    assert {"plain", "matlab", "mocap"} <= set(out.split())

@@ -196,40 +196,6 @@ def test_what_was_given_wrong_is_blamed_alone(tmp_path, count, free, scale, foca
     assert identifiability.refused in ("", *identifiability.doubts)
 
 
-@pytest.mark.data
-def test_hand_eye_of_real_pictures(tmp_path, shared_data):
-    """Poses of the tool and no joints: camera and target alone, and no arm is said to be calibrated."""
-    cv2 = pytest.importorskip("cv2")
-    folder = shared_data / "charuco_poses"
-    board = cv2.aruco.CharucoBoard(
-        (5, 7), 0.036195, 0.018256, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_6X6_250)
-    )
-    detector = cv2.aruco.CharucoDetector(board)
-    pixels, poses = ["image,id,u[px],v[px]"], ["image,x[m],y[m],z[m],qw,qx,qy,qz"]
-    for i in range(16):
-        uv, ids, _, _ = detector.detectBoard(cv2.imread(str(folder / f"images/{i}.jpg"), 0))
-        pixels += [f"{i}.jpg,{k},{u},{v}" for k, (u, v) in zip(ids.ravel(), uv.reshape(-1, 2), strict=True)]
-        lines = (folder / f"poses/{i}.yaml").read_text().split("\n")
-        pose = dict(line.split(": ") for line in lines if ": " in line)
-        poses.append(f"{i}," + ",".join(pose[k] for k in ("x", "y", "z", "qw", "qx", "qy", "qz")))
-    (tmp_path / "pixels.csv").write_text("\n".join(pixels))
-    (tmp_path / "joints.csv").write_text("\n".join(poses))
-    (tmp_path / "target.toml").write_text(
-        'mounted = "tool"\n[charuco]\nsquares = [5, 7]\nsquare = 0.036195\nmarker = 0.018256\n'
-    )
-    for free, maximum in (("false", 2.59), ("true", 0.90)):
-        text = virtual.camera_toml(free=free, k=(1352.02747, 1356.14287, 789.67065, 627.2995))
-        (tmp_path / "camera.toml").write_text(text)
-        run = wb.identify(None, read(tmp_path), algorithms=("opt2",), held_out=0.0)
-        assert run.best.train.own.rms < maximum
-        assert any("only tool poses" in note for note in run.notes)
-        assert run.identifiability.refused
-        assert bool(run.identifiability.doubts) == (free == "false")
-    assert 0.2 < run.best.train.position_mm.rms < 1.0
-    place = run.best.fit.problem.names.index("camera[c0].y")
-    assert 2e-4 < run.best.fit.std[place] < 3e-3
-
-
 def test_what_the_nominal_geometry_is_off_bends_zeros_as_considered(tmp_path):
     """Without noise, zeros err by what the covariance of a known geometry error says, sign aside."""
     rng = np.random.default_rng(10)

@@ -12,6 +12,7 @@ pytest.importorskip("mujoco")
 
 import cv2
 from board_on_tool import CAMERA, DOT, LENS, SIZE, TARGET, paper, pose
+from camera_arms import look
 from documented_commands import run_lines
 from rendered_boards import render
 from servo_arm import NAMES, ServoArm, poses
@@ -25,17 +26,7 @@ HALF = 0.5
 COUNT = 20
 
 
-def camera_at(eye, middle):
-    """Pose of a camera that looks at a place, x to the right."""
-    z = np.subtract(middle, eye) / np.linalg.norm(np.subtract(middle, eye))
-    x = np.cross(z, [0.0, 0.0, 1.0])
-    x /= np.linalg.norm(x)
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = np.column_stack([x, np.cross(z, x), z]), eye
-    return out
-
-
-EYE = camera_at([0.62, 0.08, 0.3], [0.25, 0.0, 0.15])
+EYE = look([0.62, 0.08, 0.3], [0.25, 0.0, 0.15])
 BOARD = pose([-0.0375, -0.0525, 0.06], [0.0, 0.0, 0.0])
 MIDDLE = np.array([0.0375, 0.0525, 0.0, 1.0])
 

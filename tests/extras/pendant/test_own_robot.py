@@ -2,10 +2,10 @@
 
 import json
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
+from points_and_tilts import frames
 from refusals import mentions, refuses
 from scipy.spatial.transform import Rotation
 
@@ -190,34 +190,6 @@ def test_tables_as_people_write_them(tmp_path):
             read_joint_table(path)
 
 
-def test_the_command(run, refused, tmp_path):
-    arm = plain("ur5")
-    table: Path = tmp_path / "mine.csv"
-    rows = rows_of(arm, 1e3, np.rad2deg(1.0))
-    lines = [",".join(str(round(row[c], 6)) for c in CONSTANTS[:4]) for row in rows]
-    table.write_text("\n".join(["theta,d,a,alpha", *lines]))
-    signs = np.array([1.0, 1, -1, 1, 1, 1])
-    rng = np.random.default_rng(8)
-    q = rng.uniform(-2.0, 2.0, (3, 6))
-    poses = tool_poses(arm, Motion(q))
-    options = []
-    for row, pose in zip(signs * q, poses, strict=True):
-        numbers = [*np.rad2deg(row), *1e3 * pose[:3, 3], *se3.matrix_to_rotvec(pose[:3, :3])]
-        shown = [f"{v:.3f}" for v in numbers]
-        options += ["--pose", f"{', '.join(shown[:6])} = {', '.join(shown[6:])}"]
-    out = tmp_path / "mine.toml"
-    code, message, error = run("new", table, "--out", out, "--json", tmp_path / "r.json", *options)
-    assert code == 0, error
-    assert mentions(message, "joint 3")
-    assert mentions(message, "standard DH")
-    assert json.loads((tmp_path / "r.json").read_text())["position_m"] < 1e-3
-    mine = load_robot(out)
-    assert mine.name == "mine"
-    np.testing.assert_allclose(tool_poses(mine, Motion(signs * q)), poses, atol=1e-4)
-    refused(["--pose"], "new", table, "--out", out, status=64)
-    refused(["6 joint positions"], "new", table, "--out", out, "--pose", "1,2 = 3", status=64)
-
-
 FANUC = [
     (0, 0, 55, -90),
     (-90, 0, 345, 180),
@@ -229,7 +201,7 @@ FANUC = [
 
 
 @pytest.mark.parametrize("signs", [(1.0,) * 6, (1, -1, 1, -1, 1, -1)])
-def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run, tmp_path, signs):
+def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run, refused, tmp_path, signs):
     """joint 3 = q3 + q2, by the FK of the file alone; three poses are enough, and `extract` finds it, too."""
     table = tmp_path / "table.csv"
     lines = [",".join(map(str, row)) for row in FANUC]
@@ -238,7 +210,7 @@ def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run,
     q = np.random.default_rng(2).uniform(-1.5, 1.5, (24, 6))
     joints = q * signs
     joints[:, 2] += joints[:, 1]
-    poses = np.array([dh(rows + np.outer(row, [1, 0, 0, 0])) for row in joints])
+    poses = frames(rows, joints)[-1]
     shown = [
         ",".join(
             f"{v:.4f}" for v in [*np.rad2deg(a), *1e3 * p[:3, 3], *np.rad2deg(se3.matrix_to_rpy(p[:3, :3]))]
@@ -249,9 +221,13 @@ def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run,
     for line in shown[:3]:
         cells = line.split(",")
         options += ["--pose", f"{','.join(cells[:6])} = {','.join(cells[6:])}"]
-    code, message, error = run("new", table, "--out", tmp_path / "a.toml", *options)
+    out, found = tmp_path / "a.toml", tmp_path / "r.json"
+    code, message, error = run("new", table, "--out", out, "--json", found, *options)
     assert code == 0, error
-    assert "joint 3 =" in message
+    assert mentions(message, "joint 3", "standard DH")
+    assert json.loads(found.read_text())["position_m"] < 1e-3
+    refused(["--pose"], "new", table, "--out", out, status=64)
+    refused(["6 joint positions"], "new", table, "--out", out, "--pose", "1,2 = 3", status=64)
     saved = load_robot(tmp_path / "a.toml")
     np.testing.assert_allclose(tool_poses(saved, Motion(q)), poses, atol=2e-5)
     facts = tomllib.loads((tmp_path / "a.toml").read_text())["joint"][2]
@@ -267,12 +243,3 @@ def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run,
     found = wb.extract(Robot.from_dh(rows, name="arm"), tmp_path / "shown.csv")
     assert found.verdict == "nominal"
     np.testing.assert_allclose(found.robot.predict(q), poses, atol=2e-5)
-
-
-def dh(rows: np.ndarray) -> np.ndarray:
-    """Standard Denavit–Hartenberg, a row a joint."""
-    here = np.eye(4)
-    for theta, d, a, alpha in rows:
-        c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-        here = here @ [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
-    return here
