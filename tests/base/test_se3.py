@@ -79,14 +79,6 @@ def test_angles_come_back(roll, pitch, yaw):
     np.testing.assert_allclose(difference, 0, atol=1e-9)
 
 
-def test_quaternion_by_hand():
-    half = np.sqrt(0.5)
-    np.testing.assert_allclose(
-        se3.quaternion_to_matrix(np.array([half, 0, 0, half])), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15
-    )
-    np.testing.assert_allclose(se3.quaternion_to_matrix(np.array([-2.0, 0, 0, 0])), np.eye(3), atol=1e-15)
-
-
 @given(eulers)
 @settings(max_examples=60)
 def test_quaternion_round_trip(rpy):
@@ -140,23 +132,6 @@ def test_left_jacobian_inverse_is_the_derivative_of_the_logarithm(rotvec, direct
     ends = [se3.matrix_to_rotvec(se3.rotvec_to_matrix(s * step * direction) @ base) for s in (1, -1)]
     slope = (ends[0] - ends[1]) / (2 * step)
     np.testing.assert_allclose(se3.left_jacobian_inverse(rotvec) @ direction, slope, atol=2e-7)
-
-
-@pytest.mark.parametrize("shape", [(), (0,), (1,), (4,), (2, 3), (2, 0)])
-def test_stacks_keep_their_shape(shape):
-    rng = np.random.default_rng(0)
-    vector = rng.normal(size=(*shape, 3))
-    rotation = se3.rotvec_to_matrix(vector)
-    assert rotation.shape == (*shape, 3, 3)
-    for back in (se3.matrix_to_rotvec, se3.matrix_to_rpy):
-        assert back(rotation).shape == (*shape, 3)
-    assert se3.matrix_to_quaternion(rotation).shape == (*shape, 4)
-    assert se3.rpy_to_matrix(vector).shape == (*shape, 3, 3)
-    assert se3.left_jacobian_inverse(vector).shape == (*shape, 3, 3)
-    pose = se3.pose(rotation, vector)
-    assert se3.inverse(pose).shape == pose.shape == (*shape, 4, 4)
-    assert se3.pose_error(pose, pose).shape == (*shape, 6)
-    np.testing.assert_array_equal(pose[..., 3, :], np.broadcast_to([0, 0, 0, 1], (*shape, 4)))
 
 
 @given(sixes, st.integers(3, 8), st.integers(0, 1000))

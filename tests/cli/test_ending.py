@@ -99,9 +99,7 @@ HOSTILE = {
 def written(folder, **more: str) -> dict[str, bytes]:
     """Files of a calibration at the command line."""
     folder.mkdir()
-    found = commands(
-        SIMULATED, "identify rows.csv --robot aria --algorithm ols --save arm.toml", folder=folder, **more
-    )
+    found = commands(SIMULATED, IDENTIFIED, folder=folder, **more)
     assert [(end.status, end.err) for end in found] == [(0, ""), (0, "")]
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
 

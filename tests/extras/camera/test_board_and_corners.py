@@ -177,17 +177,6 @@ def test_the_command_writes_board_and_target(run, tmp_path):
     assert read_targets(tmp_path / "target.toml")[0].charuco == target.charuco
 
 
-def test_the_command_prints_boards_with_markers_of_their_own(run, tmp_path):
-    options = ("--boards", "2", "--square", "40mm", "--out", "b.png", "--dpi", "100")
-    assert run("board", *options)[0] == 0
-    targets = read_targets(tmp_path / "target.toml")
-    assert [t.name for t in targets] == ["board1", "board2"]
-    finders = BoardFinder.of(targets)
-    for target, file in zip(targets, ("b-1.png", "b-2.png"), strict=True):
-        found = finders.find(cv2.imread(str(tmp_path / file), cv2.IMREAD_GRAYSCALE))
-        assert set(found.ids.tolist()) == set(target.ids.tolist())
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [

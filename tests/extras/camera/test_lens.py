@@ -10,7 +10,6 @@ from PIL import Image
 from test_camera_fit import check_zeros, true_errors
 
 import workbench as wb
-from workbench.base.errors import DataError
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.lens import SIZES
 from workbench.extras.camera.picture_files import exif_focal
@@ -87,16 +86,6 @@ def test_two_cameras_of_one_table(tmp_path):
     fit = wb.identify(robot, read(tmp_path), algorithms=("opt2",), free=()).best.fit
     for camera in ("c0", "c1"):
         check_lens(fit, f"camera[{camera}]", [*virtual.K, 0.0, 0.0])
-
-
-def test_too_little_to_start_a_lens_is_said(tmp_path):
-    rng = np.random.default_rng(8)
-    shots = virtual.scene(rng, virtual.made(rng, "hobby"), 6)
-    seen = set()
-    shots.rows[:] = [row for row in shots.rows if row[0] not in seen and not seen.add(row[0])]
-    filed(tmp_path, shots)
-    with pytest.raises(DataError, match=r"too few to identify its lens; .*camera\.toml"):
-        read(tmp_path)
 
 
 SHIFTS = np.deg2rad([0.0, 0.0, 0.6, 0.0, -0.4, 0.0])

@@ -16,7 +16,6 @@ from camera_arms import look
 from documented_commands import run_lines
 from rendered_boards import render
 from servo_arm import NAMES, ServoArm, poses
-from test_motor_map import fitted
 
 import workbench as wb
 
@@ -80,30 +79,6 @@ def here(arm, tmp_path):
     (tmp_path / "camera.toml").write_text(CAMERA)
     (tmp_path / "target.toml").write_text(TARGET.replace("0.03", "0.015").replace("0.022", "0.011"))
     return tmp_path
-
-
-def test_pictures_become_the_map_of_the_motors(run, here, arm):
-    options = (
-        "--joints",
-        "counts.csv",
-        "--camera",
-        "camera.toml",
-        "--target",
-        "target.toml",
-        "--robot",
-        "so101",
-    )
-    status, _, err = run("hobby", "map", "pictures", *options, "--json", "map.json", "--save", "mine.toml")
-    assert (status, err) == (0, "")
-    found = json.loads((here / "map.json").read_text())
-    assert [j["sign"] for j in found["joints"]] == arm.signs.tolist()
-    assert [j["motor"] for j in found["joints"]] == list(NAMES)
-    zeros = [j["offset"] for j in found["joints"]][1:4]
-    np.testing.assert_allclose(zeros, arm.offsets[1:4], atol=np.deg2rad(3.0))
-    q = arm.drawn(200, 9)
-    mine = wb.load_robot("mine.toml").predict(arm.angles(arm.counts(q)))[:, :3, 3]
-    assert fitted(sights(arm, q)[:, :3, 3], mine) < 3.0
-    assert found["before_m"] > 0.01
 
 
 def test_the_commands_of_the_page(run, here):

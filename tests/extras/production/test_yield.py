@@ -163,9 +163,6 @@ def test_a_cluster_gives_the_same_numbers_and_bears_the_loss_of_a_worker(aria, f
 
 
 def test_what_can_not_be_tried(aria, plate):
-    for option in ("arms", "poses"):
-        with refuses(OptionError, option=option, found=0):
-            try_plate(aria, plate, **{option: 0})
     with refuses(DataError, found=5):
         try_plate(load_robot("katana450"), plate)
     away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])), *plate.targets))
