@@ -247,19 +247,6 @@ LAYOUT = """
         def read(self, table):
             return None
 """
-BLIND = """
-    from workbench.data.observations.observation import AbstractObservation
-
-    class Blind(AbstractObservation):
-        channels = ()
-
-        @classmethod
-        def of(cls, data):
-            return cls()
-
-        def linearise(self, poses, unknown):
-            return None
-"""
 START = "from workbench.parts import Parts\nPARTS = "
 BROKEN = {
     "no record": ("import json\nPARTS = json.loads('x')", "", ("theirs.record", "line 2")),
@@ -276,7 +263,6 @@ BROKEN = {
     ),
     "a law that raises": (f"{START}Parts(effects=('theirs.part:Sag',))", LAW, ("Sag", "line 10")),
     "a layout that raises": (f"{START}Parts(layouts=('theirs.part:Log',))", LAYOUT, ("theirs", "line 8")),
-    "no rows": (f"{START}Parts(observations=('theirs.part:Blind',))", BLIND, ("theirs.part:Blind",)),
 }
 
 

@@ -3,7 +3,6 @@
 The arm, its errors and every judge are plain numpy; of the package's own code only files come here.
 """
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -137,17 +136,3 @@ def test_controller_numbers_that_turn_an_unmeasured_tool_are_not_advised(cell):
         noticed = variant.after.rotation_mean > 1.02 * variant.before.rotation_mean + 3.4e-4
         assert not (noticed and variant.is_better)
         assert any("not measured" in note for note in variant.notes)
-
-
-def test_controller_numbers_that_are_advised_help(cell, run, tmp_path):
-    status, out, _ = run("export", cell.saved, "--controller", "c.json", "--nominal", "ur5")
-    variants = json.loads((tmp_path / "c.json").read_text())["controller"]
-    assert status == (0 if any(v["advised"] for v in variants) else 2)
-    for variant in variants:
-        mean = [variant[key]["position_mm"]["mean"] for key in ("without", "remains")]
-        assert mean[1] < mean[0] or not variant["advised"]
-        if variant["advised"]:
-            base = trip.placed(variant["base"]["xyz"], variant["base"]["rpy"])
-            at = base @ flanges(cell.q + variant["offsets"]) @ np.append(variant["tool"]["xyz"], 1.0)
-            assert distances(at[:, :3], cell.points(cell.q)) == pytest.approx(mean[1], abs=0.1)
-    assert out

@@ -108,14 +108,6 @@ def test_a_row_that_stands_twice_is_no_second_visit(arm):
     assert found.evaluation.data.row.tolist() == [*range(3), *range(4, 71)]
 
 
-def test_angles_alone_verify_nothing(arm):
-    """An inclinometer sees no position; without any, every position error would be 0."""
-    calibrated, _, fresh = arm
-    tilted = replace(fresh, position=None, rotation=None, tilt={2: np.zeros((70, 2))})
-    with refuses(DataError, "x[m], markers, distance, contact"):
-        wb.verify(calibrated, tilted, wanted=1e-3)
-
-
 # -- verdict --------------------------------------------------------------------------------------
 
 
