@@ -173,8 +173,16 @@ class RowReading:
         if self.inverse and position is not None and rotation is not None:
             rotation = np.swapaxes(rotation, -1, -2)
             position = -(rotation @ position[..., None])[..., 0]
-        q = self.joints(data.q) if joints else self.in_units(data.q)
-        return replace(data, q=q, position=position, rotation=rotation, written=None)
+        data = replace(data, position=position, rotation=rotation, written=None)
+        if not joints:
+            return replace(data, q=self.in_units(data.q))
+        torque, direction = data.torque, data.direction
+        return replace(
+            data,
+            q=self.joints(data.q),
+            torque=None if torque is None else torque @ np.linalg.pinv(self.w),
+            direction=None if direction is None else np.sign(direction @ self.w.T),
+        )
 
     def on(self, robot: Robot) -> Robot | None:
         """An arm that counts its joints as the rows do; None where that can't be said of it.
