@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.test_meaning import shift, turn
 
+from tests.identification.test_meaning import shift, turn
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.coverage import loads_vary

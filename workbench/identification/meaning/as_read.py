@@ -125,9 +125,15 @@ def misread_text(meaning: RowMeaning) -> str:
 def unexplained_text(meaning: RowMeaning) -> str:
     """What was tried in full, and how near the nearest came."""
     given = meaning.turned or meaning.plain
-    said = "no reading fits" if given is None else f"the nominal arm is {given.size} off"
+    said = (
+        "no reading fits"
+        if given is None
+        else f"the nominal arm is {given.size} off with the best base and tool"
+    )
     if not meaning.tried:
         return said
+    if meaning.constant:
+        return f"{said}; {meaning.constant}"
     return f"{said}; tried in full: {meaning.tried_text}; the nearest leaves {meaning.best.size}"
 
 

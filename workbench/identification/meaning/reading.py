@@ -18,6 +18,8 @@ from workbench.identification.meaning.conventions import Convention
 
 FITS, FITS_TURN = 0.02, float(np.radians(5.0))
 """Misfit as a share of the reach, and of orientations [rad], beyond which rows don't belong to an arm."""
+OTHER_FITS = 0.01
+"""The same for an arm that isn't said to have moved."""
 FOREIGN_MISFIT = 0.12
 """Share of the reach beyond which rows that no reading explains are of no such arm."""
 NARROW = 0.05
@@ -132,7 +134,8 @@ class RowReading:
     @property
     def fits(self) -> bool:
         """Whether the rows can be the arm's when read so."""
-        if not self.position < FITS * self.robot.reach or self.rotation > FITS_TURN:
+        limit = OTHER_FITS if self.other else FITS
+        if not self.position < limit * self.robot.reach or self.rotation > FITS_TURN:
             return False
         if not self.moves_otherwise:
             return True

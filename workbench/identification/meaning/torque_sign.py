@@ -1,4 +1,4 @@
-"""Whether torque columns are the drives' own, which hold the arm, or of the load, as some controllers show."""
+"""Whether torque columns are of the drives, which hold the arm, or of the load, as some controllers show."""
 
 from dataclasses import replace
 
