@@ -26,6 +26,7 @@ def test_the_filter_gives_the_density_of_a_walk(q):
 
 
 @pytest.mark.data
+@pytest.mark.data
 def test_a_step_hidden_in_measured_rows_is_certain_though_other_events_are_doubted():
     """All events were dropped where one of them was doubtful."""
     robot, data = load(SHARED, "ur5")
