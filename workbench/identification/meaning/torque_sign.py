@@ -19,8 +19,10 @@ def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:
     The weight at the flange is the payload, compared at the same postures, or else that of the links. An arm
     with masses needs no measured torques.
     """
-    torque = data.torque
-    if torque is None or robot.has_masses or torque.shape[1] != robot.dof or not np.isfinite(torque).all():
+    if (shown := data.torque) is None:
+        return data
+    torque = shown
+    if robot.has_masses or torque.shape[1] != robot.dof or not np.isfinite(torque).all():
         return data
     expected = -np.einsum("rij,i->rj", geometric_jacobian(robot.bare, data.q)[:, :3], robot.gravity)
     if data.payload is not None and np.isfinite(data.payload).all():
@@ -31,4 +33,4 @@ def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:
     if not size or (expected * torque).sum() > -SURE * size:
         return data
     note = "torque1 … have the sign of the load; read as the torques of the drives, which hold it"
-    return replace(data, torque=-data.torque, notes=(*data.notes, note))
+    return replace(data, torque=-shown, notes=(*data.notes, note))
