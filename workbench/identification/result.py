@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, final
 import numpy as np
 from rich.console import RenderableType
 
+from workbench.arm.calibrated_region import WARNING_RATIO
 from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import off_nominal, sampled
@@ -16,7 +17,7 @@ from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
-from workbench.identification.errors.expected_error import WARNING_RATIO, Transfer, transfer, transfer_note
+from workbench.identification.errors.expected_error import Transfer, transfer, transfer_note
 from workbench.identification.errors.row_errors import (
     Errors,
     RowErrors,

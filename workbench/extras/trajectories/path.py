@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.calibrated_region import region_text
 from workbench.arm.calibration_record import Expected
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import LIMIT_SLACK, margins, quality
@@ -88,7 +89,7 @@ def command_joints(
     arms = comparable(calibrated, nominal, positions_only=positions_only)
     arms.nominal.check_joints(q, "trajectory")
     refuse_beyond(arms.nominal, q, time)
-    return _commanded(arms, tool_poses(arms.nominal, Motion(q)), q, time)
+    return _commanded(arms, tool_poses(arms.nominal, Motion(q)), q, time, *region_text(calibrated, q))
 
 
 def command_poses(
@@ -124,7 +125,8 @@ def command_poses(
     for start in starts:
         q, reached = _followed(planned, poses, start.q, task)
         if reached == len(poses):
-            return _commanded(arms, poses, q, time, f"the path is followed in the branch '{start.name}'")
+            branch = f"the path is followed in the branch '{start.name}'"
+            return _commanded(arms, poses, q, time, *region_text(calibrated, q), branch)
         if reached >= furthest:
             furthest, longest = reached, q[max(reached - 1, 0)]
     why = inverse.solve(planned, poses[furthest], task=task).reason
