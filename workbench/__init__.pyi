@@ -27,6 +27,7 @@ from workbench.data.simulation.instruments import Instrument as Instrument
 from workbench.data.writer import write_measurements as write_measurements
 from workbench.diagnosis.diagnose import diagnose as diagnose
 from workbench.diagnosis.result import Diagnosis as Diagnosis
+from workbench.exports import export as export
 from workbench.extras.camera.hand_eye import HandEye as HandEye
 from workbench.extras.camera.hand_eye import handeye as handeye
 from workbench.extras.camera.pixel_table import read_pixels as read_pixels

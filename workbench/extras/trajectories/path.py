@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.calibrated_region import region_text
 from workbench.arm.calibration_record import Expected
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import LIMIT_SLACK, margins, quality
@@ -83,7 +84,7 @@ def command_joints(
     arms = comparable(calibrated, nominal, positions_only=positions_only)
     arms.nominal.check_joints(q, "trajectory")
     refuse_beyond(arms.nominal, q, time)
-    return _commanded(arms, tool_poses(arms.nominal, Motion(q)), q, time)
+    return _commanded(arms, tool_poses(arms.nominal, Motion(q)), q, time, *region_text(calibrated, q))
 
 
 def command_poses(
@@ -114,7 +115,8 @@ def command_poses(
         rows = followed(arm, poses, start.q[arm.columns], task=task, limits=limits[arm.columns], jump=JUMP)
         q = rows[:, arm.places]
         if len(q) == len(poses):
-            return _commanded(arms, poses, q, time, f"the path is followed in the branch '{start.name}'")
+            branch = f"the path is followed in the branch '{start.name}'"
+            return _commanded(arms, poses, q, time, *region_text(calibrated, q), branch)
         if len(q) >= furthest:
             furthest, last = len(q), q[-1] if len(q) else start.q
     why = inverse.solve(planned, poses[furthest], task=task).reason
