@@ -5,7 +5,11 @@ import pytest
 
 from workbench import Motion, link_frames, load_robot, tool_poses
 from workbench.arm.effects import EFFECTS
+from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.base import se3
+from workbench.session.commands.arm import ChooseRobot
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.identify import Identify
 from workbench.session.deflection import MAX_DRAWN, bend, drawable_bending
 from workbench.views.appearance.bodies import body_frames
 
@@ -49,3 +53,14 @@ def test_a_bent_arm_is_drawn_as_far_off_as_a_tenth_of_its_reach_at_most(times, c
     off = np.linalg.norm((deflected - straight)[:, :3, 3], axis=1).max()
     assert 0.0 < off <= MAX_DRAWN * robot.reach
     assert drawn == times if times == 1.0 else off > 0.5 * MAX_DRAWN * robot.reach
+
+
+def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
+    session = do(ChooseRobot("katana450"))
+    assert session.score.measurable == 10
+    assert all(not state.hit for state in session.states)
+    assert height_above_floor(session.robot) == 0.2015
+    assert session.plate.xyz[2] > -0.2015
+    session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
+    assert session.results.identification.runs["opt2"].held_out.position_mm.mean < 0.5
+    assert session.results.identification.nominal.held_out.position_mm.mean > 5.0
