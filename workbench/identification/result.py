@@ -148,6 +148,12 @@ class Run(AbstractShown):
             return {"TOML": judged(self)}
         return SavedArm(self.as_measured, self.fit.problem.data).format_errors(self.judging, self.places)
 
+    def refusals(self, nominal: Errors, reach: float, *, rows: int) -> dict[str, str]:
+        """Why files should not be used, by format: those worse than nominal, whose errors on so many judging
+        rows are given."""
+        found = {name: refusal(e, nominal, reach, rows=rows) for name, e in self.file_errors.items()}
+        return {name: f"the {name} is {text}" for name, text in found.items() if text}
+
     @property
     def places(self) -> dict[str, float]:
         """Known and identified places of anchors, contacts or markers [m]."""
@@ -310,10 +316,7 @@ class Identification(AbstractPlotted):
         rows, shown = self.nominal_rows[held], run.judging
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
-        nominal, reach = Errors.of(rows), self.nominal_robot.reach
-        count = len(rows.position)
-        found = {name: refusal(e, nominal, reach, rows=count) for name, e in run.file_errors.items()}
-        return {name: f"the {name} is {text}" for name, text in found.items() if text}
+        return run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))
 
     @property
     def error(self) -> BeforeAfter:
