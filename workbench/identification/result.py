@@ -34,6 +34,7 @@ from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.excluded_outliers import suspect_note
+from workbench.identification.rows.two_clusters import together_off
 from workbench.report.result_display import AbstractPlotted, AbstractShown
 
 if TYPE_CHECKING:
@@ -395,6 +396,8 @@ class Identification(AbstractPlotted):
                 f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; check "
                 "robot, frames and sessions"
             )
+        if self.identifiability is None:
+            found.append(together_off(self.best.fit))
         unchanged = self.identifiability is not None and bool(self.identifiability.refused)
         if not unchanged and (
             text := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
