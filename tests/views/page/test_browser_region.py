@@ -22,7 +22,7 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.tab("Plate")
     screen.choose("Slice", "one layer of z")
     region = screen.until(lambda session: session.region.view.cut == 2).plate.region
-    wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, region.centres[0, 2]], axis=1)))
+    wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, 0.325], axis=1)))
     top = np.array([0.0, 0.0, 0.3 * region.cube])
     for _ in range(20):  # the layer may not be drawn yet
         screen.page.mouse.click(*screen.pixel(region.centres[wanted] + top))

@@ -19,6 +19,7 @@ from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.undo import RestoreBest
+from workbench.session.comparison import ModelStage
 from workbench.session.joint_errors import NO_LAW
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
@@ -28,8 +29,8 @@ CLIENT = 1_000_000
 """Who drags in the demo: no browser has this number."""
 ROBOT, ROWS = "ur10", "ur10.csv"
 """A real arm, and rows that a laser tracker took of it (`assets/samples`)."""
-BARE: dict[str, Any] = {"points": False, "arrows": False, "calibrated": False, "law": NO_LAW}
-FULL: dict[str, Any] = {"points": True, "arrows": True, "calibrated": True, "law": ""}
+BARE: dict[str, Any] = {"points": False, "arrows": False, "law": NO_LAW}
+FULL: dict[str, Any] = {"points": True, "arrows": True, "law": ""}
 """What is laid over the arm in the last picture, and afterwards."""
 DRAG_PLACES = 45
 """Places of one drag."""
@@ -182,24 +183,28 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     yield DemoScene(
         "Its geometry is identified and checked at held-out poses …",
         (Identify(),),
+        seconds=3.0,
+        tab=Tab.CALIBRATE,
+    )
+    overlay = session().choices.overlay
+    yield DemoScene(
+        f"All errors are drawn × {overlay.exaggeration:g}: grey is the arm of the data sheet, orange the "
+        "real one.",
+        (SetOverlay(replace(overlay, stage=ModelStage.NOMINAL)), *map(ShowRow, range(0, 120, 12))),
+        seconds=10.0,
+        tab=Tab.CALIBRATE,
+    )
+    yield DemoScene(
+        "With its geometry identified, the model comes nearer to the real arm.",
+        (SetOverlay(overlay), *map(ShowRow, range(108, -12, -12))),
         seconds=8.0,
         tab=Tab.CALIBRATE,
     )
     yield DemoScene(
         "Geometry can't explain the remaining error. The diagnosis looks for its causes …",
-        (Diagnose(),),
-        seconds=5.0,
-        tab=Tab.CALIBRATE,
-        waits=False,
-    )
-    overlay = session().choices.overlay
-    alike = SetOverlay(replace(overlay, exaggeration_after=overlay.exaggeration))
-    yield DemoScene(
-        f"Meanwhile, arrows show the errors × {overlay.exaggeration:g}: grey for the nominal "
-        "arm, orange when calibrated.",
-        (alike, *(ShowRow(row) for row in range(0, 160, 8))),
+        (Diagnose(), *map(ShowRow, range(0, 160, 8))),
         seconds=20.0,
-        tab=Tab.COMPARE,
+        tab=Tab.CALIBRATE,
         waits=False,
     )
     yield DemoScene("", seconds=0.0, tab=Tab.CALIBRATE)
@@ -213,7 +218,10 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
             tab=Tab.CALIBRATE,
         )
         yield DemoScene(
-            "One button adds them to the arm that is saved.", (AddEffects(),), seconds=7.0, tab=Tab.CALIBRATE
+            "One button adds them: the model is now where the real arm is.",
+            (AddEffects(), *map(ShowRow, range(0, 120, 12))),
+            seconds=10.0,
+            tab=Tab.CALIBRATE,
         )
     yield DemoScene(
         END, (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, tab=Tab.CALIBRATE

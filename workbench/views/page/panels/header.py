@@ -118,7 +118,9 @@ def _verdict(session: Session) -> str:
     step = next_step(session)
     if session.page.caption:
         step = replace(step, sentence=PLAYING, figure="")
-    style = f"margin:0 12px;padding:1px 10px;border-left:3px solid {INKS[step.tone]};font-size:13px"
+    style = (
+        f"margin:0 12px;padding:1px 10px;border-left:3px solid {INKS[step.tone]};font-size:var(--words, 13px)"
+    )
     figure = (
         f'<div data-testid="figure-now" style="{FIGURE}">{text(step.figure)}</div>' if step.figure else ""
     )
@@ -159,7 +161,7 @@ def _message(message: Message | None) -> str:
     return (
         '<div style="padding:0 12px">'
         f'<div data-testid="message" data-severity="{message.severity}" data-number="{message.number}" '
-        f'style="font-size:13px;line-height:1.45;background:{ground};'
+        f'style="font-size:var(--words, 13px);line-height:1.45;background:{ground};'
         f"color:var(--mantine-color-text);border-left:3px solid {ink};"
         f"border-radius:4px;padding:4px 10px;overflow-wrap:anywhere;overflow-y:auto;box-sizing:border-box;"
         f'max-height:calc({1.45 * lines:.2f}em + 8px)">'

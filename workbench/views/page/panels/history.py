@@ -41,7 +41,7 @@ def values_of(scores: tuple[Score, ...]) -> tuple[np.ndarray, str, str]:
     values = 1e3 * np.array([s.position for s in scores])
     if np.isfinite(values).any():
         return values, "mm", "Predicted error after each step, rms [mm]"
-    return np.array([s.indices["O1"] for s in scores]), "", "Index O1 after each step"
+    return np.array([s.indices["O"] for s in scores]), "", "Index O after each step"
 
 
 def _best(values: np.ndarray, unit: str) -> int:

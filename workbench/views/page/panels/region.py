@@ -74,8 +74,9 @@ class RegionPanel(AbstractPanel):
         return self.checkbox("Corner handles", hint, lambda s: s.region.view.corners)
 
     def _view(self, field: str, cut: int | None, layer: int, corners: bool) -> ShowCubes:
-        now = self._worker.session.region.view
-        return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer - 1, corners=corners))
+        now, shape = self._worker.session.region.view, self._worker.session.plate.region.shape
+        layer = layer - 1 if cut in (None, now.cut) else shape[cut] // 2
+        return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer, corners=corners))
 
     def _move_there(self) -> MoveTarget | None:
         session = self._worker.session
