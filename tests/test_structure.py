@@ -58,7 +58,7 @@ BUDGETS = {
     "diagnosis": 7_040,
     "exports": 324,
     "session": 7_343,
-    "views": 9_010,
+    "views": 9_005,
     "cli": 1_814,
     "extras": 1,
     "extras/camera": 5_443,

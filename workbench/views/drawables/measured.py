@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.types import Poses, Vector3
+from workbench.base.types import Poses
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.real_arm import sample_error
 from workbench.session.stages import shown_stage
@@ -53,13 +53,14 @@ def measured(session: Session) -> Iterator[Item]:
             yield Item(path, _points, (*inputs, *which), shown=is_shown)
     yield Item("measured/set_apart", _set_apart, (rows,), shown=is_shown)
     is_compared = bool(rows.stages) and overlay.arrows and session.playback.focus in (Focus.ROW, Focus.JOG)
-    times, reach = overlay.exaggeration, session.robot.reach
+    times = overlay.exaggeration
     nominal = rows, ModelStage.NOMINAL, times, NOMINAL
     yield Item("errors/nominal", _arrows, nominal, shown=is_compared)
     is_other = is_compared and stage is not ModelStage.NOMINAL
     yield Item("errors/calibrated", _arrows, (rows, stage, times, CALIBRATED), shown=is_other)
-    yield Item("errors/sample", _sample, (rows, times, reach), shown=is_compared)
-    yield Item("errors/sample_words", _sample_label, (rows, times, reach), shown=is_compared)
+    inputs = rows, times, session.robot.reach
+    yield Item("errors/sample", lambda *of: _sample(*of)[0], inputs, shown=is_compared)
+    yield Item("errors/sample_words", lambda *of: _sample(*of)[1], inputs, shown=is_compared)
 
 
 def selected_row_marks(session: Session) -> Iterator[Item]:
@@ -141,21 +142,14 @@ def _arrows(rows: Comparison, stage: ModelStage, times: float, colour: Colour) -
     return Arrows(starts=starts, ends=starts + times * off, colour=colour, thick=thick)
 
 
-def _sample_ends(rows: Comparison, times: float, reach: float) -> tuple[Vector3, Vector3]:
+def _sample(rows: Comparison, times: float, reach: float) -> tuple[Arrows, Label]:
     """An upright arrow beside the base, on the right of the rows as one looks at the arm from there."""
     x, y = np.nanmean(rows.measured[:, :2], axis=0)
     start = SAMPLE_ASIDE * reach / max(float(np.hypot(x, y)), 1e-9) * np.array([y, -x, 0.0])
-    return start, start + times * sample_error(times, reach) * np.array([0.0, 0.0, 1.0])
-
-
-def _sample(rows: Comparison, times: float, reach: float) -> Arrows:
-    start, end = _sample_ends(rows, times, reach)
-    return Arrows(starts=start[None], ends=end[None], colour=MARK, thick=2.0)
-
-
-def _sample_label(rows: Comparison, times: float, reach: float) -> Label:
-    text = f"this long = {1e3 * sample_error(times, reach):g} mm"
-    return Label(text=text, place=_sample_ends(rows, times, reach)[1] + [0.0, 0.0, 0.01])
+    error = sample_error(times, reach)
+    end = start + np.array([0.0, 0.0, times * error])
+    words = Label(text=f"this long = {1e3 * error:g} mm", place=end)
+    return Arrows(starts=start[None], ends=end[None], colour=MARK, thick=2.0), words
 
 
 def _axes(rows: Comparison, poses: Poses, times: float) -> Axes | None:

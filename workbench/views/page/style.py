@@ -196,8 +196,20 @@ setInterval(() => {{
   for (const icon of document.querySelectorAll("button:not([aria-label]):has(> .mantine-ActionIcon-icon)"))
     name(icon, icon.closest("[aria-label]")?.ariaLabel
       ?? icons[icon.querySelector("svg")?.classList[1]?.replace("tabler-icon-", "")] ?? "Button");
+  for (const link of document.querySelectorAll("svg a")) {{
+    const chart = link.closest("svg");
+    if (!chart.contains(document.activeElement)) link.tabIndex = link === chart.querySelector("a") ? 0 : -1;
+  }}
 }}, 1000);
 addEventListener("keydown", e => {{
+  const link = /^Arrow(Left|Right)$/.test(e.key) && e.target.closest?.("svg a");
+  if (link) {{
+    const all = [...link.closest("svg").querySelectorAll("a")];
+    const next = all[all.indexOf(link) + (e.key === "ArrowRight" ? 1 : -1)];
+    if (next) [link.tabIndex, next.tabIndex] = [-1, 0];
+    next?.focus();
+    e.preventDefault();
+  }}
   if (e.key !== "Escape") return;
   const sheet = [...document.querySelectorAll(".mantine-Modal-content")].at(-1);
   const leave = [...sheet?.querySelectorAll("button") ?? []];

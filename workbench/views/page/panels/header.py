@@ -1,7 +1,6 @@
 """The strip above the tabs: the current state with the next step, the last message, running tasks."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import viser
 
@@ -24,7 +23,6 @@ TINTS = {
     Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
 PLAYING = "The demo is playing; any input ends it."
-FIGURE = "font-size:22px;font-weight:650;line-height:1.3;font-variant-numeric:tabular-nums"
 
 
 class HeaderVerdict(AbstractPanel):
@@ -116,15 +114,11 @@ def _progress(session: Session) -> float:
 
 def _verdict(session: Session) -> str:
     step = next_step(session)
-    if session.page.caption:
-        step = replace(step, sentence=PLAYING, figure="")
+    sentence = PLAYING if session.page.caption else step.sentence
     style = (
         f"margin:0 12px;padding:1px 10px;border-left:3px solid {INKS[step.tone]};font-size:var(--words, 13px)"
     )
-    figure = (
-        f'<div data-testid="figure-now" style="{FIGURE}">{text(step.figure)}</div>' if step.figure else ""
-    )
-    return block(text(step.sentence) + figure, testid="hint", style=style)
+    return block(text(sentence), testid="hint", style=style)
 
 
 def _job(session: Session) -> str:

@@ -21,7 +21,7 @@ from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.drawables.plate import target_colour
 from workbench.views.page.html import BAD, MUTED, block, change, heading, number, text
-from workbench.views.page.panels.form import DEGREE, Shown
+from workbench.views.page.panels.form import DEGREE
 from workbench.views.page.panels.panel import AbstractPanel, ask
 
 INDEX = INDICES["O"]
@@ -222,14 +222,7 @@ def determined(session: Session) -> str:
     return f'<div data-testid="rank" title="{hint}" style="{style}">{sentence}</div>'
 
 
-FIELDS = (
-    ("Required [mm]", "Maximum position error allowed for the calibrated arm; 0: no requirement."),
-    ("Required [°]", "Maximum orientation error allowed; 0: no requirement."),
-)
-SHOWN: tuple[Shown, Shown] = (
-    lambda s: 0.0 if s.choices.wanted is None else s.choices.wanted.position,
-    lambda s: 0.0 if s.choices.wanted is None else s.choices.wanted.rotation or 0.0,
-)
+REQUIRED = "Required [mm]", "Maximum position error allowed for the calibrated arm; 0: no requirement."
 
 
 class WantedPanel(AbstractPanel):
@@ -239,17 +232,21 @@ class WantedPanel(AbstractPanel):
     depends = ("choices.wanted",)
 
     def build(self, gui: viser.GuiApi) -> None:
-        self.form(
-            self._want,
-            *(
-                self.number(label, (0.0, 1000.0, 0.01), hint, shows, unit=unit, digits=3)
-                for (label, hint), shows, unit in zip(FIELDS, SHOWN, (1e-3, DEGREE), strict=True)
-            ),
-        )
+        (label, hint), limits = REQUIRED, (0.0, 1000.0, 0.01)
+        position = self.number(label, limits, hint, lambda s: _wanted(s)[0], unit=1e-3, digits=3)
+        hint = "Maximum orientation error allowed; 0: no requirement."
+        rotation = self.number("Required [°]", limits, hint, lambda s: _wanted(s)[1], unit=DEGREE, digits=3)
+        self.form(self._want, position, rotation)
 
     def _want(self, position: float, rotation: float) -> SetWanted:
         before = self._worker.session.choices.wanted
         return SetWanted(position or None, rotation or None, before is not None and before.per_axis)
+
+
+def _wanted(session: Session) -> tuple[float, float]:
+    """The required errors [m, rad]; 0 for none."""
+    wanted = session.choices.wanted
+    return (0.0, 0.0) if wanted is None else (wanted.position, wanted.rotation or 0.0)
 
 
 TIMES = 3.0
@@ -271,7 +268,7 @@ def try_plate(event: viser.GuiEvent, worker: Worker, trial: AbstractPlateTrial) 
     fields: list[viser.GuiNumberHandle] = []
 
     def build(gui: viser.GuiApi) -> None:
-        label, hint = FIELDS[0]
+        label, hint = REQUIRED
         fields.append(gui.add_number(label, offered, min=minimum, max=maximum, step=0.001, hint=hint))
 
     def begin() -> None:
