@@ -46,7 +46,7 @@ def model_and_real(session: Session) -> tuple[Robot, Robot, Matrix4 | None] | No
     The last model that is known stands for the real arm; without measurements, an arm with its effects does.
     """
     rows = session.results.comparison
-    if rows is not None and rows.models:
+    if rows is not None and rows.stages:
         real, base = rows.models[rows.stages[-1]], rows.models[ModelStage.NOMINAL].base.pose
         return rows.models[shown_stage(session, rows)], real, base
     real_one = bending_robot(session)
@@ -56,7 +56,7 @@ def model_and_real(session: Session) -> tuple[Robot, Robot, Matrix4 | None] | No
 def gap_at(session: Session) -> np.ndarray | None:
     """From where the shown model puts the tool to where it was measured, at a row [m]; None without rows."""
     rows = session.results.comparison
-    if rows is None or not rows.models:
+    if rows is None or not rows.stages:
         return None
     return -rows.residuals[session.results.row, STAGES.index(shown_stage(session, rows))]
 

@@ -75,7 +75,7 @@ def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:
     """The timeline of the measured rows: the scene as it was when they came, the arms at every row."""
     q = rows.q[:MAX_ARM_ROWS]
     arms = {"nominal": (nominal_arm(session.robot, q[0]), body_frames(session.robot, q))}
-    if (known := model_and_real(session)) is not None and rows.models:
+    if (known := model_and_real(session)) is not None and rows.stages:
         model, real, base = known
         gap = -rows.residuals[: len(q), STAGES.index(shown_stage(session, rows))]
         at = bent_frames(model, real, q, session.choices.overlay.exaggeration, gap=gap, base=base)

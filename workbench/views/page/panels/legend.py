@@ -111,13 +111,14 @@ class LegendPanel(AbstractPanel):
 
 def has_errors(session: Session) -> bool:
     """Whether the scene has anything that is drawn larger than it is."""
-    return model_and_real(session) is not None or session.part(Played) is not None
+    is_known = model_and_real(session) is not None or session.part(Played) is not None
+    return is_known and session.playback.focus is not Focus.TARGET
 
 
 def sample(session: Session) -> str:
     """How long an error is drawn: the arrow that stands beside the base."""
     rows, focus = session.results.comparison, session.playback.focus
-    if rows is None or not rows.models or focus not in (Focus.ROW, Focus.JOG):
+    if rows is None or not rows.stages or focus not in (Focus.ROW, Focus.JOG):
         return ""
     error = 1e3 * sample_error(session.choices.overlay.exaggeration, session.robot.reach)
     arrow = f'<b style="color:{css(MARK)};-webkit-text-stroke:.5px currentColor">↑</b>'
@@ -246,7 +247,7 @@ def events(happened: Sequence[AbstractEvent], rows: Comparison) -> str:
 
 def arrows(rows: Comparison, stage: ModelStage) -> str:
     """Whose errors the arrows are."""
-    if not rows.models:
+    if not rows.stages:
         return ""
     other = "" if stage is ModelStage.NOMINAL else badge(str(stage), css(CALIBRATED))
     return f'<div data-testid="arrows" {MORE}>Arrows: {badge("nominal", css(NOMINAL))} &nbsp; {other}</div>'
