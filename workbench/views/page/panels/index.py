@@ -93,7 +93,7 @@ def predicted_heading(session: Session) -> str:
     """What is predicted, and where: nobody may have noticed that the region follows the rows."""
     box = session.measurements.box
     place = "the region" if box is None or session.plate.region is not box else "the box of the rows"
-    return f"Predicted error in {place} after calibration, and observability"
+    return f"Predicted after calibration in {place}"
 
 
 def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:

@@ -160,10 +160,10 @@ class Corners:
                 return
             is_first = event.phase == "start"
             region = session.plate.region
-            self._submit(region if is_first else dragged(region, CORNERS.index(name), place), step=is_first)
-
-    def _submit(self, region: Region, *, step: bool) -> None:
-        self._worker.submit(SetRegion(corner(region.min), corner(region.max), region.cube, step=step))
+            if not is_first:
+                region = dragged(region, CORNERS.index(name), place)
+            new = SetRegion(corner(region.min), corner(region.max), region.cube, step=is_first)
+            self._worker.submit(new)
 
 
 def _face(session: Session) -> np.ndarray:
