@@ -20,6 +20,13 @@ MAX_POSTURES = 40
 """Rows at which the arm has to be in the picture."""
 
 
+def title(session: Session) -> str:
+    """The arm, and what is seen beside it: the plate, or the rows."""
+    loaded = session.measurements.loaded
+    beside = session.plate if loaded is None or session.shows_plate else loaded
+    return f"{session.robot.name} · {beside.name}"
+
+
 def first_view(session: Session) -> tuple[Vector3, Vector3]:
     """Initial camera position and point of view [m]: towards the measured rows, or else the plate."""
     rows, loaded = session.results.comparison, session.measurements.loaded

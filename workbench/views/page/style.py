@@ -174,6 +174,8 @@ setInterval(() => {{
   const found = document.querySelector({STRIP!r});
   if (found && found !== strip) measured.observe(strip = found);
   turned();
+  for (const note of document.querySelectorAll(".mantine-Notification-root"))
+    if (note.innerText.includes("File uploaded successfully")) note.style.display = "none";
 }}, 300);
 addEventListener("change", e => {{
   const [maximum, address] = window.limits?.[e.target.id?.replace("file_upload_", "")] ?? [Infinity, ""];

@@ -8,7 +8,7 @@ from typing import Any
 import rerun.blueprint as rrb
 
 from workbench.session.state import Focus, Session
-from workbench.views.drawables.viewpoint import first_view
+from workbench.views.drawables.viewpoint import first_view, title
 from workbench.views.recording.canvas import ROW, STEP
 
 GROUND = (246, 248, 251)
@@ -28,8 +28,7 @@ PLOTS = {
 
 def subject(session: Session) -> tuple[Any, ...]:
     """What the layout is about: one for all sessions that it suits."""
-    shown = session.shows_plate, _name(session), *_in_front(session)
-    return session.robot, session.history.first_plate, *shown
+    return session.robot, session.history.first_plate, title(session), *_in_front(session)
 
 
 def _in_front(session: Session) -> tuple[int, int]:
@@ -39,12 +38,6 @@ def _in_front(session: Session) -> tuple[int, int]:
         return 0, 0
     is_diagnosed = results.diagnosis is not None and not results.accepted
     return 2, 2 if is_diagnosed else 4
-
-
-def _name(session: Session) -> str:
-    """What is seen beside the robot: the plate, or the rows."""
-    loaded = session.measurements.loaded
-    return session.plate.name if loaded is None or session.shows_plate else loaded.name
 
 
 def blueprint(session: Session) -> rrb.Blueprint:
@@ -88,7 +81,7 @@ def _scene(session: Session) -> rrb.Spatial3DView:
     position, target = first_view(session)
     return rrb.Spatial3DView(
         origin="world",
-        name=f"{session.robot.name} · {_name(session)}",
+        name=title(session),
         background=GROUND,
         line_grid=rrb.LineGrid3D(
             visible=True, spacing=0.1 if session.robot.reach < 3.0 else 0.5, color=(186, 195, 208)

@@ -14,6 +14,7 @@ import rerun as rr
 from workbench.diagnosis.result import judged
 from workbench.plate.plate import Plate
 from workbench.report.numbers import short
+from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.messages import SetCaption
 from workbench.session.journal.entry import Ending
@@ -48,7 +49,7 @@ class AbstractTimeline(ABC):
 class Log(AbstractTimeline):
     """`log`: one line per decision, and what a demo says.
 
-    The many places of a drag are left out, and steps that only changed how the page looks.
+    The places of a drag are left out, what the session computes by itself, and how the page looks.
     """
 
     def __init__(self) -> None:
@@ -64,23 +65,21 @@ class Log(AbstractTimeline):
             return
         messages = [m.text for m in moment.session.page.messages if m.number > self._message_count]
         self._message_count = moment.session.page.message_count
-        place = isinstance(moment.entry.command, MoveTarget) and moment.entry.ending is Ending.DONE
-        if isinstance(moment.entry.command, SetCaption) and moment.session.page.caption:
+        command, is_done = moment.entry.command, moment.entry.ending is Ending.DONE
+        if isinstance(command, SetCaption) and moment.session.page.caption:
             canvas.log("log", rr.TextLog(f"“{moment.session.page.caption}”", level="INFO"))
             return
-        is_look = (
-            moment.entry.ending is Ending.DONE
-            and before is not None
-            and _differ_in_looks(before, moment.session)
-        )
-        if (place or is_look) and not messages:
+        is_quiet = isinstance(command, MoveTarget | AbstractChore) or _look_alike(before, moment.session)
+        if is_done and is_quiet and not messages:
             return
         text = sentence(moment.entry, moment.session, messages)
         canvas.log("log", rr.TextLog(text, level=LEVELS[moment.entry.ending]))
 
 
-def _differ_in_looks(before: Session, now: Session) -> bool:
+def _look_alike(before: Session | None, now: Session) -> bool:
     """Whether two sessions differ in nothing but the page and what is laid over the scene."""
+    if before is None:
+        return False
     alike = replace(before.choices, overlay=now.choices.overlay)
     return differences(before, now) <= {"page", "choices"} and not differences(alike, now.choices)
 

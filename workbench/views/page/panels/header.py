@@ -10,6 +10,7 @@ from workbench.session.next_step import Action, NextStep, next_step
 from workbench.session.page_state import PASSING, Message, Severity
 from workbench.session.state import Session
 from workbench.session.worker import Worker
+from workbench.views.drawables.viewpoint import title
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.index import try_plate
@@ -68,16 +69,7 @@ class HeaderVerdict(AbstractPanel):
 class Header(AbstractPanel):
     """Below the verdict: the last message, and the long work under way."""
 
-    depends = (
-        "robot",
-        "plate.name",
-        "page.caption",
-        "page.is_paused",
-        "page.messages",
-        "page.chore",
-        "page.job",
-        next_step,
-    )
+    depends = (title, "page.caption", "page.is_paused", "page.messages", "page.chore", "page.job", next_step)
 
     def build(self, gui: viser.GuiApi) -> None:
         back, hint = lambda: SteerDemo(Steer.BACK), "Replay the previous scene."
@@ -103,7 +95,7 @@ class Header(AbstractPanel):
         self.button("Cancel", cancel, viser.Icon.PLAYER_STOP, hint, visible=lambda s: s.page.job is not None)
 
     def show(self, session: Session) -> None:
-        self._gui.set_panel_label(f"{session.robot.name} · {session.plate.name}")
+        self._gui.set_panel_label(title(session))
 
 
 def _progress(session: Session) -> float:

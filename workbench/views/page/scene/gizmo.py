@@ -117,6 +117,7 @@ class Corners:
     def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
         self._worker = worker
         self._dragged: str | None = None
+        self._begun = np.zeros(3)
         self._handles = {
             name: server.scene.add_transform_controls(
                 f"/corners/{name}",
@@ -151,17 +152,15 @@ class Corners:
                 put(handle, place + 1e-3)
                 self.show(session)
                 return
-            self._dragged = name
             if not np.isfinite(place).all():
                 return
+            if is_first := event.phase == "start":
+                self._dragged, self._begun = name, place
             if name == FACE:
-                if (view := _cut_at(session, place)) != session.region.view:
-                    self._worker.submit(ShowCubes(view))
+                self._worker.submit(ShowCubes(_cut_at(session, place, place - self._begun)))
                 return
-            is_first = event.phase == "start"
             region = session.plate.region
-            if not is_first:
-                region = dragged(region, CORNERS.index(name), place)
+            region = region if is_first else dragged(region, CORNERS.index(name), place)
             new = SetRegion(corner(region.min), corner(region.max), region.cube, step=is_first)
             self._worker.submit(new)
 
@@ -175,13 +174,12 @@ def _face(session: Session) -> np.ndarray:
     return place
 
 
-def _cut_at(session: Session, place: np.ndarray) -> CubeView:
-    """The face through a place, across the axis along which it was moved there."""
+def _cut_at(session: Session, place: np.ndarray, way: np.ndarray) -> CubeView:
+    """The face through a place, across the axis along which it has moved there, if it has."""
     region, view = session.plate.region, session.region.view
-    room = region.size / region.shape
-    axis = int(np.argmax(np.abs(place - _face(session)) / room))
-    layer = int(np.clip((place - region.min)[axis] // room[axis], 0, region.shape[axis] - 1))
-    return replace(view, is_chosen=True, cut=axis, layer=layer)
+    axis = int(np.argmax(np.abs(way))) if way.any() else view.cut or 0
+    layer = int(np.clip((place - region.min)[axis] * region.shape[axis] // region.size[axis], 0, None))
+    return replace(view, is_chosen=True, cut=axis, layer=min(layer, region.shape[axis] - 1))
 
 
 def dragged(region: Region, which: int, place: np.ndarray) -> Region:
