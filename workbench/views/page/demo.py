@@ -54,14 +54,12 @@ class DemoScene:
         commands: What is done, one after the other.
         seconds: How long it stands afterwards, or in all for many commands.
         tab: Where its outcome is seen.
-        waits: Whether what was begun has to end first.
     """
 
     caption: str
     commands: tuple[AbstractCommand, ...] = ()
     seconds: float = 6.0
     tab: Tab = Tab.PLATE
-    waits: bool = True
 
 
 class Demo:
@@ -125,8 +123,7 @@ class Demo:
                 return
             if command is not None:
                 self._submit(command)
-            if scene.waits:
-                self._worker.wait(MAX_COMMAND_TIME)
+            self._wait_for_end()
             self._wait(scene.seconds / max(len(scene.commands), 1))
 
     def _wait(self, seconds: float) -> None:
@@ -138,6 +135,14 @@ class Demo:
                 self._on.wait()
                 end += time.monotonic() - begin
             self._stop.wait(min(left, TICK))
+
+    def _wait_for_end(self) -> None:
+        """Until what was begun has ended; meanwhile the arm goes through the measured rows."""
+        for k in range(int(MAX_COMMAND_TIME)):
+            if self._stop.is_set() or self._worker.wait(1.0):
+                return
+            if (rows := self._worker.session.results.comparison) is not None:
+                self._submit(ShowRow(8 * k % len(rows)))
 
     def _submit(self, command: AbstractCommand) -> None:
         if self._stop.is_set():
@@ -202,12 +207,10 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     )
     yield DemoScene(
         "Geometry can't explain the remaining error. The diagnosis looks for its causes …",
-        (Diagnose(), *map(ShowRow, range(0, 160, 8))),
-        seconds=20.0,
+        (Diagnose(),),
+        seconds=1.0,
         tab=Tab.CALIBRATE,
-        waits=False,
     )
-    yield DemoScene("", seconds=0.0, tab=Tab.CALIBRATE)
     found = session().results.diagnosis
     if found is not None and found.effects:
         causes = " and ".join(cause.plain for cause in found.causes) or "no named cause"

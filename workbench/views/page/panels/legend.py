@@ -117,10 +117,10 @@ def has_errors(session: Session) -> bool:
 
 def sample(session: Session) -> str:
     """How long an error is drawn: the arrow that stands beside the base."""
-    rows, focus = session.results.comparison, session.playback.focus
-    if rows is None or not rows.stages or focus not in (Focus.ROW, Focus.JOG):
+    rows, focus, overlay = session.results.comparison, session.playback.focus, session.choices.overlay
+    if rows is None or not rows.stages or not overlay.arrows or focus not in (Focus.ROW, Focus.JOG):
         return ""
-    error = 1e3 * sample_error(session.choices.overlay.exaggeration, session.robot.reach)
+    error = 1e3 * sample_error(overlay.exaggeration, session.robot.reach)
     arrow = f'<b style="color:{css(MARK)};-webkit-text-stroke:.5px currentColor">↑</b>'
     return f'<div data-testid="sample">{arrow} beside the base: this long = {error:g} mm</div>'
 

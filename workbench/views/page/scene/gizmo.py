@@ -18,6 +18,7 @@ from workbench.session.commands.region import SetRegion, ShowCubes, corner
 from workbench.session.cube_values import are_shown, shown_layer
 from workbench.session.state import CubeView, Focus, Session
 from workbench.session.worker import Worker
+from workbench.views.drawables.sink import is_same
 from workbench.views.page.scene.node import put
 
 ARROWS, RINGS = "arrows", "rings"
@@ -117,7 +118,7 @@ class Corners:
     def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
         self._worker = worker
         self._dragged: str | None = None
-        self._begun = np.zeros(3)
+        self._begun, self._shown = np.zeros(3), tuple[Any, ...]()
         self._handles = {
             name: server.scene.add_transform_controls(
                 f"/corners/{name}",
@@ -136,19 +137,22 @@ class Corners:
 
     def show(self, session: Session) -> None:
         """Follow the region."""
-        region, view = session.plate.region, session.region.view
-        places = {**dict(zip(CORNERS, (region.min, region.max), strict=True)), FACE: _face(session)}
-        for name, handle in self._handles.items():
-            handle.visible = view.corners if name in CORNERS else are_shown(session) and view.cut is not None
+        now = session.plate.region, session.region.view, are_shown(session)
+        if self._shown and self._dragged is None and all(map(is_same, now, self._shown)):
+            return
+        (region, view, has_cubes), self._shown = now, now
+        for name, place in zip((*CORNERS, FACE), (region.min, region.max, _face(session)), strict=True):
+            handle = self._handles[name]
+            handle.visible = view.corners if name in CORNERS else has_cubes and view.cut is not None
             if name != self._dragged:
-                put(handle, places[name])
+                put(handle, place)
 
     def _listen(self, name: str, handle: viser.TransformControlsHandle) -> None:
         @handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
             session, place = self._worker.session, np.array(event.target.position)
             if event.phase == "end":
-                self._dragged = None
+                self._dragged, self._shown = None, ()
                 put(handle, place + 1e-3)
                 self.show(session)
                 return
