@@ -14,13 +14,14 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, Worker
 from workbench.session.command import AbstractCommand
-from workbench.session.commands.compare import ShowFit, ShowRow
+from workbench.session.commands.compare import SetOverlay, ShowFit, ShowRow
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.region import CHORES, ShowCubes
 from workbench.session.commands.undo import Undo
+from workbench.session.comparison import ModelStage, Overlay
 from workbench.session.journal.folder import begin
 from workbench.session.state import CubeView
 from workbench.views.recording.recorder import recorder
@@ -52,8 +53,8 @@ def commands(session: Session) -> list[AbstractCommand]:
         MeasureVirtualArm(7, errors=(5e-4, 1e-3)),
         Identify(("ols", "opt2")),  # both converge quadratically: the same on every machine
         ShowFit("ols"),
-        ShowRow(14),
         ShowFit("opt2"),
+        SetOverlay(Overlay(stage=ModelStage.NOMINAL, exaggeration=60.0)),
         ShowRow(30),
     ]
 

@@ -100,7 +100,7 @@ def real_arm(
 def shell(robot: Robot, frames: Poses) -> Arm:
     """A translucent arm around the one that it is compared with, without a foot."""
     return Arm(
-        bodies=bodies_of(robot, swell=SHELL, has_foot=False), frames=frames, ghost=CALIBRATED, opacity=0.4
+        bodies=bodies_of(robot, swell=SHELL, has_foot=False), frames=frames, ghost=CALIBRATED, opacity=0.5
     )
 
 

@@ -20,7 +20,7 @@ def region(session: Session) -> Iterator[Item]:
     view, cuboid = session.region.view, session.plate.region
     is_seen = session.shows_plate or are_shown(session)
     yield Item("region/outline", Cuboid, (cuboid.min, cuboid.max, REGION), shown=is_seen)
-    is_cut = are_shown(session) and view.cut is not None
+    is_cut = are_shown(session) and view.cut is not None and session.drag is None  # a drag needs the time
     yield Item("region/grid", Cuboid, (cuboid.min, cuboid.max, GHOST, cuboid.shape), shown=is_cut)
     if view.field != NO_FIELD:
         read = (view, cuboid, *inputs(session), session.history.first_plate, session.drag)

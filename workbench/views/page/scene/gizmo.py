@@ -137,7 +137,7 @@ class Corners:
 
     def show(self, session: Session) -> None:
         """Follow the region."""
-        now = session.plate.region, session.region.view, are_shown(session)
+        now = session.plate.region, session.region.view, are_shown(session) and session.drag is None
         if self._shown and self._dragged is None and all(map(is_same, now, self._shown)):
             return
         (region, view, has_cubes), self._shown = now, now
