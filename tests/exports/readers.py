@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 import re
 from collections.abc import Callable
 
@@ -118,10 +117,3 @@ def mjcf(path: str) -> Kinematics:
         return base @ data.oMf[frame].homogeneous
 
     return pose
-
-
-def lerobot_degrees(text: str, counts: np.ndarray) -> np.ndarray:
-    """Positions in degrees that LeRobot reports for positions of the motors in counts."""
-    table = json.loads(text)
-    middles = [0.5 * (m["range_min"] + m["range_max"]) for m in table.values()]
-    return (counts - middles[: len(counts)]) * 360.0 / 4095.0

@@ -53,9 +53,9 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     assert session.measurements.loaded.virtual
     assert len(session.results.comparison) == 10 + 40
     assert session.results.comparison.calibrated is None
-    session = do(Identify())
+    assert set(do(Identify()).results.identification.runs) == {"ols"}
+    session = do(Identify(("ols", "opt1", "opt2")))
     found = session.results.identification
-    assert set(found.runs) == {"ols", "opt1", "opt2"}
     assert len(found.held_out_data) == 40
     assert found.runs["opt2"].held_out.position_mm.mean < 0.02 * found.nominal.held_out.position_mm.mean
     assert session.playback.focus is Focus.ROW

@@ -19,7 +19,6 @@ Q = np.array([[0.4, 0.7, -0.9, -0.6, 0.8]])
 
 
 def tools(robot, q, frames):
-    """Where the tool is that the last body carries, and where the model has it."""
     tool = se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q))
     held = se3.inverse(body_frames(robot, q[0])[-1]) @ tool[0]
     return (frames[:, -1] @ held)[:, :3, 3], tool[:, :3, 3]

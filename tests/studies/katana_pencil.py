@@ -15,11 +15,12 @@ from studies.finding import Finding, judged
 from studies.katana_generator import VirtualKatana, draw_arm
 from studies.katana_study import EACH_DIRECTION, REMAINDER, read_tilting
 from studies.katana_tracking import ROWS, SAMPLES, drawing_katana, identified, reached
+from studies.pencil_scan import draw, scan
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows, Poses, Positions
-from workbench.extras.katana.pencil import draw, plotted_errors, plotted_profile, scan
+from workbench.extras.katana.pencil import plotted_errors, plotted_profile
 from workbench.extras.trajectories.compensation import CorrectionMethod
 from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.curves import Circle, circle_through

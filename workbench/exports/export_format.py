@@ -119,10 +119,6 @@ class AbstractForm(ABC):
         """Notes on using the file, one sentence each."""
         return ()
 
-    def doubt(self, job: Job) -> str:
-        """Why the file should not be used, in one sentence; empty if it may."""
-        return ""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Exported:
@@ -135,7 +131,6 @@ class Exported:
         verdict: The same in words, and the error of the file's arm.
         rows: Poses that were compared.
         notes: What to know before it is used.
-        doubt: Why it should not be used; empty if it may.
     """
 
     path: Path
@@ -143,7 +138,6 @@ class Exported:
     verdict: str
     rows: int
     notes: tuple[str, ...]
-    doubt: str = ""
 
     @property
     def position(self) -> float | None:
@@ -198,7 +192,6 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         verdict=_verdict(calibrated, left, rows),
         rows=rows,
         notes=tuple(notes),
-        doubt=form.doubt(job),
     )
 
 

@@ -19,7 +19,12 @@ from workbench.base.types import Outcome
 from workbench.base.wording import plural
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS, AbstractIdentifier
+from workbench.identification.algorithms import (
+    ALGORITHMS,
+    DEFAULT_ALGORITHMS,
+    FURTHER_ALGORITHMS,
+    AbstractIdentifier,
+)
 from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit import Fit
@@ -62,7 +67,8 @@ def identify(
         data: Measurements.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`,
             where `choices` does not set them.
-        algorithms: Names from `ALGORITHMS`.
+        algorithms: Names from `ALGORITHMS`. The default is joined by OPT1 and OPT2 where it does not
+            converge, or ends outside the bounds.
         bounds: Minimum and maximum value by name, for OPT1.
         loss: Whether outliers are excluded, or how residuals are weighted.
         deviation: Expected deviation of the arm's constants from nominal [rad, m]; `auto`: estimated from the
@@ -93,6 +99,10 @@ def identify(
     if ready.identifiability is None:
         problem = with_expected_deviation(problem, deviation)
     runs = _runs(ready, problem, chosen, weighting)
+    if tuple(algorithms) == DEFAULT_ALGORITHMS and any(
+        not r.fit.outcome.ok or r.fit.beyond_bounds for r in runs.values()
+    ):
+        runs |= _runs(ready, problem, [ALGORITHMS[name] for name in FURTHER_ALGORITHMS], weighting)
     progress(0.95, "validating")
     nominal = ready.nominal_rows
     found = Identification(

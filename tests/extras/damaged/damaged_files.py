@@ -227,13 +227,15 @@ def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
 
 def _of_forms(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     """Files of controllers and drivers: imported, and brought up to date with a calibration."""
+    from workbench.extras.hobby.lerobot import read_motors
     from workbench.extras.pendant.commands import _applied
 
     arm("ur5e").save(folder / "ur5e.urdf")
     nominal = {"urdf": arm(str(folder / "ur5e.urdf"))}
-    sound = {"urdf": (folder / "ur5e.urdf").read_text(), "lerobot": MOTORS}
-    found: dict[str, tuple[str, str | bytes, Read]] = {}
-    for name in ("dh-csv", "lerobot", "mjcf", "ur-calibration", "ur-kinematics", "urdf"):
+    sound = {"urdf": (folder / "ur5e.urdf").read_text()}
+    motors = "motors.json", MOTORS, lambda path: read_motors(path.read_text(errors="replace"), 5)
+    found: dict[str, tuple[str, str | bytes, Read]] = {"motors": motors}
+    for name in ("dh-csv", "ur-calibration", "ur-kinematics", "urdf"):
         form, own = FORMS[name], nominal.get(name, arm("ur5e"))
         content = sound.get(name) or form.write(Job(robot=own, nominal=own))
         moved = "joint2.x" if name == "urdf" else "joint2.a"
@@ -246,7 +248,7 @@ def _of_forms(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
             job = Job(robot=better, nominal=own, source=form.text_of(path))
             export_robot(form, path.with_name("out"), job, rows=5)
 
-        if name not in ("mjcf", "urdf"):
+        if name != "urdf":
             found[f"{name} --apply"] = (f"apply{form.ending}", content, apply)
         if name != "dh-csv":
             found[f"{name} --into"] = (f"into{form.ending}", content, into)

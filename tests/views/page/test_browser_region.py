@@ -8,7 +8,6 @@ pytestmark = pytest.mark.browser
 
 def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(app, look):
     screen = look()
-    screen.tab("Plate")
     screen.page.get_by_text("Region and cubes", exact=True).click()
     screen.choose("Cubes show", "Predicted error")
     screen.wait_text("key", "mm")
@@ -17,10 +16,8 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.until(lambda session: session.drag is not None)
     screen.page.mouse.up()
     first = screen.until(lambda session: session.drag is None).history.past[0].plate
-    screen.tab("Plate")
     screen.press("Undo")
     screen.until(lambda session: session.plate is first)
-    screen.tab("Plate")
     screen.choose("Slice", "one layer of z")
     region = screen.until(lambda session: session.region.view.cut == 2).plate.region
     wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, 0.325], axis=1)))

@@ -98,7 +98,6 @@ def test_every_decision_is_in_words(pictures, sample):
     drops = [s for s, line in enumerate(sample.lines, start=1) if isinstance(line.entry.command, DropTarget)]
     assert "predicted error" in log[drops[0]][0]
     assert "out of reach" in log[drops[2]][0]
-    assert len(log) < len(sample.lines)
     assert all(line.entry.ending is Ending.DONE for line in sample.lines)
 
 
