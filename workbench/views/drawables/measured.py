@@ -58,9 +58,9 @@ def measured(session: Session) -> Iterator[Item]:
     yield Item("errors/nominal", _arrows, nominal, shown=is_compared)
     is_other = is_compared and stage is not ModelStage.NOMINAL
     yield Item("errors/calibrated", _arrows, (rows, stage, times, CALIBRATED), shown=is_other)
-    inputs = rows, times, session.robot.reach
-    yield Item("errors/sample", lambda *of: _sample(*of)[0], inputs, shown=is_compared)
-    yield Item("errors/sample_words", lambda *of: _sample(*of)[1], inputs, shown=is_compared)
+    scale = rows, times, session.robot.reach
+    yield Item("errors/sample", lambda *of: _sample(*of)[0], scale, shown=is_compared)
+    yield Item("errors/sample_words", lambda *of: _sample(*of)[1], scale, shown=is_compared)
 
 
 def selected_row_marks(session: Session) -> Iterator[Item]:
