@@ -147,12 +147,13 @@ const measured = new ResizeObserver(([strip]) =>
   document.documentElement.style.setProperty("--strip", `${{strip.target.offsetHeight}}px`));
 let strip = null, tab = "", scrolled = null, resized = 0;
 addEventListener("resize", () => resized = Date.now());
+addEventListener("pointerdown", e => {{ if (e.target.closest?.('[role="tab"]')) resized = 0; }}, true);
 const places = {{}};
 const open = () => document.querySelector({f'{TABS} [aria-selected="true"]'!r})?.innerText;
 const turned = () => {{
   const now = open();
   if (!now || now === tab || document.querySelectorAll({f'{TABS} [role="tab"]'!r}).length < 2) return;
-  if (tab && Date.now() - resized < 800) {{  // it forgets it where it becomes a phone
+  if (tab && Date.now() - resized < 3000) {{  // it forgets it where it becomes a phone
     [...document.querySelectorAll({f'{TABS} [role="tab"]'!r})].find(e => e.innerText === tab)?.click();
     return;
   }}

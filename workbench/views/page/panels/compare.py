@@ -105,11 +105,10 @@ def _readout(session: Session) -> str:
     comparison, row = session.results.comparison, session.results.row
     if comparison is None:
         return ""
-    kind = "held out" if comparison.held_out[row] else "fitted"
     head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])}"
-    if session.results.identification is None:
-        return block(f"{head}{_as_opened(comparison, row)}", testid="row", style="margin:6px 0")
-    return block(f"{head} · {kind}", testid="row", style="margin:6px 0")
+    kind = f" · {'held out' if comparison.held_out[row] else 'fitted'}"
+    below = _as_opened(comparison, row) if session.results.identification is None else kind
+    return block(f"{head}{below}", testid="row", style="margin:6px 0")
 
 
 def _as_opened(comparison: Comparison, row: int) -> str:
