@@ -138,7 +138,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     screen.wait_text("result", "held-out poses")
     assert "joint2.alpha" in screen.text("parameters")
     found = app.worker.session.results.identification
-    assert found.runs["opt2"].held_out.position_mm.mean < 0.05 * found.nominal.held_out.position_mm.mean
+    assert found.best.held_out.position_mm.mean < 0.05 * found.nominal.held_out.position_mm.mean
     page.get_by_text("Errors along each joint", exact=True).click()
     page.locator('[data-testid="joints"]', has_text="Joint 6").wait_for()
     page.locator('[data-testid="joints"] svg').nth(4).wait_for()
@@ -161,7 +161,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     saved = tmp_path / "saved.toml"
     download.value.save_as(saved)
     names = robot.default_free
-    wanted = found.runs["opt2"].calibrated.values(names)
+    wanted = found.best.calibrated.values(names)
     assert np.allclose(read_toml(saved).values(names), wanted, atol=1e-12)
 
 
