@@ -49,10 +49,9 @@ def test_a_plate_that_states_no_tolerances_shows_its_error_as_drawn_beside_the_e
 
 
 def test_error_and_index_of_the_plate_stand_side_by_side_with_their_curves(first):
-    score = first.score
-    shown = headline(first, [(score.position, 0.6), (1.1 * score.position, 0.5), (np.inf, 0.4)])
-    assert f">{1e3 * score.position:.3f} mm<" in shown
-    assert f">O {score.per_target.mean():.4f}<" in shown
+    shown = headline(first, [(1e-3, 0.6), (2e-3, 0.5), (np.inf, 0.4)])
+    assert f">{1e3 * first.score.position:.3f} mm<" in shown
+    assert f">O {first.score.per_target.mean():.4f}<" in shown
     assert shown.count("<polyline") == shown.count("<svg") == headline(first, []).count("<svg") == 2
 
 
