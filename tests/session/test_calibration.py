@@ -1,5 +1,7 @@
 """Measurements, identification, comparison and export, as commands."""
 
+import zipfile
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowRow
-from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
+from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm, load_command
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import Dismiss
@@ -130,3 +132,6 @@ def test_a_saved_choice_of_columns_is_one_for_the_command_line(do, file, tmp_pat
     (tmp_path / "a.csv").write_bytes(file)
     again = preview(tmp_path / "a.csv", columns=read_mapping(tmp_path / name).columns)
     assert np.array_equal(again.dataset.q, session.measurements.loaded.dataset.q)
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.write(tmp_path / "a.csv", "a/a.csv")
+    assert load_command("a.zip", (tmp_path / "a.zip").read_bytes()) == LoadData("a.csv", file)

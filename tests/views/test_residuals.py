@@ -36,13 +36,15 @@ def comparison(stages=3) -> Comparison:
         nominal=poses,
         calibrated=after if stages > 1 else None,
         residuals=residuals,
+        models=dict.fromkeys(STAGES[:stages], load_robot("aria")),
     )
 
 
 def drawn(rows, *, overlay=None, focus=Focus.ROW, left_out=frozenset(), row=0):
     """What the page shows of the rows, by path."""
     session = SimpleNamespace(
-        results=SimpleNamespace(comparison=rows, row=row),
+        robot=load_robot("aria"),
+        results=SimpleNamespace(comparison=rows, row=row, accepted=len(rows.stages) > 2),
         choices=SimpleNamespace(overlay=overlay or Overlay()),
         measurements=SimpleNamespace(left_out=left_out),
         playback=SimpleNamespace(focus=focus),
