@@ -75,7 +75,7 @@ BUDGETS = {
     "extras/service": 1_372,
     "extras/trajectories": 1_975,
     "extras/workshop": 910,
-    "tests": 41_648,
+    "tests": 41_426,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
