@@ -84,17 +84,6 @@ def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_i
         assert back.results.identification is before.results.identification
 
 
-@pytest.mark.parametrize(("name", "millimetres"), [("laser-tracker", 0.02), ("optotrak", 0.00577)])
-def test_an_instrument_measures_a_virtual_arm_as_well_as_it_sees(name, millimetres, do):
-    session = do(MeasureVirtualArm(3, more=20, instrument=name))
-    data, actual = session.measurements.loaded.dataset, session.measurements.loaded.actual
-    assert dict(session.measurements.loaded.facts)["Noise"].startswith(f"{millimetres:g} mm")
-    off = np.linalg.norm(data.position - tool_poses(actual, Motion(data.q))[:, :3, 3], axis=1)
-    assert 1e3 * off.mean() == pytest.approx(1.6 * millimetres, rel=0.3)  # of three normal coordinates
-    found = do(Identify(("opt2",))).results.identification
-    assert found.runs["opt2"].held_out.position_mm.mean < 0.01 * found.nominal.held_out.position_mm.mean
-
-
 def test_a_file_is_read_identified_and_looked_at(do, file):
     session = do(LoadData("../../etc/a.csv", file))
     assert session.measurements.loaded.name == "a.csv"
