@@ -10,10 +10,9 @@ was not measured, or is more uncertain than manufacturing errors, the nominal ar
 """
 
 import base64
-import binascii
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -165,23 +164,17 @@ def pose_keys(q: Float[np.ndarray, "rows n"]) -> UInt32[np.ndarray, " rows"]:
     return frozen(np.array([zlib.crc32(row.tobytes()) for row in rounded], np.uint32))
 
 
-def poses_of(text: str) -> UInt32[np.ndarray, " rows"] | None:
-    """Pose keys as `Calibration.table` wrote them; None for anything else."""
-    try:
-        return frozen(np.frombuffer(base64.b64decode(text, validate=True), "<u4").astype(np.uint32))
-    except (binascii.Error, ValueError):
-        return None
+def poses_of(text: str) -> UInt32[np.ndarray, " rows"]:
+    """Pose keys as `Calibration.table` wrote them; a ValueError for anything else."""
+    return frozen(np.frombuffer(base64.b64decode(text, validate=True), "<u4").astype(np.uint32))
 
 
-def covariance_of(text: str) -> Float[np.ndarray, "k k"] | None:
-    """A covariance as `Calibration.table` wrote it, its lower half; None for anything else."""
-    try:
-        half = np.frombuffer(base64.b64decode(text, validate=True), "<f4").astype(float)
-    except (binascii.Error, ValueError):
-        return None
+def covariance_of(text: str) -> Float[np.ndarray, "k k"]:
+    """A covariance as `Calibration.table` wrote it, its lower half; a ValueError for anything else."""
+    half = np.frombuffer(base64.b64decode(text, validate=True), "<f4").astype(float)
     size = int(np.sqrt(2 * len(half)))
     if len(half) != size * (size + 1) // 2 or not np.isfinite(half).all():
-        return None
+        raise ValueError("no lower half of a covariance")
     table = np.zeros((size, size))
     table[np.tril_indices(size)] = half
     return frozen(table + np.tril(table, -1).T)
@@ -192,26 +185,13 @@ def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | Non
     if table is None:
         return None
     what = "[calibration]"
-    reader.keys(
-        table,
-        {
-            "source",
-            "poses",
-            "std",
-            "nominal",
-            "covariance",
-            "error",
-            "reading",
-            "refused",
-            "observed",
-            "geometry",
-        },
-        what,
-    )
-    poses = poses_of(str(table.get("poses", "")))
-    covariance = covariance_of(str(table["covariance"])) if "covariance" in table else None
-    if poses is None or ("covariance" in table and covariance is None):
-        raise reader.fail(f"{what} poses or covariance are damaged; use the file written by the calibration")
+    reader.keys(table, {f.name for f in fields(Calibration)}, what)
+    try:
+        poses = poses_of(str(table.get("poses", "")))
+        covariance = covariance_of(str(table["covariance"])) if "covariance" in table else None
+    except ValueError:
+        text = f"{what} poses or covariance are damaged; use the file written by the calibration"
+        raise reader.fail(text) from None
 
     def named(key: str) -> dict[str, float]:
         values = reader.table(table.get(key, {}), f"{what} {key}")
@@ -232,18 +212,9 @@ def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | Non
 
 def _observed(table: Any, reader: AbstractTableReader) -> Observed:
     what = "[calibration.observed]"
-    reader.keys(table, {"position", "rotation", "tool", "flange", "q"}, what)
-    rows = table.get("q")
-    if not isinstance(rows, list) or not rows:
-        raise reader.fail(f"{what} q must be a list of joint positions, not {rows!r}")
-    first = len(rows[0]) if isinstance(rows[0], list) else 0
-    return Observed(
-        position=int(reader.number(table.get("position"), f"{what} position")),
-        rotation=int(reader.number(table.get("rotation"), f"{what} rotation")),
-        tool=_expected(table, "tool", what, reader),
-        flange=_expected(table, "flange", what, reader),
-        q=frozen(np.array([reader.numbers(row, first, f"{what} q") for row in rows])),
-    )
+    errors = {key: _expected(reader.table(table, what), key, what, reader) for key in ("tool", "flange")}
+    found = reader.record(Observed, {**table, **errors}, what)
+    return replace(found, q=frozen(found.q))
 
 
 def _expected(table: dict, key: str, what: str, reader: AbstractTableReader) -> Expected:

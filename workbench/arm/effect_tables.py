@@ -17,33 +17,10 @@ def effect_of(table: dict, number: int, reader: AbstractTableReader) -> Abstract
     joints = table.get("joints", [])
     if not isinstance(joints, list) or not all(type(j) is int for j in joints):
         raise reader.fail(f"{what} joints must be a list of whole numbers from 1, not {joints!r}")
-    settings = {
-        key: _setting(getattr(kind, key), table[key], f"{what} {key}", reader)
-        for key in kind.settings()
-        if key in table
-    }
-    if "coefficients" not in table:
-        raise reader.fail(f"{what} has no coefficients; give their sizes in SI units")
-    coefficients = _setting((), table["coefficients"], f"{what} coefficients", reader)
-    if not coefficients:
-        raise reader.fail(f"{what} has no coefficients; give their sizes in SI units")
-    return kind(tuple(j - 1 for j in joints), coefficients, **settings)
-
-
-def _setting(default: Any, value: Any, what: str, reader: AbstractTableReader) -> Any:
-    """A setting of an effect, of the same type as its default."""
-    if isinstance(default, tuple):
-        if not isinstance(value, list):
-            raise reader.fail(f"{what} must be a list of numbers, not {value!r}")
-        return tuple(reader.number(v, what) for v in value)
-    if isinstance(default, float):
-        return reader.number(value, what)
-    if type(default) is int and isinstance(value, list):
-        return tuple(_setting(default, v, what, reader) for v in value)
-    if type(value) is not type(default):
-        kinds = {int: "a whole number", bool: "true or false", str: "a word in quotes"}
-        raise reader.fail(f"{what} must be {kinds[type(default)]}, not {value!r}")
-    return value
+    if not isinstance(table.get("coefficients"), list) or not table["coefficients"]:
+        raise reader.fail(f"{what} has no coefficients; give a list of numbers, their sizes in SI units")
+    given = {key: table[key] for key in ("coefficients", *kind.settings()) if key in table}
+    return reader.record(kind, {"joints": [j - 1 for j in joints], **given}, what)
 
 
 def effect_table(effect: AbstractEffect) -> dict[str, Any]:

@@ -36,11 +36,10 @@ from workbench.base.types import Freedom, frozen
 CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
 PLACES = {"base", "tool", "session", "gravity", "gravity_tolerance"}
 ROBOT_KEYS = {"name", "convention", "joint", "element", "effect", "calibration", *PLACES}
-LINK_KEYS = {"mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
-JOINT_KEYS = {"type", "free", "limits", *LINK_KEYS, "order", "name", "follows", "ratio", *CONSTANTS}
+FACTS = {"name", "limits", "mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
+JOINT_KEYS = {"type", "free", "order", "follows", "ratio", *FACTS, *CONSTANTS}
 ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
 ELEMENT_KEYS = {"axis", "value", "joint", "follows", "ratio", "free", "name"}
-FACT_KEYS = {"type", "limits", *LINK_KEYS, "name"}
 FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
 
 
@@ -77,40 +76,9 @@ class _RobotReader(AbstractTableReader):
         return replace(common, **own)
 
     def joint(self, table: dict, name: str) -> Joint:
-        limits = (-np.inf, np.inf)
-        if "limits" in table:
-            low, high = self.numbers(table["limits"], 2, f"{name} limits")
-            if low >= high:
-                raise self.fail(f"{name} limits [{low:g}, {high:g}] are empty; give the smaller one first")
-            limits = (float(low), float(high))
-        mass = self.number(table["mass"], f"{name} mass") if "mass" in table else None
-        if mass is not None and mass < 0:
-            raise self.fail(f"{name} mass is {mass:g} kg; it can't be negative")
-        moment = self.number(table["max_moment"], f"{name} max_moment") if "max_moment" in table else None
-        if moment is not None and moment < 0:
-            raise self.fail(f"{name} max_moment is {moment:g} N m; it can't be negative")
-        com = frozen(self.numbers(table.get("com", [0, 0, 0]), 3, f"{name} com"))
-        label = table.get("name", "")
-        if not isinstance(label, str):
-            raise self.fail(f"{name} has the name {label!r}; put it in quotes")
-        return Joint(
-            name=name,
-            kind=self.kind(table, name),
-            limits=limits,
-            mass=mass,
-            com=com,
-            mass_tolerance=self.tolerance(table, name, "mass_tolerance", MASS_TOLERANCE),
-            com_tolerance=self.tolerance(table, name, "com_tolerance", COM_TOLERANCE),
-            max_moment=moment,
-            label=label,
-        )
-
-    def tolerance(self, table: dict, name: str, key: str, default: float) -> float:
-        what = f"{name} {key}".strip()
-        value = self.number(table.get(key, default), what)
-        if value < 0:
-            raise self.fail(f"{what} is {value:g}; a standard deviation can't be negative")
-        return value
+        facts = {"label" if key == "name" else key: table[key] for key in table.keys() & FACTS}
+        facts["com"] = frozen(self.numbers(table.get("com", [0, 0, 0]), 3, f"{name} com"))
+        return self.record(Joint, {"name": name, "kind": self.kind(table, name), **facts}, name)
 
     def kind(self, table: dict, name: str) -> JointKind:
         try:
@@ -126,16 +94,9 @@ class _RobotReader(AbstractTableReader):
         order = table.get("order", "xyz")
         if not isinstance(order, str) or order not in THREE_ROTATION:
             raise self.fail(f'{name} order must be "xyz" or "zyx", not {order!r}')
-        free = table.get("free")
-        if free is not None and not (isinstance(free, list) and all(isinstance(f, str) for f in free)):
-            raise self.fail(f'{name} free must be a list of names, such as ["theta", "a"], not {free!r}')
-        return JointEntry(
-            self.kind(table, name),
-            constants,
-            None if free is None else tuple(free),
-            order,
-            self.followed(table, name),
-        )
+        given = {"constants": constants, "order": order, "follows": self.followed(table, name)}
+        free = {"free": table["free"]} if "free" in table else {}
+        return self.record(JointEntry, {"kind": self.kind(table, name), **given, **free}, name)
 
     def followed(self, table: dict, name: str) -> tuple[tuple[int, float], ...]:
         """Columns that a joint follows beside its own, and the ratios; one of each or lists."""
@@ -198,8 +159,9 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
     if convention not in CONVENTIONS:
         raise reader.fail(f"convention is {convention!r}; known: {', '.join(CONVENTIONS)}")
     tables = reader.tables(data, "joint")
-    unknown, tolerance = Frame(free=Freedom.AUTO), reader.tolerance(data, "", "gravity_tolerance", TOLERANCE)
-    mounting = Mounting(base=unknown, tool=unknown, gravity_tolerance=tolerance)
+    own = {key: data[key] for key in ("gravity_tolerance",) if key in data}
+    unknown = Frame(free=Freedom.AUTO)
+    mounting = reader.record(Mounting, {"base": unknown, "tool": unknown, **own}, "the robot's")
     mounting = reader.mounting(data, "", mounting, Freedom.AUTO)
     kinds = [reader.kind(t, f"[[joint]] {i + 1}") for i, t in enumerate(tables)]
     names = joint_names([JointEntry(k) for k in kinds])
@@ -298,7 +260,7 @@ def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader
             f"{len(joints)} [[joint]] tables but {len(ends)} driven elements; give one for each"
         )
     for k, table in enumerate(facts):
-        reader.keys(table, FACT_KEYS, f"{names[k]} of an elementary robot")
+        reader.keys(table, {"type", *FACTS}, f"{names[k]} of an elementary robot")
         if table.get("type", kinds[k]) != kinds[k]:
             axis = elements[ends[k]].axis.name.lower()
             raise reader.fail(f"{names[k]} is '{table['type']}' but drives {axis}; make it '{kinds[k]}'")
@@ -322,29 +284,15 @@ def _element(table: dict, number: int, link: int, reader: _RobotReader) -> Eleme
     if letters not in ELEMENT_AXES:
         raise reader.fail(f"{what} axis is {table.get('axis')!r}; known: {', '.join(ELEMENT_AXES)}")
     axis = Axis[letters.upper()]
-    free = table.get("free", False)
-    if not isinstance(free, bool):
-        raise reader.fail(f"{what} free must be true or false, not {free!r}")
     name = str(table.get("name", f"element{number + 1}.{axis.name.lower()}"))
     if name.split(".")[0] in ("base", "tool"):
         raise reader.fail(f"{what} is named '{name}', which is reserved for [base] and [tool]; rename it")
-    value = reader.number(table.get("value", 0.0), f"{what} value")
-    joint = table["joint"] - 1 if "joint" in table else None
-    follows = table.get("follows")
-    if follows is not None and (type(follows) is not int or joint is not None):
-        raise reader.fail(
-            f"{what} follows must be a joint's number, without joint beside it, not {follows!r}"
-        )
-    return Element(
-        axis,
-        name,
-        value,
-        joint=joint,
-        free=free,
-        link=link,
-        follows=None if follows is None else follows - 1,
-        ratio=reader.number(table.get("ratio", 1.0), f"{what} ratio"),
-    )
+    if "follows" in table and (type(table["follows"]) is not int or "joint" in table):
+        found = table["follows"]
+        raise reader.fail(f"{what} follows must be a joint's number, without joint beside it, not {found!r}")
+    driven = {key: table[key] - 1 for key in ("joint", "follows") if key in table}
+    own = {key: table[key] for key in ("value", "ratio", "free") if key in table}
+    return reader.record(Element, {"axis": axis, "name": name, "link": link, **driven, **own}, what)
 
 
 def _sessions(tables: list[dict], common: Mounting, reader: _RobotReader) -> dict[str, Mounting]:

@@ -100,7 +100,7 @@ def checked_arguments(record: type | None = None) -> Callable[[Callable[P, Resul
             except TypeError as error:
                 raise TypeError(f"{verb.__name__}() {error}") from None
             single = {n: v for n, v in given.arguments.items() if own.parameters[n].kind not in _SEVERAL}
-            given.arguments.update(_admitted(verb, single))
+            given.arguments.update(admitted(verb, single))
             return verb(*given.args, **given.kwargs)
 
         call.__signature__ = shown  # type: ignore[attr-defined]
@@ -117,7 +117,7 @@ def admit(record: Any, *, is_finite: bool = True) -> None:
         is_finite: Whether all numbers must be.
     """
     values = {f.name: getattr(record, f.name) for f in fields(record)}
-    for name, value in _admitted(type(record), values, is_finite).items():
+    for name, value in admitted(type(record), values, is_finite).items():
         object.__setattr__(record, name, value)
 
 
@@ -141,8 +141,8 @@ def with_fields(kind: type[Kind], record: Kind | None, given: Mapping[str, Any])
     return both
 
 
-def _admitted(of: Callable[..., Any], values: Mapping[str, Any], is_finite: bool = False) -> dict[str, Any]:
-    """Values by name, each of the type that its annotation says."""
+def admitted(of: Callable[..., Any], values: Mapping[str, Any], is_finite: bool = False) -> dict[str, Any]:
+    """Some arguments or fields by name, each of the type that its annotation says."""
     from pydantic import ValidationError
 
     try:
