@@ -4,11 +4,10 @@ import generator
 import numpy as np
 import pytest
 
+from workbench import Motion, tool_poses
 from workbench.arm.effects import EFFECTS
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.damped_newton import Task
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 
 SOFT = (
