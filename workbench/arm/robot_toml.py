@@ -18,7 +18,7 @@ from workbench.arm.conventions import (
     build_elements,
     joint_names,
 )
-from workbench.arm.effect_tables import effect_of, effect_table
+from workbench.arm.effects import EFFECTS, AbstractEffect
 from workbench.arm.frame import Frame
 from workbench.arm.gravity import TOLERANCE
 from workbench.arm.joint import COM_TOLERANCE, MASS_TOLERANCE, Joint, JointKind
@@ -183,7 +183,7 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
             link_ends=ends,
             mounting=mounting,
         )
-        effects = [effect_of(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
+        effects = [_effect(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
         robot = with_plausible_units(replace(robot, effects=tuple(effects)))
     except RobotError as error:
         raise reader.fail(str(error)) from None
@@ -193,6 +193,23 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
         record = replace(record, geometry=_geometry(data["calibration"]["geometry"], robot, reader))
     loads = [t["loads"] for t in reader.tables(data, "effect") if "loads" in t]
     return replace(_loaded(robot, loads[0], reader) if loads else robot, calibration=record)
+
+
+def _effect(table: dict, number: int, reader: _RobotReader) -> AbstractEffect:
+    """An effect; settings other than joints and coefficients are keys of the same name."""
+    what = f"[[effect]] {number + 1}"
+    name = table.get("name")
+    if not isinstance(name, str) or name not in EFFECTS:
+        raise reader.fail(f"{what} has the name {name!r}; known: {', '.join(EFFECTS)}")
+    kind, what = EFFECTS[name], f"{what} ({name})"
+    reader.keys(table, {"name", "joints", "coefficients", "loads", *kind.settings()}, what)
+    joints = table.get("joints", [])
+    if not isinstance(joints, list) or not all(type(j) is int for j in joints):
+        raise reader.fail(f"{what} joints must be a list of whole numbers from 1, not {joints!r}")
+    if not isinstance(table.get("coefficients"), list) or not table["coefficients"]:
+        raise reader.fail(f"{what} has no coefficients; give a list of numbers, their sizes in SI units")
+    given = {key: table[key] for key in ("coefficients", *kind.settings()) if key in table}
+    return reader.record(kind, {"joints": [j - 1 for j in joints], **given}, what)
 
 
 def _geometry(data: Any, robot: Robot, reader: _RobotReader) -> Robot:
@@ -316,7 +333,7 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
     alone = None if robot.calibration is None else robot.calibration.geometry
     table = _arm_table(robot if alone is None else robot.weighed_as(alone))
     if robot.effects:
-        table["effect"] = [effect_table(e) for e in robot.effects]
+        table["effect"] = [_effect_table(e) for e in robot.effects]
     if robot.calibration is not None:
         table["calibration"] = robot.calibration.table()
     if alone is not None:
@@ -325,6 +342,19 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
             if own.loads and loads != given:
                 effect["loads"] = loads
         table["calibration"]["geometry"] = _geometry_table(alone, robot)
+    return table
+
+
+def _effect_table(effect: AbstractEffect) -> dict[str, Any]:
+    """An effect as its table."""
+    table: dict[str, Any] = {"name": str(effect.name)}
+    if effect.joints:
+        table["joints"] = [j + 1 for j in effect.joints]
+    table["coefficients"] = list(effect.coefficients)
+    for key in effect.settings():
+        value = getattr(effect, key)
+        if value != ():
+            table[key] = list(value) if isinstance(value, tuple) else value
     return table
 
 

@@ -25,6 +25,7 @@ from jaxtyping import Float, Int
 
 from workbench.arm.chain import Axis, Chain, Element
 from workbench.arm.effects.axes import (
+    PART_UNITS,
     Insertion,
     Wrenches,
     across_axes,
@@ -166,14 +167,18 @@ class AbstractEffect(ABC):
         return (f"arm.{part}",) if self.whole_arm else tuple(f"joint{j + 1}.{part}" for j in self.joints)
 
     def units(self, chain: Chain) -> tuple[str, ...]:
+        if self.insertion and not self.joints:
+            return PART_UNITS[: len(self.names)]
         each = len(self.names) // max(len(self.joints), 1)
-        slides = (not (self.insertion or turns(chain, j)) for j in self.joints or (-1,))
+        slides = (not (self.insertion.of_joint or turns(chain, j)) for j in self.joints or (-1,))
         return tuple(self.unit[slide] for slide in slides for _ in range(each))
 
     def elements(self, chain: Chain) -> tuple[str, ...]:
-        """Names of the E elements that it changes; usually its joints' own, or inserted ones."""
-        if self.insertion:
+        """Names of the E elements that it changes; usually its joints', inserted ones, or a frame's."""
+        if self.insertion.of_joint:
             return inserted_names(chain, self.joints, self.insertion)
+        if self.insertion and not self.joints:
+            return self.insertion.frame[: len(self.names)]
         return driven_names(chain, self.joints)
 
     def components(self, chain: Chain) -> Int[np.ndarray, "m 2"]:
