@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from workbench.base.arguments import Reads
+from workbench.base.arguments import NotNegative, Reads
 from workbench.base.types import Vector3, frozen
 
 MASS_TOLERANCE, COM_TOLERANCE = 0.1, 0.015
@@ -19,12 +19,6 @@ MIN_DEVIATION = 1e-6
 """Minimum standard deviation of a mass [kg] or centre [m]."""
 
 
-def _not_negative(value: Any, given: Any) -> Any:
-    if value < 0:
-        raise ValueError
-    return value
-
-
 def _ordered(value: Any, given: Any) -> Any:
     low, high = value
     if low >= high:
@@ -32,7 +26,6 @@ def _ordered(value: Any, given: Any) -> Any:
     return value
 
 
-Size = Annotated[float, Reads("a finite number of at least 0", _not_negative)]
 Limits = Annotated[tuple[float, float], Reads("two finite numbers, the smaller one first", _ordered)]
 
 
@@ -63,11 +56,11 @@ class Joint:
     name: str
     kind: JointKind = JointKind.REVOLUTE
     limits: Limits = (-np.inf, np.inf)
-    mass: Size | None = None
+    mass: NotNegative | None = None
     com: Vector3 = field(default_factory=lambda: np.zeros(3))
-    mass_tolerance: Size = MASS_TOLERANCE
-    com_tolerance: Size = COM_TOLERANCE
-    max_moment: Size | None = None
+    mass_tolerance: NotNegative = MASS_TOLERANCE
+    com_tolerance: NotNegative = COM_TOLERANCE
+    max_moment: NotNegative | None = None
     label: str = ""
 
     @property

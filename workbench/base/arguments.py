@@ -11,7 +11,7 @@ from enum import Enum
 from functools import cache, wraps
 from inspect import Parameter, cleandoc, signature
 from math import isfinite
-from numbers import Integral, Real
+from numbers import Real
 from pathlib import Path
 from types import UnionType
 from typing import (
@@ -243,13 +243,14 @@ def _array_reader(kind: Any, is_finite: bool) -> Reads:
     return Reads(f"an array of shape ({kind.dim_str}){finite}" if kind.dim_str else "a number", read)
 
 
-def _seed(value: Any, given: Given) -> Any:
-    if isinstance(value, Integral) and value < 0:
+def _not_negative(value: Any, given: Given) -> Any:
+    if isinstance(value, Real) and value < 0:
         raise ValueError
     return value
 
 
-Seed = Annotated[int, Reads("a whole number of at least 0", _seed)]
+NotNegative = Annotated[float, Reads("a finite number of at least 0", _not_negative)]
+Seed = Annotated[int, Reads("a whole number of at least 0", _not_negative)]
 """Where random numbers begin."""
 
 

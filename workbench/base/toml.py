@@ -90,10 +90,11 @@ class AbstractTableReader(ABC):
 
     def record(self, kind: type[Kind], given: Mapping[str, Any], what: str) -> Kind:
         """A dataclass of these fields, checked by their annotations; numbers are finite."""
-        self.keys(given, {f.name for f in fields(kind)}, what)
-        for f in fields(kind):
-            if f.default is f.default_factory is MISSING and f.name not in given:
-                raise self.fail(f"{what} lacks '{f.name}'; add it")
+        known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
+        self.keys(given, set(known), what)
+        for name, f in known.items():
+            if f.default is f.default_factory is MISSING and name not in given:
+                raise self.fail(f"{what} lacks '{name}'; add it")
         try:
             return kind(**admitted(kind, given, is_finite=True))
         except OptionError as error:
