@@ -8,7 +8,6 @@ import pytest
 import workbench as wb
 from workbench.base import threads
 from workbench.base.errors import OptionError, ShapeError
-from workbench.data.readers.trajectory import Trajectory
 
 TABLE = [
     [0.0, 0.1, 0.0, np.pi / 2],
@@ -41,17 +40,6 @@ def unchecked(request):
 
 
 # -- results --------------------------------------------------------------------------------------
-
-
-@pytest.mark.extra("trajectories")
-def test_a_plate_and_a_corrected_path_print_in_a_few_lines(fit):
-    text = "targets made exactly, no play in the seats"
-    assert repr(wb.load_plate("table2")) == f"<Plate Table 2: 10 targets; {text}>"
-    q = np.linspace(np.full(6, 0.2), np.full(6, 0.3), 20)
-    path = Trajectory(time=None, q=q, position=None, rotation=None, source="table", notes=())
-    found = str(wb.compensate(fit.robot, path, nominal=fit.nominal_robot))
-    assert "as commanded" in found
-    assert len(found) < 2000
 
 
 def test_an_evaluation_prints_and_is_drawn(fit, rows):
@@ -109,20 +97,10 @@ def test_lists_and_whole_numbers_are_welcome(rows):
             wb.Dataset(*values)
 
 
-def frame_of(path) -> dict[str, list]:
-    """A written file's columns."""
-    head, *lines = [line.split(",") for line in path.read_text().splitlines() if not line.startswith("#")]
-    return {
-        name: [float(cell) for cell in column]
-        for name, column in zip(head, zip(*lines, strict=True), strict=True)
-    }
-
-
 @pytest.mark.parametrize("library", ["pandas", "polars"])
 def test_a_frame_is_read_by_its_columns_with_units(library, rows, tmp_path):
     path = wb.write_measurements(rows, tmp_path / "rows.csv")
-    columns = frame_of(path)
-    frame = pytest.importorskip(library).DataFrame(columns)
+    frame = pytest.importorskip(library).read_csv(path)
     read, wanted = wb.read_measurements(frame), wb.read_measurements(path)
     np.testing.assert_array_equal(read.q, wanted.q)
     np.testing.assert_array_equal(read.position, wanted.position)
