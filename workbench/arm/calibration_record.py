@@ -12,13 +12,12 @@ was not measured, or is more uncertain than manufacturing errors, the nominal ar
 import base64
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt32
 
-from workbench.base.toml import AbstractTableReader
 from workbench.base.types import frozen
 
 if TYPE_CHECKING:
@@ -178,48 +177,3 @@ def covariance_of(text: str) -> Float[np.ndarray, "k k"]:
     table = np.zeros((size, size))
     table[np.tril_indices(size)] = half
     return frozen(table + np.tril(table, -1).T)
-
-
-def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | None:
-    """The record in a robot's file; None if there is none."""
-    if table is None:
-        return None
-    what = "[calibration]"
-    reader.keys(table, {f.name for f in fields(Calibration)}, what)
-    try:
-        poses = poses_of(str(table.get("poses", "")))
-        covariance = covariance_of(str(table["covariance"])) if "covariance" in table else None
-    except ValueError:
-        text = f"{what} poses or covariance are damaged; use the file written by the calibration"
-        raise reader.fail(text) from None
-
-    def named(key: str) -> dict[str, float]:
-        values = reader.table(table.get(key, {}), f"{what} {key}")
-        return {name: reader.number(value, f"{what} {key} of {name}") for name, value in values.items()}
-
-    return Calibration(
-        source=str(table.get("source", "")),
-        poses=poses,
-        std=named("std"),
-        nominal=named("nominal"),
-        covariance=covariance,
-        error=_expected(table, "error", what, reader) if "error" in table else None,
-        observed=_observed(table["observed"], reader) if "observed" in table else None,
-        reading=str(table.get("reading", "")),
-        refused={k: str(v) for k, v in reader.table(table.get("refused", {}), f"{what} refused").items()},
-    )
-
-
-def _observed(table: Any, reader: AbstractTableReader) -> Observed:
-    what = "[calibration.observed]"
-    errors = {key: _expected(reader.table(table, what), key, what, reader) for key in ("tool", "flange")}
-    found = reader.record(Observed, {**table, **errors}, what)
-    return replace(found, q=frozen(found.q))
-
-
-def _expected(table: dict, key: str, what: str, reader: AbstractTableReader) -> Expected:
-    """Errors of position and orientation; NaN for none."""
-    pair = table.get(key)
-    if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(v, int | float) for v in pair):
-        raise reader.fail(f"{what} {key} must be two numbers [m, rad], not {pair!r}")
-    return Expected(float(pair[0]), float(pair[1]))

@@ -7,7 +7,8 @@ import numpy as np
 
 from workbench.arm.frame import Frame
 from workbench.arm.gravity import TOLERANCE, tilted
-from workbench.base.arguments import NotNegative, admit
+from workbench.arm.joint import NotNegative
+from workbench.base.arguments import admit
 from workbench.base.types import Matrix4, Vector3, frozen
 
 DOWN = frozen(np.array([0.0, 0.0, -9.81]))

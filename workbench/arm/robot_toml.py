@@ -1,14 +1,14 @@
 """Robots as TOML files: the tables of `formats.md`, with one clear sentence for each error."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import MISSING, fields, replace
 from pathlib import Path
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 import numpy as np
 import tomli_w
 
-from workbench.arm.calibration_record import calibration_of
+from workbench.arm.calibration_record import Calibration, Expected, Observed, covariance_of, poses_of
 from workbench.arm.chain import Axis, Element
 from workbench.arm.conventions import (
     CONSTANTS,
@@ -27,8 +27,9 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.arguments import admitted
 from workbench.base.array_checks import numbers
-from workbench.base.errors import RobotError
+from workbench.base.errors import OptionError, RobotError
 from workbench.base.files import check_ending, write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
@@ -42,6 +43,8 @@ ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
 ELEMENT_KEYS = {"axis", "value", "joint", "follows", "ratio", "free", "name"}
 FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
 
+Kind = TypeVar("Kind")
+
 
 @final
 class _RobotReader(AbstractTableReader):
@@ -49,6 +52,18 @@ class _RobotReader(AbstractTableReader):
 
     wanted = "a robot TOML"
     otherwise = "a robot TOML, a URDF, or a built-in name"
+
+    def record(self, kind: type[Kind], given: Mapping[str, Any], what: str) -> Kind:
+        """A dataclass of these fields, checked by their annotations; numbers are finite."""
+        known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
+        self.keys(given, set(known), what)
+        for name, f in known.items():
+            if f.default is f.default_factory is MISSING and name not in given:
+                raise self.fail(f"{what} lacks '{name}'; add it")
+        try:
+            return kind(**admitted(kind, given, is_finite=True))
+        except OptionError as error:
+            raise self.fail(f"{what} {error}") from None
 
     def frame(self, value: Any, what: str, default: Freedom) -> Frame:
         table = self.table(value, f"[{what}]")
@@ -188,7 +203,7 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
     except RobotError as error:
         raise reader.fail(str(error)) from None
     robot = replace(robot, sessions=_sessions(reader.tables(data, "session"), mounting, reader))
-    record = calibration_of(data.get("calibration"), reader)
+    record = _calibration(data.get("calibration"), reader)
     if record is not None and "geometry" in data["calibration"]:
         record = replace(record, geometry=_geometry(data["calibration"]["geometry"], robot, reader))
     loads = [t["loads"] for t in reader.tables(data, "effect") if "loads" in t]
@@ -210,6 +225,51 @@ def _effect(table: dict, number: int, reader: _RobotReader) -> AbstractEffect:
         raise reader.fail(f"{what} has no coefficients; give a list of numbers, their sizes in SI units")
     given = {key: table[key] for key in ("coefficients", *kind.settings()) if key in table}
     return reader.record(kind, {"joints": [j - 1 for j in joints], **given}, what)
+
+
+def _calibration(table: Any, reader: _RobotReader) -> Calibration | None:
+    """The record in a robot's file; None if there is none."""
+    if table is None:
+        return None
+    what = "[calibration]"
+    reader.keys(table, {f.name for f in fields(Calibration)}, what)
+    try:
+        poses = poses_of(str(table.get("poses", "")))
+        covariance = covariance_of(str(table["covariance"])) if "covariance" in table else None
+    except ValueError:
+        text = f"{what} poses or covariance are damaged; use the file written by the calibration"
+        raise reader.fail(text) from None
+
+    def named(key: str) -> dict[str, float]:
+        values = reader.table(table.get(key, {}), f"{what} {key}")
+        return {name: reader.number(value, f"{what} {key} of {name}") for name, value in values.items()}
+
+    return Calibration(
+        source=str(table.get("source", "")),
+        poses=poses,
+        std=named("std"),
+        nominal=named("nominal"),
+        covariance=covariance,
+        error=_expected(table, "error", what, reader) if "error" in table else None,
+        observed=_observed(table["observed"], reader) if "observed" in table else None,
+        reading=str(table.get("reading", "")),
+        refused={k: str(v) for k, v in reader.table(table.get("refused", {}), f"{what} refused").items()},
+    )
+
+
+def _observed(table: Any, reader: _RobotReader) -> Observed:
+    what = "[calibration.observed]"
+    errors = {key: _expected(reader.table(table, what), key, what, reader) for key in ("tool", "flange")}
+    found = reader.record(Observed, {**table, **errors}, what)
+    return replace(found, q=frozen(found.q))
+
+
+def _expected(table: dict, key: str, what: str, reader: _RobotReader) -> Expected:
+    """Errors of position and orientation; NaN for none."""
+    pair = table.get(key)
+    if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(v, int | float) for v in pair):
+        raise reader.fail(f"{what} {key} must be two numbers [m, rad], not {pair!r}")
+    return Expected(float(pair[0]), float(pair[1]))
 
 
 def _geometry(data: Any, robot: Robot, reader: _RobotReader) -> Robot:

@@ -243,14 +243,13 @@ def _array_reader(kind: Any, is_finite: bool) -> Reads:
     return Reads(f"an array of shape ({kind.dim_str}){finite}" if kind.dim_str else "a number", read)
 
 
-def _not_negative(value: Any, given: Given) -> Any:
+def not_negative(value: Any, given: Given) -> Any:
     if isinstance(value, Real) and value < 0:
         raise ValueError
     return value
 
 
-NotNegative = Annotated[float, Reads("a finite number of at least 0", _not_negative)]
-Seed = Annotated[int, Reads("a whole number of at least 0", _not_negative)]
+Seed = Annotated[int, Reads("a whole number of at least 0", not_negative)]
 """Where random numbers begin."""
 
 

@@ -6,15 +6,12 @@ list or a key must look is said here once.
 
 import tomllib
 from abc import ABC
-from collections.abc import Mapping
-from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from workbench.base.arguments import admitted
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import FileError
 from workbench.base.files import exists, read_bytes
 from workbench.base.types import frozen
 
@@ -24,8 +21,6 @@ MAX_TABLES = 1000
 """More tables of one name than this are refused: computing with them would take forever."""
 MAX_NUMBER = 1e100
 """Numbers beyond this overflow when they are squared."""
-
-Kind = TypeVar("Kind")
 
 
 class AbstractTableReader(ABC):
@@ -87,18 +82,6 @@ class AbstractTableReader(ABC):
         if len(value) > MAX_TABLES:
             raise self.fail(f"has {len(value)} [[{key}]] tables; give at most {MAX_TABLES}")
         return [self.table(entry, f"[[{key}]] {i + 1}") for i, entry in enumerate(value)]
-
-    def record(self, kind: type[Kind], given: Mapping[str, Any], what: str) -> Kind:
-        """A dataclass of these fields, checked by their annotations; numbers are finite."""
-        known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
-        self.keys(given, set(known), what)
-        for name, f in known.items():
-            if f.default is f.default_factory is MISSING and name not in given:
-                raise self.fail(f"{what} lacks '{name}'; add it")
-        try:
-            return kind(**admitted(kind, given, is_finite=True))
-        except OptionError as error:
-            raise self.fail(f"{what} {error}") from None
 
     def keys(self, table: Any, known: set[str], what: str) -> None:
         """Refuse keys that mean nothing."""

@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.joint import NotNegative
 from workbench.base import se3
-from workbench.base.arguments import NotNegative, admit
+from workbench.base.arguments import admit
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
 
