@@ -7,8 +7,7 @@ import pytest
 
 import workbench as wb
 from workbench.base import threads
-from workbench.base.errors import FileError, OptionError, RobotError, ShapeError
-from workbench.data.readers.trajectory import Trajectory
+from workbench.base.errors import OptionError, ShapeError
 
 TABLE = [
     [0.0, 0.1, 0.0, np.pi / 2],
@@ -43,17 +42,6 @@ def unchecked(request):
 # -- results --------------------------------------------------------------------------------------
 
 
-@pytest.mark.extra("trajectories")
-def test_a_plate_and_a_corrected_path_print_in_a_few_lines(fit):
-    text = "targets made exactly, no play in the seats"
-    assert repr(wb.load_plate("table2")) == f"<Plate Table 2: 10 targets; {text}>"
-    q = np.linspace(np.full(6, 0.2), np.full(6, 0.3), 20)
-    path = Trajectory(time=None, q=q, position=None, rotation=None, source="table", notes=())
-    found = str(wb.compensate(fit.robot, path, nominal=fit.nominal_robot))
-    assert "as commanded" in found
-    assert len(found) < 2000
-
-
 def test_an_evaluation_prints_and_is_drawn(fit, rows):
     found = wb.evaluate(fit.robot, rows)
     assert "40" in str(found)
@@ -80,21 +68,6 @@ def test_an_arm_from_a_table_is_the_arm_of_a_file(tmp_path):
     np.testing.assert_allclose(wb.tool_poses(urdf, q), wb.tool_poses(arm, q), atol=1e-12)
     assert arm.limits.tolist() == LIMITS
     assert repr(arm) == "<Robot mine: 6 joints, dh, 24 constants to identify>"
-
-
-@pytest.mark.parametrize(
-    ("make", "error", "text"),
-    [
-        (lambda: wb.Robot.from_dh([[0.0, 1.0]]), FileError, "joint 1 has 2 numbers"),
-        (lambda: wb.Robot.from_dh([]), RobotError, "has no rows"),
-        (lambda: wb.Robot.from_dh(TABLE, "other"), FileError, "known: hayati"),
-        (lambda: wb.Robot.from_dh(TABLE, limits=[[0, 1]]), RobotError, "limits must be 6 x 2, got 1 x 2"),
-        (lambda: wb.load_robot("aria").save("arm.step"), OptionError, ".toml or .urdf, got '.step'"),
-    ],
-)
-def test_bad_robots_are_refused(make, error, text):
-    with pytest.raises(error, match=text.replace(".", r"\.")):
-        make()
 
 
 # -- measurements ---------------------------------------------------------------------------------
@@ -124,20 +97,10 @@ def test_lists_and_whole_numbers_are_welcome(rows):
             wb.Dataset(*values)
 
 
-def frame_of(path) -> dict[str, list]:
-    """A written file's columns."""
-    head, *lines = [line.split(",") for line in path.read_text().splitlines() if not line.startswith("#")]
-    return {
-        name: [float(cell) for cell in column]
-        for name, column in zip(head, zip(*lines, strict=True), strict=True)
-    }
-
-
 @pytest.mark.parametrize("library", ["pandas", "polars"])
 def test_a_frame_is_read_by_its_columns_with_units(library, rows, tmp_path):
     path = wb.write_measurements(rows, tmp_path / "rows.csv")
-    columns = frame_of(path)
-    frame = pytest.importorskip(library).DataFrame(columns)
+    frame = pytest.importorskip(library).read_csv(path)
     read, wanted = wb.read_measurements(frame), wb.read_measurements(path)
     np.testing.assert_array_equal(read.q, wanted.q)
     np.testing.assert_array_equal(read.position, wanted.position)
@@ -152,36 +115,6 @@ def test_a_frame_is_read_by_its_columns_with_units(library, rows, tmp_path):
 def own_limit(monkeypatch):
     """A limit beside that of the process, which a page that is open in other tests may hold."""
     monkeypatch.setattr(threads, "_LIMIT", threads._Limit())
-
-
-def test_calls_in_several_threads_share_one_limit(monkeypatch, own_limit):
-    """The limit is the process's: the first call sets it, only the last one lifts it."""
-    events: list[str] = []
-
-    class Limits:
-        def __init__(self, number: int, user_api: str):
-            events.append(f"{number} {user_api}")
-
-        def restore_original_limits(self) -> None:
-            events.append("lifted")
-
-    monkeypatch.setattr(threads, "threadpool_limits", Limits)
-    inside, leave = threading.Event(), threading.Event()
-
-    @threads.one_thread()
-    def work() -> None:
-        inside.set()
-        leave.wait(60)
-
-    other = threading.Thread(target=work)
-    other.start()
-    inside.wait(60)
-    with threads.one_thread():
-        pass
-    assert events == ["1 blas"]
-    leave.set()
-    other.join()
-    assert events == ["1 blas", "lifted"]
 
 
 def test_the_limit_holds_in_every_thread_whichever_was_first(own_limit):

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from studies.katana_printed import CONSTANTS, PRINTED_INFLUENCE
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import link_frames, tool_poses
+from workbench import Motion, link_frames, load_robot, tool_poses
 from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
-from workbench.arm.motion import Motion
 from workbench.plate.poses.iso_cube import iso_cube_poses
 
 
@@ -35,14 +33,6 @@ def test_an_angle_moves_the_tool_by_its_lever(katana, poses):
         axis, foot = frames[:, joint + 1, :3, 2], frames[:, joint + 1, :3, 3]
         lever = np.linalg.norm(np.cross(axis, tools - foot), axis=1)
         assert np.allclose(found.distances[:, 0], 2.0 * np.sin(ANGLE / 2.0) * lever, atol=1e-10)
-
-
-def test_weights_are_shares_of_the_greatest(katana, poses):
-    found = influence(katana, Motion(poses), names=CONSTANTS)
-    assert np.allclose(found.weights.max(axis=1), 1.0)
-    assert np.allclose(found.weights * found.distances.max(axis=1, keepdims=True), found.distances)
-    assert (found.minimum <= found.mean).all()
-    assert (found.mean <= found.maximum).all()
 
 
 def test_the_thesis_reads_like_ours(katana, poses):

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from other_process import ENDED, commands, python
+from other_process import commands
 
 from workbench.cli.exit_status import run as ended
 
@@ -82,20 +82,16 @@ def test_the_status_tells_wrong_usage_from_no_result_and_from_a_bad_one(command,
     assert bool(out) == (status in (0, 2))
 
 
-def test_a_share_may_be_given_in_per_cent(run):
-    run("simulate", "--robot", "aria", "--poses", "40", "--out", "rows.csv")
-    found = []
-    for share in ("25%", "0.25"):
-        options = ("rows.csv", "--robot", "aria", "--algorithm", "ols", "--held-out", share, "--json", "-")
-        found.append(json.loads(run("identify", *options)[1])["measurements"])
-    assert found[0] == found[1]
-    assert found[0]["held_out"] == 10
-
-
 SIMULATED = "simulate --robot aria --poses 30 --seed 1 --out rows.csv"
+IDENTIFIED = "identify rows.csv --robot aria --algorithm ols --save arm.toml"
 HOSTILE = {
-    "no home": {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null/c", "XDG_CONFIG_HOME": "/dev/null/d"},
-    "German": {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"},
+    "German, no home": {
+        "HOME": "/dev/null",
+        "XDG_CACHE_HOME": "/dev/null/c",
+        "XDG_CONFIG_HOME": "/dev/null/d",
+        "LC_ALL": "de_DE.UTF-8",
+        "LANG": "de_DE.UTF-8",
+    },
     "plain": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
 }
 
@@ -103,7 +99,7 @@ HOSTILE = {
 def written(folder, **more: str) -> dict[str, bytes]:
     """Files of a calibration at the command line."""
     folder.mkdir()
-    found = commands(SIMULATED, "identify rows.csv --robot aria --save arm.toml", folder=folder, **more)
+    found = commands(SIMULATED, IDENTIFIED, folder=folder, **more)
     assert [(end.status, end.err) for end in found] == [(0, ""), (0, "")]
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
 
@@ -112,42 +108,3 @@ def test_files_are_the_same_whatever_the_home_and_the_locale(tmp_path):
     usual = written(tmp_path / "usual")
     for name, surroundings in HOSTILE.items():
         assert written(tmp_path / name, **surroundings) == usual, name
-
-
-WRITERS = (
-    "diagnose rows.csv --robot aria --json x",
-    "simulate --robot aria --poses 60 --out x.csv",
-    "identify rows.csv --robot aria --save x.toml",
-    "identify rows.csv --robot aria --json x",
-    "export aria --toml x.toml",
-)
-FULL = """
-import resource
-rows, lines, unbounded = Path("rows.csv").read_text(), sys.argv[1:], resource.getrlimit(resource.RLIMIT_FSIZE)
-found = []
-# the longest first with room: compiled functions are kept in files as well
-for most, given in ((unbounded[0], lines[:1]), (1000, lines)):
-    for k, line in enumerate(given):
-        folder = Path(f"{most}-{k}").resolve()
-        folder.mkdir()
-        (folder / "rows.csv").write_text(rows)
-        with contextlib.chdir(folder):
-            resource.setrlimit(resource.RLIMIT_FSIZE, (most, unbounded[1]))
-            status, _, err = ended(line)
-            resource.setrlimit(resource.RLIMIT_FSIZE, unbounded)
-        names = sorted(path.name for path in folder.iterdir())
-        found.append([status, err, names, (folder / "rows.csv").read_text() == rows])
-print(json.dumps(found))
-"""
-
-
-def test_a_disk_that_is_full_leaves_nothing_of_a_writer(run, tmp_path):
-    """Files may not grow beyond a kilobyte: what was there stays, nothing half is left."""
-    run(*SIMULATED.split())
-    found = json.loads(python(ENDED + FULL, *WRITERS, folder=tmp_path))
-    assert found[0] == [0, "", ["rows.csv", "x"], True]
-    assert len(found) == 1 + len(WRITERS)
-    for status, err, names, is_kept in found[1:]:
-        assert (status, names, is_kept) == (1, ["rows.csv"], True)
-        assert "can't be written" in err
-        assert err.count("\n") == 1

@@ -12,16 +12,11 @@ from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
-from workbench.diagnosis.claims.structure import Structure
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
 from workbench.plate.simulated_measurement import measure_poses
 
-NOISE_ONLY = RemainingError(
-    noise=Noise(1e-4, 1e-3), known_noise=None, joint_noise=None, structure=Structure(), distrusted=()
-)
 SLIDING = """
 name = "column"
 convention = "dh"

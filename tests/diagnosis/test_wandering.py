@@ -1,7 +1,6 @@
 """Events against what wanders from row to row, by hand and on arms that wind up, virtual and measured."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +10,6 @@ from scipy.stats import multivariate_normal
 from workbench.diagnosis.claims.random_walk import START_VARIANCE, _likelihood
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
-
-SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 
 
 @pytest.mark.parametrize("q", [0.0, 0.3])
@@ -26,10 +23,9 @@ def test_the_filter_gives_the_density_of_a_walk(q):
 
 
 @pytest.mark.data
-@pytest.mark.data
-def test_a_step_hidden_in_measured_rows_is_certain_though_other_events_are_doubted():
+def test_a_step_hidden_in_measured_rows_is_certain_though_other_events_are_doubted(shared_data):
     """All events were dropped where one of them was doubtful."""
-    robot, data = load(SHARED, "ur5")
+    robot, data = load(shared_data, "ur5")
     data = data.take(np.arange(200))
     q = np.array(data.q)
     q[100:, 2] -= 1e-3

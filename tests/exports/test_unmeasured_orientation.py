@@ -3,22 +3,17 @@
 The arm, its errors and every judge are plain numpy; of the package's own code only files come here.
 """
 
-import json
-import re
-import tomllib
-import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
-from points_and_tilts import DH
+import round_trip as trip
+from generator import three_parallel
 from refusals import refuses
 
 import workbench as wb
 from tests.exports import readers
-from workbench.arm.robot_toml import robot_text
-from workbench.arm.usable_arm import off_nominal, unobserved_text, usable_arm
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.readers.trajectory import Trajectory
@@ -26,26 +21,21 @@ from workbench.exports import FORMS, Job, export_robot
 from workbench.identification.report.how_to_apply import use_of
 
 ERROR, NOISE, ROWS = 4e-4, 3e-5, 200
-BASE = readers.origin(1.0, 0.5, 0.2, 0.0, 0.0, 0.7)
+BASE = trip.placed([1.0, 0.5, 0.2], [0.0, 0.0, 0.7])
 
 
 def flanges(q: np.ndarray, errors: np.ndarray | None = None) -> np.ndarray:
     """Flanges in the arm's base; errors are x y z roll pitch yaw behind every joint."""
-    out = []
-    for row in q:
-        here = np.eye(4)
-        for k, (theta, d, a, alpha) in enumerate(DH):
-            here = here @ readers.rot(2, row[k] + theta) @ readers.move(2, d) @ readers.move(0, a)
-            here = here @ readers.rot(0, alpha)
-            here = here if errors is None else here @ readers.origin(*errors[k])
-        out.append(here)
-    return np.array(out)
+    here = np.eye(4)
+    for k, (before, driven, after) in enumerate(three_parallel().parts(q)):
+        behind = np.eye(4) if errors is None else trip.placed(errors[k, :3], errors[k, 3:])
+        here = here @ before @ driven @ after @ behind
+    return here
 
 
 def angles(a: np.ndarray, b: np.ndarray) -> float:
     """Mean angle between orientations [°]."""
-    trace = np.einsum("rij,rij->r", a[:, :3, :3], b[:, :3, :3])
-    return float(np.rad2deg(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0))).mean())
+    return float(np.rad2deg(trip.angle(a, b)).mean())
 
 
 def distances(a: np.ndarray, b: np.ndarray) -> float:
@@ -55,9 +45,8 @@ def distances(a: np.ndarray, b: np.ndarray) -> float:
 
 def distance(a: np.ndarray, b: np.ndarray) -> float:
     """Mean distance [mm] on the best base: where the arm stands, its rows can't tell."""
-    a, b = a - a.mean(0), b - b.mean(0)
-    u, _, vt = np.linalg.svd(a.T @ b)
-    return distances(a @ u @ vt, b)
+    best = trip.aligned(a, b)
+    return distances(a @ best[:3, :3].T + best[:3, 3], b)
 
 
 @dataclass(frozen=True)
@@ -127,28 +116,9 @@ def test_a_corrected_trajectory_leaves_orientations_as_they_were(cell):
 
 def test_a_urdf_is_good_at_the_reflector_and_no_worse_at_the_flange(cell, tmp_path):
     path = wb.load_robot(cell.saved).save(tmp_path / "arm.urdf")
-    root, pose = ET.parse(path).getroot(), {}
-    for node in root.findall("joint"):
-        frame = np.array([float(v) for k in ("xyz", "rpy") for v in node.find("origin").get(k).split()])
-        pose[node.find("parent").get("link")] = (node, readers.origin(*frame))
-
-    def links(q: np.ndarray) -> dict[str, np.ndarray]:
-        name = next(iter(set(pose) - {n.find("child").get("link") for n, _ in pose.values()}))
-        here, out, k = np.eye(4), {name: np.eye(4)}, 0
-        while name in pose:
-            node, frame = pose[name]
-            here = here @ frame
-            if node.get("type") != "fixed":
-                axis = [float(v) for v in node.find("axis").get("xyz").split()]
-                here, k = here @ readers.rot(int(np.argmax(axis)), q[k]), k + 1
-            name = node.find("child").get("link")
-            out[name] = here
-        return out
-
-    at = [links(row) for row in cell.q]
-    tips = np.array([here["calibrated_tool"][:3, 3] for here in at])
-    assert distances(tips, cell.points(cell.q)) < 0.06
-    cell.judge(np.array([np.linalg.inv(here["base_link"]) @ here["flange"] for here in at]))
+    flange, tool = trip.urdf_arm(Path(path).read_text())(trip.rows_of(cell.q))
+    assert distances(tool[:, :3, 3], cell.points(cell.q)) < 0.06
+    cell.judge(flange)
 
 
 def test_a_joint_table_is_no_worse_at_the_flange(cell, tmp_path):
@@ -160,63 +130,9 @@ def test_a_joint_table_is_no_worse_at_the_flange(cell, tmp_path):
     cell.judge(np.array([pose(row) for row in cell.q]))
 
 
-def turned_in_file(table: dict) -> float:
-    """Mean angle between the flanges of a saved UR5 and of its nominal constants on the best base [°]."""
-    found, q = table["calibration"], np.array(table["calibration"]["observed"]["q"])
-    nominal = [
-        {k: found["nominal"].get(f"joint{i + 1}.{k}", v) for k, v in joint.items() if isinstance(v, float)}
-        for i, joint in enumerate(table["joint"])
-    ]
-    turns = []
-    for joints in (table["joint"], nominal):
-        at = np.repeat(np.eye(4)[None], len(q), axis=0)
-        for k, joint in enumerate(joints):
-            last = readers.rot(0, joint.get("alpha", 0.0)) @ readers.rot(1, joint.get("beta", 0.0))
-            at = np.array(
-                [
-                    here @ readers.rot(2, row[k] + joint.get("theta", 0.0)) @ last
-                    for here, row in zip(at, q, strict=True)
-                ]
-            )
-        turns.append(at[:, :3, :3])
-    u, _, vt = np.linalg.svd(np.einsum("rij,rkj->ik", *turns))
-    return angles(turns[0], u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt @ turns[1])
-
-
-def test_how_far_the_flange_is_from_nominal_is_that_of_the_file(cell):
-    arm = wb.load_robot(cell.saved)
-    own = turned_in_file(tomllib.loads(Path(cell.saved).read_text()))
-    nominal = wb.load_robot("ur5")
-    poses = arm.calibration.observed.q
-    assert np.rad2deg(off_nominal(arm, nominal, poses).rotation) == pytest.approx(own, abs=1e-4)
-    assert own > 1e-3
-    used = usable_arm(arm).robot
-    table = tomllib.loads(robot_text(used)) | {"calibration": tomllib.loads(robot_text(arm))["calibration"]}
-    assert np.rad2deg(off_nominal(used, nominal, poses).rotation) == pytest.approx(
-        turned_in_file(table), abs=1e-4
-    )
-    message = [*unobserved_text(arm), *usable_arm(arm).notes, *usable_arm(arm, effects=False).notes]
-    sizes = [float(re.search(r"([\d.e-]+)°", text)[1]) for text in message]
-    assert sizes == pytest.approx([own, *2 * [turned_in_file(table)]], rel=0.06)
-
-
 def test_controller_numbers_that_turn_an_unmeasured_tool_are_not_advised(cell):
     arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
     for variant in use_of(arm, nominal).variants:
         noticed = variant.after.rotation_mean > 1.02 * variant.before.rotation_mean + 3.4e-4
         assert not (noticed and variant.is_better)
         assert any("not measured" in note for note in variant.notes)
-
-
-def test_controller_numbers_that_are_advised_help(cell, run, tmp_path):
-    status, out, _ = run("export", cell.saved, "--controller", "c.json", "--nominal", "ur5")
-    variants = json.loads((tmp_path / "c.json").read_text())["controller"]
-    assert status == (0 if any(v["advised"] for v in variants) else 2)
-    for variant in variants:
-        mean = [variant[key]["position_mm"]["mean"] for key in ("without", "remains")]
-        assert mean[1] < mean[0] or not variant["advised"]
-        if variant["advised"]:
-            base = readers.origin(*variant["base"]["xyz"], *variant["base"]["rpy"])
-            at = base @ flanges(cell.q + variant["offsets"]) @ np.append(variant["tool"]["xyz"], 1.0)
-            assert distances(at[:, :3], cell.points(cell.q)) == pytest.approx(mean[1], abs=0.1)
-    assert out

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, tool_poses, write_plate
 from workbench.base import se3
-from workbench.plate.plate_toml import read_plate, write_plate
+from workbench.plate.plate_toml import read_plate
 from workbench.plate.predicted_error import predicted_error
 from workbench.session import replay
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
@@ -48,12 +47,6 @@ def test_added_targets_stand_in_free_places_of_the_region(do, first):
     assert np.sort(gaps, axis=1)[:, 1].min() == pytest.approx(0.06)
     assert (added[:, :2] >= region.min[:2]).all()
     assert (added[:, :2] <= region.max[:2]).all()
-
-
-def test_the_last_target_stays(do):
-    session = do(*(DeleteTarget(0) for _ in range(10)))
-    assert len(session.plate) == 1
-    assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_a_locked_target_stays_in_place_through_everything(do, first, tmp_path):

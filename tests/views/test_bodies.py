@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, tool_poses
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.views.appearance.bodies import body_frames, make_bodies
-from workbench.views.appearance.shapes import ball, box, cuboid_edges, cylinder, target_block
+from workbench.views.appearance.shapes import ball, box, cylinder, target_block
 
 
 @pytest.mark.parametrize("name", built_in_robots())
@@ -54,8 +52,3 @@ def test_a_block_has_the_target_on_its_face_and_its_faces_outwards(roll):
     heights = (solid.vertices - place) @ pose[:3, 2]
     assert np.sort(np.abs(heights))[:4] == pytest.approx(0.0, abs=1e-12)
     assert heights.min() > -1e-9  # the block lies behind the face, where the tool's z axis points
-
-
-def test_a_cuboid_has_twelve_edges():
-    edges = cuboid_edges(np.zeros(3), np.array([1.0, 2.0, 3.0]))
-    assert np.sort(np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)).tolist() == [1] * 4 + [2] * 4 + [3] * 4

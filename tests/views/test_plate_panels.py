@@ -7,13 +7,9 @@ import pytest
 from refusals import mentions
 
 import workbench as wb
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.kinematics.envelope import ring_at
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.plate.plate_toml import load_plate
-from workbench.session import start
 from workbench.session.commands.drag import GrabTarget, MoveTarget
 from workbench.session.commands.undo import GoBackTo, Undo
 from workbench.session.start import default_circle
@@ -21,12 +17,7 @@ from workbench.session.state import Drag
 from workbench.session.target_steps import score_as_drawn
 from workbench.views.drawables.region import envelope
 from workbench.views.page.panels.history import plot
-from workbench.views.page.panels.index import predicted
-
-
-@pytest.fixture(scope="module")
-def first():
-    return start(load_robot("aria"), load_plate("table2"))
+from workbench.views.page.panels.index import _details, headline
 
 
 @pytest.fixture(scope="module")
@@ -50,11 +41,18 @@ def test_a_plate_that_states_no_tolerances_shows_its_error_as_drawn_beside_the_e
     )
     assert drawn == pytest.approx(sheet.measured.error.position_rms)
     assert drawn > 1.1 * first.score.position
-    assert f"as drawn {1e3 * drawn:.3f} mm" in predicted(first)
-    assert "as drawn" not in predicted(replace(first, drag=Drag(1, 0)))  # a drag waits for nothing
+    assert f"{1e3 * drawn:.3f} mm if it is only made" in _details(first)
+    assert "only made" not in _details(replace(first, drag=Drag(1, 0)))  # a drag waits for nothing
     stated = replace(first, plate=first.plate.made_as_drawn)
     assert score_as_drawn(stated) is None
     assert default_circle(load_robot("ur5")).production == stated.plate.production
+
+
+def test_error_and_index_of_the_plate_stand_side_by_side_with_their_curves(first):
+    shown = headline(first, [(1e-3, 0.6), (2e-3, 0.5), (np.inf, 0.4)])
+    assert f">{1e3 * first.score.position:.3f} mm<" in shown
+    assert f">O {first.score.per_target.mean():.4f}<" in shown
+    assert shown.count("<polyline") == shown.count("<svg") == headline(first, []).count("<svg") == 2
 
 
 def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):

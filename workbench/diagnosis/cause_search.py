@@ -16,10 +16,10 @@ from workbench.base.progress import progress
 from workbench.diagnosis.claims.claimed_causes import odds_of_events
 from workbench.diagnosis.claims.structure import structure_of
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
-from workbench.diagnosis.coverage import too_few_rows
+from workbench.diagnosis.coverage import loads_vary, too_few_rows
 from workbench.diagnosis.event_notes import without_undecided
-from workbench.diagnosis.final_fit import fit_with_constants_held
-from workbench.diagnosis.search.rounds import Searched, Stage, geometry_first, rounds
+from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
+from workbench.diagnosis.search.rounds import Searched, Stage, Tried, geometry_first, rounds
 from workbench.identification.errors.row_errors import Errors, RowErrors, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
@@ -68,6 +68,11 @@ class CauseSearch:
         return self.rounds[-1]
 
     @property
+    def geometry(self) -> Fit:
+        """The geometry alone: what is saved where nothing else was found."""
+        return self.first.fit if self.last.found.model else self.judged_fit
+
+    @property
     def has_diverged(self) -> bool:
         """Whether the fit with effects ended far above the geometry alone, which it contains."""
         before, after = (v.errors.train.position_mm.rms for v in (self.before, self.after))
@@ -79,25 +84,34 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     progress(0.3, "fitting the geometry, excluding outliers")
     first = geometry_first(ready.problem)
     too_few = too_few_rows(first.fit)
-    found = _rounds_with_sure_events(first, rng) if too_few is None else rounds(first, rng, search=False)
+    tried = Tried.ALL
+    if too_few is not None and loads_vary(first.fit.problem.data):
+        tried, too_few = Tried.LOADS, None
+    elif too_few is not None:
+        tried = Tried.NONE
+
+    def validated(found: Sequence[Searched]) -> CauseSearch:
+        return _validated_search(robot, ready, first, found, too_few)
+
+    found = _rounds_with_sure_events(first, rng, tried)
     progress(0.8, "judging the result")
-    search = _validated_search(robot, ready, first, found, too_few)
+    search = validated(found)
     if search.has_diverged:
-        search = _validated_search(robot, ready, first, rounds(first, rng, events=()), too_few)
+        search = validated(rounds(first, rng, tried=tried, events=()))
     if search.has_diverged or explains_little(
         search.nominal.errors.train, search.after.errors.train, robot.reach
     ):
-        search = _validated_search(robot, ready, first, rounds(first, rng, search=False), too_few)
+        search = validated(rounds(first, rng, tried=Tried.NONE))
     return search
 
 
-def _rounds_with_sure_events(first: Stage, rng: np.random.Generator) -> tuple[Searched, ...]:
+def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:
     """The search for events and effects, repeated without uncertain events.
 
     Consecutive rows often have similar postures, so an event that is less than certain may be an effect of
     posture.
     """
-    found = rounds(first, rng)
+    found = rounds(first, rng, tried=tried)
     while odds := odds_of_events(found[-1]):
         needed = PROBABLE
         if min(odds.values()) < CERTAIN and structure_of(found[-1].stage.fit, rng).found:
@@ -105,7 +119,7 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator) -> tuple[Se
         sure = [event for event, its_odds in odds.items() if its_odds >= needed]
         if len(sure) == len(odds):
             break
-        found = rounds(first, rng, events=sure)
+        found = rounds(first, rng, tried=tried, events=sure)
     return found
 
 
@@ -115,8 +129,10 @@ def _validated_search(
     """A search with its errors on rows that lie on a known side of its events."""
     ready = without_undecided(ready, found[-1])
     fit = found[-1].stage.fit if len(ready.held_out_rows) else fit_with_constants_held(found[-1])
-    keep = found[-1].stage.keep
-    before, after = (_judged(_row_errors(ready, f), keep) for f in (first.fit, fit))
+    keep, geometry = found[-1].stage.keep, first.fit
+    if not found[-1].found.model:
+        geometry = fit = geometry_as_identified(fit)
+    before, after = (_judged(_row_errors(ready, f), keep) for f in (geometry, fit))
     return CauseSearch(
         robot, ready, first, found, fit, too_few, before, after, _judged(ready.nominal_rows, keep)
     )

@@ -16,6 +16,7 @@ from typing import ClassVar
 import numpy as np
 
 from workbench.arm.built_in_arms import refuse_xacro
+from workbench.arm.calibrated_region import region_text
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.kinematics.forward import tool_poses
@@ -174,7 +175,7 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
     remarks = carried.notes
     if form.takes_calibrated and read is not None:
         remarks = unobserved_text(calibrated, {"": read}, nominal=job.nominal)
-    notes = list(dict.fromkeys([*remarks, *form.notes(job)]))
+    notes = list(dict.fromkeys([*region_text(calibrated), *remarks, *form.notes(job)]))
     if read is not None:
         known, unknown = divided(whole.robot)
         arm = read if form.takes_calibrated else read.with_frames(base=job.robot.base)

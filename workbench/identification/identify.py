@@ -29,7 +29,6 @@ from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATI
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read, option
-from workbench.identification.instrument_preparation import Seek
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
@@ -55,7 +54,6 @@ def identify(
     deviation: float | str = AUTO,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
-    seek: Seek | None = None,
     **fields: Unpack[ChoiceFields],
 ) -> Identification:
     """Identify the arm's constants, and its frames where they are unknown.
@@ -75,7 +73,6 @@ def identify(
             rows; infinite: no prior, so that only unobservable constants stay nominal.
         prior: Knowledge of the arm's constants from an earlier calibration.
         effects: Coefficients of the robot's effects to identify as well; the others keep their values.
-        seek: Searches for effects beside the geometry, for readings that support it; None: geometry only.
 
     Raises:
         DataError: too few rows, or data that contradict the robot beyond doubt.
@@ -94,7 +91,7 @@ def identify(
     choices = choices_as_read(robot, choices)
     sound = prepare_without_outliers if weighting is Loss.SET_APART else _all_rows
     with part_of(0.0, 0.4):
-        ready, outlying = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects, seek=seek)
+        ready, outlying = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects)
     problem = ready.problem
     if ready.identifiability is None:
         problem = with_expected_deviation(problem, deviation)

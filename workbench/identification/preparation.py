@@ -26,7 +26,6 @@ from workbench.identification.frames import FrameChoice, Sessions, choose_frames
 from workbench.identification.instrument_preparation import (
     AbstractIdentifiability,
     AbstractPreparation,
-    Seek,
     preparation_of,
 )
 from workbench.identification.joint_reading_noise import check_joint_noise
@@ -136,7 +135,6 @@ def prepare(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
-    seek: Seek | None = None,
     held_rows: Collection[int] | None = None,
 ) -> Prepared:
     """All steps before the algorithms run; arguments as in `identify`, except:
@@ -165,7 +163,7 @@ def prepare(
     else:
         progress(0.5, f"deciding what {instrument_preparation.name} can identify")
         built, identifiability = instrument_preparation.decide(
-            frames.robot, rows.train_data, free=free, build=build, seek=seek
+            frames.robot, rows.train_data, free=free, build=build
         )
     problem, decisions = _with_prior_and_noise(built, prior, choices.noise, identifiability)
     judged, new_sessions, judged_notes = _comparable_held_out(

@@ -7,11 +7,11 @@ from dataclasses import replace
 import camera_arms as virtual
 import numpy as np
 import pytest
-from refusals import mentions, refuses
+from refusals import mentions
 
 import workbench as wb
-from workbench.base.errors import DataError, WorkbenchError
-from workbench.extras.camera.pixel_noise import Likelihood, Pictures
+from workbench.base.errors import WorkbenchError
+from workbench.extras.camera.likelihood import Likelihood, Pictures
 from workbench.extras.camera.rig import rig_of
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.consider_covariance import Considered
@@ -88,21 +88,6 @@ def test_zeros_and_hand_eye_lie_in_their_intervals(tmp_path):
     assert after < 0.06
 
 
-def test_a_camera_on_the_tool_and_free_intrinsics(tmp_path):
-    rng = np.random.default_rng(4)
-    arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
-    shots = virtual.scene(rng, arm, 25, on_tool=True)
-    wrong = virtual.K * [1.004, 1.004, 1.005, 0.995]
-    robot, data = written(tmp_path, "ur5", shots, mounted="tool", free='"auto"', k=wrong)
-    run = wb.identify(robot, data, algorithms=("opt2",))
-    fit = run.best.fit
-    for k, part in enumerate(("fx", "fy", "cx", "cy")):
-        place = fit.problem.names.index(f"camera[c0].{part}")
-        assert abs(fit.x[place] - virtual.K[k]) < 4.0 * fit.std[place]
-    before, after = true_errors(arm, (robot, run.robot))
-    assert after < 0.2 * before
-
-
 @pytest.mark.parametrize("on_tool", [False, True], ids=["eye to hand", "eye in hand"])
 def test_boards_that_stand_anywhere_to_one_another(tmp_path, on_tool):
     """Each has its own pose with its own interval; one that is seen once is left out, in a sentence."""
@@ -125,8 +110,8 @@ def test_boards_that_stand_anywhere_to_one_another(tmp_path, on_tool):
     rows = [r for r in shots.rows if r[2] < virtual.SOLID or r[0] == first]
     (tmp_path / "once.csv").write_text(replace(shots, rows=rows).table())
     alone = read(tmp_path, "once.csv")
-    assert [t.name for t in rig_of(alone).targets] == ["A"]
-    assert "board 'B' is in 1 picture: left out; show each board in two pictures or more" in alone.notes
+    assert not alone.readings.seen[..., rig_of(alone).parts[1][1]].any()
+    assert any("target[B] is in 1 picture" in note for note in alone.notes)
 
 
 def test_the_shifted_joint_is_named(tmp_path, run):
@@ -191,13 +176,6 @@ def test_wrong_corners_are_set_apart_by_name_and_pictures_of_other_joints_too(tm
     assert true_errors(arm, (run.robot,))[0] < 0.15
 
 
-def test_intrinsics_far_off_are_refused_as_they_are_read(tmp_path):
-    rng = np.random.default_rng(8)
-    shots = virtual.scene(rng, virtual.made(rng, "ur5"), 25)
-    with refuses(DataError, "fx"):
-        written(tmp_path, "ur5", shots, k=virtual.K * [0.5, 1.6, 1.0, 1.0])
-
-
 @pytest.mark.parametrize(
     ("count", "free", "scale", "focal", "message"),
     [
@@ -216,40 +194,6 @@ def test_what_was_given_wrong_is_blamed_alone(tmp_path, count, free, scale, foca
     identifiability = wb.identify(robot, data, algorithms=("opt2",)).identifiability
     assert re.search(message, *identifiability.doubts)
     assert identifiability.refused in ("", *identifiability.doubts)
-
-
-@pytest.mark.data
-def test_hand_eye_of_real_pictures(tmp_path, shared_data):
-    """Poses of the tool and no joints: camera and target alone, and no arm is said to be calibrated."""
-    cv2 = pytest.importorskip("cv2")
-    folder = shared_data / "charuco_poses"
-    board = cv2.aruco.CharucoBoard(
-        (5, 7), 0.036195, 0.018256, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_6X6_250)
-    )
-    detector = cv2.aruco.CharucoDetector(board)
-    pixels, poses = ["image,id,u[px],v[px]"], ["image,x[m],y[m],z[m],qw,qx,qy,qz"]
-    for i in range(16):
-        uv, ids, _, _ = detector.detectBoard(cv2.imread(str(folder / f"images/{i}.jpg"), 0))
-        pixels += [f"{i}.jpg,{k},{u},{v}" for k, (u, v) in zip(ids.ravel(), uv.reshape(-1, 2), strict=True)]
-        lines = (folder / f"poses/{i}.yaml").read_text().split("\n")
-        pose = dict(line.split(": ") for line in lines if ": " in line)
-        poses.append(f"{i}," + ",".join(pose[k] for k in ("x", "y", "z", "qw", "qx", "qy", "qz")))
-    (tmp_path / "pixels.csv").write_text("\n".join(pixels))
-    (tmp_path / "joints.csv").write_text("\n".join(poses))
-    (tmp_path / "target.toml").write_text(
-        'mounted = "tool"\n[charuco]\nsquares = [5, 7]\nsquare = 0.036195\nmarker = 0.018256\n'
-    )
-    for free, maximum in (("false", 2.59), ("true", 0.90)):
-        text = virtual.camera_toml(free=free, k=(1352.02747, 1356.14287, 789.67065, 627.2995))
-        (tmp_path / "camera.toml").write_text(text)
-        run = wb.identify(None, read(tmp_path), algorithms=("opt2",), held_out=0.0)
-        assert run.best.train.own.rms < maximum
-        assert any("only tool poses" in note for note in run.notes)
-        assert run.identifiability.refused
-        assert bool(run.identifiability.doubts) == (free == "false")
-    assert 0.2 < run.best.train.position_mm.rms < 1.0
-    place = run.best.fit.problem.names.index("camera[c0].y")
-    assert 2e-4 < run.best.fit.std[place] < 3e-3
 
 
 def test_what_the_nominal_geometry_is_off_bends_zeros_as_considered(tmp_path):
@@ -271,64 +215,17 @@ def test_what_the_nominal_geometry_is_off_bends_zeros_as_considered(tmp_path):
     assert np.abs(x - problem.start)[moved].max() > 2e-5
 
 
-def test_zeros_that_stand_alone_are_as_uncertain_as_the_geometry(tmp_path):
-    """A geometry that is off by 0.2 mm and refused: without it zeros would be 2.8 standard errors off."""
-    rng = np.random.default_rng(13)
-    arm = virtual.made(rng, "industrial", angle=1.2e-4, length=0.8e-4, zeros=1.5e-4)
-    arm.zeros[1] += np.deg2rad(0.7)
-    robot, data = written(tmp_path, "industrial", virtual.scene(rng, arm, 40))
-    run = wb.identify(robot, data, algorithms=("opt2",))
-    assert run.identifiability.step.name == "joint zeros"
-    fit = run.best.fit
-    off = [
-        (fit.x[k] - fit.parameters[k].nominal - arm.zeros[int(n[5]) - 1]) / fit.std[k]
-        for k, n in enumerate(fit.problem.names)
-        if n.endswith(".theta")
-    ]
-    assert np.abs(off).max() < 2.4
-
-
-@pytest.mark.parametrize("width", [0, 1])
-def test_the_likelihood_has_its_gradient(width):
+@pytest.mark.parametrize("groups", [0, 2])
+def test_the_likelihood_has_its_gradient(groups):
     rng = np.random.default_rng(12)
     lever, jacobian = rng.normal(size=(8, 30, 6)), rng.normal(size=(8, 30, 5))
     residual = rng.normal(size=(8, 30)) + (lever @ (0.3 * rng.normal(size=(8, 6, 1))))[..., 0]
     pictures = Pictures.of(residual, lever, np.ones((8, 30), bool), jacobian)
-    shares = width * np.array([0.0, 1.0, 2.0, 0.0, 0.5])
-    pull, off = 0.1 * rng.normal(size=5), 0.1 * rng.normal(size=5)
-    likelihood = Likelihood(pictures, 0.1 * np.eye(5), pull, shares, off)
-    at = np.log([1.1, 0.2, 0.4, 0.3])[: 3 + width]
-    cost, gradient = likelihood.cost(at)
-    steps = 1e-5 * np.eye(len(at))
-    moved = [[likelihood.cost(at + s * step)[0] for s in (1, -1)] for step in steps]
+    shares = np.array([[0.0, 1.0, 2.0, 0.0, 0.5], [0.7, 0.0, 0.0, 0.0, 0.0]])[:groups]
+    off, pull = 0.1 * rng.normal(size=(2, 5))
+    likelihood = Likelihood(pictures, off, off, 0.1 * np.eye(5), pull, tuple(shares))
+    at = np.log([1.1, 0.2, 0.4, 0.3, 0.6])[: 3 + groups]
+    cost, gradient, *_ = likelihood.cost(at)
+    moved = [[likelihood.cost(at + s * step)[0] for s in (1, -1)] for step in 1e-5 * np.eye(len(at))]
     assert gradient == pytest.approx((np.array(moved) @ [1, -1]) / 2e-5, rel=1e-5, abs=1e-5)
     assert np.isfinite(cost)
-
-
-@pytest.mark.parametrize(("count", "name"), [(40, "geometry and effects"), (12, "camera and target alone")])
-def test_an_effect_is_the_last_step(tmp_path, count, name):
-    """Compliance of two joints, undeclared: named from 40 pictures; from 12 what to measure next is said."""
-    rng = np.random.default_rng(0)
-    softness = np.array([0.0, 3e-5, 3e-5, 0.0, 0.0, 0.0])
-    arm = virtual.made(rng, "ur5", angle=1.2e-4, length=0.8e-4, zeros=1.5e-4, compliance=softness)
-    written(tmp_path, "ur5", virtual.scene(rng, arm, count))
-    weighed = virtual.Arm(np.array(virtual.ARMS["ur5"], float)).toml("ur5", "mass = 3.0\ncom = [0, 0, 0]\n")
-    (tmp_path / "robot.toml").write_text(weighed)
-    robot = wb.load_robot(str(tmp_path / "robot.toml"))
-    run = wb.identify(robot, read(tmp_path), algorithms=("opt2",))
-    assert run.identifiability.step.name == name
-    found = {
-        f"{e.name} {j + 1}": c
-        for e in run.robot.effects
-        for j, c in zip(e.joints, e.coefficients, strict=True)
-    }
-    if run.identifiability.taken:
-        assert found == pytest.approx({"joint-compliance 2": 3e-5, "joint-compliance 3": 3e-5}, rel=0.1)
-        before, after = true_errors(arm, (robot, run.robot))
-        assert after < 0.2 * before
-        run.robot.save(tmp_path / "saved.toml")
-        again = wb.load_robot(str(tmp_path / "saved.toml"))
-        assert true_errors(arm, (again,))[0] == pytest.approx(after, rel=1e-6)
-    else:
-        assert not found
-        assert "take about" in run.identifiability.advice

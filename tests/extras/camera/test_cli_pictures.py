@@ -66,22 +66,16 @@ def _drop_joints(folder):
     (folder / "joints.csv").write_text("\n".join(lines[:-2]) + "\n")
 
 
-def _all(change):
-    def spoil(folder):
-        for path in sorted(folder.glob("*.png"))[3:]:
-            path.unlink()
-        for path in folder.glob("*.png"):
-            cv2.imwrite(str(path), change(cv2.imread(str(path), 0)))
-
-    return spoil
+def _half(folder):
+    for path in folder.glob("*.png"):
+        cv2.imwrite(str(path), cv2.imread(str(path), 0)[::2, ::2])
 
 
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
         (_drop_joints, "have no joints"),
-        (_all(lambda p: p[:, ::-1]), "mirrored"),
-        (_all(lambda p: p[::2, ::2]), "the picture has 320 x 240 px, camera 'cell' has size = [640, 480]"),
+        (_half, "the picture has 320 x 240 px, camera 'cell' has size = [640, 480]"),
         (lambda f: [p.write_text("no picture") for p in f.glob("*.png")], "can't be read as a picture"),
         (lambda f: [(f / f"{k}.png").unlink() for k in range(6)], "6 of 10 rows of joints.csv"),
     ],
@@ -115,7 +109,6 @@ def test_what_a_folder_may_be(run, here):
         assert (status, err) == (0, "")
         assert mentions(out, "9 pictures")
         assert re.search(r"1 picture left out, '?3\.png'?: can't be read", out)
-        assert mentions(out, "1 picture", "EXIF")
         moved = [
             z["joint"] for z in json.loads((here / "r.json").read_text())["camera"]["zeros"] if z["moved"]
         ]

@@ -1,17 +1,13 @@
 """Folders of what cameras saw in a session: read, identified, saved, refused, and read again by a replay."""
 
-from dataclasses import replace
-
 import camera_arms as virtual
 import numpy as np
 import pytest
 
-import workbench as wb
 from workbench.arm.robot_toml import read_toml
-from workbench.base.errors import DataError
-from workbench.extras.camera.folder import packed, read_folder
-from workbench.extras.camera.panels import _identified, _pictures
-from workbench.extras.camera.session_commands import LoadPictures, Previews
+from workbench.extras.camera.folder import packed
+from workbench.extras.camera.panels import _identified
+from workbench.extras.camera.session_commands import LoadPictures
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker
 from workbench.session.commands.compare import ShowRow
@@ -78,8 +74,6 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
     assert np.linalg.norm(found["xyz"] - shots.camera[0][:3, 3]) < 0.005
     assert b"<robot" in calibrated_urdf(session)[1]
     assert "joint zeros" in _identified(session.results.identification)
-    shown = _pictures(session.measurements.loaded.dataset, session.part(Previews))
-    assert "% of the picture used" in shown
     again = restore(read_recording(tmp_path / "kept")).session
     assert (
         again.measurements.loaded.dataset.source
@@ -89,15 +83,6 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
     assert again.results.identification.best.fit.x == pytest.approx(
         session.results.identification.best.fit.x, rel=1e-9
     )
-
-
-def test_what_was_refused_is_not_saved(folder, first, hobby, shots):
-    (folder / "corners.csv").write_text(shots.table(range(5)))
-    (folder / "where.csv").write_text(shots.joints(range(5)))
-    run = wb.identify(hobby, read_folder(folder), algorithms=("opt2",), held_out=0.0)
-    assert run.identifiability.refused
-    with pytest.raises(DataError, match="calibrated"):
-        calibrated_urdf(replace(first, results=replace(first.results, identification=run, fit="opt2")))
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,7 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
     from workbench.extras.pendant.displayed import read_display
     from workbench.extras.pendant.own_robot.check import read_joint_table
     from workbench.extras.pendant.touching.touches import read_touches
-    from workbench.extras.trajectories.languages import read_program
+    from workbench.extras.trajectories.programs import read_program
     from workbench.identification.prior import read_prior
     from workbench.plate.plate_toml import write_plate
 
@@ -183,7 +183,7 @@ def _text(path: Path) -> str:
 def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     from workbench.extras.camera.camera import read_cameras
     from workbench.extras.camera.folder import unpacked
-    from workbench.extras.camera.picture_files import exif_focal, exif_note, read_picture
+    from workbench.extras.camera.picture_files import exif_focal, read_picture
     from workbench.extras.camera.pixel_table import read_pixels
     from workbench.extras.camera.pose_pairs import read_pairs
     from workbench.extras.camera.rig import read_rig
@@ -194,7 +194,6 @@ def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     rig = read_rig(folder / "camera.toml", folder / "target.toml")
 
     def picture(path: Path) -> None:
-        list(exif_note([path]))
         exif_focal(path, (80, 60))
         read_picture(path)
 

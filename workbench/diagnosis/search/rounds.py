@@ -6,6 +6,7 @@ the fit with the shortest description length is kept.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 from jaxtyping import Bool, Int
@@ -52,6 +53,14 @@ MAX_EVENT_ROUNDS = 4
 
 MAX_LINEAR_CHANGE = 0.02
 """Change of the geometry [rad, m] without an effect above which the linear search is invalid."""
+
+
+class Tried(Enum):
+    """Effects that rows suffice for: all; those of a load that changes at the same postures; none."""
+
+    ALL = "all"
+    LOADS = "loads"
+    NONE = "none"
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,13 +133,13 @@ def geometry_first(problem: Problem) -> Stage:
 
 
 def rounds(
-    stage: Stage, rng: np.random.Generator, *, search: bool = True, events: Sequence[Candidate] | None = None
+    stage: Stage, rng: np.random.Generator, *, tried: Tried, events: Sequence[Candidate] | None = None
 ) -> tuple[Searched, ...]:
     """Search and fit until nothing new is found.
 
     Args:
         stage: The geometry alone.
-        search: Whether to try effects and events.
+        tried: Effects to try; events only beside all of them.
         events: Possible events; searched if None.
 
     Returns:
@@ -141,12 +150,12 @@ def rounds(
     seen: set[frozenset[str]] = set()
     for number in range(MAX_ROUNDS):
         progress(0.5, f"round {number + 1}: trying every effect on every joint")
-        last = _search(stage, fold, events=events) if search else _unsearched(stage, fold)
+        last = _search(stage, fold, tried, events=events)
         if stage.spared.any():
             stage = replace(stage, spared=np.zeros(len(stage.data), bool))
             if not any(t.candidate.effect.is_event for t in last.found.model):
                 stage = _without_outliers(_fit(stage, None, ()), None)
-                last = _search(stage, fold, events=events) if search else _unsearched(stage, fold)
+                last = _search(stage, fold, tried, events=events)
         done.append(last)
         key = frozenset(_key(t.candidate) for t in last.found.model)
         over = cancelled() or number == (MAX_LARGE_ROUNDS if large(stage.problem) else MAX_ROUNDS) - 1
@@ -259,9 +268,13 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
     return (np.argsort(order) % count)[groups]
 
 
-def _search(stage: Stage, fold: np.ndarray, *, events: Sequence[Candidate] | None) -> Searched:
+def _search(stage: Stage, fold: np.ndarray, tried: Tried, *, events: Sequence[Candidate] | None) -> Searched:
     """Search for effects and for events at their best times, until no time improves."""
+    if tried is Tried.NONE:
+        return _unsearched(stage, fold)
     offered = catalogue(stage.geometric_problem.robot, Motion.of(stage.data))
+    if tried is Tried.LOADS:
+        offered, events = offered.of_loads, ()
     kinds = changeable(stage.problem) if events is None else ()
     line = Timeline.of(stage.problem.data, [e.moment for e in stage.fitted.events])
     known = (t.candidate for t in stage.fitted.model if t.candidate.effect.is_event)
