@@ -7,7 +7,6 @@ import pytest
 
 import workbench as wb
 from workbench.base import threads
-from workbench.base.errors import OptionError, ShapeError
 
 TABLE = [
     [0.0, 0.1, 0.0, np.pi / 2],
@@ -30,13 +29,6 @@ def rows():
 def fit(rows):
     """ARIA, identified from them."""
     return wb.identify(wb.load_robot("aria"), rows)
-
-
-@pytest.fixture
-def unchecked(request):
-    """Skips where arguments are checked against their annotations, which name arrays and no lists."""
-    if request.config.getoption("--jaxtyping-packages", None):
-        pytest.skip("annotations are checked in this run")
 
 
 # -- results --------------------------------------------------------------------------------------
@@ -80,21 +72,6 @@ def test_arrays_make_a_dataset_that_numbers_its_rows(rows, fit):
     found = wb.identify(wb.load_robot("aria"), data)
     assert found.error.after.position_mm.mean == pytest.approx(fit.error.after.position_mm.mean, rel=0.1)
     assert repr(data) == "<Dataset data: 40 rows of 6 joints; position, rotation>"
-
-
-@pytest.mark.usefixtures("unchecked")
-def test_lists_and_whole_numbers_are_welcome(rows):
-    data = wb.Dataset(rows.q.tolist(), rows.position.tolist(), rows.rotation.tolist(), time=[*range(40)])
-    assert data.time.dtype == float
-    np.testing.assert_array_equal(data.q, rows.q)
-    for values, error in (
-        (([1, 2, 3],), OptionError),
-        (([[1, 2]], [[1, 2]]), OptionError),
-        (([[1, "a"]],), OptionError),
-        (([[1, 2], [2, 3]], [[1, 2, 3]]), ShapeError),
-    ):
-        with pytest.raises(error):
-            wb.Dataset(*values)
 
 
 @pytest.mark.parametrize("library", ["pandas", "polars"])

@@ -51,9 +51,9 @@ BUDGETS = {
     "root": 255,
     "base": 2_249,
     "report": 913,
-    "arm": 10_781,
-    "data": 6_198,
-    "plate": 6_651,
+    "arm": 10_528,
+    "data": 6_159,
+    "plate": 6_313,
     "identification": 9_873,
     "diagnosis": 7_052,
     "exports": 354,
@@ -75,7 +75,7 @@ BUDGETS = {
     "extras/service": 1_372,
     "extras/trajectories": 1_975,
     "extras/workshop": 910,
-    "tests": 41_648,
+    "tests": 41_411,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))

@@ -312,9 +312,18 @@ def test_effects_go_through_a_file(tmp_path):
     ("text", "message"),
     [
         ('name = "magic"\ncoefficients = [1.0]', "'magic'; known: joint-compliance"),
+        ('name = ["a"]\ncoefficients = [1.0]', "known: joint-compliance"),
         ('name = "joint-compliance"\njoints = [1]', "no coefficients"),
+        ('name = "joint-compliance"\njoints = [1]\ncoefficients = []', "no coefficients"),
+        ('name = "joint-compliance"\njoints = [1]\ncoefficients = 3.0', "list of numbers"),
+        ('name = "joint-compliance"\njoints = [1]\ncoefficients = ["a"]', "finite number"),
+        ('name = "joint-compliance"\njoints = [2]\ncoefficients = [1.0]', "joint 2"),
+        ('name = "joint-compliance"\njoints = [0]\ncoefficients = [1.0]', "joint 0"),
+        ('name = "joint-compliance"\njoints = 1\ncoefficients = [1.0]', "whole numbers"),
         ('name = "joint-compliance"\njoints = [1]\norder = 2\ncoefficients = [1.0]', "'order'"),
+        ('name = "joint-harmonic"\njoints = [1]\norder = 2.5\ncoefficients = [1.0, 1.0]', "whole number"),
         ('name = "joint-harmonic"\njoints = [1]\ncoefficients = [1.0]', "needs 2"),
+        ('name = "backlash"\njoints = [1]\nby = 3\ncoefficients = [1.0]', "word in quotes"),
         ('name = "local-joint-error"\njoints = [1]\ncoefficients = [1.0]', "knots"),
     ],
 )

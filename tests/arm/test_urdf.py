@@ -277,16 +277,6 @@ def test_kinds_limits_and_notes(tmp_path):
     )
 
 
-def test_six_corrections_stand_right_behind_the_origin(tmp_path):
-    robot = read(tmp_path, urdf(joint(0, origin='xyz="1 0 0" rpy="0 0 1.5707963267948966"')))
-    names = tuple(f"joint1.{part}" for part in FRAME_PARTS)
-    assert robot.default_free == names
-    moved = robot.with_values({"joint1.x": 0.1, "joint1.yaw": 0.2})
-    pose = tool_poses(moved, Motion(np.zeros((1, 1))))[0]
-    np.testing.assert_allclose(pose[:3, 3], [1.0, 0.1, 0.0], atol=1e-15)
-    np.testing.assert_allclose(pose[:3, :3], rotation([0, 0, np.pi / 2 + 0.2]), atol=1e-15)
-
-
 @pytest.mark.parametrize("tip", [None, "finger", "lens"])
 def test_whatever_tip_is_chosen_all_tools_of_a_flange_weigh(tmp_path, tip):
     """A gripper and a camera hang on one flange: torques at rest are Pinocchio's, which takes every body."""

@@ -266,7 +266,7 @@ def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
 def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Which poses keep the links apart, at least as far as in the measured poses."""
     shape = capsule_arm(arm)
-    if not len(shape.checked.pairs) or not len(q):
+    if not shape.pairs or not len(q):
         return np.ones(len(q), bool)
     closest = float(shape.own_distances(shape.placements(measured)).min())
     return shape.own_distances(shape.placements(q)) >= min(MIN_CLEARANCE, closest)

@@ -16,8 +16,8 @@ from jaxtyping import Bool, Float
 from workbench.arm.inverse.branch import Branch
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.plate.optimiser.capsules import CapsuleArm, capsule_arm
-from workbench.plate.optimiser.shapes import Hull, Placements, block_hulls, plate_hull
+from workbench.plate.optimiser.capsules import capsule_arm
+from workbench.plate.optimiser.shapes import ArmShape, Hull, Placements, block_hulls, plate_hull
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
@@ -121,7 +121,7 @@ def mutually_blocking(
     return np.asarray(met | met.T)
 
 
-def touches(shape: CapsuleArm, at: Placements, hulls: Sequence[Hull]) -> Bool[np.ndarray, "rows hulls"]:
+def touches(shape: ArmShape, at: Placements, hulls: Sequence[Hull]) -> Bool[np.ndarray, "rows hulls"]:
     """Which static bodies each posture collides with."""
     rows, count = len(at), len(hulls)
     gaps = shape.hull_distances(
@@ -161,7 +161,7 @@ def _bare(xyz: bytes, rpy: bytes, size: bytes | None = None) -> Plate:
     return Plate(name="", targets=(), region=region, xyz=parts[0], rpy=parts[1], size=solid)
 
 
-def _link(shape: CapsuleArm, at: Placements, hull: Hull) -> int:
+def _link(shape: ArmShape, at: Placements, hull: Hull) -> int:
     """The first link that collides with a body: k is the link after joint k, 0 the base."""
     for body in range(shape.robot.dof):
         if (

@@ -46,16 +46,3 @@ def test_every_session_has_its_own_pose_with_its_interval(tmp_path, moved):
         assert at["session"] == day
     before, after = true_errors(arm, (robot, run.robot))
     assert after < 0.2 * before
-
-
-def test_held_out_rows_of_an_unseen_session_are_told(tmp_path):
-    """Their pose is found from their own pictures if these are enough; else they are left out."""
-    rng = np.random.default_rng(5)
-    arm = virtual.made(rng, "hobby")
-    parts = days(rng, arm, (12, 6, 3), moved="target")
-    robot, data = filed(tmp_path, virtual.joined(**dict(zip(DAYS, parts, strict=True))), moved="target")
-    run = wb.identify(robot, data, algorithms=("opt2",), free=(), held_out=("tue", "wed"))
-    assert len(run.held_out_rows) == 6
-    assert run.best.held_out.own.rms < 0.7
-    assert any("'tue'" in note and "own pictures" in note for note in run.notes)
-    assert [row for row, _ in run.excluded] == [18, 19, 20]

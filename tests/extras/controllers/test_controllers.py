@@ -174,17 +174,6 @@ def test_mujoco_bodies_weigh_where_the_links_do(tmp_path):
         np.testing.assert_allclose(pin.computeGeneralizedGravity(model, data, row), wanted, atol=1e-3)
 
 
-def test_a_nominal_arm_with_other_zeros_base_and_flange_is_the_same_arm(tmp_path):
-    nominal, arm = calibrated("ur5e")
-    q = np.array([0.0, 0.8, 0.0, -0.5, 0.0, 2.0])
-    moved = dict(zip(arm.joint_offsets, (arm.values(arm.joint_offsets) + q).tolist(), strict=True))
-    arm = arm.with_values(moved).with_frames(base=Frame(np.array([1.0, 2.0, 3.0])))
-    done = export_robot(FORMS["ur-calibration"], tmp_path / "c.conf", Job(robot=arm, nominal=nominal))
-    assert done.position < EXACT
-    real = Job(robot=load_robot("aria-table4"), nominal=load_robot("aria"))
-    assert export_robot(FORMS["ur-calibration"], tmp_path / "c.conf", real).position < EXACT
-
-
 def test_a_drivers_file_of_another_arm_is_not_brought_up_to_date(tmp_path):
     form = FORMS["ur-kinematics"]
     source = form.write(Job(robot=load_robot("ur10")))

@@ -29,7 +29,7 @@ from workbench.plate.optimiser.clearance import Surroundings
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.shapes import (
     MAX_MEASURED_DISTANCE,
-    AbstractArmShape,
+    ArmShape,
     Hull,
     Placements,
     block_hulls,
@@ -56,7 +56,7 @@ class Candidates:
         poses: Of the tool in the robot's base.
         q: Joint positions [rad or m].
         branches: Names of the inverse-kinematics branches.
-        placements: Placements of the arm's pieces at the target and during the retreat.
+        placements: Of the arm at the target and during the retreat.
         rows: Whitened rows per scaled parameter, and per unknown of the reading.
     """
 
@@ -64,7 +64,7 @@ class Candidates:
     poses: Float[np.ndarray, "rows 4 4"]
     q: Float[np.ndarray, "rows n"]
     branches: np.ndarray
-    placements: Float[np.ndarray, "rows stops pieces ..."]
+    placements: Float[np.ndarray, "rows stops frames 4 4"]
     rows: Float[np.ndarray, "rows m p"]
 
     def __len__(self) -> int:
@@ -95,7 +95,7 @@ class Setting:
 
     robot: Robot
     plate: Plate
-    arm: AbstractArmShape
+    arm: ArmShape
     constraints: Constraints
     reading: TargetReading
     production: Production
