@@ -58,7 +58,7 @@ BUDGETS = {
     "diagnosis": 7_053,
     "exports": 354,
     "session": 7_341,
-    "views": 8_983,
+    "views": 8_977,
     "cli": 1_808,
     "extras": 1,
     "extras/camera": 4_484,

@@ -124,18 +124,12 @@ LEAVE = ["Close", "Cancel", "Look around"]
 SCRIPT = f"""
 const measured = new ResizeObserver(([strip]) =>
   document.documentElement.style.setProperty("--strip", `${{strip.target.offsetHeight}}px`));
-let strip = null, tab = "", scrolled = null, resized = 0;
-addEventListener("resize", () => resized = Date.now());
-addEventListener("pointerdown", e => {{ if (e.target.closest?.('[role="tab"]')) resized = 0; }}, true);
+let strip = null, tab = "", scrolled = null;
 const places = {{}};
 const open = () => document.querySelector({f'{TABS} [aria-selected="true"]'!r})?.innerText;
 const turned = () => {{
   const now = open();
   if (!now || now === tab || document.querySelectorAll({f'{TABS} [role="tab"]'!r}).length < 2) return;
-  if (tab && Date.now() - resized < 3000) {{  // it forgets it where it becomes a phone
-    [...document.querySelectorAll({f'{TABS} [role="tab"]'!r})].find(e => e.innerText === tab)?.click();
-    return;
-  }}
   tab = now;
   if (window.tabs?.[tab]) new Image().src = window.tabs[tab];
   const at = places[tab];
