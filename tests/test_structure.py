@@ -53,7 +53,7 @@ BUDGETS = {
     "report": 913,
     "arm": 10_528,
     "data": 6_159,
-    "plate": 6_313,
+    "plate": 6_261,
     "identification": 9_873,
     "diagnosis": 7_052,
     "exports": 354,
