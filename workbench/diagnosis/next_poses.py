@@ -264,11 +264,13 @@ def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Which poses keep the links apart, at least as far as in the measured poses."""
+<<<<<<< HEAD
     from workbench.plate.optimiser.capsules import capsule_arm  # coal takes long to load
+=======
+    from workbench.plate.optimiser.capsules import capsule_arm  # loads coal, a twentieth of a second
+>>>>>>> plate
 
     shape = capsule_arm(arm)
-    if not shape.pairs or not len(q):
-        return np.ones(len(q), bool)
     closest = float(shape.own_distances(shape.placements(measured)).min())
     return shape.own_distances(shape.placements(q)) >= min(MIN_CLEARANCE, closest)
 

@@ -3,8 +3,7 @@ measure.
 
 They come from many random blocks on a plate, in every branch that reaches them. Two candidates may still
 conflict: the arm at one touches the block of the other. This is checked only for pairs that a search
-    considers,
-and cached.
+considers, and cached.
 """
 
 from collections.abc import Iterable
@@ -154,7 +153,16 @@ class Setting:
         free &= self._clear_of_own(poses[good], stops)
         kept[OWN_BLOCK] = _spread(free, good, len(q))
         good, stops = good[free], stops[free]
-        return self._candidates(places[good], poses[good], q[good], branches[good], stops), kept
+        rows = self.rows(q[good], places[good])
+        found = Candidates(
+            places=places[good],
+            poses=poses[good],
+            q=q[good],
+            branches=branches[good],
+            placements=stops,
+            rows=rows,
+        )
+        return found, kept
 
     def _around(self, placements: Placements) -> np.ndarray:
         """Distances from itself, the table and the plate, exact enough to check clearance."""
@@ -193,17 +201,6 @@ class Setting:
         at, twists = identification_jacobian(self.robot, Motion(q), self.names)
         jacobian, unknown = self.reading.rows(at, twists * self.scales, self.sigma(places))
         return np.concatenate([jacobian, unknown], axis=2)
-
-    def _candidates(
-        self,
-        places: Places,
-        poses: Poses,
-        q: Float[np.ndarray, "rows n"],
-        branches: np.ndarray,
-        stops: np.ndarray,
-    ) -> Candidates:
-        rows = self.rows(q, places)
-        return Candidates(places=places, poses=poses, q=q, branches=branches, placements=stops, rows=rows)
 
 
 def _spread(kept: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
@@ -280,22 +277,11 @@ class BlockSolutions(NamedTuple):
     branches: np.ndarray
 
 
-class Pool(NamedTuple):
-    """Candidates, and constraint statistics of the other solutions.
-
-    Args:
-        candidates: Those that keep all constraints.
-        kept: Which of all solutions kept each constraint.
-    """
-
-    candidates: Candidates
-    kept: dict[str, np.ndarray]
-
-
 def draw_pool(
     setting: Setting, blocks: Blocks, half: np.ndarray, number: int, *, rng: np.random.Generator
-) -> Pool:
-    """Candidates from random blocks whose centres lie within ±half [m]."""
+) -> tuple[Candidates, dict[str, np.ndarray]]:
+    """Candidates from random blocks whose centres lie within ±half [m], and which of all solutions kept each
+    constraint."""
     found: Candidates | None = None
     kept: dict[str, list[np.ndarray]] = {}
     done = 0
@@ -313,7 +299,7 @@ def draw_pool(
         done += len(places)
         progress(done / number, "drawing places for targets")
     assert found is not None
-    return Pool(found, {name: np.concatenate(parts) for name, parts in kept.items()})
+    return found, {name: np.concatenate(parts) for name, parts in kept.items()}
 
 
 def solutions_at(setting: Setting, places: Places) -> BlockSolutions:

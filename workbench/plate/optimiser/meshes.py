@@ -42,9 +42,10 @@ def mesh_arm(robot: Robot, clearance: float) -> ArmShape | None:
         return None
     try:
         pieces, kind = _pieces(robot, robot.urdf)
+        usable = [piece.capsule for piece in pieces]
     except Exception:  # Pinocchio, its mesh reader and qhull raise many kinds for files that they can't use
         return None
-    if not pieces:
+    if not usable:
         return None
     pieces = _with_probe(robot, pieces)
     source = f"clearance is that of the {kind} meshes of {robot.urdf.path.name}"

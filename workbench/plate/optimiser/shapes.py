@@ -16,6 +16,7 @@ Source of the distance of two segments: Ericson, Real-Time Collision Detection (
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import final
 
 import coal
@@ -121,28 +122,22 @@ class Piece:
     def outline(self) -> tuple[Float[np.ndarray, "corners 3"], float]:
         """Points in the shape's frame, and the radius about them, whose convex hull is the shape's [m]; a
         cylinder's to 0.1 %."""
-        match self.shape:
+        match shape := self.shape:
             case coal.BVHModelBase():
-                points = np.array(self.shape.vertices())
+                points = np.array(shape.vertices())
                 return points[ConvexHull(points).vertices], 0.0
             case coal.Box():
-                return np.stack(np.meshgrid(*([-1.0, 1.0],) * 3), -1).reshape(
-                    -1, 3
-                ) * self.shape.halfSide, 0.0
+                return np.array([*product((-1.0, 1.0), repeat=3)]) * shape.halfSide, 0.0
             case coal.Cylinder():
                 angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
-                ring = (
-                    self.shape.radius / np.cos(np.pi / AROUND) * np.array([np.cos(angles), np.sin(angles)]).T
-                )
-                high = np.full((AROUND, 1), self.shape.halfLength)
+                ring = shape.radius / np.cos(np.pi / AROUND) * np.array([np.cos(angles), np.sin(angles)]).T
+                high = np.full((AROUND, 1), shape.halfLength)
                 return np.block([[ring, -high], [ring, high]]), 0.0
             case coal.Capsule():
-                return np.array(
-                    [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]
-                ) * self.shape.halfLength, self.shape.radius
+                return np.outer([-shape.halfLength, shape.halfLength], [0.0, 0.0, 1.0]), shape.radius
             case coal.Sphere():
-                return np.zeros((1, 3)), self.shape.radius
-        raise TypeError(type(self.shape).__name__)
+                return np.zeros((1, 3)), shape.radius
+        raise TypeError(type(shape).__name__)
 
     @cached_property
     def hull(self) -> coal.CollisionGeometry:
