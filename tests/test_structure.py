@@ -55,7 +55,7 @@ BUDGETS = {
     "data": 6_159,
     "plate": 6_261,
     "identification": 9_873,
-    "diagnosis": 7_055,
+    "diagnosis": 7_051,
     "exports": 354,
     "session": 7_341,
     "views": 8_977,

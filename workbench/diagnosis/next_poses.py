@@ -264,11 +264,7 @@ def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Which poses keep the links apart, at least as far as in the measured poses."""
-<<<<<<< HEAD
     from workbench.plate.optimiser.capsules import capsule_arm  # coal takes long to load
-=======
-    from workbench.plate.optimiser.capsules import capsule_arm  # loads coal, a twentieth of a second
->>>>>>> plate
 
     shape = capsule_arm(arm)
     closest = float(shape.own_distances(shape.placements(measured)).min())
