@@ -155,15 +155,14 @@ def _inertia(grams: Grams, candidate: Candidate, group: Model) -> tuple[str, ...
     They act through every effect of load, and through other joints of the same kind of effect; backlash
     depends only on the load's sign.
     """
-    if candidate.names in grams.inertia:
-        return grams.inertia[candidate.names]
-    return tuple(
+    shared = tuple(
         n
         for t in group
         if (_follows_load(candidate) and _follows_load(t.candidate))
         or candidate.effect.name == t.candidate.effect.name
         for n in grams.inertia.get(t.candidate.names, ())
     )
+    return shared or grams.inertia.get(candidate.names, ())
 
 
 def _follows_load(candidate: Candidate) -> bool:
