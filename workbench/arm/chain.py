@@ -9,9 +9,8 @@ through p_k and [a; 0] for a translation along a, in base axes. For the Hayati c
 (13a–e), except that the α column takes the x axis before the β rotation, as eq. (8) demands and the
 printed (13d) does not.
 
-The two loops over rows are compiled (numba); everything else only describes the chain. Inputs of the loops
-are read-only arrays (`frozen`): numba compiles a function again for each combination of writable and read-
-only arrays, which takes seconds.
+The loop over rows is compiled (numba) and takes eight rows at a time; everything else only describes the
+chain.
 """
 
 from collections.abc import Iterable
@@ -113,6 +112,11 @@ class Chain:
         return np.concatenate([q, q[:, [e.follows for e in mine]] * [e.ratio for e in mine]], axis=1)
 
     @cached_property
+    def varying(self) -> tuple[Int[np.ndarray, " _"], ...]:
+        """Of `_varying`, where no effect shifts anything."""
+        return _varying(self.drivers, NO_SHIFT)
+
+    @cached_property
     def driven(self) -> Int[np.ndarray, " n"]:
         """The (first) element driven by each joint; 0 for a joint without one."""
         return frozen(np.array([int(np.argmax(self.drivers == j)) for j in range(self.dof)], np.int64))
@@ -156,12 +160,14 @@ class Chain:
         other = Chain(self.elements, self.dof)
         shared = {
             name: getattr(self, name)
-            for name in ("axes", "drivers", "driven", "followers", "constants", "index")
+            for name in ("axes", "drivers", "varying", "driven", "followers", "constants", "index")
         }
         other.__dict__.update(shared, values=frozen(values.copy()))
         return other
 
 
+LANES, BLOCK = 8, 1024
+"""Rows that the loop takes at a time, and those whose results stay in the processor's cache."""
 NO_SHIFT = np.zeros((0, 0))
 NO_SHIFT.setflags(write=False)
 WHOLE = slice(None)
@@ -185,15 +191,7 @@ def poses(
         part: Elements between the two frames, if not all.
     """
     out = np.empty((len(q), 4, 4))
-    _poses(
-        chain.axes[part],
-        chain.drivers[part],
-        frozen((chain.values if values is None else values)[part]),
-        chain.constants[part],
-        frozen(chain.positions(q)),
-        frozen(shift[:, part]),
-        out,
-    )
+    _walk(chain, q, values, shift, part, np.full(len(chain.axes[part]), -1), out, np.empty((len(q), 6, 0)))
     return out
 
 
@@ -207,16 +205,10 @@ def frames(
 ) -> Float[np.ndarray, "rows f 4 4"]:
     """Poses of the frames after the given elements (-1: the very first frame), in increasing order."""
     out = np.empty((len(q), len(after), 4, 4))
-    start = 0
-    current = np.broadcast_to(np.eye(4), (len(q), 4, 4)).copy()
-    values, q = frozen(chain.values if values is None else values), frozen(chain.positions(q))
+    current, start = np.broadcast_to(np.eye(4), (len(q), 4, 4)), 0
     for column, last in enumerate(after):
-        step = np.empty((len(q), 4, 4))
-        part = slice(start, last + 1)
-        own = frozen(shift[:, part]) if len(shift) else NO_SHIFT
-        _poses(chain.axes[part], chain.drivers[part], values[part], chain.constants[part], q, own, step)
-        current = current @ step
-        out[:, column] = current
+        step = poses(chain, q, values=values, shift=shift, part=slice(start, last + 1))
+        out[:, column] = current = current @ step
         start = last + 1
     return out
 
@@ -246,21 +238,10 @@ def twists(
     Returns:
         Poses, and twists [v; w] at the tool's origin in base axes.
     """
-    blank = np.empty if part == WHOLE else np.zeros
-    pose_out, twist_out = out or (np.empty((len(q), 4, 4)), blank((len(q), 6, len(columns))))
+    pose_out, twist_out = out or (np.empty((len(q), 4, 4)), np.empty((len(q), 6, len(columns))))
     place = np.full(len(chain.elements), -1, np.int64)
     place[columns] = np.arange(len(columns))
-    _twists(
-        chain.axes[part],
-        chain.drivers[part],
-        frozen((chain.values if values is None else values)[part]),
-        chain.constants[part],
-        place[part],
-        frozen(chain.positions(q)),
-        frozen(shift[:, part]),
-        pose_out,
-        twist_out,
-    )
+    _walk(chain, q, values, shift, part, place[part], pose_out, twist_out)
     return pose_out, twist_out
 
 
@@ -276,6 +257,136 @@ def joint_twists(
     return found, out
 
 
+def _walk(
+    chain: Chain,
+    q: np.ndarray,
+    values: np.ndarray | None,
+    shift: np.ndarray,
+    part: slice,
+    place: np.ndarray,
+    pose_out: np.ndarray,
+    twist_out: np.ndarray,
+) -> None:
+    """Fill poses, and twists of elements that have a place among the columns; arguments as of `twists`."""
+    values = frozen(chain.values if values is None else values)[part]
+    varying, driven, drivers, where = (
+        chain.varying if part == WHOLE and not len(shift) else _varying(chain.drivers[part], shift[:, part])
+    )
+    positions = chain.positions(q)
+    for start in range(0, len(q), BLOCK):
+        rows = slice(start, min(start + BLOCK, len(q)))
+        size = rows.stop - start
+        moved = np.zeros((3, len(varying), -(-size // LANES) * LANES))
+        now = moved[0, :, :size]
+        now[:] = values[varying, None]
+        now[driven] += positions[rows].T[drivers]
+        if len(shift):
+            now += shift[rows, part].T[varying]
+        with np.errstate(invalid="ignore"):  # infinite positions have no pose
+            np.sin(moved[0], out=moved[1])
+            np.cos(moved[0], out=moved[2])
+        out = pose_out[rows], twist_out[rows]
+        _lanes(chain.axes[part], where, values, moved, chain.constants[part], place, *out)
+
+
+def _varying(drivers: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Elements that differ from row to row; the driven ones among them; their drivers; the place of each."""
+    varying = np.flatnonzero((drivers >= 0) | shift.any(axis=0) if len(shift) else drivers >= 0)
+    driven = np.flatnonzero(drivers[varying] >= 0)
+    where = np.full(len(drivers), -1)
+    where[varying] = np.arange(len(varying))
+    return varying, driven, drivers[varying[driven]], where
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@no_type_check
+def _lanes(axes, where, values, moved, constants, place, out, twist):
+    """Eight rows at a time: every inner loop runs over them and becomes SIMD.
+
+    Args:
+        where: Row of `moved` for elements that differ from row to row; -1 for the others.
+        values: Of all elements.
+        moved: Values that differ, their sines and cosines, filled up to whole steps of eight rows.
+        place: Column of each element's twist; -1 for none.
+    """
+    size = twist.shape[2]
+    fixed = np.zeros((3, len(values)))
+    for k in range(len(values)):
+        if where[k] < 0 and values[k] != 0.0:
+            fixed[0, k], fixed[1, k], fixed[2, k] = values[k], np.sin(values[k]), np.cos(values[k])
+    t, now = np.empty((12, LANES)), np.empty((3, LANES))
+    through, along, columns = (
+        np.empty((size, 3, LANES)),
+        np.empty((size, 3, LANES)),
+        np.zeros((size, 6, LANES)),
+    )
+    for start in range(0, out.shape[0], LANES):
+        for i in range(12):
+            for n in range(LANES):
+                t[i, n] = 1.0 if i % 5 == 0 else 0.0
+        for k in range(axes.shape[0]):
+            axis, column = axes[k], place[k]
+            if column >= 0:
+                for i in range(3):
+                    for n in range(LANES):
+                        through[column, i, n] = t[4 * i + 3, n]
+                        along[column, i, n] = t[4 * i + axis % 3, n]
+            if axis == 6:
+                c = constants[k]
+                for i in range(0, 12, 4):
+                    for n in range(LANES):
+                        x, y, z = t[i, n], t[i + 1, n], t[i + 2, n]
+                        for j in range(3):
+                            t[i + j, n] = x * c[0, j] + y * c[1, j] + z * c[2, j]
+                        t[i + 3, n] += x * c[0, 3] + y * c[1, 3] + z * c[2, 3]
+                continue
+            at = where[k]
+            if at < 0 and fixed[0, k] == 0.0:
+                continue
+            for i in range(3):
+                if at >= 0:
+                    now[i] = moved[i, at, start : start + LANES]
+                else:
+                    now[i] = fixed[i, k]
+            if axis < 3:
+                a, b = (axis + 1) % 3, (axis + 2) % 3
+                for i in range(0, 12, 4):
+                    for n in range(LANES):
+                        x, y = t[i + a, n], t[i + b, n]
+                        t[i + a, n] = x * now[2, n] + y * now[1, n]
+                        t[i + b, n] = y * now[2, n] - x * now[1, n]
+            else:
+                for i in range(0, 12, 4):
+                    for n in range(LANES):
+                        t[i + 3, n] += t[i + axis - 3, n] * now[0, n]
+        for k in range(axes.shape[0]):
+            column = place[k]
+            if column < 0:
+                continue
+            for n in range(LANES):
+                x, y, z = along[column, 0, n], along[column, 1, n], along[column, 2, n]
+                if axes[k] < 3:
+                    u = t[3, n] - through[column, 0, n]
+                    v = t[7, n] - through[column, 1, n]
+                    w = t[11, n] - through[column, 2, n]
+                    columns[column, 0, n], columns[column, 3, n] = y * w - z * v, x
+                    columns[column, 1, n], columns[column, 4, n] = z * u - x * w, y
+                    columns[column, 2, n], columns[column, 5, n] = x * v - y * u, z
+                else:
+                    columns[column, 0, n], columns[column, 3, n] = x, 0.0
+                    columns[column, 1, n], columns[column, 4, n] = y, 0.0
+                    columns[column, 2, n], columns[column, 5, n] = z, 0.0
+        for n in range(min(LANES, out.shape[0] - start)):
+            for i in range(6):
+                for column in range(size):
+                    twist[start + n, i, column] = columns[column, i, n]
+            for i in range(3):
+                for j in range(4):
+                    out[start + n, i, j] = t[4 * i + j, n]
+                out[start + n, 3, i] = 0.0
+            out[start + n, 3, 3] = 1.0
+
+
 @njit(cache=True, inline="always")
 @no_type_check
 def _turned(t, i, j, c, s):
@@ -289,7 +400,7 @@ def _turned(t, i, j, c, s):
 @njit(cache=True, inline="always")
 @no_type_check
 def _advance(axis, value, constant, t):
-    """Multiply the 3×4 transform t by one elementary transform, in place."""
+    """Multiply the 3×4 transform t of one row by one elementary transform, in place; for loops of statics."""
     if axis < 3:
         if abs(value) < 0.04:
             # small angles (most constants and shifts): series to machine precision, in a third of the time
@@ -313,75 +424,3 @@ def _advance(axis, value, constant, t):
             t[row, 3] += a * constant[0, 3] + b * constant[1, 3] + c * constant[2, 3]
             for column in range(3):
                 t[row, column] = a * constant[0, column] + b * constant[1, column] + c * constant[2, column]
-
-
-@njit(cache=True, nogil=True)
-@no_type_check
-def _poses(axes, drivers, values, constants, q, shift, out):
-    shifted = shift.shape[0] > 0
-    t = np.empty((3, 4))
-    for row in range(q.shape[0]):
-        for i in range(3):
-            for j in range(4):
-                t[i, j] = 1.0 if i == j else 0.0
-        for k in range(axes.shape[0]):
-            value = values[k]
-            if drivers[k] >= 0:
-                value += q[row, drivers[k]]
-            if shifted:
-                value += shift[row, k]
-            if value != 0.0 or axes[k] == 6:
-                _advance(axes[k], value, constants[k], t)
-        for i in range(3):
-            for j in range(4):
-                out[row, i, j] = t[i, j]
-            out[row, 3, i] = 0.0
-        out[row, 3, 3] = 1.0
-
-
-@njit(cache=True, nogil=True)
-@no_type_check
-def _twists(axes, drivers, values, constants, place, q, shift, out, twist):
-    shifted = shift.shape[0] > 0
-    p = twist.shape[2]
-    t = np.empty((3, 4))
-    through = np.empty((p, 3))
-    turns = np.zeros(p, np.bool_)
-    for row in range(q.shape[0]):
-        for i in range(3):
-            for j in range(4):
-                t[i, j] = 1.0 if i == j else 0.0
-        for k in range(axes.shape[0]):
-            column = place[k]
-            if column >= 0:
-                turns[column] = axes[k] < 3
-                for i in range(3):
-                    through[column, i] = t[i, 3]
-                    twist[row, 3 + i, column] = t[i, axes[k] % 3]
-            value = values[k]
-            if drivers[k] >= 0:
-                value += q[row, drivers[k]]
-            if shifted:
-                value += shift[row, k]
-            if value != 0.0 or axes[k] == 6:
-                _advance(axes[k], value, constants[k], t)
-        for column in range(p):
-            ax, ay, az = twist[row, 3, column], twist[row, 4, column], twist[row, 5, column]
-            if turns[column]:
-                rx = t[0, 3] - through[column, 0]
-                ry = t[1, 3] - through[column, 1]
-                rz = t[2, 3] - through[column, 2]
-                twist[row, 0, column] = ay * rz - az * ry
-                twist[row, 1, column] = az * rx - ax * rz
-                twist[row, 2, column] = ax * ry - ay * rx
-            else:
-                twist[row, 0, column] = ax
-                twist[row, 1, column] = ay
-                twist[row, 2, column] = az
-                for i in range(3):
-                    twist[row, 3 + i, column] = 0.0
-        for i in range(3):
-            for j in range(4):
-                out[row, i, j] = t[i, j]
-            out[row, 3, i] = 0.0
-        out[row, 3, 3] = 1.0

@@ -107,6 +107,12 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
 
 def _with_recorder(begun, live: str | None):
     """The session with its recorder; prints where it is stored and how to stop."""
+    if begun.confirmed is not None:
+        from workbench.session.view import Keepers
+
+        opt.say(f"session:  {begun.trouble}")
+        opt.say("to stop:  Ctrl-C")
+        return replace(begun, keepers=(Keepers(lambda: _with_recorder(begun.confirmed(), live).keepers),))
     if begun.folder is None:
         opt.say("session:  not recorded")
         opt.say("to stop:  Ctrl-C")

@@ -21,6 +21,7 @@ from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
+from workbench.session.commands.messages import ConfirmRecording
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.export import File, NotedFile, fixture_zip
@@ -82,6 +83,14 @@ def next_step(session: Session) -> NextStep:
         return step
     tone = max(step.tone, judged.tone, key=[Tone.GOOD, Tone.PLAIN, Tone.CAREFUL, Tone.BAD].index)
     return replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
+
+
+def _asked(session: Session) -> NextStep | None:
+    """What the user has to confirm first."""
+    if not session.page.question:
+        return None
+    action = Action("Continue in a copy", Tab.PLATE, ConfirmRecording())
+    return NextStep(session.page.question, Tone.CAREFUL, action)
 
 
 def _under_way(session: Session) -> NextStep | None:
@@ -211,6 +220,7 @@ def _identified(session: Session) -> NextStep | None:
 
 
 ROWS: tuple[Callable[[Session], NextStep | None], ...] = (
+    _asked,
     _under_way,
     _of_extras,
     _unread,

@@ -92,6 +92,7 @@ class PageState:
         is_dark_chosen: Whether that was said by hand; else they are as their system is.
         opened: The tab that the program opened last, if any.
         tab: The tab that was opened last, by the program or by hand on any page; None: not known.
+        question: What the user has to confirm before anything else is done; empty if nothing.
         caption: What the demo says at present; empty if none plays.
         is_paused: Whether the demo waits.
         chore: What is being worked out by the way; empty if nothing.
@@ -102,6 +103,7 @@ class PageState:
     is_dark_chosen: bool = False
     opened: Opened | None = None
     tab: Tab | None = None
+    question: str = ""
     caption: str = ""
     is_paused: bool = False
     job: RunningJob | None = None

@@ -23,8 +23,10 @@ from workbench.base.wording import in_mm
 
 NEAREST_STARTS = 96
 """Random starts of each search for a nearest configuration."""
-LIGHT = (0.02, 2e-4, 2e-6)
-"""Decreasing weights w that give priority to the position, as shares of the arm's length."""
+LIGHT = 2e-3
+"""Weight w that gives priority to the position, as a share of the arm's length."""
+SAME_ANGLE = 1e-4
+"""Orientation that is met [rad]."""
 
 
 def nearest(
@@ -53,38 +55,8 @@ def nearest(
     result = refine(
         arm, target[None], rows, task=task, target_of=one, limits=limits, weight=weight, iterations=200
     )
-    return _best(result, ROTATION_WEIGHT * arm.length if weight is None else weight)
-
-
-def _best(result: Refined, weight: float) -> Refined:
-    i = int(np.argmin(result.cost(weight)))
-    row = slice(i, i + 1)
-    return Refined(result.x[row], result.position_error[row], result.rotation_error[row], result.steps[row])
-
-
-def nearest_orientation(
-    arm: ReducedArm,
-    target: Float[np.ndarray, "4 4"],
-    *,
-    task: Task,
-    limits: Float[np.ndarray, "n 2"],
-    rng: np.random.Generator,
-) -> Refined:
-    """The configuration at the target's position with the nearest orientation."""
-    result = nearest(arm, target, task=task, limits=limits, rng=rng, weight=LIGHT[0] * arm.length)
-    for share in LIGHT[1:]:
-        one = np.zeros(1, np.int64)
-        result = refine(
-            arm,
-            target[None],
-            result.x,
-            task=task,
-            target_of=one,
-            limits=limits,
-            weight=share * arm.length,
-            iterations=200,
-        )
-    return result
+    i = int(np.argmin(result.cost(ROTATION_WEIGHT * arm.length if weight is None else weight)))
+    return Refined(*(part[i : i + 1] for part in vars(result).values()))
 
 
 def limits_reason(arm: ReducedArm, x: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]) -> str:
@@ -122,24 +94,14 @@ def geometry_reason(
     """Why no joint coordinates at all, or for a redundant arm none within the limits, reach the target."""
     free = np.where(arm.slides[:, None], limits, unlimited(arm.dof))
     closest = nearest(arm, target, task=Task.POSITION, limits=free, rng=rng)
-    gap = float(closest.position_error[0])
-    if gap > POSITION_TOLERANCE:
+    if (gap := float(closest.position_error[0])) > POSITION_TOLERANCE:
         return _distance_reason(arm, target, closest, gap)
-    if task is Task.POSITION:
+    turned = nearest(arm, target, task=task, limits=free, rng=rng, weight=LIGHT * arm.length)
+    angle = float(turned.rotation_error[0])
+    if task is Task.POSITION or angle < SAME_ANGLE:
         return "reachable only outside the joint limits"
-    inside = nearest(arm, target, task=Task.POSITION, limits=limits, rng=rng)
-    turned = float(nearest_orientation(arm, target, task=task, limits=free, rng=rng).rotation_error[0])
-    if turned < 1e-6:
-        return "reachable only outside the joint limits"
-    sentence = (
-        f"the position is reachable, but not in this orientation: the nearest there is {_degrees(turned)} off"
-    )
-    if inside.position_error[0] > POSITION_TOLERANCE:
-        return f"{sentence}; the joint limits keep the tool {in_mm(float(inside.position_error[0]))} away"
-    within = float(nearest_orientation(arm, target, task=task, limits=limits, rng=rng).rotation_error[0])
-    if within > turned + 1e-3:
-        sentence += f", {_degrees(within)} within the joint limits"
-    return sentence
+    off = f"the nearest is about {np.degrees(angle):.2g}° off"
+    return f"the position is reachable, but not in this orientation: {off}"
 
 
 def _distance_reason(arm: ReducedArm, target: Float[np.ndarray, "4 4"], closest: Refined, gap: float) -> str:
@@ -158,7 +120,3 @@ def _from_shoulder(arm: ReducedArm, point: Float[np.ndarray, "3"]) -> float:
         shoulder = foot(points[:, 0], axes[:, 0], points[:, 1], axes[:, 1])[0]
         return float(np.linalg.norm(point - shoulder))
     return float(np.linalg.norm(away - (away @ axes[0, 0]) * axes[0, 0]))
-
-
-def _degrees(angle: float) -> str:
-    return f"{np.degrees(angle):.3g}°"

@@ -76,7 +76,7 @@ def watched_poses(robot: Robot, motion: Motion, link: int | None) -> Float[np.nd
     return view.turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
 
-ROWS_PER_BLOCK = 4096
+ROWS_PER_BLOCK = 1024
 """Rows per block of a long computation: its Jacobian stays in the processor's cache."""
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 from enum import StrEnum
 
 from workbench.session.command import AbstractChange, computed
+from workbench.session.commands.drag import DropTarget
 from workbench.session.page_state import Opened, Severity, Tab
 from workbench.session.state import Session
 
@@ -28,6 +29,17 @@ class Dismiss(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return replace(session, page=replace(session.page, messages=()))
+
+
+class ConfirmRecording(AbstractChange):
+    """Go on with a recording that comes from elsewhere: until then the session is only shown."""
+
+    title = "Continue this recording here"
+
+    def apply(self, session: Session) -> Session:
+        drag = session.drag
+        session = session if drag is None else DropTarget(drag.client).apply(session)
+        return replace(session, page=replace(session.page, question=""))
 
 
 class SetCaption(AbstractChange):

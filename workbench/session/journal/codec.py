@@ -8,15 +8,18 @@ renamed its value. A command that this version doesn't know, or whose fields it 
 
 import dataclasses
 import functools
+import getpass
 import hashlib
+import hmac
 import math
 import re
 import types
 import typing
+import uuid
 import zlib
 from collections.abc import Callable, Mapping
 from enum import Enum
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -100,6 +103,22 @@ def _no_file(name: str) -> bytes:
 def digest(content: bytes) -> str:
     """By which a file's content is known."""
     return hashlib.sha256(content).hexdigest()[:20]
+
+
+def origin(header: Mapping[str, Any]) -> str:
+    """By which a header's machine and user are known, as far as nobody else knows the machine's number."""
+    begun = f"{header.get('began')} {header.get('inputs')}".encode()
+    return hmac.digest(_machine(), begun, "sha256").hex()[:20]
+
+
+@functools.cache
+def _machine() -> bytes:
+    """Number of this machine and user; where the system has none, that of the network card."""
+    try:
+        number = Path("/etc/machine-id").read_text(encoding="ascii").strip()
+    except OSError:
+        number = ""
+    return f"{number or uuid.getnode()} {getpass.getuser()}".encode()
 
 
 def file_name(content: bytes, ending: str) -> str:

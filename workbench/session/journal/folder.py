@@ -14,8 +14,10 @@ import contextlib
 import json
 import re
 import shutil
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +57,7 @@ class StartedSession:
         folder: Where it is recorded; None if nowhere.
         entries: Commands before, if the session goes on from a recording.
         trouble: Why it is recorded nowhere or elsewhere; empty if all is as it was asked for.
+        confirmed: Begins the recording of it once the user has confirmed that; None: without a question.
     """
 
     session: Session
@@ -62,12 +65,13 @@ class StartedSession:
     folder: Path | None = None
     entries: tuple[Entry, ...] = ()
     trouble: str = ""
+    confirmed: Callable[[], "StartedSession"] | None = None
 
     @property
     def opening(self) -> tuple[AbstractCommand, ...]:
         """What comes first: the end of a drag in which the program was stopped."""
         drag = self.session.drag
-        return () if drag is None else (DropTarget(drag.client),)
+        return () if drag is None or self.confirmed else (DropTarget(drag.client),)
 
     @property
     def name(self) -> str:
@@ -127,7 +131,8 @@ def resume(recording: Recording, session: Session) -> StartedSession:
 def go_on(restored: Restored, *, is_branch: bool = False, root: Path = ROOT) -> StartedSession:
     """Continue a recording that was opened again: in its own folder, if it came out as it was recorded.
 
-    Otherwise, and if asked to, in a new one; the user is told of the difference.
+    Otherwise, and if asked to, in a new one; the user is told of the difference. One from elsewhere is only
+    shown until the user has confirmed to continue, in a new one as well.
 
     Args:
         restored: The recording and its session.
@@ -135,6 +140,15 @@ def go_on(restored: Restored, *, is_branch: bool = False, root: Path = ROOT) -> 
         root: Where new recordings go.
     """
     recording, session, warning = restored.recording, restored.session, restored.warning
+    if not recording.is_own:
+        question = (
+            f"{recording.folder.name} was recorded on another machine, or by an earlier version, and is only "
+            f"shown: to continue copies it into {root}, where it is changed and its fits are computed here"
+        )
+        asked = replace(session, page=replace(session.page, question=question))
+        asked = asked.with_message(Severity.WARNING, warning) if warning else asked
+        confirmed = partial(branch, recording, session, root=root)
+        return StartedSession(asked, entries=recording.entries, trouble=question, confirmed=confirmed)
     if not warning:
         return branch(recording, session, root=root) if is_branch else resume(recording, session)
     text = f"{warning}; that recording is left unchanged, and the session continues in a new one"
@@ -196,9 +210,10 @@ def _header(session: Session) -> dict[str, Any]:
 
 
 def _sealed(header: dict[str, Any], folder: Path) -> str:
-    """The first line of a journal, with the digests of the inputs as they stand."""
+    """The first line of a journal: with the digests of the inputs as they stand, and from which machine."""
     digests = {path.name: codec.digest(read_own(folder / path)) for path in (ROBOT, PLATE)}
-    return codec.sealed(json.dumps(header | {"inputs": digests}, ensure_ascii=False))
+    header = header | {"inputs": digests}
+    return codec.sealed(json.dumps(header | {"origin": codec.origin(header)}, ensure_ascii=False))
 
 
 def _make(folder: Path | None, root: Path, robot: str) -> Path:

@@ -121,6 +121,11 @@ class Recording:
     unsettled: str = ""
 
     @property
+    def is_own(self) -> bool:
+        """Whether this user began it on this machine."""
+        return "origin" in self.header and self.header["origin"] == codec.origin(self.header)
+
+    @property
     def entries(self) -> tuple[Entry, ...]:
         return tuple(line.entry for line in self.lines)
 
