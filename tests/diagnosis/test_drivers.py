@@ -9,6 +9,7 @@ from unittest import mock
 import numpy as np
 import pytest
 from arms import make
+from real_arms import load
 
 from workbench.arm.effects import EFFECTS, Candidate
 from workbench.arm.effects.joint_compliance import JointCompliance
@@ -20,6 +21,8 @@ from workbench.diagnosis.search.evidence import Term, _inertia
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 import strangers
+
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 
 
 @pytest.mark.parametrize(("features", "numbers"), [(smooth, 1), (smooth_plane, 2)])
@@ -123,3 +126,17 @@ def test_a_law_that_is_there_wins(kind):
 def test_noise_follows_nothing(seed):
     case = make("none", seed, "katana")
     assert diagnose(case.robot, case.data, held_out=0.0).followed == ()
+
+
+@pytest.mark.data
+def test_a_step_hidden_in_measured_rows_is_certain_though_other_events_are_doubted():
+    """All events were dropped where one of them was doubtful."""
+    robot, data = load(SHARED, "ur5")
+    data = data.take(np.arange(200))
+    q = np.array(data.q)
+    q[100:, 2] -= 1e-3
+    found = diagnose(robot, replace(data, q=q, direction=None), held_out=0.2)
+    (zero,) = (c for c in found.causes if c.kind == "zero-step")
+    assert zero.joints == (2,)
+    assert abs(zero.row - 100) <= 2
+    assert zero.confidence is Confidence.CERTAIN

@@ -13,8 +13,8 @@ odds, from leaving out fold after fold, is subtracted, so that they would hold f
 A cause preferred by every fold is at least probable; one that might be too small in other rows is no more.
 
 A law must also win against smooth dependence without a law, on its own driver and on any other
-(`diagnosis/drivers/evidence.py`). Where it doesn't, nobody can tell what the cause is, however large the odds.
-Nor can they where a joint scatters as much as its law moves it: the law isn't complete. A cause is at most
+(`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what the cause is, whatever the odds;
+nor where a joint scatters as much as its law moves it, since the law isn't complete. A cause is at most
 probable
 
 - if a rival that contains it as a special case does nearly as well despite having more coefficients;
