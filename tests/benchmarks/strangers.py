@@ -38,8 +38,9 @@ from workbench.data.dataset import Dataset
 from workbench.diagnosis.diagnose import diagnose
 
 ARMS = ("aria", "three-parallel", "industrial", "seven")
-GREEN, WORSE = 1.5, 1.05
-"""Noise above which no verdict may be good, and error of the saved arm relative to the geometry's."""
+SEEN, GREEN, WORSE = 0.5, 1.5, 1.05
+"""Noise of a row that a trouble must exceed to be asked for, and above which no verdict may be good; error of
+the saved arm relative to the geometry's."""
 CERTAIN, PROBABLE, DRIVEN = 0.01, 0.05, 0.9
 """Greatest shares of arms with a false cause, and least share of those whose driver is named."""
 
@@ -250,7 +251,7 @@ class Met:
         claims: Kinds of the causes claimed, with joints and confidence.
         drivers: What the diagnosis says that the error follows.
         wrong: Confidences of causes that are not there.
-        is_driver: Whether the true driver is named, by a cause or without; None where there is nothing.
+        is_driver: Whether the true driver is named, by a cause or without; None if there is nothing to see.
         is_green: Whether the verdict is good although much more than noise is left.
         left: Mean held-out error, in noise of a row.
         geometry: Error of the geometry alone on noise-free rows [mm].
@@ -304,11 +305,12 @@ def judged(kind: str, seed: int) -> Met:
     drivers = tuple(dict.fromkeys([*followed, *(str(c.driver) for c in sure)]))
     noise = 1e3 * SIGMA[0] * np.sqrt(3.0) * (1.0 if kind != "quantised" else 1.2)
     left = result.error.after.position_mm.rms / noise
+    is_seen = bool(stranger.driver) and geometry > SEEN * noise
     return Met(
         claims=tuple(f"{c.kind} {[j + 1 for j in c.joints]} {c.confidence}" for c in result.causes),
         drivers=drivers,
         wrong=tuple(str(c.confidence) for c in sure if c.kind not in stranger.near),
-        is_driver=not {*drivers}.isdisjoint(stranger.driver.split()) if stranger.driver else None,
+        is_driver=not {*drivers}.isdisjoint(stranger.driver.split()) if is_seen else None,
         is_green=bool(result.is_good and left > GREEN),
         left=left,
         geometry=geometry,
@@ -333,7 +335,9 @@ def bounds(name, ones):
         return
     count, asked = len(ones), [m.is_driver for m in ones if m.is_driver is not None]
     certain, probable = (sum(w in m.wrong for m in ones) for w in ("certain", "probable"))
-    worse, green = sum(m.saved > WORSE * m.geometry for m in ones), sum(m.is_green for m in ones)
+    faint = SEEN * 1e3 * SIGMA[0] * np.sqrt(3.0)
+    worse = sum(m.saved > WORSE * max(m.geometry, faint) for m in ones)
+    green = sum(m.is_green for m in ones)
     yield f"{name}: falsely certain ≤ {CERTAIN:.0%}: {certain} of {count}", certain <= CERTAIN * count
     yield f"{name}: falsely probable ≤ {PROBABLE:.0%}: {probable} of {count}", probable <= PROBABLE * count
     yield f"{name}: driver ≥ {DRIVEN:.0%}: {sum(asked)} of {len(asked)}", sum(asked) >= DRIVEN * len(asked)

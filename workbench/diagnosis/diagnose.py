@@ -32,6 +32,7 @@ from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Diagnosis, Verdict, harm_done, judged
 from workbench.diagnosis.saved_model import SavedModel, saved_model
 from workbench.diagnosis.search.backlash_flanks import open_flanks
+from workbench.diagnosis.two_places import two_places
 from workbench.diagnosis.undetectable import open_flanks_text
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
@@ -141,14 +142,18 @@ def _remaining_error(
 ) -> RemainingError:
     """Noise and drivers of the residuals; noise stated in the rows comes before `known`, then repeats."""
     fit, geometric, problem = search.last.stage.fit, search.last.stage.geometric_problem, search.ready.problem
-    model = search.last.found.model
+    followed: tuple[FollowedDriver, ...] = ()
+    if drivers is not None:
+        followed = ask("what the rest follows", lambda: drivers.followed(search.last.found.model), ())
+    noise = noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise
     return RemainingError(
-        noise=noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise,
+        noise=noise if fit.problem.sees_rotation else noise._replace(rotation=np.nan),
         known_noise=noises.stated(problem) or known or noises.from_repeats(problem.data),
         joint_noise=ask(
             "the noise of joint readings", lambda: readings(fit.problem.with_noise(geometric.noise)), None
         ),
-        followed=ask("what the rest follows", lambda: () if drivers is None else drivers.followed(model), ()),
+        followed=followed,
+        places=None if followed else two_places(fit),
         distrusted=search.last.found.distrusted,
     )
 
@@ -185,7 +190,7 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
     named = tuple(t for t in search.last.found.model if t.candidate.names in claimed)
     alone, after = (judged(v.errors) for v in (search.before, search.after))
     with_causes = (
-        ask("the error with causes alone", lambda: saved.trial.refitted(named), alone) if named else alone
+        ask("the error with causes alone", lambda: saved.trial.errors(named), alone) if named else alone
     )
     is_better = with_causes.main.mean < alone.main.mean
     return ResidualMap(
@@ -241,7 +246,6 @@ def _diagnosis(
     ready, stage, fit = search.ready, search.last.stage, search.judged_fit
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
     rest = claims.remaining
-    noise = rest.noise if fit.problem.sees_rotation else rest.noise._replace(rotation=np.nan)
     poses, reasons = next_ones
     texts = {c.effects[0].names: c.text for c in claims.causes if len(c.effects) == 1}
     return Diagnosis(
@@ -278,7 +282,7 @@ def _diagnosis(
         ranking=ask(
             "the ranking of candidates", lambda: ModelComparison(ready, search.rounds[0]).ranking(), ()
         ),
-        noise=noise,
+        noise=rest.noise,
         known_noise=rest.known_noise,
         joint_noise=rest.joint_noise,
         followed=claims.followed,

@@ -9,6 +9,7 @@ from workbench.arm.chain import Chain
 from workbench.base.advice import beside
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.search.evidence import Offer
+from workbench.diagnosis.two_places import TwoPlaces
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 
@@ -32,6 +33,7 @@ class RemainingError:
             unknown.
         joint_noise: Noise of joint readings, as far as they show any; None if the readings seem exact.
         followed: Drivers that they follow.
+        places: Two places in which they lie instead; None without.
         distrusted: Significant candidates that cross-validation did not confirm.
     """
 
@@ -39,6 +41,7 @@ class RemainingError:
     known_noise: Noise | None
     joint_noise: Readings | None
     followed: Sequence[FollowedDriver]
+    places: TwoPlaces | None
     distrusted: Sequence[Offer]
 
     @property
@@ -53,14 +56,14 @@ class RemainingError:
     def is_more_than_noise(self) -> bool:
         """Whether something is left to explain."""
         if np.isnan(self.noise_ratio):
-            return bool(self.followed or self.distrusted)
+            return bool(self.followed or self.distrusted or self.places)
         return self.noise_ratio > MAX_NOISE_RATIO
 
     @beside("the note on joint readings", "")
     def joint_noise_warning(self, chain: Chain) -> str:
         """A sentence if noise of the joint readings dominates; empty otherwise."""
         noise = self.joint_noise
-        if noise is None or self.followed or noise.share <= MIN_MAJOR_SHARE:
+        if noise is None or self.followed or self.places or noise.share <= MIN_MAJOR_SHARE:
             return ""
         advice = CHECK_DRIVES if noise.joints_that_scatter else LET_SETTLE
         if noise.digit:
@@ -79,6 +82,8 @@ class RemainingError:
         if self.followed:
             more = [f.text for f in self.followed if f.driver not in drivers]
             text += f": it {' and '.join(more) or 'still does'}"
+        if self.places is not None:
+            return f"{text}: it {self.places.text}"
         if self.joint_noise is None or (not self.followed and self.joint_noise.share > MIN_MAJOR_SHARE):
             return text
         size, part = self.joint_noise.text(chain), f"{100 * self.joint_noise.share:.0f} %"

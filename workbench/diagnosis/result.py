@@ -79,8 +79,8 @@ class Accepted:
         std: Their standard errors, SI, including possible bias by undetectable effects.
         gain: Log evidence that it adds to the others [nat].
         p_value: Probability that chance would add as much, for one try; 0 below the smallest float.
-        before: Held-out errors of the final model without it, refitted; of the fitted rows if none was held
-            out.
+        before: Held-out errors of the final model without it, by the linear solution; of the fitted rows if
+            none was held out.
         after: Of the final model with all effects, on the same rows.
         alternatives: Effects that would do nearly as well in its place, best first.
         text: Description in one sentence.
