@@ -96,13 +96,14 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator) -> tuple[Se
     Consecutive rows often have similar postures, so an event that is less than certain may be an effect of
     posture; and what follows the time by no law is no law for the time to come.
     """
-    found = rounds(first, rng)
+    found, refused = rounds(first, rng), set[str]()
     while odds := odds_over_time(found[-1]):
         sure = [candidate for candidate, its_odds in odds.items() if its_odds >= PROBABLE]
         if len(sure) == len(odds):
             break
         events = [c for c in sure if c.effect.is_event]
-        found = rounds(first, rng, events=events, drifts=any(not c.effect.is_event for c in sure))
+        refused |= {c.effect.name for c in odds if c not in sure and not c.effect.is_event}
+        found = rounds(first, rng, events=events, without=refused)
     return found
 
 

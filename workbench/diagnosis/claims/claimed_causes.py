@@ -282,17 +282,22 @@ def _noise(left: float, weighing: Noise, known_noise: Noise | None) -> float:
 
 
 def odds_over_time(searched: Searched) -> dict[Candidate, float]:
-    """Odds of every event and drift in the model: of a drift against processes alone, of an event 0 if it
-    explains too little or may be an effect of posture."""
+    """Odds of every event, drift and growth in the model against what follows the time without a law.
+
+    An event has none if it explains too little or may be an effect of posture. Others that lose say nothing
+    about later.
+    """
     grams, model = searched.grams, searched.found.model
     motion = Motion.of(searched.stage.problem.data)
-    terms = [t for t in model if driver_of(t.candidate.effect) is Driver.TIME]
+    drivers = Driver.TIME, Driver.TEMPERATURE
+    terms = [t for t in model if driver_of(t.candidate.effect) in drivers]
     if not terms:
         return {}
     after, out = validated(grams, model).sum(), {}
-    evidence = DriverEvidence.of(searched, searched.stage.data, (Driver.TIME,))
+    evidence = DriverEvidence.of(searched, searched.stage.data, drivers)
     for term, challenge in zip(terms, evidence.challenges([(t,) for t in terms]), strict=True):
-        odds, effect = challenge.odds, term.candidate.effect
+        effect, of_time = term.candidate.effect, {f.driver for f in challenge.rivals} == {Driver.TIME}
+        odds = challenge.odds if of_time or challenge.driver is Driver.TIME else np.inf
         if effect.is_event:
             is_material = validated(grams, drop(model, [term])).sum() >= (1.0 + MIN_EVENT_SHARE) * after
             is_sure = is_material and effect.doubt(motion) is None

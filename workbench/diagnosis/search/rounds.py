@@ -4,7 +4,7 @@ A stage is the state after a fit. Rounds end when a search finds the fitted mode
 the fit with the shortest description length is kept.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -129,7 +129,7 @@ def rounds(
     *,
     search: bool = True,
     events: Sequence[Candidate] | None = None,
-    drifts: bool = True,
+    without: Collection[str] = (),
 ) -> tuple[Searched, ...]:
     """Search and fit until nothing new is found.
 
@@ -137,7 +137,7 @@ def rounds(
         stage: The geometry alone.
         search: Whether to try effects and events.
         events: Possible events; searched if None.
-        drifts: Whether to try effects of time.
+        without: Names of effects that are not tried.
 
     Returns:
         The searches, the last of them at the final fit.
@@ -147,12 +147,12 @@ def rounds(
     seen: set[frozenset[str]] = set()
     for number in range(MAX_ROUNDS):
         progress(0.5, f"round {number + 1}: trying every effect on every joint")
-        last = _search(stage, fold, events, drifts=drifts) if search else _unsearched(stage, fold)
+        last = _search(stage, fold, events, without) if search else _unsearched(stage, fold)
         if stage.spared.any():
             stage = replace(stage, spared=np.zeros(len(stage.data), bool))
             if not any(t.candidate.effect.is_event for t in last.found.model):
                 stage = _without_outliers(_fit(stage, None, ()), None)
-                last = _search(stage, fold, events, drifts=drifts) if search else _unsearched(stage, fold)
+                last = _search(stage, fold, events, without) if search else _unsearched(stage, fold)
         done.append(last)
         key = frozenset(_key(t.candidate) for t in last.found.model)
         over = cancelled() or number == (MAX_LARGE_ROUNDS if large(stage.problem) else MAX_ROUNDS) - 1
@@ -265,12 +265,13 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
     return (np.argsort(order) % count)[groups]
 
 
-def _search(stage: Stage, fold: np.ndarray, events: Sequence[Candidate] | None, *, drifts: bool) -> Searched:
+def _search(
+    stage: Stage, fold: np.ndarray, events: Sequence[Candidate] | None, without: Collection[str]
+) -> Searched:
     """Search for effects and for events at their best times, until no time improves."""
     offered = catalogue(stage.geometric_problem.robot, Motion.of(stage.data))
-    if not drifts:
-        kept = tuple(c for c in offered.candidates if "time" not in c.effect.needs)
-        offered = replace(offered, candidates=kept)
+    kept = tuple(c for c in offered.candidates if c.effect.name not in without)
+    offered = replace(offered, candidates=kept)
     kinds = changeable(stage.problem) if events is None else ()
     line = Timeline.of(stage.problem.data, [e.moment for e in stage.fitted.events])
     known = (t.candidate for t in stage.fitted.model if t.candidate.effect.is_event)
