@@ -1,5 +1,6 @@
 """Which driver an error follows, and whether a law of it is more than a smooth dependence on it."""
 
+import re
 import sys
 from dataclasses import replace
 from functools import cache
@@ -108,7 +109,15 @@ def test_an_error_without_a_law_is_said_to_follow_its_driver(kind, seed):
     assert "The error follows" in found.message
 
 
-def test_a_laws_that_is_not_all_is_refused_and_a_correction_is_offered():
+def test_a_change_of_any_constant_is_said_to_lie_between_two_rows():
+    found = met("bent-link", 1)
+    rows = re.search(r"a step between rows (\d+) and (\d+), in the arm's constants", found.message)
+    first, second = map(int, rows.groups())
+    assert 0.3 * strangers.ROWS < first < second < min(0.7 * strangers.ROWS, first + 4)
+    assert "A correction from your rows would reduce" in found.message
+
+
+def test_a_law_that_is_not_all_is_refused_and_a_correction_is_offered():
     found = met("settling", 0)
     assert "it isn't simply backlash" in found.message
     assert "A correction from your rows would reduce" in found.message

@@ -58,6 +58,7 @@ SLIPS = np.array([0.1, 0.3, 1.0])
 """Ways until joints are wound up, in standard deviations of their positions."""
 MAX_MOTION = 3.0
 """Motions above this are alike [rad or m]."""
+TIME = "the time"
 AGREES = 0.9
 """Share of motions whose directions must be those from the row before for their sizes to be known."""
 
@@ -102,6 +103,22 @@ class Follower:
     @property
     def what(self) -> str:
         return self.phrase.format(joint_list(self.joints) if self.joints else "")
+
+    def as_step(self, clock: Float[np.ndarray, " rows"], row: np.ndarray, moment: float) -> "Follower":
+        """The same elements, changed once at a moment of the clock: what a process over time may be.
+
+        Args:
+            clock: Clock of some rows …
+            row: … and their numbers in the file, ascending.
+        """
+        assert isinstance(self.candidate.effect, DriverProcess), "followers are processes"
+        before, after = row[clock < moment], row[clock >= moment]
+        shape = (clock >= moment).astype(float)[:, None]
+        key = f"{self.candidate.effect.key} at {moment}"
+        effect = replace(self.candidate.effect, coefficients=(), key=key, features=shape, row=row)
+        last = before[np.argmax(clock[clock < moment])], after[np.argmin(clock[clock >= moment])]
+        phrase = self.phrase.replace(TIME, "a step between rows {} and {}".format(*last))
+        return Follower(self.driver, phrase, self.joints, Candidate(effect, np.eye(len(effect.names))))
 
     def text(self, beside: Sequence["Follower"]) -> str:
         """The same with the joints of all that are of its kind."""
@@ -316,13 +333,13 @@ def _times(rows: _Rows) -> Iterator[Follower]:
     clock, _ = clock_of(rows.data)
     if mixed_share(rows.motion.q, clock) > MIN_MIXED_SHARE:
         t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
-        yield from _through_all(rows, Driver.TIME, "the time", wandering(t))
-        yield from _through_constants(rows, "the time", wandering(t))
+        yield from _through_all(rows, Driver.TIME, TIME, wandering(t))
+        yield from _through_constants(rows, TIME, wandering(t))
         yield from _payloads(rows, wandering(t))
     for event in rows.events:
         if (at := event.clock(rows.motion)) is not None:
             shape, tag = event.weight(at)[:, None], f" at row {event.row}"
-            yield from _through_constants(rows, "the time", shape, tag)
+            yield from _through_constants(rows, TIME, shape, tag)
 
 
 def _payloads(rows: _Rows, shape: Features) -> Iterator[Follower]:
@@ -332,7 +349,7 @@ def _payloads(rows: _Rows, shape: Features) -> Iterator[Follower]:
         loads = own(rows.chain, range(rows.chain.dof), more)
         for j in rows.varied(loads[:, :, None]):
             heavy = loads[:, j, None] / np.abs(loads[:, j]).max()
-            what, moved = "the time, as under a payload that changes, in {}", driven_names(rows.chain, [j])
+            what, moved = f"{TIME}, as under a payload that changes, in {{}}", driven_names(rows.chain, [j])
             yield rows.follower(Driver.TIME, what, moved, heavy * shape, joints=(j,))
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from workbench.arm.effects.events import AbstractEvent
 from workbench.data.dataset import Dataset
+from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.contributions import remaining
 from workbench.diagnosis.claims.reduced_models import left_of, own_offers, with_one_more
 from workbench.diagnosis.confidence import PROBABLE, Confidence
@@ -22,6 +23,7 @@ from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, d
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence
+from workbench.identification.problem import Problem
 
 SURE = 100.0
 """Odds against every process from which a law, or a driver, is certain."""
@@ -33,6 +35,8 @@ MIN_GAIN_SHARE = 0.01
 """Share of the largest law's evidence below which a process may be what its linear model leaves."""
 MAX_FOLLOWERS = 6
 """Maximum number of processes by which an error is described."""
+MIN_SIDE, MAX_STEPS = 3, 40
+"""Minimum number of rows on either side of a step, and maximum number of steps that are tried at once."""
 MAX_LEFT = 0.95
 """Share of an error that a correction may leave to be worth a word."""
 MAX_ROWS = 600
@@ -149,6 +153,7 @@ class DriverEvidence:
     """Inner products of a search's model and of all processes, at its final fit."""
 
     searched: Searched
+    problem: Problem
     followers: tuple[Follower, ...]
     grams: Grams
 
@@ -174,7 +179,7 @@ class DriverEvidence:
         fold = np.zeros(len(problem.data), np.int64)
         processes = (f.candidate.effect for f in found)
         grams = compress(problem, x, [*effects, *processes], fold, masses=False)
-        return cls(searched, found, grams)
+        return cls(searched, problem, found, grams)
 
     @cached_property
     def _by_candidate(self) -> dict[int, Follower]:
@@ -240,22 +245,49 @@ class DriverEvidence:
             lead = tried[0].gain - (0.0 if other is None else max(other.gain, 0.0))
             rival = None if other is None else self._follower(other)
             before = found.get(best.driver, FollowedDriver(best.driver, (), lead, rival))
-            found[best.driver] = replace(before, parts=(*before.parts, best))
+            shown = self._dated(left.model, best, tried[0].gain) if best.driver is Driver.TIME else best
+            found[best.driver] = replace(before, parts=(*before.parts, shown))
             left = with_one_more(left, (*left.model, tried[0].term))
         return tuple(found.values())
+
+    def _dated(self, model: Model, process: Follower, gain: float) -> Follower:
+        """A process over time as a step between two rows, if that is likelier beside a model."""
+        data, fold = self.problem.data, np.zeros(len(self.problem.data), np.int64)
+        order = np.argsort(data.row, kind="stable")
+        clock, row = clock_of(data)[0][order], data.row[order]
+        times = np.unique(clock)[MIN_SIDE:-MIN_SIDE]
+        effects = [t.candidate.effect for t in model]
+        best, tried, every = (gain + np.log(PROBABLE * max(len(times), 1)), process), times, True
+        while every and len(tried):
+            apart = max(1, -(-len(tried) // MAX_STEPS))
+            steps = [process.as_step(clock, row, moment) for moment in tried[::apart]]
+            grams = compress(
+                self.problem,
+                self.searched.stage.fit.x,
+                [*effects, *(s.candidate.effect for s in steps)],
+                fold,
+                masses=False,
+            )
+            gains = {
+                id(o.term.candidate): o.gain
+                for o in offers(left_of(grams, model), [s.candidate for s in steps])
+            }
+            found = [gains.get(id(s.candidate), -np.inf) for s in steps]
+            top = int(np.argmax(found))
+            best = max(best, (found[top], steps[top]), key=lambda each: each[0])
+            tried, every = tried[max(apart * (top - 1), 0) : apart * (top + 1) + 1], apart > 1
+        return best[1]
 
     def correction(self, followed: Sequence[FollowedDriver]) -> Correction:
         """What processes would reduce beside the saved model."""
         model, stage = self._model, self.searched.stage
         parts = [part.candidate for each in followed for part in each.parts]
-        terms = tuple(o.term for o in offers(left_of(self.grams, model), parts))
-        effects = [t.candidate.effect for t in (*model, *terms)]
+        effects = [c.effect for c in (*(t.candidate for t in model), *parts)]
         problem = stage.problem.with_noise(stage.geometric_problem.noise)
         grams = compress(problem, stage.fit.x, effects, self.searched.fold[stage.keep])
-        whole = replace(
-            self.searched, grams=grams, found=replace(self.searched.found, model=(*model, *terms))
-        )
-        before, after = remaining(whole, [model, (*model, *terms)]).tolist()
+        more = (*model, *(o.term for o in offers(left_of(grams, model), parts)))
+        whole = replace(self.searched, grams=grams, found=replace(self.searched.found, model=more))
+        before, after = remaining(whole, [model, more]).tolist()
         return Correction(tuple(before), tuple(after))
 
     def _over(self, driver: Driver) -> list[Follower]:
