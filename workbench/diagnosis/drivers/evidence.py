@@ -150,7 +150,14 @@ def followed_text(parts: Sequence[Follower]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class DriverEvidence:
-    """Inner products of a search's model and of all processes, at its final fit."""
+    """What processes would add to a search's model, or in the place of parts of it, at its final fit.
+
+    Args:
+        searched: The search.
+        problem: Its problem, on at most `MAX_ROWS` rows.
+        followers: The processes.
+        grams: Inner products of the columns of both.
+    """
 
     searched: Searched
     problem: Problem
@@ -252,31 +259,30 @@ class DriverEvidence:
 
     def _dated(self, model: Model, process: Follower, gain: float) -> Follower:
         """A process over time as a step between two rows, if that is likelier beside a model."""
-        data, fold = self.problem.data, np.zeros(len(self.problem.data), np.int64)
+        data = self.searched.stage.problem.data
         order = np.argsort(data.row, kind="stable")
         clock, row = clock_of(data)[0][order], data.row[order]
-        times = np.unique(clock)[MIN_SIDE:-MIN_SIDE]
-        effects = [t.candidate.effect for t in model]
-        best, tried, every = (gain + np.log(PROBABLE * max(len(times), 1)), process), times, True
-        while every and len(tried):
-            apart = max(1, -(-len(tried) // MAX_STEPS))
-            steps = [process.as_step(clock, row, moment) for moment in tried[::apart]]
-            grams = compress(
-                self.problem,
-                self.searched.stage.fit.x,
-                [*effects, *(s.candidate.effect for s in steps)],
-                fold,
-                masses=False,
-            )
-            gains = {
-                id(o.term.candidate): o.gain
-                for o in offers(left_of(grams, model), [s.candidate for s in steps])
-            }
-            found = [gains.get(id(s.candidate), -np.inf) for s in steps]
-            top = int(np.argmax(found))
-            best = max(best, (found[top], steps[top]), key=lambda each: each[0])
-            tried, every = tried[max(apart * (top - 1), 0) : apart * (top + 1) + 1], apart > 1
-        return best[1]
+        moments = np.unique(clock)[MIN_SIDE:-MIN_SIDE]
+        minimum = gain + np.log(PROBABLE * max(len(moments), 1))
+        step, apart = process, len(moments) + 1
+        while apart > 1:  # ever closer about the best one
+            apart = max(1, -(-len(moments) // MAX_STEPS))
+            steps = [process.as_step(clock, row, moment) for moment in moments[::apart]]
+            gains = self._gains(model, steps)
+            if max(gains, default=-np.inf) < minimum:
+                return process
+            top = int(np.argmax(gains))
+            step, moments = steps[top], moments[max(apart * (top - 1), 0) : apart * (top + 1) + 1]
+        return step
+
+    def _gains(self, model: Model, some: Sequence[Follower]) -> list[float]:
+        """Contributions of processes that have no columns yet."""
+        candidates = [f.candidate for f in some]
+        effects = [c.effect for c in (*(t.candidate for t in model), *candidates)]
+        fold = np.zeros(len(self.problem.data), np.int64)
+        grams = compress(self.problem, self.searched.stage.fit.x, effects, fold, masses=False)
+        found = {id(o.term.candidate): o.gain for o in offers(left_of(grams, model), candidates)}
+        return [found.get(id(c), -np.inf) for c in candidates]
 
     def correction(self, followed: Sequence[FollowedDriver]) -> Correction:
         """What processes would reduce beside the saved model."""
