@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
+from generator import turn
+from round_trip import aligned
 
 ARMS = {
     # theta, d, a, alpha of every joint [rad, m]: standard DH, Rz(q + theta) Tz(d) Tx(a) Rx(alpha)
@@ -58,15 +60,6 @@ SIZE = np.array([1600, 1200])
 SOLID = 20  # ids from one solid's to the next one's
 
 
-def turn(axis, angle):
-    c, s = np.cos(angle), np.sin(angle)
-    m = np.zeros((*np.shape(angle), 4, 4))
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    m[..., axis, axis], m[..., 3, 3] = 1, 1
-    m[..., i, i], m[..., i, j], m[..., j, i], m[..., j, j] = c, -s, s, c
-    return m
-
-
 def shift(x=0.0, y=0.0, z=0.0):
     m = np.eye(4)
     m[:3, 3] = x, y, z
@@ -84,7 +77,7 @@ def look(eye, at):
 
 
 def small(rng, angle, length):
-    m = turn(0, angle * rng.normal()) @ turn(1, angle * rng.normal()) @ turn(2, angle * rng.normal())
+    m = turn("x", angle * rng.normal()) @ turn("y", angle * rng.normal()) @ turn("z", angle * rng.normal())
     m[:3, 3] = length * rng.normal(size=3)
     return m
 
@@ -116,7 +109,7 @@ class Arm:
         """Frames after every joint."""
         at, found = np.broadcast_to(np.eye(4), (len(q), 4, 4)), []
         for k, (theta, d, a, alpha) in enumerate(self.dh):
-            at = at @ turn(2, q[:, k] + theta) @ shift(a, 0, d) @ turn(0, alpha) @ turn(1, self.beta[k])
+            at = at @ turn("z", q[:, k] + theta) @ shift(a, 0, d) @ turn("x", alpha) @ turn("y", self.beta[k])
             found.append(at)
         return found
 
@@ -248,7 +241,7 @@ def scene(
     middle = np.array([0.5 * reach, 0.0, 0.45 * reach])
     eyes = eyes or [(middle + np.array([0.5 * reach + 0.4, -0.3 * reach, 0.2 * reach]))]
     if on_tool:
-        eye = [shift(0.03, 0.05, 0.02) @ turn(2, 0.3) @ turn(0, 0.1) @ small(rng, 0.05, 0.01)]
+        eye = [shift(0.03, 0.05, 0.02) @ turn("z", 0.3) @ turn("x", 0.1) @ small(rng, 0.05, 0.01)]
         body = [shift(0.55 * reach, 0.1 - 0.35 * k, 0.02) @ small(rng, 0.2, 0.05) for k in range(solids)]
     else:
         eye = [look(at, middle) @ small(rng, 0.03, 0.02) for at in eyes]
@@ -310,16 +303,11 @@ def target_toml(mounted="tool", solids=1):
 
 def rigid_error(found, truth):
     """Root mean square distance [m] of tool points after the best frames before and after the arm."""
-    left, right = np.eye(4), np.zeros(3)
+    right = np.zeros(3)
     for _ in range(15):
         p = (found[:, :3, :3] @ right) + found[:, :3, 3]
-        a, b = p - p.mean(0), truth[:, :3, 3] - truth[:, :3, 3].mean(0)
-        u, _, vt = np.linalg.svd(b.T @ a)
-        r = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
-        t = truth[:, :3, 3].mean(0) - r @ p.mean(0)
-        off = truth[:, :3, 3] - (p @ r.T + t)
-        right = (
-            right + np.linalg.lstsq((r @ found[:, :3, :3]).reshape(-1, 3), off.ravel(), rcond=None)[0] * 0.5
-        )
-        left[:3, :3], left[:3, 3] = r, t
+        left = aligned(p, truth[:, :3, 3])
+        off = truth[:, :3, 3] - (p @ left[:3, :3].T + left[:3, 3])
+        turned = (left[:3, :3] @ found[:, :3, :3]).reshape(-1, 3)
+        right = right + 0.5 * np.linalg.lstsq(turned, off.ravel(), rcond=None)[0]
     return float(np.sqrt((off**2).sum(1).mean()))

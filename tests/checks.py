@@ -14,10 +14,8 @@ import pytest
 from jaxtyping import Float
 from rigid_body import rigid_body
 
+from workbench import Motion, Robot, tool_poses
 from workbench.arm.chain import NO_SHIFT
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import motion_wrenches, own_axis
 from workbench.base import se3
 from workbench.base.types import JointRows

@@ -2,10 +2,8 @@
 
 from pathlib import Path
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import load_robot, measure_poses, write_measurements
 from workbench.arm.effects.backlash import Backlash
-from workbench.data.writer import write_measurements
-from workbench.plate.simulated_measurement import measure_poses
 
 DRIVEN = {
     "temperature": ("thermal-growth::1e-4", 3),

@@ -3,33 +3,24 @@
 import csv
 
 import numpy as np
+from generator import VirtualArm, three_parallel
 
-DH = np.array(  # theta, d, a, alpha of a UR5 [rad, m]
-    [
-        [0.0, 0.089159, 0.0, np.pi / 2],
-        [0.0, 0.0, -0.425, 0.0],
-        [0.0, 0.0, -0.39225, 0.0],
-        [0.0, 0.10915, 0.0, np.pi / 2],
-        [0.0, 0.09465, 0.0, -np.pi / 2],
-        [0.0, 0.0823, 0.0, 0.0],
-    ]
-)
+DH = three_parallel().table[:, :4]
+"""theta, d, a, alpha of a UR5 [rad, m]."""
 LINK = 3
 """The link that carries the inclinometer."""
 TOOL = np.array([0.02, -0.03, 0.12])
 
 
+def arm(dh, **more):
+    return VirtualArm("dh", np.column_stack([dh, np.zeros(len(dh))]), **more)
+
+
 def frames(dh, q):
     """Frames after every joint, standard DH."""
-    out, here = [], np.tile(np.eye(4), (len(q), 1, 1))
-    for (theta, d, a, alpha), angle in zip(dh, q.T, strict=True):
-        c, s, ca, sa = np.cos(angle + theta), np.sin(angle + theta), np.cos(alpha), np.sin(alpha)
-        step = np.zeros((len(q), 4, 4))
-        step[:, 0] = np.stack([c, -s * ca, s * sa, a * c], 1)
-        step[:, 1] = np.stack([s, c * ca, -c * sa, a * s], 1)
-        step[:, 2] = [0.0, sa, ca, d]
-        step[:, 3, 3] = 1.0
-        here = here @ step
+    out, here = [], np.eye(4)
+    for before, driven, after in arm(dh).parts(q):
+        here = here @ before @ driven @ after
         out.append(here)
     return out
 
@@ -67,12 +58,9 @@ def write_rows(path, dh, *, seen, tilted, seed, noise=0.0):
 
 
 def robot_file(path, dh=DH, *, free=False):
-    joints = "".join(
-        f"[[joint]]\ntheta = {float(t)!r}\nd = {float(d)!r}\na = {float(a)!r}\nalpha = {float(al)!r}\n"
-        for t, d, a, al in dh
-    )
-    tool = f"[tool]\nxyz = {TOOL.tolist()}\nfree = {str(free).lower()}\n[base]\nfree = {str(free).lower()}\n"
-    path.write_text(f'name = "typed"\nconvention = "dh"\n{joints}{tool}')
+    tool = np.eye(4)
+    tool[:3, 3] = TOOL
+    path.write_text(arm(dh, tool=tool).toml("typed", free=str(free).lower()))
     return path
 
 

@@ -10,11 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.robot import Robot
-from workbench.data.dataset import Dataset
+from workbench import Dataset, Robot, load_robot, read_measurements
 from workbench.data.directions import with_directions
-from workbench.data.readers import read_measurements
 
 SETS = {
     "ur10": ("ur10_ipa", "ur10"),

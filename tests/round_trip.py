@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from generator import four, move, rotation, turn
 from scipy.interpolate import CubicSpline
 
 SCALES = {"rad": 1.0, "deg": np.pi / 180.0, "m": 1.0, "mm": 1e-3, "s": 1.0, "degC": 1.0, "kg": 1.0}
-TURNS = ("rx", "ry", "rz")
 ORDERS = {
     "dh": ("theta", "d", "a", "alpha", "beta"),
     "hayati": ("theta", "d", "a", "alpha", "beta"),
@@ -135,18 +135,7 @@ def directions(q: np.ndarray, time: np.ndarray, session: np.ndarray) -> np.ndarr
 
 def step(kind: str, value: np.ndarray) -> np.ndarray:
     """Rotations about, or translations along, an axis: rx … tz."""
-    value = np.asarray(value, float)
-    out = np.zeros((*value.shape, 4, 4))
-    out[...] = np.eye(4)
-    k = "xyz".index(kind[1])
-    if kind[0] == "t":
-        out[..., k, 3] = value
-        return out
-    i, j = (k + 1) % 3, (k + 2) % 3
-    out[..., i, i] = out[..., j, j] = np.cos(value)
-    out[..., j, i] = np.sin(value)
-    out[..., i, j] = -np.sin(value)
-    return out
+    return (turn if kind[0] == "r" else move)(kind[1], value)
 
 
 def rpy(roll: Any, pitch: Any, yaw: Any) -> np.ndarray:
@@ -171,8 +160,7 @@ def rotated(w: float, x: float, y: float, z: float) -> list[list[float]]:
     ]
 
 
-def inverse(pose: np.ndarray) -> np.ndarray:
-    return np.linalg.inv(pose)
+inverse = np.linalg.inv
 
 
 def angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -548,15 +536,11 @@ class FrameArm:
 
 def moved(axis: np.ndarray, by: np.ndarray, *, turns: bool) -> np.ndarray:
     """Rotations about, or translations along, any axis (Rodrigues)."""
-    axis = axis / np.linalg.norm(axis)
-    out = np.zeros((len(by), 4, 4))
-    out[...] = np.eye(4)
-    if not turns:
-        out[:, :3, 3] = by[:, None] * axis
-        return out
-    x, y, z = axis
-    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    out[:, :3, :3] += np.sin(by)[:, None, None] * k + (1 - np.cos(by))[:, None, None] * (k @ k)
+    ways = by[:, None] * axis / np.linalg.norm(axis)
+    if turns:
+        return four(rotation(ways))
+    out = np.tile(np.eye(4), (len(by), 1, 1))
+    out[:, :3, 3] = ways
     return out
 
 

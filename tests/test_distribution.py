@@ -14,10 +14,14 @@ from workbench.base.installed_package import NAME, install_command, package_vers
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 KINDS = (".py", ".md", ".toml", ".html", ".ipynb", ".yml", ".yaml", ".rst", ".txt", ".cff", ".cfg")
-INSTALL = re.compile(
-    r"\b(?:(?:pip3?|pipx|uv tool|uv pip|uv|conda|mamba|poetry|pdm)\s+(?:install|add)|"
-    r"(?:uvx|pipx run|uv tool run)(?:\s+--from)?)\s(?P<words>[^\n`|]*)"
+TOLD = re.compile(
+    r"\b(?:pip3?|pipx|uvx?|conda|mamba|poetry|pdm) (?:tool |pip )?(?:install|add|run|--from) [^\n`|]*"
 )
+RIGHT = re.compile(
+    r"pip install (?:-q )?(?:-e )?(?:'\.\[(?:(?:{})(?:,|(?=\])))+\]'|\.|\{{checkout\}})(?![\w.]| workbench)"
+    r"|uvx --from \. workbench".format("|".join(PROJECT["optional-dependencies"]))
+)
+"""The checkout, with extras that exist or without: `workbench` on an index is a stranger's."""
 
 
 def texts():
@@ -32,23 +36,8 @@ def texts():
 
 
 def strangers(text: str) -> list[str]:
-    """What a text tells to install that is not this checkout, with an extra that exists or without."""
-    wrong = [found for found in re.findall(r"\bworkbench\[\w+", text) if NAME not in text]
-    for found in INSTALL.finditer(text):
-        message = found["words"].replace('\\"', '"').split(" && ")[0].split(" #")[0]
-        for word in re.findall(r"(?:'[^']*'|\"[^\"]*\"|[^\s'\"])+", message):
-            word = word.strip("'\".,;:)(")
-            checkout = re.fullmatch(r"\[([\w,{}]+)\]|", word)  # `.` is stripped
-            extras = [e for e in ((checkout and checkout[1]) or "").split(",") if e and "{" not in e]
-            if word.startswith("-"):
-                continue
-            if word.startswith("{checkout"):  # as the helper writes it
-                break
-            beside = "--from" not in found[0] and re.search(r"\s'?workbench\b", message)
-            if checkout is None or beside or set(extras) - set(PROJECT["optional-dependencies"]):
-                wrong.append(found[0])
-            break
-    return wrong
+    """What a text tells to install that is not this checkout."""
+    return [told for told in TOLD.findall(text) if not RIGHT.match(told)]
 
 
 def test_texts_tell_to_install_this_checkout():

@@ -5,9 +5,7 @@ import pytest
 from checks import joint_wrenches
 from generator import ARMS, VirtualArm, aria, katana, move, turn
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, tool_poses
 
 BUILT_IN = {"aria": "aria", "aria-table3": "aria-table3", "aria-table4": "aria-table4", "katana": "katana450"}
 
@@ -81,7 +79,9 @@ def test_sliding_joints_equal_the_chain(convention, slides, tmp_path):
 def test_built_in_arms_are_the_papers(name, built_in):
     arm = ARMS[name]()
     q = arm.random(np.random.default_rng(6), 20)
-    np.testing.assert_allclose(tool_poses(load_robot(built_in), Motion(q)), arm.pose(q), atol=1e-14)
+    robot = load_robot(built_in)
+    np.testing.assert_allclose(tool_poses(robot, Motion(q)), arm.pose(q), atol=1e-14)
+    np.testing.assert_allclose(robot.limits, arm.limits)
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -92,29 +92,3 @@ def test_moments_equal_the_package(name, tmp_path):
     payload = 1.3
     wrenches = joint_wrenches(as_robot(arm, tmp_path), q, payload=np.full(20, payload))
     np.testing.assert_allclose(wrenches[:, :, 3:], arm.moments(q, payload), atol=1e-10)
-
-
-@pytest.mark.parametrize("name", ARMS)
-def test_perturbation_is_proper_and_bounded(name):
-    arm = ARMS[name]()
-    errors = np.stack([arm.perturbed(np.random.default_rng(s)).table - arm.table for s in range(200)])
-    np.testing.assert_array_equal((errors != 0).all(0), arm.proper())
-    assert (arm.proper().sum(1) == 4).all()
-    lengths, angles = errors[:, :, 1:3], errors[:, :, [0, 3, 4]]
-    assert 0.9 * 5e-3 < np.abs(lengths).max() <= 5e-3
-    assert 0.9 * np.deg2rad(5) < np.abs(angles).max() <= np.deg2rad(5)
-
-
-def test_noise_has_the_size_asked_for():
-    arm = aria()
-    rng = np.random.default_rng(8)
-    q = arm.random(rng, 4000)
-    p, r = arm.measure(q, rng, sigma_p=1e-4, sigma_r=3e-4)
-    pose = arm.pose(q)
-    difference = r @ np.swapaxes(pose[:, :3, :3], 1, 2)
-    angle = 0.5 * np.stack(
-        [difference[:, 2, 1] - difference[:, 1, 2], difference[:, 0, 2] - difference[:, 2, 0]]
-    )
-    np.testing.assert_allclose(np.std(p - pose[:, :3, 3]), 1e-4, rtol=0.05)
-    np.testing.assert_allclose(np.std(angle), 3e-4, rtol=0.05)
-    np.testing.assert_allclose(r @ np.swapaxes(r, 1, 2), np.broadcast_to(np.eye(3), r.shape), atol=1e-14)

@@ -7,7 +7,7 @@ import pytest
 
 import workbench as wb
 from workbench.base import threads
-from workbench.base.errors import FileError, OptionError, RobotError, ShapeError
+from workbench.base.errors import OptionError, ShapeError
 from workbench.data.readers.trajectory import Trajectory
 
 TABLE = [
@@ -82,21 +82,6 @@ def test_an_arm_from_a_table_is_the_arm_of_a_file(tmp_path):
     assert repr(arm) == "<Robot mine: 6 joints, dh, 24 constants to identify>"
 
 
-@pytest.mark.parametrize(
-    ("make", "error", "text"),
-    [
-        (lambda: wb.Robot.from_dh([[0.0, 1.0]]), FileError, "joint 1 has 2 numbers"),
-        (lambda: wb.Robot.from_dh([]), RobotError, "has no rows"),
-        (lambda: wb.Robot.from_dh(TABLE, "other"), FileError, "known: hayati"),
-        (lambda: wb.Robot.from_dh(TABLE, limits=[[0, 1]]), RobotError, "limits must be 6 x 2, got 1 x 2"),
-        (lambda: wb.load_robot("aria").save("arm.step"), OptionError, ".toml or .urdf, got '.step'"),
-    ],
-)
-def test_bad_robots_are_refused(make, error, text):
-    with pytest.raises(error, match=text.replace(".", r"\.")):
-        make()
-
-
 # -- measurements ---------------------------------------------------------------------------------
 
 
@@ -152,36 +137,6 @@ def test_a_frame_is_read_by_its_columns_with_units(library, rows, tmp_path):
 def own_limit(monkeypatch):
     """A limit beside that of the process, which a page that is open in other tests may hold."""
     monkeypatch.setattr(threads, "_LIMIT", threads._Limit())
-
-
-def test_calls_in_several_threads_share_one_limit(monkeypatch, own_limit):
-    """The limit is the process's: the first call sets it, only the last one lifts it."""
-    events: list[str] = []
-
-    class Limits:
-        def __init__(self, number: int, user_api: str):
-            events.append(f"{number} {user_api}")
-
-        def restore_original_limits(self) -> None:
-            events.append("lifted")
-
-    monkeypatch.setattr(threads, "threadpool_limits", Limits)
-    inside, leave = threading.Event(), threading.Event()
-
-    @threads.one_thread()
-    def work() -> None:
-        inside.set()
-        leave.wait(60)
-
-    other = threading.Thread(target=work)
-    other.start()
-    inside.wait(60)
-    with threads.one_thread():
-        pass
-    assert events == ["1 blas"]
-    leave.set()
-    other.join()
-    assert events == ["1 blas", "lifted"]
 
 
 def test_the_limit_holds_in_every_thread_whichever_was_first(own_limit):

@@ -198,8 +198,8 @@ def on_the_page(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> tr
 ENTRANCES = {"python": in_python_calls, "command": by_command, "page": on_the_page}
 
 
-OTHERS = [("aria", "command"), ("reflector", "page"), ("seven", "command"), ("wam", "page")]
-"""By the quickest entrance every set, by the others rows that differ in kind."""
+OTHERS = [("aria", "command"), ("reflector", "page")]
+"""By the quickest entrance every set, by the others one."""
 ENTERED = [marked(*each) for each in (*product((*VIRTUAL, *REAL), ["python"]), *OTHERS)]
 
 

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import workbench as wb
 from workbench.parts import EXTRAS
 
@@ -19,14 +21,7 @@ from dataclasses import fields
 from importlib.abc import MetaPathFinder
 from pathlib import Path
 
-import matplotlib.figure, numba, scipy.optimize, scipy.spatial, scipy.stats, typer, viser  # once for all
-
-for gone in sys.argv[1:]:
-    if not (child := os.fork()):
-        break
-    assert os.waitpid(child, 0)[1] == 0, gone
-else:
-    sys.exit()
+(gone,) = sys.argv[1:]
 
 class Gone(MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
@@ -71,9 +66,12 @@ for _, part, _ in every:
 """
 
 
-def test_commands_and_page_go_on_without(tmp_path):
+@pytest.mark.parametrize(
+    "gone", [",".join(EXTRAS), *(pytest.param(e, marks=pytest.mark.slow) for e in EXTRAS)]
+)
+def test_commands_and_page_go_on_without(gone, tmp_path):
     wb.write_measurements(wb.measure_poses(wb.load_robot("aria"), 40, seed=1)[1], tmp_path / "rows.csv")
-    command = [sys.executable, "-c", CODE, *EXTRAS, ",".join(EXTRAS)]
+    command = [sys.executable, "-c", CODE, gone]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=environment, check=False)
     assert done.returncode == 0, done.stderr

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, tool_poses
 from workbench.arm.robot_toml import robot_to_table
 from workbench.base import se3
 

@@ -26,8 +26,8 @@ from workbench.data.readers import read_trajectory as read_trajectory
 from workbench.data.simulation.instruments import Instrument as Instrument
 from workbench.data.writer import write_measurements as write_measurements
 from workbench.diagnosis.diagnose import diagnose as diagnose
-from workbench.diagnosis.identify_with_effects import identify as identify
 from workbench.diagnosis.result import Diagnosis as Diagnosis
+from workbench.exports import export as export
 from workbench.extras.camera.hand_eye import HandEye as HandEye
 from workbench.extras.camera.hand_eye import handeye as handeye
 from workbench.extras.camera.pixel_table import read_pixels as read_pixels
@@ -51,6 +51,7 @@ from workbench.extras.service.verification import verify as verify
 from workbench.extras.trajectories.trajectory_files import compensate as compensate
 from workbench.identification.evaluate import evaluate as evaluate
 from workbench.identification.fit_choices import FitChoices as FitChoices
+from workbench.identification.identify import identify as identify
 from workbench.identification.prior import Prior as Prior
 from workbench.identification.problem import Noise as Noise
 from workbench.identification.result import Evaluation as Evaluation

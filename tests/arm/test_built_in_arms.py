@@ -1,31 +1,14 @@
 """The built-in arms against sources other than their files: descriptions of others, documented poses."""
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
+from generator import turn
+from round_trip import placed
 
-from tests.exports.readers import origin, rot
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.joint_frames import joint_frames
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.urdf import read_urdf
 
 QUARTER = 0.5 * np.pi
-
-
-def described(folder: str, file: str, tip: str):
-    """An arm of example-robot-data, from the package that brings it."""
-    spec = importlib.util.find_spec("cmeel")
-    if spec is None or spec.origin is None:
-        pytest.skip("example-robot-data is not installed")
-    site = Path(spec.origin).parent.parent
-    path = site / "cmeel.prefix/share/example-robot-data/robots" / folder / "urdf" / file
-    if not path.is_file():
-        pytest.skip("example-robot-data is not installed")
-    return read_urdf(path, tip=tip)
 
 
 def joints(robot, rows: int = 20) -> np.ndarray:
@@ -37,7 +20,7 @@ def chain(origins, q: np.ndarray) -> np.ndarray:
     """Joints that turn about their own z axes, each at its origin in the link before."""
     out = np.eye(4)
     for frame, angle in zip(origins, q, strict=True):
-        out = out @ origin(*frame) @ rot(2, angle)
+        out = out @ placed(frame[:3], frame[3:]) @ turn("z", angle)
     return out
 
 

@@ -5,11 +5,10 @@ import numpy as np
 import pytest
 from refusals import mentions
 
+from workbench import Motion, tool_poses
 from workbench.arm.effects import EFFECTS
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.damped_newton import Task
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 
 SOFT = (

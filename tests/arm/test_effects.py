@@ -11,18 +11,14 @@ from refusals import mentions, refuses
 from rigid_body import rigid_body
 from scipy.optimize import brentq
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Frame, Motion, Robot, load_robot, read_urdf, write_urdf
 from workbench.arm.effects import EFFECTS
-from workbench.arm.frame import FRAME_PARTS, Frame
+from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics import forward
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import deflect, shift_of
 from workbench.arm.statics.load_derivatives import wrench_derivative
 from workbench.arm.statics.moments import joint_moments
-from workbench.arm.urdf import read_urdf
-from workbench.arm.urdf_writer import write_urdf
 from workbench.base.errors import DataError, RobotError
 from workbench.base.types import Outcome
 
@@ -369,19 +365,3 @@ def test_a_urdf_has_the_geometry_that_is_best_without_effects(arms, tmp_path):
         for arm in (load_robot(path), plain)
     ]
     assert missed[0] < 0.9 * missed[1]
-
-
-BOUNDS = {
-    "joint-harmonic": 0.05 / 3.0,
-    "joint-compliance": 0.05 / 25.0,
-    "backlash": 0.03,
-    "backlash by motion": 0.03,
-    "clearance-tilt": 0.02,
-    "bearing-compliance": 0.02 / 25.0,
-    "encoder-scale": 0.03,
-    "joint-coupling": 0.05,
-    "thermal-growth": 1.5e-4,
-    "base-drift": 0.01 / 90.0,
-    "local-joint-error": 0.05,
-}
-"""At 25 N m about every axis and over 90 s."""

@@ -5,13 +5,11 @@ import pytest
 from checks import check_jacobian, pose_change
 from generator import move, turn
 
+from workbench import Motion, identification_jacobian, read_urdf, tool_poses, write_toml, write_urdf
 from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.kinematics.forward import geometric_jacobian, identification_jacobian, tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.arm.kinematics.forward import geometric_jacobian
+from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.wrenches import motion_wrenches, own_axis
-from workbench.arm.urdf import read_urdf
-from workbench.arm.urdf_writer import write_urdf
 
 LINK = '<link name="{}"><inertial><origin xyz="0.1 0.02 0.03"/><mass value="{}"/></inertial></link>'
 JOINT = (

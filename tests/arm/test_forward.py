@@ -3,18 +3,12 @@
 import numpy as np
 import pytest
 from checks import check_forward, check_jacobian, pose_change
+from generator import turn
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Frame, Motion, identification_jacobian, link_frames, load_robot, tool_poses
 from workbench.arm.chain import Axis
-from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import (
-    geometric_jacobian,
-    identification_jacobian,
-    joint_elements,
-    link_frames,
-    tool_poses,
-)
-from workbench.arm.motion import Motion
+from workbench.arm.frame import FRAME_PARTS
+from workbench.arm.kinematics.forward import geometric_jacobian, joint_elements
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.types import frozen
@@ -158,10 +152,6 @@ def test_joint_columns_are_the_derivative_by_the_joints(tmp_path):
         assert [robot.chain.elements[k].joint for k in joint_elements(robot)] == list(range(robot.dof))
 
 
-def rot(axis, angle):
-    return se3.rotvec_to_matrix(np.eye(3)["xyz".index(axis)] * angle)
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_hayati_columns_are_aria_13(seed, tmp_path):
     # eqs. (13a–e) from the link frames alone; the remark: the printed (13d) takes x_i after the β rotation
@@ -188,7 +178,7 @@ def test_hayati_columns_are_aria_13(seed, tmp_path):
         before, after = frames[i - 1], frames[i]
         z, y = before[:3, 2], after[:3, 1]
         printed_x = after[:3, 0]
-        x = after[:3, :3] @ rot("y", -beta)[:, 0]  # before the β rotation
+        x = after[:3, :3] @ turn("y", -beta)[:3, 0]  # before the β rotation
         name = f"joint{i}."
         zero = np.zeros(3)
         theta = np.r_[np.cross(z, end - before[:3, 3]), z]

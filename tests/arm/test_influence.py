@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from studies.katana_printed import CONSTANTS, PRINTED_INFLUENCE
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import link_frames, tool_poses
+from workbench import Motion, link_frames, load_robot, tool_poses
 from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
-from workbench.arm.motion import Motion
 from workbench.plate.poses.iso_cube import iso_cube_poses
 
 

@@ -7,15 +7,14 @@ import numpy as np
 import pytest
 from refusals import mentions
 
+from workbench import Motion, Robot, load_robot
 from workbench.arm import chain as chains
-from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import roomy
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.kinematics import forward
 from workbench.arm.kinematics import reachable as reach
-from workbench.arm.motion import Motion
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.robot import JointKind
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base import se3
 from workbench.base.assets import assets

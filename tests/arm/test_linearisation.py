@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.arm.kinematics.forward import tool_poses
+from workbench import Motion, tool_poses
 from workbench.arm.linearisation import Linearisation, linearise
-from workbench.arm.motion import Motion
 
 
 @pytest.fixture

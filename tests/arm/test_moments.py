@@ -5,9 +5,8 @@ import pinocchio as pin
 import pytest
 from rigid_body import rigid_body
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, load_robot
 from workbench.arm.effects import EFFECTS
-from workbench.arm.motion import Motion
 from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.moments import joint_moments
 

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 from generator import move, turn
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Frame, Mounting, load_robot, tool_poses
 from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.mounting import Mounting
 from workbench.base.types import Freedom
 
 BASE, TOOL = move("x", 0.4) @ turn("y", 0.1), move("z", 0.2) @ turn("x", 0.3)

@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
-from workbench.arm.robot import Robot
-from workbench.arm.robot_toml import write_toml
+from workbench import Frame, Robot, load_robot, write_toml
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import DataError, FileError
 

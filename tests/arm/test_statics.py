@@ -5,10 +5,7 @@ import pytest
 from checks import holding, joint_wrenches
 from rigid_body import rigid_body
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import link_frames
-from workbench.arm.motion import Motion
+from workbench import Frame, Motion, link_frames, load_robot
 from workbench.arm.statics.wrenches import inertia_regressor, masses, own_axis
 from workbench.base import se3
 from workbench.base.assets import built_in_robots

@@ -9,13 +9,9 @@ from generator import ARMS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.mounting import Mounting
-from workbench.arm.robot import JointKind, Robot
-from workbench.arm.robot_toml import _RobotReader, read_toml, robot_from_table, write_toml
+from workbench import Frame, Motion, Mounting, Robot, load_robot, tool_poses, write_toml
+from workbench.arm.robot import JointKind
+from workbench.arm.robot_toml import _RobotReader, read_toml, robot_from_table
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError
@@ -243,6 +239,10 @@ MISTAKES = {
     "two elements of one name": ELEMENTS + 'name = "a"\n[[element]]\naxis = "rx"\nname = "a"',
     "an element with the base's name": ELEMENTS + 'name = "base.x"',
     "a joint table too many": ELEMENTS + "[[joint]]\n[[joint]]",
+    "51 joints": 'name = "x"\nconvention = "dh"\n' + "[[joint]]\na=0.1\n" * 51,
+    "3000 joints": 'name = "x"\nconvention = "dh"\n' + "[[joint]]\n" * 3000,
+    "a number of thousands of digits": f"a = {'9' * 5000}",
+    "brackets without end": "a = " + 1500 * "[",
     "another kind than the element's": ELEMENTS + '[[joint]]\ntype = "prismatic"',
 }
 
@@ -253,6 +253,7 @@ def test_each_mistake_is_one_file_error(name, tmp_path):
         read(tmp_path, MISTAKES[name])
     assert caught.value.path == str(tmp_path / "robot.toml")
     assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) <= 300
 
 
 @given(

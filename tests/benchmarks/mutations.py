@@ -32,7 +32,7 @@ class Mutation(NamedTuple):
 MUTATIONS = tuple(Mutation(*parts) for parts in (
     ("base/se3.py", "np.eye(3) - 0.5 * cross", "np.eye(3) + 0.5 * cross", "base/se3 left_jacobian"),
     ("base/se3.py", "np.linalg.det(u) * np.linalg.det(vt)", "1.0", "base/se3 mirrored"),
-    ("arm/chain.py", "= ay * rz - az * ry", "= ay * rz + az * ry", "arm/chain twists_are"),
+    ("arm/chain.py", "= y * w - z * v, x", "= y * w + z * v, x", "arm/chain twists_are"),
     ("arm/conventions.py", '("alpha", "beta", "a", ', '("alpha", "a", "beta", ',
      "arm/conventions printed_equation"),
     ("arm/conventions.py", "np.sin(twist)) < P", "np.sin(twist)) > P", "arm/conventions four_constants"),

@@ -10,17 +10,11 @@ from refusals import mentions
 
 from workbench import cli
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.urdf_writer import write_urdf
 from workbench.base.files import write_text
 from workbench.data.readers import read_measurements
-from workbench.data.readers.trajectory import read_trajectory
 from workbench.data.writer import write_measurements
 from workbench.plate.simulated_measurement import measure_poses
-
-ERRORS = {"position_mm", "orientation_deg"}
-SPREAD = {"mean", "rms", "max", "median"}
 
 
 @pytest.fixture(scope="session")
@@ -51,7 +45,9 @@ def test_from_simulation_to_a_calibrated_urdf(run, tmp_path):
     assert status == 0
     assert "OLS" in out
     result = json.loads(Path("r.json").read_text())
-    check_identification(result, {"ols", "opt2"})
+    assert (result["schema"], set(result["algorithms"])) == ("workbench.identification/1", {"ols", "opt2"})
+    assert all(found["converged"] for found in result["algorithms"].values())
+    assert (result["measurements"]["used"], result["measurements"]["held_out"]) == (32, 8)
     assert result["nominal"]["held_out"]["position_mm"]["mean"] > 5.0
     held_out = result["algorithms"]["ols"]["held_out"]["position_mm"]["mean"]
     assert held_out < 0.25
@@ -61,42 +57,10 @@ def test_from_simulation_to_a_calibrated_urdf(run, tmp_path):
         status, _, _ = run("evaluate", "d.csv", "--robot", robot, "--json", "e.json")
         assert status == 0
         found = json.loads(Path("e.json").read_text())
-        assert {"schema", "robot", "errors", "rows"} <= found.keys()
-        assert found["schema"] == "workbench.evaluation/1"
-        check_errors(found["errors"])
-        assert len(found["rows"]) == 40
-        assert {"row", "position_mm", "orientation_deg"} <= found["rows"][7].keys()
+        assert (found["schema"], len(found["rows"])) == ("workbench.evaluation/1", 40)
         errors.append(found["errors"]["position_mm"]["mean"])
     assert errors[0] < 0.2
     np.testing.assert_allclose(errors, errors[0], rtol=1e-5)
-
-
-def check_identification(result: dict, algorithms: set[str]) -> None:
-    """The keys of `formats.md`, and what they hold."""
-    wanted = {"schema", "robot", "measurements", "nominal", "algorithms", "unidentifiable", "warnings"}
-    assert wanted <= result.keys()
-    assert result["schema"] == "workbench.identification/1"
-    assert result["robot"] == "ARIA"
-    assert {"used", "held_out", "excluded"} <= result["measurements"].keys()
-    assert result["measurements"]["used"] + result["measurements"]["held_out"] == 40
-    assert result["measurements"]["held_out"] == 8
-    assert result["algorithms"].keys() == algorithms
-    for part in (result["nominal"], *result["algorithms"].values()):
-        check_errors(part["train"])
-        check_errors(part["held_out"])
-    for found in result["algorithms"].values():
-        assert found["converged"] is True
-        assert found["iterations"] >= 1
-        assert found["seconds"] >= 0.0
-        for parameter in found["parameters"]:
-            assert {"name", "unit", "nominal", "value", "std"} <= parameter.keys()
-    names = {p["name"] for p in result["algorithms"]["ols"]["parameters"]}
-    assert "joint1.theta" in names
-
-
-def check_errors(errors: dict) -> None:
-    assert errors.keys() == ERRORS
-    assert errors["position_mm"].keys() == SPREAD == errors["orientation_deg"].keys()
 
 
 def test_hidden_effects_are_simulated(run):
@@ -118,61 +82,6 @@ def test_hidden_effects_are_simulated(run):
     assert run(*plate, "--instrument", "ideal")[0] == 0
     assert run("evaluate", "p.csv", "--robot", "a.toml", "--json", "e.json")[0] == 0
     assert json.loads(Path("e.json").read_text())["errors"]["position_mm"]["max"] < 1e-6
-
-
-@pytest.mark.extra("trajectories")
-def test_a_trajectory_is_corrected(run, refused):
-    """Joints of the nominal arm, and poses, in; joints of the calibrated one out, in the same form."""
-    simulated = ("--poses", 5, "--effect", "joint-compliance:2:2e-4", "--effect", "backlash:4")
-    assert run("simulate", "--robot", "aria", *simulated, "--out", "d.csv", "--actual", "a.toml")[0] == 0
-    s = np.linspace(0.0, 1.0, 30)
-    q = np.array([0.2, 0.3, 0.9, 0.3, 1.0, -0.4])[:, None] + 0.3 * s
-    lines = ["time[s]," + ",".join(f"q{i + 1}[deg]" for i in range(6))]
-    lines += [
-        f"{5 * t},{','.join(repr(float(v)) for v in np.rad2deg(row))}" for t, row in zip(s, q.T, strict=True)
-    ]
-    Path("t.csv").write_text("\n".join(lines))
-    command = ("compensate", "t.csv", "--robot", "a.toml", "--nominal", "aria", "--payload", 1)
-    status, out, _ = run(*command, "--out", "c.csv", "--json", "c.json")
-    assert status == 0
-    assert "as commanded" in out
-    result = json.loads(Path("c.json").read_text())
-    assert result["schema"] == "workbench.compensation/1"
-    assert set(result["before"]) == ERRORS
-    assert set(result["after"]["position_mm"]) == SPREAD
-    assert len(result["rows"]) == 30
-    assert result["before"]["position_mm"]["mean"] > 1.0
-    assert result["after"]["position_mm"]["max"] < 1e-6
-    corrected = read_trajectory("c.csv")
-    np.testing.assert_allclose(corrected.time, 5 * s)
-    arm, payload = load_robot("a.toml"), np.ones(30)
-    wanted = tool_poses(load_robot("aria"), Motion(q.T))
-    reached = tool_poses(arm, Motion(corrected.q, payload=payload))
-    np.testing.assert_allclose(reached, wanted, atol=1e-8)
-    refused(["--nominal"], *command[:4], "--out", "n.csv", status=64)
-    poses = [
-        f"{5 * t},{','.join(repr(float(v)) for v in p)}" for t, p in zip(s, wanted[:, :3, 3], strict=True)
-    ]
-    Path("p.csv").write_text("\n".join(["time[s],x[m],y[m],z[m]", *poses]))
-    assert run("compensate", "p.csv", "--robot", "a.toml", "--payload", 1, "--out", "p2.csv")[0] == 0
-    q2 = read_trajectory("p2.csv").q
-    reached = tool_poses(arm, Motion(q2, payload=payload))
-    np.testing.assert_allclose(reached[:, :3, 3], wanted[:, :3, 3], atol=1e-8)
-
-
-@pytest.mark.extra("poses")
-def test_plates_and_poses(run):
-    assert run("simulate", "--robot", "aria", "--plate", "table2", "--out", "p.csv", "--seed", 3)[0] == 0
-    assert len(read_measurements("p.csv", joints=6)) == 10
-    status, out, _ = run("poses", "--robot", "aria", "--number", 8, "--index", "O1", "--out", "q.csv")
-    assert status == 0
-    assert out
-    assert Path("q.csv").read_text().count("\n") == 9
-    status, _, _ = run(
-        *("poses", "--robot", "aria", "--number", 4, "--from", "q.csv", "--json", "q.json", "--index", "O1")
-    )
-    assert status == 0
-    assert json.loads(Path("q.json").read_text())
 
 
 @pytest.mark.parametrize(
@@ -295,36 +204,6 @@ OTHER_COMMANDS = {
 def test_other_commands_refuse(refused, case):
     command, text = OTHER_COMMANDS[case]
     refused(text, *command.split())
-
-
-# -- what is odd but no mistake is done and said ----------------------------------------------------
-
-
-def noted(run, data, *options, robot="aria") -> str:
-    status, out, err = run(
-        *("identify", data, "--robot", robot, "--algorithm", "ols", "--json", "r.json", *options)
-    )
-    assert status in (0, 2), err
-    result = json.loads(Path("r.json").read_text())
-    return " ".join([out, *result["warnings"], *result.get("notes", [])])
-
-
-def test_duplicate_rows_are_noted(run, measured):
-    data = spoilt("good.csv", lambda lines: [*lines, lines[4]])(measured)
-    assert mentions(noted(run, data), "row 3")
-
-
-def test_hidden_errors_of_a_good_arm_tell_the_right_robot_from_a_sister_model(run, tmp_path):
-    rows, out = tmp_path / "rows.csv", tmp_path / "e.json"
-    assert (
-        run("simulate", "--robot", "ur5", "--poses", 40, "--errors", "0.5mm,0.05deg", "--out", rows)[0] == 0
-    )
-    left = []
-    for robot in ("ur5", "ur5e"):
-        run("evaluate", rows, "--robot", robot, "--frames", "fit", "--json", out)
-        left.append(json.loads(out.read_text())["errors"]["position_mm"]["mean"])
-    assert left[0] < 1.5
-    assert left[1] > 10.0
 
 
 def test_an_implausible_arm_is_not_written_unless_forced(run):

@@ -8,16 +8,10 @@ import numpy as np
 import pytest
 from refusals import mentions
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, evaluate, load_robot, measure_poses, tool_poses, write_measurements, write_toml
 from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.local_joint_error import LocalJointError
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import write_toml
-from workbench.data.writer import write_measurements
-from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
-from workbench.plate.simulated_measurement import measure_poses
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 import workbench as wb
 from workbench.parts import offered
 
-WRITTEN = ("--out", "--save", "--json", "--report", "--actual", "--picture", "--readings", "--save-mapping")
+WRITTEN = ("--out", "--save", "--json", "--report", "--actual", "--readings", "--save-mapping")
 WRITTEN += ("--urdf", "--toml", "--controller")
 """Options that name an output."""
 
@@ -27,7 +27,7 @@ OF_EXTRAS = {
     "poses": "--robot aria --number 6 --index O1 --out q.csv --json r.json",
     "compensate": "circle.csv --robot given.toml --nominal aria --out q.csv --json r.json",
     "path": "circle --robot aria --through 0.4,0.1,0.4 --through 0.4,0,0.5 --through 0.4,-0.1,0.4 "
-    "--out q.csv --picture p.png --json r.json",
+    "--out q.csv --json r.json",
     "plate export": "table2 --formats csv --out out",
     "plate yield": "table2 --robot aria --arms 20 --poses 20 --json r.json",
 }

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from other_process import ENDED, commands, python
+from other_process import commands
 
 from workbench.cli.exit_status import run as ended
 
@@ -94,8 +94,13 @@ def test_a_share_may_be_given_in_per_cent(run):
 
 SIMULATED = "simulate --robot aria --poses 30 --seed 1 --out rows.csv"
 HOSTILE = {
-    "no home": {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null/c", "XDG_CONFIG_HOME": "/dev/null/d"},
-    "German": {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"},
+    "German, no home": {
+        "HOME": "/dev/null",
+        "XDG_CACHE_HOME": "/dev/null/c",
+        "XDG_CONFIG_HOME": "/dev/null/d",
+        "LC_ALL": "de_DE.UTF-8",
+        "LANG": "de_DE.UTF-8",
+    },
     "plain": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
 }
 
@@ -112,42 +117,3 @@ def test_files_are_the_same_whatever_the_home_and_the_locale(tmp_path):
     usual = written(tmp_path / "usual")
     for name, surroundings in HOSTILE.items():
         assert written(tmp_path / name, **surroundings) == usual, name
-
-
-WRITERS = (
-    "diagnose rows.csv --robot aria --json x",
-    "simulate --robot aria --poses 60 --out x.csv",
-    "identify rows.csv --robot aria --save x.toml",
-    "identify rows.csv --robot aria --json x",
-    "export aria --toml x.toml",
-)
-FULL = """
-import resource
-rows, lines, unbounded = Path("rows.csv").read_text(), sys.argv[1:], resource.getrlimit(resource.RLIMIT_FSIZE)
-found = []
-# the longest first with room: compiled functions are kept in files as well
-for most, given in ((unbounded[0], lines[:1]), (1000, lines)):
-    for k, line in enumerate(given):
-        folder = Path(f"{most}-{k}").resolve()
-        folder.mkdir()
-        (folder / "rows.csv").write_text(rows)
-        with contextlib.chdir(folder):
-            resource.setrlimit(resource.RLIMIT_FSIZE, (most, unbounded[1]))
-            status, _, err = ended(line)
-            resource.setrlimit(resource.RLIMIT_FSIZE, unbounded)
-        names = sorted(path.name for path in folder.iterdir())
-        found.append([status, err, names, (folder / "rows.csv").read_text() == rows])
-print(json.dumps(found))
-"""
-
-
-def test_a_disk_that_is_full_leaves_nothing_of_a_writer(run, tmp_path):
-    """Files may not grow beyond a kilobyte: what was there stays, nothing half is left."""
-    run(*SIMULATED.split())
-    found = json.loads(python(ENDED + FULL, *WRITERS, folder=tmp_path))
-    assert found[0] == [0, "", ["rows.csv", "x"], True]
-    assert len(found) == 1 + len(WRITERS)
-    for status, err, names, is_kept in found[1:]:
-        assert (status, names, is_kept) == (1, ["rows.csv"], True)
-        assert "can't be written" in err
-        assert err.count("\n") == 1

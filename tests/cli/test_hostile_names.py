@@ -12,14 +12,12 @@ from hypothesis import strategies as st
 from refusals import refuses
 from rich.text import Text
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.robot_toml import read_toml, write_toml
+from workbench import load_robot, measure_poses, read_measurements, write_toml
+from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import FileError, RobotError
 from workbench.base.wording import as_cell, of_cell, readable
 from workbench.cli import options
-from workbench.data.readers import read_measurements
 from workbench.data.writer import measurements_csv
-from workbench.plate.simulated_measurement import measure_poses
 from workbench.report.result_display import as_html
 from workbench.report.tables import new_table
 from workbench.views.page import html

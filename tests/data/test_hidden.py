@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import evaluate, load_robot, measure_poses
 from workbench.arm.effects import EFFECTS
 from workbench.arm.statics.deflection import shift_of
 from workbench.data.simulation.hidden_effects import MAX_BEND, hidden_effects, surprise, varied_state
-from workbench.identification.evaluate import evaluate
-from workbench.plate.simulated_measurement import measure_poses
 
 
 @pytest.mark.parametrize("name", EFFECTS)

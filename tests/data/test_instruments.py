@@ -3,17 +3,21 @@
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import link_frames, tool_poses
-from workbench.arm.motion import Motion
+from workbench import (
+    Instrument,
+    Motion,
+    link_frames,
+    load_robot,
+    measure_poses,
+    read_measurements,
+    tool_poses,
+    write_measurements,
+)
 from workbench.base import se3
-from workbench.data.readers import read_measurements
-from workbench.data.simulation.instruments import INSTRUMENTS, THREE_MARKERS, Instrument, Observes
+from workbench.data.simulation.instruments import INSTRUMENTS, THREE_MARKERS, Observes
 from workbench.data.simulation.readings import SIDES, mounting, station, three_planes
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.data.writer import write_measurements
 from workbench.identification.identify import identify
-from workbench.plate.simulated_measurement import measure_poses
 
 
 @pytest.fixture(scope="module")

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Dataset, Motion, tool_poses
 from workbench.base import se3
-from workbench.data.dataset import Dataset
 from workbench.identification.rows.row_selection import hold_out_share
 
 NOTE = "orientation from the quaternion qw, qx, qy, qz"

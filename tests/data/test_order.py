@@ -8,10 +8,9 @@ from hypothesis import strategies as st
 from refusals import refuses
 
 import workbench as wb
+from workbench import read_measurements, split_sessions, write_measurements
 from workbench.base.errors import DataError
-from workbench.data.measuring_order import beside, clock_of, split_sessions
-from workbench.data.readers import read_measurements
-from workbench.data.writer import write_measurements
+from workbench.data.measuring_order import beside, clock_of
 
 NAMES = st.sampled_from(["", "A", "B", "A from row 3", "before row 3", "from row 3"])
 

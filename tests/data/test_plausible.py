@@ -5,9 +5,8 @@ import pytest
 from refusals import refuses
 from scipy.spatial.transform import Rotation
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Dataset, load_robot
 from workbench.base.errors import DataError
-from workbench.data.dataset import Dataset
 from workbench.data.plausibility import check_plausible, refuse_joint_quantities, repeated_rows
 
 LIMITS = np.array([[-6.28, 6.28], [-2.0, 2.0], [-np.inf, np.inf]])

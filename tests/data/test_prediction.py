@@ -3,13 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Dataset, Frame, Motion, load_robot, tool_poses
 from workbench.arm.effects import EFFECTS
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict, row_components
 from workbench.identification.errors.row_errors import row_errors
 

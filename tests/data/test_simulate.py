@@ -6,10 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from refusals import refuses
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Frame, Motion, load_robot, tool_poses
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.simulation.instruments import INSTRUMENTS

@@ -7,21 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Frame, Motion, Noise, load_robot, read_measurements, write_measurements
 from workbench.arm.effects import EFFECTS
-from workbench.arm.frame import Frame
-from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.data.observations.tilt import reading, seen_from, upward
-from workbench.data.readers import read_measurements
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate
-from workbench.data.writer import write_measurements
 from workbench.diagnosis.search.candidate_columns import candidate_columns
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.fit import Fit
-from workbench.identification.problem import Noise, Problem
+from workbench.identification.problem import Problem
 
 turn = st.floats(-3.0, 3.0)
 

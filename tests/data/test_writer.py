@@ -4,16 +4,12 @@ import csv
 from dataclasses import fields
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from workbench.base.errors import FileError
-from workbench.base.units import Quantity, from_si
-from workbench.data.dataset import Dataset
-from workbench.data.readers import read_measurements
-from workbench.data.writer import RotationForm, write_measurements
+from workbench import Dataset, read_measurements, write_measurements
+from workbench.data.writer import RotationForm
 
 NOT_IN_THE_FILE = {"source", "notes", "row", "joint_units"}
 quick = settings(max_examples=40)
@@ -85,36 +81,6 @@ def test_there_and_back(tmp_path, given, form):
     assert_same(dataset, again, rotation=0.0 if form is RotationForm.MATRIX else 2e-14)
 
 
-UNITS = {
-    "q": (("rad", "deg", "mrad", "arcmin", "grad", "°"), Quantity.ANGLE),
-    "x": (("m", "mm", "cm", "µm", "um", "in"), Quantity.LENGTH),
-}
-
-
-@quick
-@given(
-    angle=st.sampled_from(UNITS["q"][0]),
-    length=st.sampled_from(UNITS["x"][0]),
-    separator=st.sampled_from(["\t", ";", ",", "  "]),
-    comma=st.booleans(),
-    encoding=st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "latin-1"]),
-    seed=st.integers(0, 2**32 - 1),
-)
-def test_other_writers_forms(tmp_path, angle, length, separator, comma, encoding, seed):
-    rng = np.random.default_rng(seed)
-    q, position = rng.normal(0, 2, (4, 3)), rng.normal(0, 1, (4, 3))
-    cells = np.hstack([from_si(q, angle, Quantity.ANGLE), from_si(position, length, Quantity.LENGTH)])
-    head = [f"q{i}[{angle}]" for i in (1, 2, 3)] + [f"{a}[{length}]" for a in "xyz"]
-    decimal = "," if comma and separator != "," else "."
-    lines = [separator.join(head)]
-    lines += [separator.join(f"{value:.17e}".replace(".", decimal) for value in row) for row in cells]
-    path = tmp_path / "rows.txt"
-    path.write_bytes("\r\n".join(lines).encode(encoding))
-    data = read_measurements(path, joints=3)
-    np.testing.assert_allclose(data.q, q, rtol=1e-14)
-    np.testing.assert_allclose(data.position, position, rtol=1e-14)
-
-
 def small(**more):
     return Dataset(q=np.array([[0.1, 0.2]]), row=np.array([0]), position=np.array([[1.0, 2.0, 3.0]]), **more)
 
@@ -145,18 +111,3 @@ def test_rows_that_are_kept_out_come_back(tmp_path):
         reason=np.array(['lost, "sight"', ""]),
     )
     assert_same(data, read_measurements(write_measurements(data, tmp_path / "rows.csv")))
-
-
-def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
-    path = tmp_path / "rows.csv"
-    path.write_text("old")
-
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("os.replace", full)
-    with pytest.raises(FileError) as caught:
-        write_measurements(small(), path)
-    assert caught.value.path == str(path)
-    assert path.read_text() == "old"
-    assert [p.name for p in tmp_path.iterdir()] == ["rows.csv"]

@@ -8,6 +8,7 @@ gravity; inclinometers on base and carriage read both. The file knows nothing of
 from dataclasses import dataclass
 
 import numpy as np
+from generator import rotation, turn
 
 NOMINAL = np.array(
     [  # theta, d, a, alpha (standard DH); the first joint slides
@@ -62,17 +63,8 @@ class Truth:
     scale: float
 
 
-def rotation(v):
-    angle = np.linalg.norm(v)
-    if angle == 0.0:
-        return np.eye(3)
-    x, y, z = v / angle
-    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
-
-
 def about(axis, angle):
-    return rotation(np.eye(3)["xyz".index(axis)] * angle)
+    return turn(axis, angle)[:3, :3]
 
 
 def draw(rng, *, scale=0.0, off_level=0.01, play=1.0, drift=0.04e-3):
@@ -105,8 +97,8 @@ def frames(truth, q, bend, tip):
             r = r @ about("x", tip[0]) @ about("y", tip[1])
             r = r @ about("z", theta)
         else:
-            turn = q[k] * (1.0 - truth.scale * (k == 3)) + theta + bend[k]
-            r = r @ about("z", turn)
+            turned = q[k] * (1.0 - truth.scale * (k == 3)) + theta + bend[k]
+            r = r @ about("z", turned)
             p = p + r @ [0, 0, d]
         p = p + r @ [a, 0, 0]
         r = r @ about("x", alpha)
@@ -144,10 +136,10 @@ def measure(truth, rng, rows=120, hours=2.0, noise=5e-5, tilt_noise=2e-5):
     high = np.array([LIFT[1], *[2.2] * 6])
     q = rng.uniform(low, high, (rows, 7))
     time = np.linspace(0.0, hours * HOUR, rows)
-    place, turn = np.array([1.2, -0.8, 0.1]), about("z", 0.7)
+    place, facing = np.array([1.2, -0.8, 0.1]), about("z", 0.7)
     position, base, lift = np.empty((rows, 3)), np.empty((rows, 2)), np.empty((rows, 2))
     for i in range(rows):
-        standing = rotation(truth.turning * time[i]) @ truth.level @ turn
+        standing = rotation(truth.turning * time[i]) @ truth.level @ facing
         after = stand(truth, q[i], standing.T @ [0, 0, -9.81])
         r, p = after[-1]
         position[i] = standing @ (r @ TOOL + p) + place

@@ -6,11 +6,11 @@ import generator
 import numpy as np
 import pinocchio as pin
 import pytest
-from arms import ARMS, MORPHOLOGIES, ROWS, SIGMA, TUNING, make
+from arms import ARMS, MORPHOLOGIES, ROWS, TUNING, make
 from cases import CASES, stated
-from decide import Sight, catalogue, coefficients, decidable
+from decide import catalogue, coefficients
 from draws import CREEP, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw
-from laws import SLIP, WHOLE, Effect, change, poses, straight_moments, turns, wound
+from laws import WHOLE, Effect, change, poses, straight_moments, turns
 
 from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import tool_poses
@@ -116,31 +116,6 @@ def test_effects_have_the_stated_sizes(cases, kind):
             assert angle.max() < 1.001 * LARGEST
 
 
-def _poses(data):
-    out = np.tile(np.eye(4), (len(data), 1, 1))
-    out[:, :3, :3], out[:, :3, 3] = data.rotation, data.position
-    return out
-
-
-def test_what_nobody_can_see_is_not_asked_for():
-    """The first joint's axis is vertical and carries no moment; a last joint's own weight is on its axis."""
-    case = make("none", TUNING[8], "aria")
-    state = replace(case.state, payload=np.zeros(ROWS))
-    sight = Sight(generator.aria(), state, False, SIGMA)
-    rng = np.random.default_rng(0)
-    assert draw("joint-compliance", generator.aria(), state, rng, joint=0) is None
-    assert draw("joint-compliance", generator.aria(), state, rng, joint=5) is None
-    for joint, feels in ((0, False), (1, True), (5, False)):
-        loose = draw("backlash", case.actual, state, rng, joint=joint, detail="moment")
-        assert (loose is not None) is feels
-    soft = draw("joint-compliance", generator.aria(), state, rng, joint=2)
-    assert decidable(sight, (soft,))
-    assert not decidable(sight, (soft.scaled(0.01),))
-    twins = Effect("encoder-scale", (3,), (1e-3,)), Effect("encoder-scale", (3,), (2e-3,))
-    assert decidable(sight, twins[:1])
-    assert not decidable(sight, twins)
-
-
 def test_nameless_laws_by_hand():
     case = make("none", TUNING[9], "aria")
     arm, state = case.actual, case.state.take(slice(0, 5))
@@ -178,15 +153,6 @@ def test_nameless_laws_by_hand():
     np.testing.assert_allclose(hard, -1e-4 * load / (1.0 + np.abs(load) / 2.0), atol=1e-15)
     belt = turns(arm, Effect("belt stretch", (2,), (1e-4,), shape=(-1.0, 1.0)), state, moment)[:, 2, 2]
     np.testing.assert_allclose(belt[:4], -1e-4 * load[:4] * [0.0, 1.0, 0.9375, 0.75], atol=1e-15)
-
-
-def test_joints_wind_up_by_the_way_that_they_came():
-    """Way and back again: full at once where the way is long enough, and part of it undone by half a way."""
-    wave = np.array([[-1.0], [1.0], [1.0], [0.0], [-1.0], [-1.0], [1.0], [0.0]])
-    wave *= SLIP / wave.std()
-    step = 1.0 / np.std(wave / wave.max())
-    expected = [1.0, 1.0, 1.0 - step, -1.0, -1.0, 1.0, 1.0 - step]
-    np.testing.assert_allclose(wound(wave)[:, 0], expected, atol=1e-12)
 
 
 def test_a_slide_shifts_where_a_joint_turns():

@@ -64,12 +64,16 @@ def test_words_are_odds(odds, word):
     assert Confidence.of(odds) == word
 
 
+def slow(*case):
+    return pytest.param(*case, marks=pytest.mark.slow)
+
+
 @pytest.mark.parametrize(
     ("kind", "seed", "arm"),
     [
         ("clearance", 3001, "gantry"),  # joints together were weighed without the masses that one alone had
-        ("clearance", 3013, "gantry"),  # parallel axes turned, a coupling took what they lost
-        ("bearing", 3004, "scara"),  # likewise, and nothing was found
+        slow("clearance", 3013, "gantry"),  # parallel axes turned, a coupling took what they lost
+        slow("bearing", 3004, "scara"),  # likewise, and nothing was found
         ("two", 5110, "katana"),  # two orders of one joint: its map entered first and stayed
     ],
 )

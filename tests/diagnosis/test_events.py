@@ -32,6 +32,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 from events import CASES, NEAR, judge, make
 
 
+def slow(case):
+    return pytest.param(*case, marks=pytest.mark.slow)
+
+
 @cache
 def diagnosed(name, held_out=0.2):
     """An arm to which this happened, and its diagnosis."""
@@ -48,8 +52,9 @@ def slipped():
 @pytest.mark.parametrize(
     ("name", "seed"),
     [
-        *(("knock", 1), ("warm-joint", 1), ("warm-frame", 1), ("two", 1), ("late-slip", 1), ("shuffled", 1)),
-        *(("untimed", 1), ("slip-pose", 1), ("knock-known", 1), ("slip-known", 4)),
+        *(("knock", 1), ("warm-joint", 1), ("two", 1), ("untimed", 1)),
+        *map(slow, (("warm-frame", 1), ("late-slip", 1), ("shuffled", 1), ("slip-pose", 1))),
+        *map(slow, (("knock-known", 1), ("slip-known", 4))),
         ("zero", 910003),  # no larger than ten times what its joint scatters
         ("slip-markers", 3),  # places on the tool are unknown
     ],
@@ -60,7 +65,7 @@ def test_an_event_is_named_with_its_row_and_nothing_else(name, seed):
     assert not found["false"], found["message"]
 
 
-@pytest.mark.parametrize("name", ["drift", "untimed-drift", "none-tails", "none-compliance"])
+@pytest.mark.parametrize("name", ["drift", slow(["untimed-drift"]), slow(["none-tails"]), "none-compliance"])
 def test_where_nothing_happened_no_event_is_named(name):
     found = judge(name, 2)
     assert found["right"]
@@ -105,7 +110,7 @@ def since(found, data):
 
 
 @pytest.mark.parametrize(
-    ("name", "held_out"), [*((name, 0.2) for name in ("slip", "warm-frame", "slip-known")), ("two", 0.0)]
+    ("name", "held_out"), [("slip", 0.2), slow(("warm-frame", 0.2)), slow(("slip-known", 0.2)), ("two", 0.0)]
 )
 def test_what_is_stated_of_the_files_is_what_they_leave(name, held_out, tmp_path):
     """The arm with its events was stated: 0.045 mm with a warm-up of the frame where its file left 0.049."""
@@ -116,7 +121,7 @@ def test_what_is_stated_of_the_files_is_what_they_leave(name, held_out, tmp_path
     assert 0 < shown.sum() < len(run.fit.problem.data)
     for form, errors in stated.items():
         assert errors.position_mm.mean == pytest.approx(left[form][shown].mean(), abs=1e-6)
-    assert found.now.mean_mm == found.saved_errors.position_mm.mean == stated["TOML"].position_mm.mean
+    assert found.now.mean_mm == stated["TOML"].position_mm.mean
     assert f"{shown.sum()} of {plural(len(run.fit.problem.data), 'fitted row')}" in file_text(run)
     judged, numbers = SavedArm(run.as_measured, run.fit.problem.data).robot, run.judging.row
     left = left_by_files(judged, made.data, tmp_path)["TOML"]

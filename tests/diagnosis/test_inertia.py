@@ -76,6 +76,7 @@ def test_tolerances_are_read_written_and_judged(tmp_path):
         load_robot(path)
 
 
+@pytest.mark.slow
 def test_the_standard_error_of_a_compliance_is_that_of_its_scatter_over_arms():
     """Arms whose masses are 10 % off, as the file says: errors are about one stated standard error."""
     off = []

@@ -15,13 +15,6 @@ ARIA = wb.load_robot("aria")
 REPEATS = 5
 
 
-class Independent(dict):
-    """Standard errors of coefficients that err independently."""
-
-    def covariance(self, names):
-        return np.diag([self[n] ** 2 for n in names])
-
-
 def rows_over(degrees):
     """Rows in which every joint turns so far."""
     half = np.deg2rad(degrees) / 2.0

@@ -10,8 +10,8 @@ from workbench.diagnosis.diagnose import diagnose
 @pytest.mark.parametrize(
     ("kind", "seed", "arm"),
     [
-        ("belt-stretch", 9205, "three-parallel"),
-        ("belt-stretch", 9207, "aria"),
+        pytest.param("belt-stretch", 9205, "three-parallel", marks=pytest.mark.slow),
+        pytest.param("belt-stretch", 9207, "aria", marks=pytest.mark.slow),
         ("hardening-drive", 9203, "industrial"),
     ],
 )

@@ -17,9 +17,6 @@ TORQUE_NOISE = 0.05
 CASES = [("aria", TUNING[2]), ("three-parallel", TUNING[1]), ("katana", TUNING[3])]
 
 
-HARMONICS = [("aria", 0), ("three-parallel", 5)]
-
-
 def massless(robot):
     return replace(robot, joints=tuple(replace(j, mass=None) for j in robot.joints))
 

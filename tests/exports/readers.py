@@ -2,35 +2,20 @@
 
 import csv
 import io
-import json
 import re
 from collections.abc import Callable
 
 import numpy as np
 import yaml
+from generator import move, turn
+from round_trip import placed
 
 Kinematics = Callable[[np.ndarray], np.ndarray]
 """Joint positions of one pose to the flange's pose in the arm's base."""
 
 
-def rot(axis: int, angle: float) -> np.ndarray:
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    out = np.eye(4)
-    out[i, i] = out[j, j] = np.cos(angle)
-    out[i, j], out[j, i] = -np.sin(angle), np.sin(angle)
-    return out
-
-
-def move(axis: int, length: float) -> np.ndarray:
-    out = np.eye(4)
-    out[axis, 3] = length
-    return out
-
-
 def origin(x, y, z, roll, pitch, yaw) -> np.ndarray:
-    out = rot(2, yaw) @ rot(1, pitch) @ rot(0, roll)
-    out[:3, 3] = x, y, z
-    return out
+    return placed([x, y, z], [roll, pitch, yaw])
 
 
 def kinematics_file(text: str, head: str, inner: str) -> Kinematics:
@@ -43,7 +28,7 @@ def kinematics_file(text: str, head: str, inner: str) -> Kinematics:
     def pose(q):
         out = np.eye(4)
         for k, frame in enumerate(frames):
-            out = out @ frame @ (rot(2, q[k]) if k < len(q) else np.eye(4))
+            out = out @ frame @ (turn("z", q[k]) if k < len(q) else np.eye(4))
         return out
 
     return pose
@@ -55,7 +40,7 @@ def standard_dh(rows: np.ndarray) -> Kinematics:
     def pose(q):
         out = np.eye(4)
         for angle, (theta, d, a, alpha) in zip(q, rows, strict=True):
-            out = out @ rot(2, angle + theta) @ move(2, d) @ move(0, a) @ rot(0, alpha)
+            out = out @ turn("z", angle + theta) @ move("z", d) @ move("x", a) @ turn("x", alpha)
         return out
 
     return pose
@@ -80,16 +65,16 @@ def spreadsheet(text: str) -> Kinematics:
         out, k = np.eye(4), 0
         for row in rows:
             c = {n.split("[")[0]: float(v) for n, v in row.items() if "[" in n}
-            turn = slide = 0.0
+            turned = slide = 0.0
             if row["type"] != "fixed":
-                turn, slide = (q[k], 0.0) if row["type"] == "revolute" else (0.0, q[k])
+                turned, slide = (q[k], 0.0) if row["type"] == "revolute" else (0.0, q[k])
                 k += 1
             steps = {
-                "z": rot(2, c["theta"] + turn),
-                "d": move(2, c["d"] + slide),
-                "x": move(0, c["a"]),
-                "a": rot(0, c["alpha"]),
-                "b": rot(1, c["beta"]),
+                "z": turn("z", c["theta"] + turned),
+                "d": move("z", c["d"] + slide),
+                "x": move("x", c["a"]),
+                "a": turn("x", c["alpha"]),
+                "b": turn("y", c["beta"]),
             }
             for letter in order:
                 out = out @ steps[letter]
@@ -118,10 +103,3 @@ def mjcf(path: str) -> Kinematics:
         return base @ data.oMf[frame].homogeneous
 
     return pose
-
-
-def lerobot_degrees(text: str, counts: np.ndarray) -> np.ndarray:
-    """Positions in degrees that LeRobot reports for positions of the motors in counts."""
-    table = json.loads(text)
-    middles = [0.5 * (m["range_min"] + m["range_max"]) for m in table.values()]
-    return (counts - middles[: len(counts)]) * 360.0 / 4095.0

@@ -1,12 +1,12 @@
 """The real UR5 after a diagnosis: a format that can't hold effects gets the geometry that is best without."""
 
-import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
+import round_trip as trip
 
 import workbench as wb
-from tests.exports import readers
 from workbench.identification.errors.file_errors import file_text
 
 
@@ -17,31 +17,14 @@ def diagnosed(shared_data):
     return wb.diagnose(arm, wb.read_measurements(folder / "measurements.csv", joints=arm.dof))
 
 
-def points(path, q: np.ndarray) -> np.ndarray:
-    """Where a URDF has the last link of its chain."""
-    root = ET.parse(path).getroot()
-    nodes = {node.find("parent").get("link"): node for node in root.findall("joint")}
-    first = next(iter(nodes.keys() - {n.find("child").get("link") for n in nodes.values()}))
-    out = []
-    for row in q:
-        here, name, angles = np.eye(4), first, iter(row)
-        while (node := nodes.get(name)) is not None:
-            place = [float(v) for k in ("xyz", "rpy") for v in node.find("origin").get(k).split()]
-            here = here @ readers.origin(*place)
-            if node.get("type") != "fixed":
-                axis = [float(v) for v in node.find("axis").get("xyz").split()]
-                here = here @ readers.rot(int(np.argmax(axis)), next(angles))
-            name = node.find("child").get("link")
-        out.append(here[:3, 3])
-    return np.array(out)
-
-
 @pytest.mark.slow
 @pytest.mark.data
 def test_a_urdf_after_a_diagnosis_is_as_good_as_geometry_alone(diagnosed, tmp_path):
     saved = wb.load_robot(diagnosed.robot.save(tmp_path / "whole.toml"))
     data = diagnosed.data
-    missed = 1e3 * np.linalg.norm(points(saved.save(tmp_path / "arm.urdf"), data.q) - data.position, axis=1)
+    arm = trip.read_arm(Path(saved.save(tmp_path / "arm.urdf")))
+    reached = arm(trip.rows_of(data.q))[1][:, :3, 3]
+    missed = 1e3 * np.linalg.norm(reached - data.position, axis=1)
     geometry = diagnosed.before.held_out.position_mm.mean
     assert diagnosed.after.held_out.position_mm.mean < 0.6 * geometry
     assert missed.mean() < 1.05 * geometry

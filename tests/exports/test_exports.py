@@ -8,12 +8,8 @@ import numpy as np
 import pytest
 
 from tests.exports import readers
-from workbench.arm.built_in_arms import load_robot
+from workbench import Frame, Motion, Robot, load_robot, tool_poses
 from workbench.arm.effects import EFFECTS
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import RobotError, ShapeError

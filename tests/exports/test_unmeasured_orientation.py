@@ -6,13 +6,14 @@ The arm, its errors and every judge are plain numpy; of the package's own code o
 import json
 import re
 import tomllib
-import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
-from points_and_tilts import DH
+import round_trip as trip
+import tomli_w
+from generator import three_parallel
 from refusals import refuses
 
 import workbench as wb
@@ -26,26 +27,21 @@ from workbench.exports import FORMS, Job, export_robot
 from workbench.identification.report.how_to_apply import use_of
 
 ERROR, NOISE, ROWS = 4e-4, 3e-5, 200
-BASE = readers.origin(1.0, 0.5, 0.2, 0.0, 0.0, 0.7)
+BASE = trip.placed([1.0, 0.5, 0.2], [0.0, 0.0, 0.7])
 
 
 def flanges(q: np.ndarray, errors: np.ndarray | None = None) -> np.ndarray:
     """Flanges in the arm's base; errors are x y z roll pitch yaw behind every joint."""
-    out = []
-    for row in q:
-        here = np.eye(4)
-        for k, (theta, d, a, alpha) in enumerate(DH):
-            here = here @ readers.rot(2, row[k] + theta) @ readers.move(2, d) @ readers.move(0, a)
-            here = here @ readers.rot(0, alpha)
-            here = here if errors is None else here @ readers.origin(*errors[k])
-        out.append(here)
-    return np.array(out)
+    here = np.eye(4)
+    for k, (before, driven, after) in enumerate(three_parallel().parts(q)):
+        behind = np.eye(4) if errors is None else trip.placed(errors[k, :3], errors[k, 3:])
+        here = here @ before @ driven @ after @ behind
+    return here
 
 
 def angles(a: np.ndarray, b: np.ndarray) -> float:
     """Mean angle between orientations [°]."""
-    trace = np.einsum("rij,rij->r", a[:, :3, :3], b[:, :3, :3])
-    return float(np.rad2deg(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0))).mean())
+    return float(np.rad2deg(trip.angle(a, b)).mean())
 
 
 def distances(a: np.ndarray, b: np.ndarray) -> float:
@@ -55,9 +51,8 @@ def distances(a: np.ndarray, b: np.ndarray) -> float:
 
 def distance(a: np.ndarray, b: np.ndarray) -> float:
     """Mean distance [mm] on the best base: where the arm stands, its rows can't tell."""
-    a, b = a - a.mean(0), b - b.mean(0)
-    u, _, vt = np.linalg.svd(a.T @ b)
-    return distances(a @ u @ vt, b)
+    best = trip.aligned(a, b)
+    return distances(a @ best[:3, :3].T + best[:3, 3], b)
 
 
 @dataclass(frozen=True)
@@ -127,28 +122,9 @@ def test_a_corrected_trajectory_leaves_orientations_as_they_were(cell):
 
 def test_a_urdf_is_good_at_the_reflector_and_no_worse_at_the_flange(cell, tmp_path):
     path = wb.load_robot(cell.saved).save(tmp_path / "arm.urdf")
-    root, pose = ET.parse(path).getroot(), {}
-    for node in root.findall("joint"):
-        frame = np.array([float(v) for k in ("xyz", "rpy") for v in node.find("origin").get(k).split()])
-        pose[node.find("parent").get("link")] = (node, readers.origin(*frame))
-
-    def links(q: np.ndarray) -> dict[str, np.ndarray]:
-        name = next(iter(set(pose) - {n.find("child").get("link") for n, _ in pose.values()}))
-        here, out, k = np.eye(4), {name: np.eye(4)}, 0
-        while name in pose:
-            node, frame = pose[name]
-            here = here @ frame
-            if node.get("type") != "fixed":
-                axis = [float(v) for v in node.find("axis").get("xyz").split()]
-                here, k = here @ readers.rot(int(np.argmax(axis)), q[k]), k + 1
-            name = node.find("child").get("link")
-            out[name] = here
-        return out
-
-    at = [links(row) for row in cell.q]
-    tips = np.array([here["calibrated_tool"][:3, 3] for here in at])
-    assert distances(tips, cell.points(cell.q)) < 0.06
-    cell.judge(np.array([np.linalg.inv(here["base_link"]) @ here["flange"] for here in at]))
+    flange, tool = trip.urdf_arm(Path(path).read_text())(trip.rows_of(cell.q))
+    assert distances(tool[:, :3, 3], cell.points(cell.q)) < 0.06
+    cell.judge(flange)
 
 
 def test_a_joint_table_is_no_worse_at_the_flange(cell, tmp_path):
@@ -167,18 +143,8 @@ def turned_in_file(table: dict) -> float:
         {k: found["nominal"].get(f"joint{i + 1}.{k}", v) for k, v in joint.items() if isinstance(v, float)}
         for i, joint in enumerate(table["joint"])
     ]
-    turns = []
-    for joints in (table["joint"], nominal):
-        at = np.repeat(np.eye(4)[None], len(q), axis=0)
-        for k, joint in enumerate(joints):
-            last = readers.rot(0, joint.get("alpha", 0.0)) @ readers.rot(1, joint.get("beta", 0.0))
-            at = np.array(
-                [
-                    here @ readers.rot(2, row[k] + joint.get("theta", 0.0)) @ last
-                    for here, row in zip(at, q, strict=True)
-                ]
-            )
-        turns.append(at[:, :3, :3])
+    arms = (trip.toml_arm(tomli_w.dumps(table | {"joint": joints})) for joints in (table["joint"], nominal))
+    turns = [arm(trip.rows_of(q))[0][:, :3, :3] for arm in arms]
     u, _, vt = np.linalg.svd(np.einsum("rij,rkj->ik", *turns))
     return angles(turns[0], u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt @ turns[1])
 
@@ -216,7 +182,7 @@ def test_controller_numbers_that_are_advised_help(cell, run, tmp_path):
         mean = [variant[key]["position_mm"]["mean"] for key in ("without", "remains")]
         assert mean[1] < mean[0] or not variant["advised"]
         if variant["advised"]:
-            base = readers.origin(*variant["base"]["xyz"], *variant["base"]["rpy"])
+            base = trip.placed(variant["base"]["xyz"], variant["base"]["rpy"])
             at = base @ flanges(cell.q + variant["offsets"]) @ np.append(variant["tool"]["xyz"], 1.0)
             assert distances(at[:, :3], cell.points(cell.q)) == pytest.approx(mean[1], abs=0.1)
     assert out

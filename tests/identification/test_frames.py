@@ -5,14 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Dataset, Frame, Motion, load_robot, read_measurements, tool_poses
+from workbench.arm.frame import FRAME_PARTS
 from workbench.base import se3
 from workbench.base.types import Freedom
-from workbench.data.dataset import Dataset
-from workbench.data.readers import read_measurements
 from workbench.identification.alignment import align, hand_eye
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import choose_frames

@@ -7,18 +7,16 @@ import pytest
 from checks import check_jacobian
 from generator import move, turn
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Dataset, Frame, Motion, Noise, load_robot, tool_poses, write_toml
 from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.frame import FRAME_PARTS, Frame
+from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.gravity import GRAVITY, angles_between, tilted
-from workbench.arm.kinematics.forward import tool_poses, watched_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml, robot_to_table, write_toml
+from workbench.arm.kinematics.forward import watched_poses
+from workbench.arm.robot_toml import read_toml, robot_to_table
 from workbench.arm.statics.wrenches import gravity_regressor, masses, motion_wrenches
-from workbench.data.dataset import Dataset
 from workbench.data.observations.tilt import reading, seen_from
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.problem import FrameFreedom, Problem
 
 SOFT = JointCompliance((1, 2), (3e-4, 5e-4))
 ODD = np.array([1.2, -0.7, -9.6])

@@ -6,17 +6,11 @@ import generator
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml, write_toml
+from workbench import Dataset, Motion, Noise, Prior, evaluate, load_robot, tool_poses, write_toml
+from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.base.types import Freedom
-from workbench.data.dataset import Dataset
-from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
-from workbench.identification.prior import Prior
-from workbench.identification.problem import Noise
 
 NOISE = Noise(1e-4, 3e-4)
 LAYOUT = np.array([[0.05, 0, 0], [0, 0.05, 0], [-0.05, 0, 0.02], [0, -0.05, 0.04]])

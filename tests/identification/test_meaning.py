@@ -217,3 +217,12 @@ def test_points_on_the_last_axis_can_not_tell_its_sign():
     assert found.best.text == "joint 2 = -q2; joint 3 = -q3; joint 5 = -q5"
     assert any("joint 6 = -q6" in text for text in found.blind)
     assert len(table) == 6
+
+
+@pytest.mark.parametrize(("constant", "by"), [("joint2.a", 0.07), ("joint4.d", -0.05)])
+def test_one_constant_of_the_table_is_named_where_nothing_else_fits(constant, by):
+    robot, data = measured("puma", with_rotation=True)
+    wrong = robot.with_values({constant: float(robot.values((constant,))[0]) + by})
+    _, rows = as_read(wrong, data)
+    assert mentions(rows.notes[-1], constant, "instead of", "they fit to")
+    assert read_rows(robot, data).constant == ""

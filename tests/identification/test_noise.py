@@ -7,11 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.data.dataset import Dataset
-from workbench.data.readers import read_measurements
-from workbench.diagnosis.diagnose import diagnose
-from workbench.identification.evaluate import evaluate
+from workbench import Dataset, diagnose, evaluate, load_robot, read_measurements
 from workbench.identification.identify import identify
 from workbench.identification.noise import from_repeats
 

@@ -6,11 +6,8 @@ import round_trip as trip
 from generator import three_parallel
 
 import workbench as wb
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Dataset, Frame, Motion, tool_poses
 from workbench.base.types import Freedom
-from workbench.data.dataset import Dataset
 
 ROWS = 80
 

@@ -7,17 +7,14 @@ import pytest
 from checks import check_problem
 from refusals import refuses
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Dataset, Motion, Noise, link_frames, load_robot, tool_poses
 from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.kinematics.forward import link_frames, tool_poses
-from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, Linearised
 from workbench.data.observations.tilt import reading
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.problem import FrameFreedom, Problem
 
 ROWS = 12
 OURS = [kind for kind in OBSERVATIONS.values() if kind.__module__.startswith("workbench.data.")]

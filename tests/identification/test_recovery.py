@@ -6,14 +6,11 @@ import generator
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Dataset, Motion, Noise, Prior, load_robot, tool_poses
 from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.base.types import Freedom, Outcome
-from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate_targets
 from workbench.identification.algorithms.ols import Ols
@@ -21,8 +18,7 @@ from workbench.identification.algorithms.opt1_bounded import Opt1
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.identify import identify
-from workbench.identification.prior import Prior
-from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.problem import FrameFreedom, Problem
 from workbench.identification.rows.outlying_rows import Loss
 from workbench.identification.undetermined_combinations import factorise
 from workbench.plate.plate_toml import load_plate

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Dataset, load_robot
 from workbench.base.errors import OptionError
-from workbench.data.dataset import Dataset
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json
 

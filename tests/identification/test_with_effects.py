@@ -8,18 +8,16 @@ import numpy as np
 import pytest
 from refusals import mentions, refuses
 
+from workbench import Dataset, Motion, evaluate, write_toml
 from workbench.arm.effects import EFFECTS
 from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom, Outcome
-from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.errors.expected_error import transfer
-from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
 from workbench.identification.problem import FrameFreedom, Problem
 from workbench.identification.report.parameters import parameter_table

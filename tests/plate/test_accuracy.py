@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.arm.kinematics.forward import identification_jacobian
+from workbench import Motion, identification_jacobian
 from workbench.arm.linearisation import linearise
-from workbench.arm.motion import Motion
 from workbench.plate.observability import INDICES, I
 from workbench.plate.optimality_criterion import criterion_of
 from workbench.plate.predicted_error import position_weight, predicted_error

@@ -9,10 +9,7 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import link_frames
-from workbench.arm.motion import Motion
+from workbench import Frame, Motion, link_frames, load_robot
 from workbench.base import se3
 from workbench.plate.optimiser.capsules import CapsuleArm, capsule_arm
 from workbench.plate.optimiser.clearance import arm_shape

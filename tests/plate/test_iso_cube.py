@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Region, load_robot
 from workbench.plate.poses.iso_cube import MIN_MOVE, _cubes, iso_cube_poses, plane_points
 from workbench.plate.poses.sampling import in_base
-from workbench.plate.region import Region
 
 UNIT = Region(min=np.zeros(3), max=np.ones(3), cube=1.0)
 

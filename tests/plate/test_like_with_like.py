@@ -5,14 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from workbench import DesignRequest, PlateDesign, optimise_plate, write_plate
 from workbench.base.errors import DataError
 from workbench.plate import design
-from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser import optimise
-from workbench.plate.optimiser.optimise import DesignRequest
-from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Kind
-from workbench.plate.plate_toml import write_plate
 from workbench.plate.tolerances import EXACT, PIN_PLAY, Production
 
 OWN = Production(position=5e-5, angle=1e-3, play=(2e-5, 2e-3))

@@ -5,16 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from workbench import (
+    Blocks,
+    Constraints,
+    DesignRequest,
+    Motion,
+    identification_jacobian,
+    link_frames,
+    running,
+    tool_poses,
+)
 from workbench.arm.inverse import solve as inverse
-from workbench.arm.kinematics.forward import identification_jacobian, link_frames, tool_poses
-from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import running
 from workbench.base.types import Outcome
-from workbench.plate.optimiser.constraints import Constraints
-from workbench.plate.optimiser.optimise import DesignRequest, Postures, optimise_plate
-from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle, block_corners, places_of
+from workbench.plate.optimiser.optimise import Postures, optimise_plate
+from workbench.plate.optimiser.target_blocks import BlockStyle, block_corners, places_of
 from workbench.plate.plate import Kind
 from workbench.plate.reach_margin import with_reach_margin
 from workbench.plate.region_poses import plate_region_poses

@@ -111,6 +111,8 @@ def test_round_trip(name, targets, xyz, rpy, sized, tmp_path_factory):
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nq = []\n", "q must be a list of numbers"),
         (REGION + "[target]\nxyz = [0, 0, 1]\n", r"\[\[target\]\]"),
         ("region = {\n", "valid TOML"),
+        (f"a = {'9' * 5000}", "valid TOML"),
+        ("a = " + 1500 * "[", "brackets"),
     ],
 )
 def test_each_mistake_has_its_sentence(tmp_path, text, message):

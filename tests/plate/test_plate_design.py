@@ -5,16 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
+from workbench import (
+    Blocks,
+    DesignRequest,
+    Motion,
+    identification_jacobian,
+    load_robot,
+    optimise_plate,
+    tool_poses,
+    write_plate,
+)
 from workbench.arm.kinematics.skeleton import height_above_floor
-from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.plate.design import NARROW, optimise_plate
-from workbench.plate.optimiser.optimise import DesignRequest
-from workbench.plate.optimiser.target_blocks import Blocks
+from workbench.plate.design import NARROW
 from workbench.plate.plate import Kind
-from workbench.plate.plate_toml import read_plate, write_plate
+from workbench.plate.plate_toml import read_plate
 from workbench.plate.target_readings import MAKERS, anchors_of, contact_rows, linearise_reading, reading_named
 from workbench.session.start import default_circle
 

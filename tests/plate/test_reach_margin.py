@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.inverse.follow import follow_many
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.data.simulation.simulate import LIKELY_ERRORS, virtual_arm
 from workbench.plate.reach_margin import with_reach_margin
 

@@ -5,7 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
 
-from workbench.base.errors import OptionError
+from workbench.arm.frame import Frame
+from workbench.base.errors import DataError, OptionError
+from workbench.plate.poses.sampling import in_base, random_poses
 from workbench.plate.region import Region
 
 
@@ -32,3 +34,14 @@ def test_bad_regions():
         Region(min=np.array([0.0, 0.3, 0.0]), max=np.array([1.0, 0.2, 1.0]))
     with refuses(OptionError, option="cube", found=0.0):
         region(0.0)
+
+
+def test_random_poses_in_a_region_of_a_base_elsewhere(aria):
+    box = Region(min=np.array([0.05, 0.10, 0.15]), max=np.array([0.60, 0.60, 0.45]))
+    turned = aria.with_frames(base=Frame(np.array([5.0, 1.0, 0.0]), np.diag([-1.0, -1.0, 1.0])))
+    q = random_poses(turned, 30, rng=np.random.default_rng(0), region=box)
+    assert box.contains(in_base(turned, q)[:, :3, 3]).all()
+    assert np.array_equal(q, random_poses(aria, 30, rng=np.random.default_rng(0), region=box))
+    far = Region(min=np.full(3, 5.0), max=np.full(3, 6.0))
+    with refuses(DataError, "[5.0, 5.0, 5.0] to [6.0, 6.0, 6.0]", "0 of 12000"):
+        random_poses(aria, 1, rng=np.random.default_rng(0), region=far)

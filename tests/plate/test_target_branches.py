@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench.arm.kinematics.forward import tool_poses
+from workbench import Motion, Target, tool_poses
 from workbench.arm.linearisation import linearise
-from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.plate.observability import INDICES
-from workbench.plate.plate import Kind, Target
+from workbench.plate.plate import Kind
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error
 from workbench.plate.region_poses import _turns, nearby_poses, region_poses

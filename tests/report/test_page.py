@@ -5,14 +5,11 @@ import re
 
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.data.accuracy_requirement import Wanted
-from workbench.diagnosis.diagnose import diagnose
+from workbench import Wanted, diagnose, load_robot, measure_poses
 from workbench.diagnosis.report.page import write_diagnosis
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.identification.identify import identify
 from workbench.identification.report.page import write_identification
-from workbench.plate.simulated_measurement import measure_poses
 from workbench.report.json import plain
 
 

@@ -7,16 +7,11 @@ import numpy as np
 import pytest
 from driven_effects import DRIVEN, driven_file
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Dataset, Motion, evaluate, load_robot, read_measurements, write_measurements
 from workbench.arm.effects.backlash import Backlash
-from workbench.arm.motion import Motion
-from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
-from workbench.data.readers import read_measurements
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.data.writer import write_measurements
-from workbench.identification.evaluate import evaluate
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify

@@ -6,14 +6,9 @@ import numpy as np
 import pytest
 from refusals import mentions
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import write_toml
-from workbench.arm.urdf_writer import write_urdf
+from workbench import Motion, load_robot, tool_poses, write_plate, write_toml, write_urdf
 from workbench.base import se3
 from workbench.plate.optimiser.constraints import is_clear_of
-from workbench.plate.plate_toml import write_plate
 from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, drawn_joints
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget

@@ -3,16 +3,13 @@
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, tool_poses, write_measurements
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.data.readers.mapping import mapping_text, read_mapping, with_column
 from workbench.data.readers.preview import preview
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.data.writer import write_measurements
 from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
@@ -53,9 +50,9 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     assert session.measurements.loaded.virtual
     assert len(session.results.comparison) == 10 + 40
     assert session.results.comparison.calibrated is None
-    session = do(Identify())
+    assert set(do(Identify()).results.identification.runs) == {"ols"}
+    session = do(Identify(("ols", "opt1", "opt2")))
     found = session.results.identification
-    assert set(found.runs) == {"ols", "opt1", "opt2"}
     assert len(found.held_out_data) == 40
     assert found.runs["opt2"].held_out.position_mm.mean < 0.02 * found.nominal.held_out.position_mm.mean
     assert session.playback.focus is Focus.ROW

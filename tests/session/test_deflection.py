@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, link_frames, load_robot, tool_poses
 from workbench.arm.effects import EFFECTS
-from workbench.arm.kinematics.forward import identification_jacobian, link_frames, tool_poses
-from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from workbench.arm.kinematics.skeleton import height_above_floor
-from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import MeasureVirtualArm
@@ -67,17 +64,3 @@ def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
     session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
     assert session.results.identification.runs["opt2"].held_out.position_mm.mean < 0.5
     assert session.results.identification.nominal.held_out.position_mm.mean > 5.0
-
-
-@pytest.mark.parametrize("name", ["aria", "katana450", "panda"])
-def test_first_order_influences_are_those_of_small_deviations(name):
-    robot = load_robot(name)
-    rng = np.random.default_rng(2)
-    q = rng.uniform(*np.clip(robot.limits, -2.0, 2.0).T, (5, robot.dof))
-    exact, names = influence(robot, Motion(q)), robot.default_free
-    deviations = [
-        ANGLE if robot.chain.elements[i].axis.turns else LENGTH_DEVIATION for i in robot.chain.indices(names)
-    ]
-    quick = np.linalg.norm(identification_jacobian(robot, Motion(q), names)[1][:, :3], axis=1) * deviations
-    assert names == exact.names
-    assert np.allclose(quick, exact.distances, rtol=1e-3, atol=1e-9)

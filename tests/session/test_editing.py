@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, tool_poses, write_plate
 from workbench.base import se3
-from workbench.plate.plate_toml import read_plate, write_plate
+from workbench.plate.plate_toml import read_plate
 from workbench.plate.predicted_error import predicted_error
 from workbench.session import replay
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 from refusals import mentions
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.data.writer import write_measurements
+from workbench import load_robot, measure_poses, write_measurements
 from workbench.identification.checks.arm_match import arm_match
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json
-from workbench.plate.simulated_measurement import measure_poses
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.identify import Identify

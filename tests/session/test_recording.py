@@ -165,32 +165,24 @@ def test_a_branch_leaves_the_first_session_alone(record, whole, tmp_path):
         read_recording(folder, to=99)
 
 
-def test_a_torn_last_line_is_left_out_said_and_written_over(record, first):
-    run = record()
-    run(*moves(first))
-    run.worker.close()
-    path = run.folder / JOURNAL
-    path.write_bytes(path.read_bytes()[:-40])
-    recording = read_recording(run.folder)
-    assert len(recording.lines) == 2
-    assert "incomplete" in recording.notes[0]
-    again = record(resume(recording, replay(recording.first, recording.entries)))
-    again(SelectTarget(1))
-    again.worker.close()
-    assert [type(e.command) for e in read_recording(run.folder).entries[-2:]] == [DropTarget, SelectTarget]
-
-
-def test_a_last_line_that_power_was_lost_in_is_left_out(record):
+@pytest.mark.parametrize(
+    "spoil",
+    [lambda content: content[:-40], lambda content: content[:-200] + bytes(199) + b"\n"],
+    ids=["torn", "power lost"],
+)
+def test_a_last_line_that_is_not_whole_is_left_out_said_and_written_over(record, spoil):
     run = record()
     run(SelectTarget(1), SelectTarget(2))
     run.worker.close()
     path = run.folder / JOURNAL
-    content = path.read_bytes()
-    path.write_bytes(content[:-200] + bytes(199) + b"\n")
+    path.write_bytes(spoil(path.read_bytes()))
     recording = read_recording(run.folder)
     assert len(recording.lines) == 1
     assert "incomplete" in recording.notes[0]
-    assert recording.length == content.index(b"\n", content.index(b"\n") + 1) + 1
+    again = record(resume(recording, replay(recording.first, recording.entries)))
+    again(SelectTarget(3))
+    again.worker.close()
+    assert [e.command for e in read_recording(run.folder).entries] == [SelectTarget(1), SelectTarget(3)]
 
 
 def test_a_line_that_changed_since_is_never_replayed(whole, tmp_path):
@@ -274,22 +266,6 @@ def test_every_line_but_the_places_of_a_drag_is_on_the_disk(record, first, monke
     assert len(synced) == len(run.lines) - 1
     run(SelectTarget(1))
     assert len(synced) == len(run.lines) - 1
-
-
-def test_a_drag_that_was_cut_off_is_let_go(record, first):
-    """Whoever held the target is gone: others can drag again, and a replay knows of it."""
-    run = record()
-    run(*list(moves(first))[:-1])
-    run.worker.close()
-    recording = read_recording(run.folder)
-    session = replay(recording.first, recording.entries)
-    assert session.drag is not None
-    again = record(resume(recording, session))
-    assert again(GrabTarget(4, 7)).drag.client == 7
-    again.worker.close()
-    whole = read_recording(run.folder)
-    assert [e.command for e in whole.entries[-2:]] == [DropTarget(1), GrabTarget(4, 7)]
-    assert check(whole).differences == ()
 
 
 def resealed(line: bytes) -> bytes:
@@ -594,7 +570,7 @@ for k in itertools.count():
         y = worker.session.plate.targets[k % 10].xyz[1]
         print(len(worker.journal), k % 10, y, flush=True)
 """
-KILLS = int(os.environ.get("KILLS", 2))
+KILLS = int(os.environ.get("KILLS", 1))
 """How many there are; `KILLS=200` takes some minutes."""
 
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench import Motion, tool_poses
 from workbench.arm.inverse import solve as inverse
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.progress import cancelled
 from workbench.plate.predicted_error import predicted_error

@@ -8,11 +8,8 @@ from gear_sag import GearSag
 from refusals import mentions
 
 from recordings import Run, rewrite
-from workbench.arm.built_in_arms import load_robot
-from workbench.data.writer import write_measurements
-from workbench.parts import Parts, register
+from workbench import Parts, load_robot, measure_poses, register, write_measurements
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.simulated_measurement import measure_poses
 from workbench.session.command import UnknownCommand
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose

@@ -7,9 +7,8 @@ from functools import partial
 import numpy as np
 from refusals import mentions
 
+from workbench import DesignRequest, optimise_plate
 from workbench.arm.inverse.branch import margins
-from workbench.plate.design import optimise_plate
-from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import FoundPlate, ImprovePlate
 from workbench.session.page_state import Severity

@@ -7,14 +7,10 @@ import pytest
 from direct_commands import done
 from refusals import mentions
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.data.accuracy_requirement import Wanted
+from workbench import Wanted, load_robot, measure_poses, write_measurements, write_plate
 from workbench.data.prediction import RowComponents
-from workbench.data.writer import write_measurements
 from workbench.identification.errors.pass_or_fail import judge
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.plate_toml import write_plate
-from workbench.plate.simulated_measurement import measure_poses
 from workbench.session import start
 from workbench.session.commands.arm import LoadModel
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm

@@ -2,7 +2,7 @@
 
 Every arm has its own hidden manufacturing errors (5 mm, 5°, §2.4). It is measured at ten poses of each kind
 and identified by OLS, OPT1 and OPT2. Judged are the errors at the ten poses themselves, as the paper does,
-and, which the paper does not, those at poses that were not measured: in the region and anywhere.
+and, which the paper does not, those at poses of the region that were not measured.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.progress import cancelled, progress, running
 from workbench.data.dataset import Dataset
-from workbench.data.prediction import RowComponents, row_components
+from workbench.data.prediction import row_components
 from workbench.data.simulation.instruments import Instrument
 from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
 from workbench.identification.algorithms import ALGORITHMS
@@ -39,14 +39,12 @@ class Acquisition:
     """Ten poses at which an arm is measured.
 
     Args:
-        name: Short name for files and JSON.
         title: For people.
         q: Joint positions of the nominal arm [rad or m].
         imposed: Poses of the tool that a calibration tool imposes, in the robot's base; None where the arm
             goes to the joint positions and an instrument measures it there.
     """
 
-    name: str
     title: str
     q: Float[np.ndarray, "poses n"]
     imposed: Float[np.ndarray, "poses 4 4"] | None = None
@@ -69,9 +67,6 @@ class Comparison:
             them.
         own_rotation: Greatest entry of e_ρ there [rad].
         region: Mean position error at poses in the region that were not measured [m].
-        region_rotation: Mean orientation error there [rad].
-        anywhere: Mean position error at poses all over the joint space [m].
-        example: Errors entry by entry of the first arm, for each column.
     """
 
     acquisition: Acquisition
@@ -79,9 +74,6 @@ class Comparison:
     own_position: Float[np.ndarray, "arms columns"]
     own_rotation: Float[np.ndarray, "arms columns"]
     region: Float[np.ndarray, "arms columns"]
-    region_rotation: Float[np.ndarray, "arms columns"]
-    anywhere: Float[np.ndarray, "arms columns"]
-    example: tuple[RowComponents, ...]
 
     @property
     def reached(self) -> int:
@@ -95,27 +87,18 @@ class Comparison:
         return float(ok.all(1).mean()) if done.any() else float("nan")
 
 
-@dataclass(frozen=True, eq=False)
-class Judges:
-    """Poses at which identified arms are judged [rad or m]."""
-
-    region: Float[np.ndarray, "rows n"]
-    anywhere: Float[np.ndarray, "others n"]
-
-
 def compare_acquisitions(
     robot: Robot,
     acquisitions: Sequence[Acquisition],
     instrument: Instrument,
-    judges: Judges,
+    judges: Float[np.ndarray, "rows n"],
     *,
     arms: int,
     seed: int = 0,
 ) -> tuple[Comparison, ...]:
     """Measure and identify many virtual arms in every way; the same arms for all."""
     shape = (arms, len(acquisitions), len(TITLES))
-    tables = {name: np.full(shape, np.nan) for name in ("own_p", "own_r", "region", "turn", "anywhere")}
-    examples: list[tuple[RowComponents, ...]] = [()] * len(acquisitions)
+    tables = {name: np.full(shape, np.nan) for name in ("own_p", "own_r", "region")}
     for arm in range(arms):
         if cancelled():
             break
@@ -130,12 +113,9 @@ def compare_acquisitions(
             with running():  # an arm is done or not
                 models = identified(robot, rows)
             components = tuple(row_components(model, rows) for model in models)
-            examples[k] = examples[k] or components
             tables["own_p"][arm, k] = [np.abs(c.position).max() for c in components]
             tables["own_r"][arm, k] = [np.abs(c.rotation).max() for c in components]
-            region = [mean_errors(actual, model, judges.region) for model in models]
-            tables["region"][arm, k], tables["turn"][arm, k] = np.array(region).T
-            tables["anywhere"][arm, k] = [mean_errors(actual, m, judges.anywhere)[0] for m in models]
+            tables["region"][arm, k] = [mean_errors(actual, model, judges)[0] for model in models]
     return tuple(
         Comparison(
             acquisition=acquisition,
@@ -143,9 +123,6 @@ def compare_acquisitions(
             own_position=tables["own_p"][:, k],
             own_rotation=tables["own_r"][:, k],
             region=tables["region"][:, k],
-            region_rotation=tables["turn"][:, k],
-            anywhere=tables["anywhere"][:, k],
-            example=examples[k],
         )
         for k, acquisition in enumerate(acquisitions)
     )

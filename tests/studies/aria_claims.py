@@ -7,7 +7,7 @@ from studies.aria_arms import Comparison
 from studies.finding import Finding, between, judged, without
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
-from workbench.extras.poses.clustering.search import Clustering
+from workbench.extras.poses.clustering import Clustering
 from workbench.plate.plate import Plate
 from workbench.plate.target_branches import plate_solutions, single_branches
 
@@ -118,5 +118,5 @@ def _fig_7() -> Finding:
         "Fig. 7",
         "heights of the plotted errors",
         "axes without readable numbers",
-        "the text gives no numbers; ours are in the pictures and in the JSON",
+        "the text gives no numbers",
     )

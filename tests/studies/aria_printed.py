@@ -25,8 +25,6 @@ RADIUS = _SIZES["radius"]
 """Radius of the circle of targets [m]."""
 REQUIRED_ANGLE, REQUIRED_POSITION = _SIZES["required_angle"], _SIZES["required_position"]
 """Greatest orientation error [deg] and position error of an axis [m], §2.4."""
-MADE_LENGTH, MADE_ANGLE = _SIZES["made_length"], _SIZES["made_angle"]
-"""Greatest manufacturing errors, §2.4 [m], [deg]."""
 MEASURED_POSITION, MEASURED_ANGLE = _SIZES["measured_position"], _SIZES["measured_angle"]
 """Errors of the real arm after calibration, §5.3 [mm], [deg]."""
 

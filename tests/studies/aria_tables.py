@@ -6,16 +6,13 @@ from jaxtyping import Float
 from studies import aria_printed as printed
 from studies.aria_arms import TITLES, Acquisition, identified, mean_errors
 from studies.finding import Finding, between, checked, judged, without
-from studies.output import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import identification_jacobian, link_frames, tool_poses
-from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.data.accuracy_requirement import Requirement
-from workbench.data.prediction import RowComponents, row_components
+from workbench.data.prediction import row_components
 from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.plate.observability import O
 from workbench.plate.plate import Plate
 from workbench.plate.target_branches import plate_solutions
 
@@ -79,7 +76,7 @@ def jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> tuple[Finding, ...
     return tuple(findings)
 
 
-def tool(robot: Robot, plate: Plate, q: Float[np.ndarray, "targets n"]) -> tuple[tuple[Finding, ...], Sheet]:
+def tool(robot: Robot, plate: Plate, q: Float[np.ndarray, "targets n"]) -> tuple[Finding, ...]:
     """Table 2, target by target: its poses, its branches, O of each."""
     places, angles = plate.poses[:, :3, 3], np.rad2deg(np.stack([t.rpy for t in plate.targets]))
     gap = np.abs(np.concatenate([places, angles], 1) - printed.TABLE_2).max()
@@ -90,9 +87,8 @@ def tool(robot: Robot, plate: Plate, q: Float[np.ndarray, "targets n"]) -> tuple
     off = np.linalg.norm(places[:, :2] - even, axis=1).max()
     solutions = plate_solutions(robot, plate)
     counts = [len(s) for s in solutions]
-    o = O().per_pose(linearise(robot, q))
     reached = np.abs(tool_poses(robot, Motion(q)) - robot.base.pose @ plate.poses).max()
-    findings = (
+    return (
         checked("Table 2", "ten poses", "10 × (X Y Z, X Y Z)", f"apart by {gap:.1g}", gap < 1e-9,
                 "copied into the built-in plate"),
         checked(
@@ -113,17 +109,9 @@ def tool(robot: Robot, plate: Plate, q: Float[np.ndarray, "targets n"]) -> tuple
             f"{between(min(counts), max(counts))} ways each", min(counts) > 0 and reached < 1e-8,
         ),
     )  # fmt: skip
-    rows = tuple(
-        (str(k + 1), *(f"{v:.3f}" for v in printed.TABLE_2[k, :3]),
-         *(f"{v:.0f}" for v in printed.TABLE_2[k, 3:]), str(counts[k]), f"{o[k]:.4f}")
-        for k in range(10)
-    )  # fmt: skip
-    headings = ("l", "X [m]", "Y [m]", "Z [m]", "X [°]", "Y [°]", "Z [°]", "ways", "O, eq. (17)")
-    note = "O in the branch that all targets share with the greatest margin to the joint limits."
-    return findings, Sheet("Table 2: calibration tool", headings, rows, note)
 
 
-def virtual_example(robot: Robot, tool: Acquisition) -> tuple[tuple[Finding, ...], Sheet]:
+def virtual_example(robot: Robot, tool: Acquisition) -> tuple[Finding, ...]:
     """Table 3: the same hidden errors, found again from Table 2's targets without noise."""
     actual = robot.with_values(printed.TABLE_3_HIDDEN)
     rows = tool.measure(actual, INSTRUMENTS["ideal"], np.random.default_rng(0))
@@ -158,12 +146,10 @@ def virtual_example(robot: Robot, tool: Acquisition) -> tuple[tuple[Finding, ...
         findings.append(
             judged("§4.1.3", f"{title}: apart from the hidden constants", "–", f"{gap:.0e}", gap < 1e-6)
         )
-    return tuple(findings), constants_sheet("Table 3: a virtual arm (OLS)", robot, names, texts, ours)
+    return tuple(findings)
 
 
-def real_example(
-    robot: Robot, tool: Acquisition
-) -> tuple[tuple[Finding, ...], Sheet, tuple[RowComponents, ...]]:
+def real_example(robot: Robot, tool: Acquisition) -> tuple[Finding, ...]:
     """Table 4 and §5: what a virtual arm with the identified constants says about the printed errors."""
     texts = printed.named(printed.TABLE_4)
     names = tuple(texts)
@@ -185,7 +171,7 @@ def real_example(
     errors = tuple(row_components(model, seen) for model in identified(robot, seen))
     left, turned = (np.linalg.norm(part, axis=1).mean() for part in (errors[1].position, errors[1].rotation))
     virtual = f"{alone}; a virtual arm with Table 4's constants alone and a plate's noise"
-    findings = (
+    return (
         without("Table 4", "24 constants of the real arm", "see the table", alone),
         judged("§2.4", "greatest displacement of an axis [mm]", "up to 5", f"{far:.1f} ({farthest})",
                far <= 5.0, "of Table 4; the probe of §5.1 may count with the last link"),
@@ -201,15 +187,3 @@ def real_example(
                printed.MEASURED_POSITION < 1e3 * printed.REQUIRED_POSITION
                and printed.MEASURED_ANGLE < printed.REQUIRED_ANGLE),
     )  # fmt: skip
-    return findings, constants_sheet("Table 4: the real arm (OLS)", robot, names, texts, None), errors
-
-
-def constants_sheet(
-    title: str, robot: Robot, names: tuple[str, ...], texts: dict[str, str], ours: np.ndarray | None
-) -> Sheet:
-    """Constants one by one: nominal, as printed, ours."""
-    rows = tuple(
-        (name, f"{value:.5g}", texts[name], "–" if ours is None else f"{ours[k]:.6g}")
-        for k, (name, value) in enumerate(zip(names, robot.values(names), strict=True))
-    )
-    return Sheet(title, ("constant [rad, m]", "nominal", "printed", "here"), rows)

@@ -1,8 +1,9 @@
 """Findings: a printed number or statement beside what comes out here, and why they differ if they do."""
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from rich import box
@@ -83,10 +84,22 @@ def without(where: str, what: str, printed: str, reason: str) -> Finding:
     return Finding(where=where, what=what, printed=printed, here="–", verdict=Verdict.NONE, reason=reason)
 
 
-def verdicts(findings: tuple[Finding, ...]) -> dict[str, int]:
-    """How many findings have each verdict."""
+def findings_json(work: str, findings: tuple[Finding, ...]) -> dict[str, Any]:
+    """Every finding of a work, and how many have each verdict."""
     counts = Counter(finding.verdict for finding in findings)
-    return {str(verdict): counts[verdict] for verdict in Verdict}
+    return {
+        "schema": "workbench.reproduction/1",
+        "work": work,
+        "verdicts": {str(verdict): counts[verdict] for verdict in Verdict},
+        "findings": [asdict(finding) for finding in findings],
+    }
+
+
+def findings_markdown(findings: tuple[Finding, ...]) -> str:
+    """The findings as a table of text."""
+    heads = ("where", "what", "printed", "here", "verdict", "why")
+    lines = (heads, ("---",) * len(heads), *(asdict(finding).values() for finding in findings))
+    return "\n".join(" | ".join(str(cell).replace("|", "∣") for cell in line) for line in lines) + "\n"
 
 
 def findings_table(findings: tuple[Finding, ...]) -> RenderableType:

@@ -2,7 +2,6 @@
 
     found = reproduce_katana(arms=40)
     found.findings          # printed and ours, one by one
-    katana_output(found).write("katana")
 
 Numbers that come from the real arm alone have no counterpart; each is listed with a reason.
 """
@@ -18,12 +17,11 @@ from studies import katana_tables as tables
 from studies.finding import Finding
 from studies.influence_study import InfluenceStudy, influence_study
 from studies.katana_diagnosed import Diagnosed, diagnosed_arms, diagnosis
-from studies.katana_experiment import Experiments, experiment_findings, experiment_sheet, experiments
+from studies.katana_experiment import Experiments, experiment_findings, experiments
 from studies.katana_pencil import PencilCheck, pencil_check, pencil_finding
 from studies.katana_study import AS_BAD, EACH_DIRECTION, EACH_SIDE, KatanaStudy, katana_study
 from studies.katana_tracking import TrackingStudy, tracking_study
 from studies.katana_tracking_claims import tracking_findings
-from studies.output import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.katana_influence import Influence, influence
 from workbench.arm.motion import Motion
@@ -53,10 +51,7 @@ class KatanaReproduction:
     with arms that begin as badly as the thesis's.
     """
 
-    arms: int
-    seed: int
     findings: tuple[Finding, ...]
-    sheets: tuple[Sheet, ...]
     once: KatanaStudy
     twice: KatanaStudy
     as_bad: KatanaStudy
@@ -98,12 +93,9 @@ def reproduce_katana(
     cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
     pencil = pencil_check(tracking.paths[0], seed=seed)
     influences = influence(robot, Motion(cube.q), names=printed.CONSTANTS)
-    errors, sheets = _errors(once, twice, as_bad, named, cube)
     return KatanaReproduction(
-        arms=len(once.held_out),
-        seed=seed,
         findings=(
-            *errors,
+            *_errors(once, twice, as_bad, named, cube),
             *claims.weights_compared(weights),
             *experiment_findings(read),
             *tracking_findings(tracking),
@@ -113,7 +105,6 @@ def reproduce_katana(
             *setup.influences(influences, cube),
             *setup.redundant(),
         ),
-        sheets=(*sheets, experiment_sheet(read)),
         once=once,
         twice=twice,
         as_bad=as_bad,
@@ -129,19 +120,15 @@ def reproduce_katana(
 
 def _errors(
     once: KatanaStudy, twice: KatanaStudy, as_bad: KatanaStudy, named: Diagnosed, cube: CubePoses
-) -> tuple[tuple[Finding, ...], tuple[Sheet, ...]]:
+) -> tuple[Finding, ...]:
     """Chapters 3 and 4: what calibration leaves."""
-    means, sheet_3_4 = tables.table_3_4(once)
-    ranges, sheets_4_5 = tables.table_4_5(once)
-    points, sheet_4_6 = tables.table_4_6(once)
-    findings = (
+    return (
         *claims.reductions(once),
         *claims.reductions_from_as_bad(as_bad),
         diagnosis(named),
         claims.two_readings(once, twice),
-        *means,
-        *ranges,
-        *points,
+        *tables.table_3_4(once),
+        *tables.table_4_5(once),
+        *tables.table_4_6(once),
         *claims.contradictions(cube.q),
     )
-    return findings, (tables.tables_3_2_3_3(once), sheet_3_4, *sheets_4_5, sheet_4_6)

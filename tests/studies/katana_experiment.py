@@ -9,10 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from studies import katana_printed as printed
 from studies.finding import Finding, judged
 from studies.katana_study import LOADED
-from studies.output import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.base.progress import progress, running
 from workbench.extras.katana.load_test.experiment import run_load_test
@@ -22,7 +20,6 @@ ADDED = 2.0
 KINDS = ("clearance", "backlash", "stiffness")
 WITHIN = (0.05, 0.05, 0.10)
 """Relative errors of the three that are asked of joints 2 to 5."""
-TABLES = (printed.CLEARANCE, printed.BACKLASH, printed.STIFFNESS)
 
 
 class Experiments(NamedTuple):
@@ -60,29 +57,3 @@ def experiment_findings(found: Experiments) -> tuple[Finding, ...]:
             )
         )  # fmt: skip
     return tuple(findings)
-
-
-def experiment_sheet(found: Experiments) -> Sheet:
-    """Tables 4.3 and 4.4 as printed, and the error with which such sizes are found."""
-    scales = (np.rad2deg(1.0), np.rad2deg(1.0), 1.0 / printed.KILOGRAM_METRE_PER_DEGREE)
-    worst = 100.0 * np.abs(found.errors).max(axis=0)
-    rows = tuple(
-        (
-            str(joint + 1),
-            *(f"{table[joint] * scale:.3g}" for table, scale in zip(TABLES, scales, strict=True)),
-            f"{printed.STIFFNESS[joint]:.0f}",
-            *(f"{value:.1f}" for value in worst[joint]),
-        )
-        for joint in range(5)
-    )
-    return Sheet(
-        "Tables 4.3 and 4.4: the joints",
-        (
-            "joint",
-            *("printed clearance [°]", "backlash [°]", "k [kg·m/°]", "k [N m/rad]"),
-            *(f"{kind}, found within [%]" for kind in KINDS),
-        ),
-        rows,
-        f"Here: greatest relative error over {len(found.errors)} virtual arms with such sizes, joint 1 by "
-        "side pulls at the tool.",
-    )

@@ -16,6 +16,7 @@ The sixth joint is inactive and carries the link with the targets.
 from dataclasses import dataclass
 
 import numpy as np
+from generator import four, move, rotation, turn
 from jaxtyping import Float
 
 from studies import katana_printed as printed
@@ -88,13 +89,13 @@ class VirtualKatana:
         here = np.tile(np.eye(4), (len(q), 1, 1))
         before, links = [], []
         for joint, (alpha, a, beta, theta, d) in enumerate(self.table):
-            here = here @ turn(0, alpha) @ turn(1, beta) @ shift(0, a) @ shift(2, d)
+            here = here @ turn("x", alpha) @ turn("y", beta) @ move("x", a) @ move("z", d)
             if joint < 5:
                 before.append(here)
                 angle = q[:, joint] + theta + self._remainder(joint, q[:, joint])
-                here = here @ screw(tilt[:, joint]) @ turn(2, angle)
+                here = here @ four(rotation(tilt[:, joint])) @ turn("z", angle)
             else:
-                here = here @ turn(2, theta)
+                here = here @ turn("z", theta)
             links.append(here)
         return np.stack(before, 1), np.stack(links, 1)
 
@@ -137,30 +138,3 @@ def draw_arm(rng: np.random.Generator, *, play: float, remainder: float, share: 
         stiffness=printed.STIFFNESS,
         waves=size * rng.standard_normal((5, len(ORDERS), 2)),
     )
-
-
-def turn(axis: int, angle: float | np.ndarray) -> np.ndarray:
-    """Rotation about x, y or z (0, 1, 2) as 4×4 matrices, one for each angle [rad]."""
-    return screw(np.multiply.outer(np.asarray(angle, float), np.eye(3)[axis]))
-
-
-def shift(axis: int, length: float) -> Float[np.ndarray, "4 4"]:
-    """Translation along x, y or z (0, 1, 2) [m]."""
-    out = np.eye(4)
-    out[axis, 3] = length
-    return out
-
-
-def screw(vector: np.ndarray) -> np.ndarray:
-    """Rotations about and by vectors (…, 3) [rad] as 4×4 matrices, by Rodrigues' formula."""
-    angle = np.linalg.norm(vector, axis=-1)[..., None, None]
-    x, y, z = np.moveaxis(vector, -1, 0)
-    o = np.zeros_like(x)
-    cross = np.stack([np.stack(row, -1) for row in ((o, -z, y), (z, o, -x), (-y, x, o))], -2)
-    safe = np.where(angle > 0.0, angle, 1.0)
-    out = np.zeros((*vector.shape[:-1], 4, 4))
-    out[..., 3, 3] = 1.0
-    out[..., :3, :3] = (
-        np.eye(3) + np.sin(angle) / safe * cross + (1.0 - np.cos(angle)) / safe**2 * cross @ cross
-    )
-    return out

@@ -15,20 +15,20 @@ from studies.finding import Finding, judged
 from studies.katana_generator import VirtualKatana, draw_arm
 from studies.katana_study import EACH_DIRECTION, REMAINDER, read_tilting
 from studies.katana_tracking import ROWS, SAMPLES, drawing_katana, identified, reached
-from workbench.arm.kinematics.forward import geometric_jacobian
+from studies.pencil_scan import draw, scan
+from workbench.arm.frame import Frame
+from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows, Poses, Positions
-from workbench.extras.katana.pencil import draw, plotted_errors, plotted_profile, scan
+from workbench.extras.katana.pencil import plotted_errors, plotted_profile
 from workbench.extras.trajectories.compensation import CorrectionMethod
 from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.curves import Circle, circle_through
 from workbench.extras.trajectories.path import command_joints
 from workbench.extras.trajectories.planning import Planned, plan
-from workbench.extras.trajectories.trajectory_files import taught_circle
 
-METHODS = ("as it comes", "circle taught at its four points", "tilting first")
-"""How the arm draws."""
 DOTS = 200.0
 """Of the scan, to an inch."""
 BY_HAND = 1e-4
@@ -39,15 +39,13 @@ LED = 12
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PencilCheck:
-    """Distances from the printed circle by `METHODS`, across the path.
+    """Distances from the printed circle across the path: as it comes, taught at its four points, corrected.
 
     Args:
-        time: Of every row [s].
         read: From the scan and the potentiometer [mm].
         actual: Of the virtual arm [mm].
     """
 
-    time: Float[np.ndarray, " rows"]
     read: Float[np.ndarray, "3 rows"]
     actual: Float[np.ndarray, "3 rows"]
 
@@ -60,12 +58,14 @@ def pencil_check(path: Planned, *, seed: int = 0) -> PencilCheck:
     samples = path.q[np.linspace(0, ROWS - 1, SAMPLES, endpoint=False).astype(int)]
     calibrated = identified(model, actual, samples, rng)
     command = command_joints(calibrated, robot, path.q, positions_only=True)
-    taught = taught_circle(robot, led_by_hand(actual, robot, path, rng))
+    believed = robot.with_effects().with_frames(base=Frame())
+    points = tool_poses(believed, Motion(led_by_hand(actual, robot, path, rng)))[:, :3, 3]
+    taught = circle_through(points)
     again = plan(robot, taught, duration=float(path.time[-1]), rows=ROWS, axis=path.axis)
     drawn = ((path, path.q), (again, again.q), (path, correct(command, method=CorrectionMethod.ONE_STEP).q))
     pairs = [_checked(circle, planned, in_base(actual, robot, q), rng) for planned, q in drawn]
     read, real = (np.array(part) for part in zip(*pairs, strict=True))
-    return PencilCheck(time=path.time, read=read, actual=real)
+    return PencilCheck(read=read, actual=real)
 
 
 def led_by_hand(

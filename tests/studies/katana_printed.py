@@ -32,10 +32,8 @@ BETTER: float = _PRINTED["table_3_4"]["better"]
 """By how much the influence-based way is said to be better [%]."""
 TABLE_4_5 = frozen(np.array([_PRINTED["table_4_5"][name] for name in ("least", "greatest", "mean")]))
 """Least, greatest and mean over 118 poses: before, conventional, with tilting."""
-TABLE_4_6 = frozen(np.array(_PRINTED["table_4_6"]["points"]))
-"""|ΔP| at ten uncalibrated points [mm]: before, conventional, with tilting."""
 TABLE_4_6_MEANS: tuple[float, ...] = tuple(_PRINTED["table_4_6"]["means"])
-"""Their means [mm]."""
+"""Mean |ΔP| of ten uncalibrated points [mm]: before, conventional, with tilting."""
 
 CLEARANCE, BACKLASH = (frozen(np.deg2rad(_PRINTED["joints"][name])) for name in ("clearance", "backlash"))
 """Table 4.3: angle by which each joint tilts in its clearance, and its backlash [rad]."""

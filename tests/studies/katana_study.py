@@ -62,14 +62,12 @@ class Method(NamedTuple):
     """A way of identifying an arm.
 
     Args:
-        title: For people.
         algorithm: How the constants are searched.
         three: Whether in the three-rotation form instead of Craig's and Hayati's.
         tilting: Whether the joints' tilting is modelled.
         found: Whether it is found from the poses, too.
     """
 
-    title: str
     algorithm: AbstractIdentifier
     three: bool = False
     tilting: bool = False
@@ -77,17 +75,15 @@ class Method(NamedTuple):
 
 
 METHODS = (
-    Method("simultaneous (3.6)", InfluenceBased(weighted=False)),
-    Method("influence based (3.7, 3.8)", InfluenceBased()),
-    Method("least squares", Ols()),
-    Method("conventional (4.22)", Ols(), three=True),
-    Method("tilting first (4.20)", Ols(), three=True, tilting=True),
-    Method("together", Ols(), three=True, tilting=True, found=True),
+    Method(InfluenceBased(weighted=False)),  # simultaneous (3.6)
+    Method(InfluenceBased()),  # influence based (3.7, 3.8)
+    Method(Ols()),  # least squares
+    Method(Ols(), three=True),  # conventional (4.22)
+    Method(Ols(), three=True, tilting=True),  # tilting first (4.20)
+    Method(Ols(), three=True, tilting=True, found=True),  # together
 )
-TITLES = ("before", *(method.title for method in METHODS))
-"""Columns of all results: the nominal arm, then the ways."""
 BEFORE, SIMULTANEOUS, INFLUENCE, SQUARES, CONVENTIONAL, FIRST, TOGETHER = range(7)
-"""Their places."""
+"""Columns of all results: the nominal arm, then the ways."""
 
 
 class Spread(NamedTuple):
@@ -109,28 +105,18 @@ def spread(values: Float[np.ndarray, " arms"]) -> Spread:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class KatanaStudy:
-    """Errors of many arms, each arm's columns as in `TITLES`.
+    """Errors of many arms, each by the nominal arm and all ways.
 
     Args:
-        play: Share of the printed play to each side.
-        share: Size of the constants' errors, as a multiple of Table 3.2's.
         measured: Least, greatest and mean of ΔX, ΔY, ΔZ, ΔP [mm], ΔΦ, Δθ, ΔΨ [°], without sign, over the
             measured poses.
         ten: |ΔP| at ten uncalibrated points [mm].
         held_out: Mean |ΔP| at 118 poses that took no part [mm].
-        turned: Mean orientation error there, as one angle [°].
-        errors: Of the arm's 17 constants [rad, m].
-        constants: By how much the first three ways miss them.
     """
 
-    play: float
-    share: float
     measured: Float[np.ndarray, "arms columns 3 7"]
     ten: Float[np.ndarray, "arms columns points"]
     held_out: Float[np.ndarray, "arms columns"]
-    turned: Float[np.ndarray, "arms columns"]
-    errors: Float[np.ndarray, "arms 17"]
-    constants: Float[np.ndarray, "arms 3 17"]
 
     def reduction(self, before: int, after: int) -> Spread:
         """How many times smaller the error at held-out poses is after one way than after another."""
@@ -157,17 +143,8 @@ def katana_study(
         with running():  # an arm is done or not
             rows.append(_calibrated(measured_arm, craig, three.with_effects(*read_tilting(rng, play))))
         progress((arm + 1) / arms, "arms calibrated in every way")
-    measured, ten, held_out, turned, errors, constants = (np.array(part) for part in zip(*rows, strict=True))
-    return KatanaStudy(
-        play=play,
-        share=share,
-        measured=measured,
-        ten=ten,
-        held_out=held_out,
-        turned=turned,
-        errors=errors,
-        constants=constants,
-    )
+    measured, ten, held_out = (np.array(part) for part in zip(*rows, strict=True))
+    return KatanaStudy(measured=measured, ten=ten, held_out=held_out)
 
 
 class MeasuredArm(NamedTuple):
@@ -229,25 +206,18 @@ def read_tilting(rng: np.random.Generator, play: float) -> tuple[ClearanceTilt, 
 def _calibrated(arm: MeasuredArm, craig: Robot, tilting: Robot) -> tuple[np.ndarray, ...]:
     """Errors of one arm by all columns, in the order of `KatanaStudy`."""
     q, real = arm.q, arm.real
-    models, constants = [craig], []
+    models = [craig]
     for method in METHODS:
         robot = craig if not method.three else tilting if method.tilting else tilting.with_effects()
         problem = _problem(robot, q[:POSES], arm.seen[:, :3, 3], method)
         models.append(problem.robot_at(method.algorithm.search(problem).x))
-        if not method.three:
-            found = models[-1].values(printed.CONSTANTS) - craig.values(printed.CONSTANTS)
-            constants.append(found - arm.actual.errors)
     distance = np.array([differences(tool_poses(m, Motion(q)), real) for m in models])
     measured = distance[:, :POSES]
-    turns = [np.linalg.norm(se3.pose_error(real, tool_poses(m, Motion(q)))[:, 3:], axis=1) for m in models]
     ten, held = slice(POSES, POSES + TEN), slice(POSES + TEN, None)
     return (
         np.stack([measured.min(axis=1), measured.max(axis=1), measured.mean(axis=1)], axis=1),
         distance[:, ten, 3],
         distance[:, held, 3].mean(axis=1),
-        np.rad2deg(np.array(turns)[:, held].mean(axis=1)),
-        arm.actual.errors,
-        np.array(constants),
     )
 
 

@@ -4,18 +4,7 @@ import numpy as np
 
 from studies import katana_printed as printed
 from studies.finding import Finding, judged, without
-from studies.katana_study import (
-    BEFORE,
-    CONVENTIONAL,
-    FIRST,
-    INFLUENCE,
-    SIMULTANEOUS,
-    SQUARES,
-    TITLES,
-    KatanaStudy,
-    spread,
-)
-from studies.output import Sheet
+from studies.katana_study import BEFORE, CONVENTIONAL, FIRST, INFLUENCE, SIMULTANEOUS, KatanaStudy, spread
 
 MIN, MAX, MEAN = range(3)
 DISTANCE = 3
@@ -51,9 +40,9 @@ MAX_REASON = (
 )
 
 
-def table_3_4(study: KatanaStudy) -> tuple[tuple[Finding, ...], Sheet]:
+def table_3_4(study: KatanaStudy) -> tuple[Finding, ...]:
     """Averages over the 118 poses: before, simultaneous, influence based."""
-    means = study.measured[:, [BEFORE, SIMULTANEOUS, INFLUENCE, SQUARES], MEAN]
+    means = study.measured[:, [BEFORE, SIMULTANEOUS, INFLUENCE], MEAN]
     findings = [
         _compared("Tables 3.4, 4.5", f"before: mean {name}", printed.TABLE_3_4[row, 0], means[:, 0, row],
                   AXIS_REASON if row < 3 else BEFORE_REASON)
@@ -68,10 +57,10 @@ def table_3_4(study: KatanaStudy) -> tuple[tuple[Finding, ...], Sheet]:
             for row, name in enumerate(printed.COMPONENTS[:POSITIONS])
         ]  # fmt: skip
         findings += _angles("Table 3.4", title, printed.TABLE_3_4[POSITIONS:, column])
-    return tuple(findings), _means_sheet("Table 3.4: averages over 118 poses", printed.TABLE_3_4, means)
+    return tuple(findings)
 
 
-def table_4_5(study: KatanaStudy) -> tuple[tuple[Finding, ...], tuple[Sheet, ...]]:
+def table_4_5(study: KatanaStudy) -> tuple[Finding, ...]:
     """Least, greatest and mean over the 118 poses: before, conventional, with tilting."""
     ours = study.measured[:, [BEFORE, CONVENTIONAL, FIRST]]
     findings = [
@@ -86,15 +75,11 @@ def table_4_5(study: KatanaStudy) -> tuple[tuple[Finding, ...], tuple[Sheet, ...
             for row, name in enumerate(printed.COMPONENTS[:POSITIONS])
         ]  # fmt: skip
         findings += _angles("Table 4.5", title, printed.TABLE_4_5[MEAN, POSITIONS:, column])
-    sheets = tuple(
-        _means_sheet(f"Table 4.5: {word} over 118 poses", printed.TABLE_4_5[k], ours[:, :, k], tilting=True)
-        for k, word in enumerate(("least", "greatest", "mean"))
-    )
-    return tuple(findings), sheets
+    return tuple(findings)
 
 
-def table_4_6(study: KatanaStudy) -> tuple[tuple[Finding, ...], Sheet]:
-    """Ten uncalibrated points, point by point for the arm whose error falls to the median."""
+def table_4_6(study: KatanaStudy) -> tuple[Finding, ...]:
+    """Means of ten uncalibrated points."""
     columns = [BEFORE, CONVENTIONAL, FIRST]
     means = study.ten.mean(axis=2)[:, columns]
     titles = ("before", "conventional", "with tilting")
@@ -104,58 +89,9 @@ def table_4_6(study: KatanaStudy) -> tuple[tuple[Finding, ...], Sheet]:
         "thesis finds half as much again",
         "",
     )
-    findings = [
+    return tuple(
         _compared("Table 4.6", f"{title}: mean |ΔP| of ten points [mm]", mean, means[:, k], reason)
         for k, (title, mean, reason) in enumerate(zip(titles, printed.TABLE_4_6_MEANS, reasons, strict=True))
-    ]
-    example = int(np.argsort(means[:, 2])[len(means) // 2])
-    ours = study.ten[example][columns].T
-    rows = tuple(
-        (str(k + 1), *(f"{v:.2f}" for v in printed.TABLE_4_6[k]), *(f"{v:.2f}" for v in ours[k]))
-        for k in range(len(ours))
-    )
-    last = (
-        "mean",
-        *(f"{v:.2f}" for v in printed.TABLE_4_6.mean(axis=0)),
-        *(f"{v:.2f}" for v in ours.mean(0)),
-    )
-    sheet = Sheet(
-        "Table 4.6: |ΔP| at ten uncalibrated points [mm]",
-        ("point", *(f"printed {title}" for title in titles), *titles),
-        (*rows, last),
-        "Here: one virtual arm, that with the median error after tilting; other points, as the thesis's are "
-        "not listed.",
-    )
-    return tuple(findings), sheet
-
-
-def tables_3_2_3_3(study: KatanaStudy) -> Sheet:
-    """Errors of the constants as printed, as identified for one virtual arm, and how far all arms miss."""
-    units = np.where([name.endswith((".a", ".d")) for name in printed.CONSTANTS], 1e3, np.rad2deg(1.0))
-    example = int(np.argsort(study.held_out[:, SQUARES])[len(study.errors) // 2])
-    hidden = study.errors[example]
-    shown = np.vstack([printed.TABLE_3_2, printed.TABLE_3_3, hidden, hidden + study.constants[example]])
-    missed = np.median(np.abs(study.constants), axis=0)
-    methods = tuple(title.partition(" (")[0] for title in TITLES[SIMULTANEOUS : SQUARES + 1])
-    rows = tuple(
-        (
-            name,
-            *(f"{value:+.4f}" for value in shown[:, k] * units[k]),
-            *(f"{value:.4f}" for value in missed[:, k] * units[k]),
-        )
-        for k, name in enumerate(printed.CONSTANTS)
-    )
-    return Sheet(
-        "Tables 3.2 and 3.3: errors of the constants [°, mm]",
-        (
-            *("constant", "printed simultaneous", "printed influence based", "hidden in one arm", *methods),
-            *(f"missed by {method}, all arms" for method in methods),
-        ),
-        rows,
-        "Here: virtual arms whose errors are drawn with the size of Table 3.2. First one of them, that with "
-        "the median error after least squares: what was hidden and what each way identifies; then by how "
-        "much each way misses the constants, medians over the arms. What the joints' tilting looks like to "
-        "17 constants is larger than the errors themselves.",
     )
 
 
@@ -185,23 +121,3 @@ def _row(word: str, row: int, values: np.ndarray, ours: np.ndarray, reason: str)
 def _angles(where: str, title: str, values: np.ndarray) -> list[Finding]:
     shown = ", ".join(f"{value:g}" for value in values)
     return [without(where, f"{title}: mean |ΔΦ|, |Δθ|, |ΔΨ| [°]", shown, ANGLE_REASON)]
-
-
-def _means_sheet(title: str, table: np.ndarray, ours: np.ndarray, *, tilting: bool = False) -> Sheet:
-    """Printed columns and the medians of ours with their range."""
-    names = ("conventional", "with tilting") if tilting else ("simultaneous", "influence based")
-    more = () if tilting else ("least squares",)
-    rows = tuple(
-        (
-            name,
-            *(_text(name, value) for value in table[row]),
-            *(spread(ours[:, column, row]).text() for column in range(ours.shape[1])),
-        )
-        for row, name in enumerate(printed.COMPONENTS)
-    )
-    return Sheet(
-        title,
-        ("", *(f"printed {name}" for name in ("before", *names)), "before", *names, *more),
-        rows,
-        "Here: median over the virtual arms, and the range of nine in ten.",
-    )

@@ -66,7 +66,6 @@ class TrackingStudy:
         paths: As planned, in the order of `PATHS`.
         mean: Mean distance from the path, arm by arm, by column of `STEPS` and path [mm].
         worse: Share of rows that a correction brought further away.
-        example: Distances of the first arm along the circle by column [mm].
         alone: What the joints' compliance alone, and all of their tilting, would do to the nominal arm along
             the circle [mm].
     """
@@ -74,7 +73,6 @@ class TrackingStudy:
     paths: tuple[Planned, ...]
     mean: Float[np.ndarray, "arms 5 3"]
     worse: Float[np.ndarray, "arms 5 3"]
-    example: Float[np.ndarray, "5 rows"]
     alone: Float[np.ndarray, "2 rows"]
 
     def spread(self, step: int, path: int = CIRCLE) -> Spread:
@@ -105,7 +103,6 @@ def tracking_study(*, arms: int, seed: int = 0) -> TrackingStudy:
         paths=paths,
         mean=np.moveaxis(found.mean(axis=-1), 1, 2),
         worse=np.moveaxis((found > found[:, :, :1]).mean(axis=-1), 1, 2),
-        example=found[0, 0],
         alone=_alone(robot, paths[0]),
     )
 

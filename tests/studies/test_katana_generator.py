@@ -9,8 +9,7 @@ from generator import katana as other_katana
 from generator import move, turn
 
 from studies import katana_printed as printed
-from studies.katana_generator import CORNER, NOMINAL, PLACES, VirtualKatana, draw_arm
-from workbench.arm.built_in_arms import load_robot
+from studies.katana_generator import NOMINAL, VirtualKatana
 from workbench.base import se3
 
 
@@ -82,36 +81,3 @@ def test_the_fifth_joint_tips_about_its_place_behind_the_fifth_offset(q):
     assert np.abs((turned * joint[:, :3, 2]).sum(axis=1)).max() < 1e-9
     pivot = se3.apply(np.linalg.inv(here), joint[:, :3, 3])
     assert np.abs(se3.apply(there, pivot) - joint[:, :3, 3]).max() < 1e-12
-
-
-def test_the_remainder_turns_one_joint_by_its_own_angle(q):
-    waves = np.zeros((5, 7, 2))
-    waves[2, 1, 0] = 1e-3
-    moved = q.copy()
-    moved[:, 2] += 1e-3 * np.sin(3.0 * q[:, 2])
-    assert np.abs(arm(waves=waves).poses(q) - arm().poses(moved)).max() < 1e-13
-
-
-def test_drawn_arms_have_errors_of_the_printed_size():
-    """Each constant scatters about its nominal value with its printed error, and no other one moves."""
-    errors = np.array(
-        [draw_arm(np.random.default_rng(k), play=1.0, remainder=0.0).errors for k in range(400)]
-    )
-    assert np.allclose(errors.std(axis=0), np.abs(printed.TABLE_3_2), rtol=0.15, atol=0.0)
-    drawn = draw_arm(np.random.default_rng(0), play=0.5, remainder=1e-3)
-    rows, columns = np.array(PLACES).T
-    kept = np.ones((6, 5), bool)
-    kept[rows, columns] = False
-    assert (drawn.table == NOMINAL)[kept].all()
-    assert np.allclose(drawn.clearance, 0.5 * printed.CLEARANCE)
-    waves = [draw_arm(np.random.default_rng(k), play=1.0, remainder=1e-3).waves for k in range(300)]
-    variance = 0.5 * (np.array(waves) ** 2).sum(axis=(2, 3)).mean()  # a wave of height 1 has variance ½
-    assert np.isclose(np.sqrt(variance), 1e-3, rtol=0.05)
-
-
-def test_the_nominal_arm_is_the_built_in_one():
-    robot = load_robot("katana450")
-    assert np.allclose(robot.base.xyz, CORNER)
-    nominal = dict(zip(printed.CONSTANTS, robot.values(printed.CONSTANTS), strict=True))
-    rows, columns = np.array(PLACES).T
-    assert np.allclose(list(nominal.values()), NOMINAL[rows, columns])

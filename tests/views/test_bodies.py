@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, tool_poses
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.views.appearance.bodies import body_frames, make_bodies

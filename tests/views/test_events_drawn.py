@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from refusals import mentions
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.effects.events import FrameStep, ToolStep
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.session.comparison import Comparison, ModelStage, compare
 from workbench.views.appearance.colours import EVENT, css

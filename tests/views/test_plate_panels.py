@@ -7,13 +7,9 @@ import pytest
 from refusals import mentions
 
 import workbench as wb
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.kinematics.envelope import ring_at
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.plate.plate_toml import load_plate
-from workbench.session import start
 from workbench.session.commands.drag import GrabTarget, MoveTarget
 from workbench.session.commands.undo import GoBackTo, Undo
 from workbench.session.start import default_circle
@@ -22,11 +18,6 @@ from workbench.session.target_steps import score_as_drawn
 from workbench.views.drawables.region import envelope
 from workbench.views.page.panels.history import plot
 from workbench.views.page.panels.index import predicted
-
-
-@pytest.fixture(scope="module")
-def first():
-    return start(load_robot("aria"), load_plate("table2"))
 
 
 @pytest.fixture(scope="module")

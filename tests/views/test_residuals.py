@@ -6,9 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, tool_poses
 from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
 from workbench.session.joint_errors import along_joints
 from workbench.session.state import Focus

@@ -469,10 +469,3 @@ def progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
 
         with running(report):
             yield report
-
-
-def png(path: Path) -> Path:
-    """A picture's path, checked for its extension."""
-    if path.suffix.lower() != ".png":
-        raise OptionError(f"a picture must be a .png file, got {path}")
-    return path

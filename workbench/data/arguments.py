@@ -3,12 +3,15 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
+
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Like, Reads, pair_of
 from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.dataset import Dataset
 from workbench.data.readers import Trajectory, read_measurements, read_trajectory
+from workbench.data.readers.trajectory import trajectory_of
 
 
 def as_robot(value: Any) -> Any:
@@ -30,7 +33,15 @@ def _dataset_of_arm(value: Any, given: Any) -> Any:
 
 
 def _trajectory(value: Any, given: Any) -> Any:
-    return read_trajectory(value) if isinstance(value, str | Path) else value
+    """A file, a frame, joint positions (rows, n) [rad or m], or poses of the tool (rows, 4, 4)."""
+    if isinstance(value, str | Path) or hasattr(value, "columns"):
+        return read_trajectory(value)
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fi" or not np.isfinite(value).all():
+        return value
+    rows = value.astype(float)
+    if rows.ndim == 3 and rows.shape[1:] == (4, 4):
+        return trajectory_of(position=rows[:, :3, 3], rotation=rows[:, :3, :3])
+    return trajectory_of(q=rows) if rows.ndim == 2 and len(rows) else value
 
 
 def _wanted(value: Any, given: Any) -> Any:
@@ -47,7 +58,12 @@ RobotLike = Like[
     ]
 ]
 DatasetLike = Like[Annotated[Dataset, Reads("a Dataset, a file, or a data frame", _dataset_of_arm)]]
-TrajectoryLike = Like[Annotated[Trajectory, Reads("a Trajectory or its file", _trajectory)]]
+TrajectoryLike = Like[
+    Annotated[
+        Trajectory,
+        Reads("a Trajectory, its file, a data frame, joints (rows, n) or poses (rows, 4, 4)", _trajectory),
+    ]
+]
 WantedLike = Like[
     Annotated[Wanted, Reads('an error in m, or text such as "0.3mm" or "0.3mm,0.1deg"', _wanted)]
 ]

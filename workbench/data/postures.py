@@ -86,6 +86,14 @@ def first_of_each(data: Dataset) -> Int[np.ndarray, " k"]:
     return np.unique(labels, return_index=True)[1]
 
 
+def within_postures(q: Float[np.ndarray, "rows n"], table: Float[np.ndarray, "rows k"]) -> np.ndarray:
+    """What a table differs by from its mean at each posture; 0 where that isn't repeated."""
+    unit = postures(q)
+    counts = np.bincount(unit)
+    means = np.array([np.bincount(unit, column) / counts for column in table.T]).T
+    return np.where(counts[unit, None] > 1, table - means[unit], 0.0)
+
+
 def repeats_text(data: Dataset) -> str:
     """`22 poses, 6 readings each`; empty where no posture repeats."""
     counts = np.bincount(_together(postures(data.q), data.session))

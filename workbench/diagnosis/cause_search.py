@@ -15,10 +15,10 @@ from workbench.arm.robot import Robot
 from workbench.base.progress import progress
 from workbench.diagnosis.claims.claimed_causes import odds_over_time
 from workbench.diagnosis.confidence import PROBABLE
-from workbench.diagnosis.coverage import too_few_rows
+from workbench.diagnosis.coverage import loads_vary, too_few_rows
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held
-from workbench.diagnosis.search.rounds import Searched, Stage, geometry_first, rounds
+from workbench.diagnosis.search.rounds import Searched, Stage, Tried, geometry_first, rounds
 from workbench.identification.errors.row_errors import Errors, RowErrors, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
@@ -78,32 +78,41 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     progress(0.3, "fitting the geometry, excluding outliers")
     first = geometry_first(ready.problem)
     too_few = too_few_rows(first.fit)
-    found = _rounds_with_sure_events(first, rng) if too_few is None else rounds(first, rng, search=False)
+    tried = Tried.ALL
+    if too_few is not None and loads_vary(first.fit.problem.data):
+        tried, too_few = Tried.LOADS, None
+    elif too_few is not None:
+        tried = Tried.NONE
+
+    def validated(found: Sequence[Searched]) -> CauseSearch:
+        return _validated_search(robot, ready, first, found, too_few)
+
+    found = _rounds_with_sure_events(first, rng, tried)
     progress(0.8, "judging the result")
-    search = _validated_search(robot, ready, first, found, too_few)
+    search = validated(found)
     if search.has_diverged:
-        search = _validated_search(robot, ready, first, rounds(first, rng, events=()), too_few)
+        search = validated(rounds(first, rng, tried=tried, events=()))
     if search.has_diverged or explains_little(
         search.nominal.errors.train, search.after.errors.train, robot.reach
     ):
-        search = _validated_search(robot, ready, first, rounds(first, rng, search=False), too_few)
+        search = validated(rounds(first, rng, tried=Tried.NONE))
     return search
 
 
-def _rounds_with_sure_events(first: Stage, rng: np.random.Generator) -> tuple[Searched, ...]:
+def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:
     """The search for events and effects, repeated without uncertain events and drifts.
 
     Consecutive rows often have similar postures, so an event that is less than certain may be an effect of
     posture; and what follows the time by no law is no law for the time to come.
     """
-    found, refused = rounds(first, rng), set[str]()
+    found, refused = rounds(first, rng, tried=tried), set[str]()
     while odds := odds_over_time(found[-1]):
         sure = [candidate for candidate, its_odds in odds.items() if its_odds >= PROBABLE]
         if len(sure) == len(odds):
             break
         events = [c for c in sure if c.effect.is_event]
         refused |= {c.effect.name for c in odds if c not in sure and not c.effect.is_event}
-        found = rounds(first, rng, events=events, without=refused)
+        found = rounds(first, rng, tried=tried, events=events, without=refused)
     return found
 
 

@@ -274,12 +274,6 @@ class Diagnosis(AbstractPlotted):
         """Errors of the geometry alone and with the accepted effects."""
         return BeforeAfter(judged(self.before), judged(self.after))
 
-    @cached_property
-    def saved_errors(self) -> Errors:
-        """Errors of the saved arm on those fitted rows for which it is valid."""
-        run = self.identification().best
-        return run.saved.errors(run.fit.problem.data, run.places)
-
     def identification(self) -> Identification:
         """The arm as the result of an identification, with the errors before the refit to all rows."""
         is_outlier = np.isin(self.train_rows, self.outliers)

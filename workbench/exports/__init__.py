@@ -3,7 +3,12 @@
 URDF and TOML, which are read too, are written in `arm/urdf_writer.py` and `arm/robot_toml.py`.
 """
 
-from workbench.base.errors import OptionError
+from pathlib import Path
+
+from workbench.arm.built_in_arms import refusal
+from workbench.base.arguments import checked_arguments
+from workbench.base.errors import OptionError, RobotError
+from workbench.data.arguments import RobotLike
 from workbench.exports.dh_csv import DhCsv
 from workbench.exports.export_format import AbstractForm, Exported, Job, export_robot
 from workbench.parts import PartTable
@@ -19,4 +24,35 @@ def form_named(name: str) -> AbstractForm:
     return FORMS[name]
 
 
-__all__ = ["FORMS", "AbstractForm", "Exported", "Job", "export_robot", "form_named"]
+@checked_arguments()
+def export(
+    robot: RobotLike,
+    form: str,
+    path: Path | str,
+    *,
+    nominal: RobotLike | None = None,
+    into: Path | str | None = None,
+    force: bool = False,
+) -> Exported:
+    """Write a calibration for a controller, driver, simulator or program, as `workbench export --for` does.
+
+    Args:
+        robot: As calibrated.
+        form: What follows `--for`, such as `mjcf`.
+        path: File to write.
+        nominal: The controller's own model, for forms that need it.
+        into: A file of this form, of which `path` becomes a copy with the calibrated numbers.
+        force: Whether to write what its calibration says should not be used.
+
+    Raises:
+        RobotError: the form's geometry should not be used, and `force` is not given.
+        OptionError: an unknown form, or one that lacks something.
+    """
+    chosen = form_named(form)
+    if not force and not chosen.takes_calibrated and (reason := refusal(robot, ".urdf")):
+        raise RobotError(f"{path} is not written: {reason}")
+    source = None if into is None else chosen.text_of(Path(into))
+    return export_robot(chosen, path, Job(robot=robot, nominal=nominal, source=source))
+
+
+__all__ = ["FORMS", "AbstractForm", "Exported", "Job", "export", "export_robot", "form_named"]

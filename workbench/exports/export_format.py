@@ -16,6 +16,7 @@ from typing import ClassVar
 import numpy as np
 
 from workbench.arm.built_in_arms import refuse_xacro
+from workbench.arm.calibrated_region import region_text
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.kinematics.forward import tool_poses
@@ -119,10 +120,6 @@ class AbstractForm(ABC):
         """Notes on using the file, one sentence each."""
         return ()
 
-    def doubt(self, job: Job) -> str:
-        """Why the file should not be used, in one sentence; empty if it may."""
-        return ""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Exported:
@@ -135,7 +132,6 @@ class Exported:
         verdict: The same in words, and the error of the file's arm.
         rows: Poses that were compared.
         notes: What to know before it is used.
-        doubt: Why it should not be used; empty if it may.
     """
 
     path: Path
@@ -143,7 +139,6 @@ class Exported:
     verdict: str
     rows: int
     notes: tuple[str, ...]
-    doubt: str = ""
 
     @property
     def position(self) -> float | None:
@@ -180,7 +175,7 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
     remarks = carried.notes
     if form.takes_calibrated and read is not None:
         remarks = unobserved_text(calibrated, {"": read}, nominal=job.nominal)
-    notes = list(dict.fromkeys([*remarks, *form.notes(job)]))
+    notes = list(dict.fromkeys([*region_text(calibrated), *remarks, *form.notes(job)]))
     if read is not None:
         known, unknown = divided(whole.robot)
         arm = read if form.takes_calibrated else read.with_frames(base=job.robot.base)
@@ -198,7 +193,6 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         verdict=_verdict(calibrated, left, rows),
         rows=rows,
         notes=tuple(notes),
-        doubt=form.doubt(job),
     )
 
 

@@ -17,6 +17,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
 from workbench.data.dataset import Dataset
+from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
@@ -24,6 +25,8 @@ MAX_ALTERNATIONS = 20
 """Alternations between base and tool for points; each is a closed form."""
 MAX_ALIGNED_ROWS = 500
 """Maximum number of rows for the closed forms; all rows take part in the final fit."""
+MAX_FIRST_ROWS = 1_500
+"""Maximum number of rows of a first fit where there are many more."""
 SAME_PLACE = 1e-9
 """Measured points closer than this [m] count as visits to one place."""
 
@@ -70,6 +73,18 @@ def _with_gravity_of(given: Robot, found: Robot) -> Robot:
     """The aligned robot with the gravity of the given one, since only frames were to be fitted."""
     sessions = {n: replace(m, gravity=given.in_session(n).gravity) for n, m in found.sessions.items()}
     return replace(found.under(given.gravity), sessions=sessions)
+
+
+def search_by_share(problem: Problem) -> SearchOutcome:
+    """OPT2 from the answer for some of the rows, where there are many: two steps on all rows, not six."""
+    rows = spread_rows(problem.data, MAX_FIRST_ROWS)
+    if 2 * len(rows) > len(problem.data):
+        return Opt2(limit=60).search(problem)
+    some = problem.again(data=problem.data.take(rows))
+    if some.names != problem.names:
+        return Opt2(limit=60).search(problem)
+    some = some if problem.deviation is None else some.with_deviation(problem.deviation)
+    return Opt2(limit=60).search(problem, begin=Opt2(limit=60).search(some).x)
 
 
 def spread_rows(data: Dataset, count: int) -> np.ndarray:

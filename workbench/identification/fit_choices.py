@@ -51,9 +51,19 @@ def _by_hand(value: Any, given: Any) -> Any:
     return dict.fromkeys(rows, "by hand")
 
 
+MAX_NOISE = 0.02
+"""Noise [m] above which a number without a unit is taken for mm, and refused."""
+
+
 def _noise(value: Any, given: Any) -> Any:
     if (pair := pair_of(value)) is not None and not min(pair) > 0.0:
         raise ValueError
+    if pair is not None and not isinstance(value, str) and pair[0] > MAX_NOISE:
+        raise OptionError(
+            f"noise is in m: {pair[0]:g} would be {1e3 * pair[0]:g} mm; write '{pair[0]:g}mm', or a Noise",
+            option="noise",
+            found=value,
+        )
     noise = value if pair is None else Noise(pair[0]) if len(pair) == 1 else Noise(pair[0], pair[1])
     if not isinstance(noise, Noise):
         return noise

@@ -19,12 +19,16 @@ from workbench.base.types import Outcome
 from workbench.base.wording import plural
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS, AbstractIdentifier
+from workbench.identification.algorithms import (
+    ALGORITHMS,
+    DEFAULT_ALGORITHMS,
+    FURTHER_ALGORITHMS,
+    AbstractIdentifier,
+)
 from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read, option
-from workbench.identification.instrument_preparation import Seek
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
@@ -50,7 +54,6 @@ def identify(
     deviation: float | str = AUTO,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
-    seek: Seek | None = None,
     **fields: Unpack[ChoiceFields],
 ) -> Identification:
     """Identify the arm's constants, and its frames where they are unknown.
@@ -62,14 +65,14 @@ def identify(
         data: Measurements.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`,
             where `choices` does not set them.
-        algorithms: Names from `ALGORITHMS`.
+        algorithms: Names from `ALGORITHMS`. The default is joined by OPT1 and OPT2 where it does not
+            converge, or ends outside the bounds.
         bounds: Minimum and maximum value by name, for OPT1.
         loss: Whether outliers are excluded, or how residuals are weighted.
         deviation: Expected deviation of the arm's constants from nominal [rad, m]; `auto`: estimated from the
             rows; infinite: no prior, so that only unobservable constants stay nominal.
         prior: Knowledge of the arm's constants from an earlier calibration.
         effects: Coefficients of the robot's effects to identify as well; the others keep their values.
-        seek: Searches for effects beside the geometry, for readings that support it; None: geometry only.
 
     Raises:
         DataError: too few rows, or data that contradict the robot beyond doubt.
@@ -88,11 +91,15 @@ def identify(
     choices = choices_as_read(robot, choices)
     sound = prepare_without_outliers if weighting is Loss.SET_APART else _all_rows
     with part_of(0.0, 0.4):
-        ready, outlying = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects, seek=seek)
+        ready, outlying = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects)
     problem = ready.problem
     if ready.identifiability is None:
         problem = with_expected_deviation(problem, deviation)
     runs = _runs(ready, problem, chosen, weighting)
+    if tuple(algorithms) == DEFAULT_ALGORITHMS and any(
+        not r.fit.outcome.ok or r.fit.beyond_bounds for r in runs.values()
+    ):
+        runs |= _runs(ready, problem, [ALGORITHMS[name] for name in FURTHER_ALGORITHMS], weighting)
     progress(0.95, "validating")
     nominal = ready.nominal_rows
     found = Identification(

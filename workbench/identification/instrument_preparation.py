@@ -8,7 +8,6 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.data.readings import AbstractReadings
@@ -17,9 +16,6 @@ from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise, Problem
 from workbench.parts import parts
 from workbench.report.json import Json
-
-Seek = Callable[[Robot, Problem, np.ndarray], tuple[AbstractEffect, ...]]
-"""Searches for effects that a problem's solution leaves unexplained."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -76,20 +72,13 @@ class AbstractPreparation(ABC):
 
     @abstractmethod
     def decide(
-        self,
-        robot: Robot,
-        data: Dataset,
-        *,
-        free: Sequence[str],
-        build: Callable[..., Problem],
-        seek: Seek | None,
+        self, robot: Robot, data: Dataset, *, free: Sequence[str], build: Callable[..., Problem]
     ) -> tuple[Problem, AbstractIdentifiability]:
         """The weighed problem of what the rows may identify.
 
         Args:
             free: Constants of the arm that may be freed at all.
             build: Makes a problem from robot, data and `free`.
-            seek: Finds effects beside the geometry; None ends with the geometry.
         """
 
     @abstractmethod

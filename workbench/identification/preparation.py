@@ -18,7 +18,7 @@ from workbench.data.measuring_order import beside
 from workbench.data.plausibility import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.alignment import align
+from workbench.identification.alignment import align, search_by_share
 from workbench.identification.errors.row_errors import RowErrors, instrument_places, row_errors
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frame_freedom import on_level
@@ -26,7 +26,6 @@ from workbench.identification.frames import FrameChoice, Sessions, choose_frames
 from workbench.identification.instrument_preparation import (
     AbstractIdentifiability,
     AbstractPreparation,
-    Seek,
     preparation_of,
 )
 from workbench.identification.joint_reading_noise import check_joint_noise
@@ -136,7 +135,6 @@ def prepare(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
-    seek: Seek | None = None,
     held_rows: Collection[int] | None = None,
 ) -> Prepared:
     """All steps before the algorithms run; arguments as in `identify`, except:
@@ -165,7 +163,7 @@ def prepare(
     else:
         progress(0.5, f"deciding what {instrument_preparation.name} can identify")
         built, identifiability = instrument_preparation.decide(
-            frames.robot, rows.train_data, free=free, build=build, seek=seek
+            frames.robot, rows.train_data, free=free, build=build
         )
     problem, decisions = _with_prior_and_noise(built, prior, choices.noise, identifiability)
     judged, new_sessions, judged_notes = _comparable_held_out(
@@ -399,9 +397,10 @@ def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
         return _with_tilts(
             problem, repeats
         ), f"noise from repeated poses: {_noise_text(repeats, sees_rotation)}"
+    x: np.ndarray | None = None
     for _ in range(MAX_NOISE_FITS if given is noises.StatedNoise.NONE else MAX_NOISE_FITS_BEYOND_STATED):
-        search = Opt2(limit=60).search(problem)
-        left = noises.beyond_stated(problem, search.x)
+        x = search_by_share(problem).x if x is None else Opt2(limit=60).search(problem, begin=x).x
+        left = noises.beyond_stated(problem, x)
         if left is None:
             text = _noise_text(problem.noise, sees_rotation)
             return problem, f"no residual is left to estimate the noise from; assuming {text}{on_top}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, final
 import numpy as np
 from rich.console import RenderableType
 
+from workbench.arm.calibrated_region import WARNING_RATIO
 from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import off_nominal, sampled
@@ -15,9 +16,8 @@ from workbench.base.advice import beside, failures
 from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
-from workbench.data.prediction import RowComponents, row_components
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
-from workbench.identification.errors.expected_error import WARNING_RATIO, Transfer, transfer, transfer_note
+from workbench.identification.errors.expected_error import Transfer, transfer, transfer_note
 from workbench.identification.errors.row_errors import (
     Errors,
     RowErrors,
@@ -408,31 +408,6 @@ class Identification(AbstractPlotted):
         if self.transfer.ratio <= WARNING_RATIO or self.transfer.anywhere.position <= ROUNDING:
             return ""
         return transfer_note(self.transfer, self.best.fit.problem.sees_rotation)
-
-
-@dataclass(frozen=True, eq=False)
-class ArmErrors:
-    """Errors of one arm.
-
-    Args:
-        title: NOM, OLS …
-        train: On the rows that were fitted.
-        held_out: On the rows that were not.
-    """
-
-    title: str
-    train: RowComponents
-    held_out: RowComponents
-
-
-def columns_of(result: Identification) -> tuple[ArmErrors, ...]:
-    """The nominal arm (base and tool fitted where they are free) and each algorithm's."""
-    train, held_out = result.data.take(result.train_rows), result.held_out_data
-    robots = [("NOM", result.aligned)]
-    robots += [(run.fit.title, run.as_measured) for run in result.runs.values()]
-    return tuple(
-        ArmErrors(title, row_components(r, train), row_components(r, held_out)) for title, r in robots
-    )
 
 
 def order_of_measuring(result: Identification) -> np.ndarray:

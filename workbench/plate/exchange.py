@@ -4,7 +4,7 @@ Slots are the poses of a set and share all candidates, or they are the targets o
 own few inverse-kinematics solutions. From a start, every slot in turn takes the option that makes the
 criterion smallest with the other slots as they stand; a local optimum is reached when a whole round
 changes nothing (`descend`). Several starts guard against poor ones. The cost never rises above that of the
-start. `extras/poses/d_optimal.py` and `optimiser/search.py` descend alike, with updates of their own.
+start. `optimiser/search.py` descends alike, with updates of its own.
 
 Where a slot has many options, the criterion's slope ranks them, and only the best few that promise any gain
 are tried: where the cost is convex, those that promise none bring none.
@@ -86,10 +86,7 @@ def exchange(
     criterion: AbstractCriterion,
     *,
     starts: Int[np.ndarray, "starts slots"],
-    distinct: bool = False,
     clash: Bool[np.ndarray, "options options"] | None = None,
-    follow: Bool[np.ndarray, "options options"] | None = None,
-    locked: Bool[np.ndarray, " slots"] | None = None,
 ) -> Exchanged:
     """Choose an option for every slot so that the criterion of their summed information is smallest.
 
@@ -98,16 +95,14 @@ def exchange(
         allowed: Which options each slot may take.
         criterion: Cost of a stack of summed information.
         starts: Choices to start from, each tried in turn.
-        distinct: Whether two slots must not take the same option.
-        clash: Which options must not be chosen together; starts must keep it.
-        follow: Which options may stand in neighbouring slots; starts must keep it.
-        locked: Slots that keep the option of their start.
+        clash: Which options must not be chosen together, itself where none may be taken twice; starts must
+            keep it.
     """
-    search = _ExchangeSearch(options, allowed, criterion, distinct, clash, follow)
+    search = _ExchangeSearch(options, allowed, criterion, clash)
     best: Exchanged | None = None
     outcome = Outcome.CONVERGED
     for number, start in enumerate(starts):
-        found, outcome = search.descend(start, locked)
+        found, outcome = search.descend(start)
         if best is None or found.cost < best.cost:
             best = found
         progress((number + 1) / len(starts), "exchanging")
@@ -123,15 +118,12 @@ class _ExchangeSearch:
     options: np.ndarray
     allowed: np.ndarray
     criterion: AbstractCriterion
-    distinct: bool
     clash: np.ndarray | None
-    follow: np.ndarray | None
 
-    def descend(self, start, locked) -> tuple[Exchanged, Outcome]:
+    def descend(self, start) -> tuple[Exchanged, Outcome]:
         choice = start.copy()
         cost = float(self.criterion(self.options[choice].sum(0)[None])[0])
-        free = [slot for slot in range(len(choice)) if locked is None or not locked[slot]]
-        history, outcome = descend(free, partial(self.improve, choice), cost)
+        history, outcome = descend(range(len(choice)), partial(self.improve, choice), cost)
         return Exchanged(choice, history[-1], history, outcome), outcome
 
     def improve(self, choice: np.ndarray, slot: int, cost: float) -> float:
@@ -148,14 +140,9 @@ class _ExchangeSearch:
 
     def open_to(self, choice: np.ndarray, slot: int) -> np.ndarray:
         """Options that a slot may take with the others as they are."""
-        tried, others = self.allowed[slot].copy(), np.delete(choice, slot)
-        if self.distinct:
-            tried[others] = False
+        tried = self.allowed[slot]
         if self.clash is not None:
-            tried &= ~self.clash[others].any(0)
-        if self.follow is not None:
-            for neighbour in (*choice[slot - 1 : slot], *choice[slot + 1 : slot + 2]):
-                tried &= self.follow[neighbour]
+            tried = tried & ~self.clash[np.delete(choice, slot)].any(0)
         return np.flatnonzero(tried)
 
     def promising(self, numbers: np.ndarray, total: np.ndarray, old: int) -> np.ndarray:

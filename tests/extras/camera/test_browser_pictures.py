@@ -44,7 +44,6 @@ def test_a_folder_in_an_archive_is_identified_and_saved(app, look, aria, tmp_pat
     assert session.measurements.loaded.name == "shots"
     side = 1e3 * rig_of(session.measurements.loaded.dataset).targets[0].charuco.square
     expect(screen.page.get_by_label("Square [mm]", exact=True)).to_have_value(f"{side:g}")
-    screen.wait_text("camera_0", "% of the picture used")
     expect(screen.page.locator('[data-testid="thumbnails"] img')).to_have_count(24)
     screen.shoot("pictures-loaded")
     screen.press("Identify the geometry")

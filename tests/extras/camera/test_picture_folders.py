@@ -10,8 +10,8 @@ import workbench as wb
 from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import DataError
 from workbench.extras.camera.folder import packed, read_folder
-from workbench.extras.camera.panels import _identified, _pictures
-from workbench.extras.camera.session_commands import LoadPictures, Previews
+from workbench.extras.camera.panels import _identified
+from workbench.extras.camera.session_commands import LoadPictures
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker
 from workbench.session.commands.compare import ShowRow
@@ -78,8 +78,6 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
     assert np.linalg.norm(found["xyz"] - shots.camera[0][:3, 3]) < 0.005
     assert b"<robot" in calibrated_urdf(session)[1]
     assert "joint zeros" in _identified(session.results.identification)
-    shown = _pictures(session.measurements.loaded.dataset, session.part(Previews))
-    assert "% of the picture used" in shown
     again = restore(read_recording(tmp_path / "kept")).session
     assert (
         again.measurements.loaded.dataset.source

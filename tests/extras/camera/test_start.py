@@ -1,4 +1,4 @@
-"""Camera and target are found from what cells have: a few points a picture, close together, or one."""
+"""Camera and target are found from what cells have: four points a picture, off one plane."""
 
 from dataclasses import replace
 
@@ -31,11 +31,11 @@ def check_found(run, shots):
 
 
 @pytest.mark.parametrize("on_tool", [False, True], ids=["eye to hand", "eye in hand"])
-@pytest.mark.parametrize("count", [5, 4, 2, 1])
+@pytest.mark.parametrize("count", [5, 4])
 def test_few_points_off_one_plane(tmp_path, count, on_tool):
     rng = np.random.default_rng(count)
     arm = virtual.made(rng, "ur5")
-    shots = thinned(virtual.scene(rng, arm, 40 if count < 3 else 20, on_tool=on_tool), rng, count)
+    shots = thinned(virtual.scene(rng, arm, 20, on_tool=on_tool), rng, count)
     robot, data = written(tmp_path, "ur5", shots, mounted="tool" if on_tool else "world")
     assert PictureReadings.of(data).rig.rejected == ()
     check_found(wb.identify(robot, data, algorithms=("opt2",), free=(), held_out=0.0), shots)

@@ -141,7 +141,7 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
     from workbench.extras.pendant.displayed import read_display
     from workbench.extras.pendant.own_robot.check import read_joint_table
     from workbench.extras.pendant.touching.touches import read_touches
-    from workbench.extras.trajectories.languages import read_program
+    from workbench.extras.trajectories.programs import read_program
     from workbench.identification.prior import read_prior
     from workbench.plate.plate_toml import write_plate
 
@@ -183,7 +183,7 @@ def _text(path: Path) -> str:
 def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     from workbench.extras.camera.camera import read_cameras
     from workbench.extras.camera.folder import unpacked
-    from workbench.extras.camera.picture_files import exif_focal, exif_note, read_picture
+    from workbench.extras.camera.picture_files import exif_focal, read_picture
     from workbench.extras.camera.pixel_table import read_pixels
     from workbench.extras.camera.pose_pairs import read_pairs
     from workbench.extras.camera.rig import read_rig
@@ -194,7 +194,6 @@ def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     rig = read_rig(folder / "camera.toml", folder / "target.toml")
 
     def picture(path: Path) -> None:
-        list(exif_note([path]))
         exif_focal(path, (80, 60))
         read_picture(path)
 
@@ -227,13 +226,15 @@ def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
 
 def _of_forms(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     """Files of controllers and drivers: imported, and brought up to date with a calibration."""
+    from workbench.extras.hobby.lerobot import read_motors
     from workbench.extras.pendant.commands import _applied
 
     arm("ur5e").save(folder / "ur5e.urdf")
     nominal = {"urdf": arm(str(folder / "ur5e.urdf"))}
-    sound = {"urdf": (folder / "ur5e.urdf").read_text(), "lerobot": MOTORS}
-    found: dict[str, tuple[str, str | bytes, Read]] = {}
-    for name in ("dh-csv", "lerobot", "mjcf", "ur-calibration", "ur-kinematics", "urdf"):
+    sound = {"urdf": (folder / "ur5e.urdf").read_text()}
+    motors = "motors.json", MOTORS, lambda path: read_motors(path.read_text(errors="replace"), 5)
+    found: dict[str, tuple[str, str | bytes, Read]] = {"motors": motors}
+    for name in ("dh-csv", "ur-calibration", "ur-kinematics", "urdf"):
         form, own = FORMS[name], nominal.get(name, arm("ur5e"))
         content = sound.get(name) or form.write(Job(robot=own, nominal=own))
         moved = "joint2.x" if name == "urdf" else "joint2.a"
@@ -246,7 +247,7 @@ def _of_forms(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
             job = Job(robot=better, nominal=own, source=form.text_of(path))
             export_robot(form, path.with_name("out"), job, rows=5)
 
-        if name not in ("mjcf", "urdf"):
+        if name != "urdf":
             found[f"{name} --apply"] = (f"apply{form.ending}", content, apply)
         if name != "dh-csv":
             found[f"{name} --into"] = (f"into{form.ending}", content, into)

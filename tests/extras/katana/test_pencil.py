@@ -1,23 +1,21 @@
 """A circle drawn and read back: profile and Cartesian errors against what the arm really did."""
 
+import re
+from pathlib import Path
+
 import generator
 import numpy as np
 import pytest
 from PIL import Image
 from refusals import refuses
+from studies.pencil_scan import Drawn, draw, scan
 
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import Frame
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, FileError
-from workbench.extras.katana.pencil import (
-    ANGLES,
-    INCH,
-    Drawn,
-    draw,
-    plotted_errors,
-    plotted_profile,
-    read_scan,
-    scan,
-    sheet,
-)
+from workbench.extras.katana.pencil import ANGLES, INCH, plotted_errors, plotted_profile, read_scan, sheet
 
 RADIUS, DOTS = 0.08, 150.0
 PHI = np.linspace(0.0, 2.0 * np.pi, 361)
@@ -123,3 +121,21 @@ def test_what_is_no_circle_is_said(tmp_path):
     flat = np.tile(np.eye(4), (3, 1, 1))
     with refuses(DataError, row=0):
         draw(flat, np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 0, 1.0]))
+
+
+def test_the_page_reads_what_a_tilting_arm_drew(tmp_path, monkeypatch, capsys):
+    """Of 1.0 mm, 0.9 mm are vertical and 0.4 mm radial."""
+    monkeypatch.chdir(tmp_path)
+    page = Path(__file__).resolve().parents[3] / "assets/docs/pencil.md"
+    plan, read = re.findall(r"```(?:python|text)\n(.*?)```", page.read_text(), re.DOTALL)
+    names: dict = {}
+    exec(plan, names)
+    circle, path = names["circle"], names["path"]
+    arm = load_robot("katana450-tilting").with_frames(base=Frame())
+    drawn = draw(tool_poses(arm, Motion(path.q)), **names["frame"])
+    clockwise = bool(np.median(path.poses[:, :3, 2] @ circle.normal) > 0)
+    picture = scan(drawn, circle.radius, clockwise=clockwise, rng=np.random.default_rng(0), dpi=200)
+    Image.fromarray(picture).save("scan.png")
+    np.savetxt("potentiometer.txt", drawn.extension)
+    exec(read, names)
+    assert "1.0 mm" in capsys.readouterr().out

@@ -22,7 +22,7 @@ ARM, PLATE = load_robot("aria"), load_plate("table2")
 
 
 def acquired(plate=PLATE):
-    return Acquisition(targets=plate_targets(ARM, plate, range(len(plate))), robot=ARM)
+    return Acquisition(targets=plate_targets(ARM, plate), robot=ARM)
 
 
 @cache

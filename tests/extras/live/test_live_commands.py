@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
+from workbench.extras.live.connection import connect
 from workbench.extras.live.driver import JOINT_NOISE, TURNING, drive
 from workbench.extras.live.sample import parse_sample
 from workbench.plate.plate_toml import load_plate
@@ -17,23 +19,24 @@ from workbench.plate.plate_toml import load_plate
 ARM, PLATE = load_robot("aria"), load_plate("table2")
 
 
-def test_lines_of_a_virtual_source_through_a_pipe(tmp_path):
+def test_lines_of_a_virtual_source(tmp_path):
     """The arm stands at its targets whenever it asks; whoever reads no further ends it without a word."""
-    program = [sys.executable, "-m", "workbench", "drive", "--robot", "aria", "--plate", "table2"]
-    options = ["--speed", "0", "--rate", "20", "--actual", str(tmp_path / "hidden.toml")]
-    done = subprocess.run([*program, *options], capture_output=True, text=True, check=True)
-    assert done.stderr == ""
-    sent = [parse_sample(line, line=1, joints=6) for line in done.stdout.splitlines()]
-    assert np.all(np.diff([sample.time for sample in sent]) > 0.0)
-    kept = [sample for sample in sent if sample.capture]
+    program = [sys.executable, "-m", "workbench", "drive", "--robot", "aria", "--plate", "table2", "--to"]
+    options = ["127.0.0.1:0", "--speed", "0", "--rate", "20", "--actual", str(tmp_path / "hidden.toml")]
+    for is_cut in (False, True):
+        with subprocess.Popen([*program, *options], stderr=subprocess.PIPE, text=True) as source:
+            port = source.stderr.readline().rpartition(" ")[2].strip()
+            with connect(f"127.0.0.1:{port}") as lines:
+                sent = [parse_sample(line, line=1) for line in islice(lines, 1 if is_cut else None)]
+            assert source.stderr.read() == ""
+        assert source.returncode == 0
+        if not is_cut:
+            whole = sent
+    assert np.all(np.diff([sample.time for sample in whole]) > 0.0)
+    kept = [sample for sample in whole if sample.capture]
     predicted = tool_poses(load_robot(str(tmp_path / "hidden.toml")), Motion(np.stack([s.q for s in kept])))
     np.testing.assert_allclose([s.position for s in kept], predicted[:, :3, 3], atol=4e-4)
     assert np.abs(se3.pose_error(predicted, PLATE.poses)).max() < 3e-3
-    with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as cut:
-        cut.stdout.readline()
-        cut.stdout.close()
-        assert cut.stderr.read() == b""
-    assert cut.returncode == 0
 
 
 def test_the_arm_moves_smoothly_and_within_its_speed():

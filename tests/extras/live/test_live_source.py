@@ -15,21 +15,10 @@ from workbench.arm.motion import Motion
 from workbench.extras.live.connection import accept_one, connect, lines_from
 from workbench.extras.live.driver import drive_plate
 from workbench.extras.live.sample import Sample, format_sample
-from workbench.extras.live.session import (
-    DriveArm,
-    FollowSource,
-    MeasureLive,
-    Measuring,
-    Source,
-    StoreRow,
-    TakeSample,
-    TellSource,
-    UseRows,
-)
+from workbench.extras.live.session import FollowSource, MeasureLive, Measuring, Source, TakeSample, UseRows
 from workbench.extras.live.sources import LiveSource
 from workbench.session import Worker, replay, start
 from workbench.session.commands.arm import drawn_joints
-from workbench.session.journal.codec import decode, encode
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 
@@ -174,40 +163,3 @@ def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
     with harmful(worker) as send:
         send(line(Q, 60.0))
         until(worker, lambda s: np.allclose(s.playback.jogged, Q))
-
-
-def test_nothing_is_stored_from_a_silent_source(do, first):
-    q = tuple(first.states[0].q.tolist())
-    do(TellSource("arm"), MeasureLive(), TakeSample(0.1, q), TellSource("arm", silence=3.0))
-    session = do(StoreRow())
-    assert not session.part(Measuring).acquisition.rows
-    assert "silent" in session.page.messages[-1].text
-    session = do(TellSource("arm"), TakeSample(2.0, q), StoreRow())
-    assert len(session.part(Measuring).acquisition.rows) == 1
-    assert do(DriveArm()).page.messages[-1].severity is Severity.ERROR
-
-
-def test_an_arm_that_is_only_followed_is_one_step_of_the_journal(worker, do, first):
-    """It grew by 0.6 MB a minute."""
-    samples = [TakeSample(0.05 * k, tuple(np.add(Q, 1e-3 * k).tolist())) for k in range(200)]
-    live = do(TellSource("arm"), *samples)
-    assert [type(e.command) for e in worker.journal] == [TellSource, TakeSample]
-    assert (
-        replay(first, worker.journal).playback.jogged.tolist()
-        == live.playback.jogged.tolist()
-        == list(samples[-1].q)
-    )
-
-
-def test_a_measurement_keeps_only_the_newest_sample_before_each_row(worker, do, first):
-    q = np.array(first.states[0].q)
-    do(TellSource("arm"), MeasureLive())
-    for k in range(3):
-        do(*(TakeSample(k + 0.01 * i, tuple((q + 1e-3 * (k + i / 100)).tolist())) for i in range(100)))
-        live = do(StoreRow(anywhere=True)).part(Measuring).acquisition
-    again = replay(first, worker.journal).part(Measuring).acquisition
-    assert [row.q.tolist() for row in again.rows.values()] == [row.q.tolist() for row in live.rows.values()]
-    assert (again.latest.time, again.arm_state, len(again.rows)) == (live.latest.time, live.arm_state, 3)
-    steps = [e.command for e in worker.journal if isinstance(e.command, TakeSample)]
-    assert len(steps) == 3
-    assert decode("TakeSample", encode(steps[0])[0], bytes) == steps[0]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from refusals import mentions
 
-from workbench.extras.live.options import LiveOption
+from workbench.extras.live.commands import LiveOption
 from workbench.extras.live.session import Source
 from workbench.session.journal.folder import unrecorded_session
 from workbench.views.page.app import App

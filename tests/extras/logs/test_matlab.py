@@ -15,7 +15,7 @@ from tests.data.test_hostile_files import refusal
 from workbench.base.errors import FileError, OptionError
 from workbench.data import binary_tables
 from workbench.data.readers import read_measurements, read_trajectory
-from workbench.extras.logs.binary_files import matlab_arrays, read_arrays
+from workbench.extras.logs.matlab import matlab_arrays, read_arrays
 
 HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H2s", 0x100, b"IM")
 CRASHING = HEADER + struct.pack(  # the array's name is of a type that no name has

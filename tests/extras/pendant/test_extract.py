@@ -47,6 +47,21 @@ def test_thirty_poses_from_the_pendant_give_the_model_of_my_ur5e(run, tmp_path):
     assert Path("ur.yaml").stat().st_size > 500
 
 
+def test_a_table_with_a_wrong_length_is_put_right(run, tmp_path):
+    """The convention, Euler angles named rx, ry, rz, isn't open where the arm is 30 mm off its table."""
+    write(
+        lines(hidden("ur5e", tmp_path / "hidden.toml"), random_joints("ur5e", 30), style="x y z"),
+        head="q1[deg],q2[deg],q3[deg],q4[deg],q5[deg],q6[deg],x[mm],y[mm],z[mm],rx[deg],ry[deg],rz[deg]",
+    )
+    nominal = wb.load_robot("ur5e")
+    nominal.with_values({"joint3.a": float(nominal.values("joint3.a")[0]) + 0.03}).save("wrong.toml")
+    found = wb.extract(wb.load_robot("wrong.toml"), Path("read.csv"))
+    assert found.verdict is ModelVerdict.EXTRACTED
+    found.robot.save("mine.toml")
+    off = model_error(Path("mine.toml"), tmp_path / "hidden.toml", random_joints("ur5e", 100))
+    assert off.mean() < 1e-4
+
+
 def test_planned_poses_keep_within_limits_and_above_the_table(run, tmp_path):
     """The places of a UR10's joints; the elbow of half of all postures would hit the table it stands on."""
     low, high = wb.load_robot("ur10").limits.T

@@ -9,18 +9,11 @@ from refusals import refuses
 from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
-from workbench.extras.poses.clustering.design import cluster_region as cluster
-from workbench.extras.poses.clustering.search import search_clusters
-from workbench.extras.poses.pose_limits import PoseLimits, folded
-from workbench.plate.observability import INDICES
+from workbench.extras.poses.clustering import cluster_region
+from workbench.extras.poses.pose_limits import folded
+from workbench.plate.collision import solid_clear
 from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.target_branches import single_branches
-
-O1 = INDICES["O1"]
-
-
-def rng(seed=0):
-    return np.random.default_rng(seed)
 
 
 def ratio(robot, q):
@@ -33,7 +26,7 @@ def ratio(robot, q):
 
 @pytest.fixture(scope="module")
 def found(aria, plate):
-    return cluster(aria, plate.region, side=0.1)
+    return cluster_region(aria, replace(plate.region, cube=0.1))
 
 
 def test_ten_poses_of_equal_o_in_ten_cubes_with_full_rank(aria, plate, found):
@@ -69,33 +62,31 @@ def test_equal_o_alone_may_have_rank_six(aria, found):
 
 def test_orientations_stay_in_the_cone_and_the_plate_round_trips(aria, plate, tmp_path):
     towards, cone = plate.poses[:, :3, :3], np.deg2rad(50)
-    index = INDICES["O2"]
-    limits = PoseLimits(towards=towards, cone=cone)
-    found = search_clusters(
-        aria, plate.region, index=index, rng=rng(), number=6, limits=limits, candidates=800
-    )
+    found = cluster_region(aria, plate.region, index="O2", number=6, towards=towards, cone=cone, solid=plate)
     poses = tool_poses(aria, Motion(found.best.q))
     cosines = 0.5 * (np.einsum("rij,kij->rk", poses[:, :3, :3], towards).max(1) - 1.0)
     assert (cosines >= np.cos(cone) - 1e-9).all()
-    again = read_plate(write_plate(found.plate(), tmp_path / "cluster.toml"))
+    assert solid_clear(aria, plate, found.best.q).all()
+    again = read_plate(write_plate(found.plate(plate), tmp_path / "cluster.toml"))
     assert np.allclose(again.poses, poses)
     assert np.allclose(np.stack([t.q for t in again.targets]), found.best.q)
 
 
-def test_what_does_not_fit_is_said(aria, plate):
-    region = replace(plate.region, cube=0.25)
+def test_what_does_not_fit_is_said(aria, plate, monkeypatch):
+    monkeypatch.setattr("workbench.extras.poses.clustering.CANDIDATES", 300)
+    coarse = replace(plate.region, cube=0.25)
     with refuses(DataError, 13, found=12):
-        search_clusters(aria, region, index=O1, rng=rng(), number=13)
+        cluster_region(aria, coarse, index="O1", number=13)
     with refuses(DataError, 60, found=24):
-        search_clusters(aria, plate.region, index=O1, rng=rng(), number=60, candidates=300)
+        cluster_region(aria, plate.region, index="O1", number=60)
     with refuses(OptionError, option="number", found=1):
-        search_clusters(aria, region, index=O1, rng=rng(), number=1)
+        cluster_region(aria, coarse, index="O1", number=1)
     with refuses(OptionError, option="index", found="O"):
-        search_clusters(aria, region, index=INDICES["O"], rng=rng(), candidates=300, number=5)
+        cluster_region(aria, coarse, index="O", number=5)
 
 
 def test_folded_poses_are_the_same_within_limits(aria):
-    q = rng().uniform(*aria.search_limits.T, (50, 6))
+    q = np.random.default_rng(0).uniform(*aria.search_limits.T, (50, 6))
     near = folded(aria, q)
     assert np.allclose(tool_poses(aria, Motion(near)), tool_poses(aria, Motion(q)))
     low, high = aria.search_limits.T

@@ -1,4 +1,4 @@
-"""Poses that keep limits in pairs and one by one, orders with short ways, walks, conflicts that are named."""
+"""Poses that keep limits in pairs and one by one, orders with short ways, conflicts that are named."""
 
 from itertools import permutations
 
@@ -11,8 +11,8 @@ from refusals import refuses
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
-from workbench.extras.poses.gradient import PoseClimb
-from workbench.extras.poses.informative_poses import Method, informative_poses
+from workbench.extras.poses.climb import PoseClimb
+from workbench.extras.poses.informative_poses import informative_poses
 from workbench.extras.poses.measurement_order import measuring_order, travels
 from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.free_constants import identified_names, visible_basis
@@ -30,12 +30,10 @@ def gaps(robot, q):
     return np.linalg.norm(places[:, None] - places, axis=2)[np.triu_indices(len(q), 1)]
 
 
-@pytest.mark.parametrize("index", ["O", "O1", "O3", "I"])
+@pytest.mark.parametrize("index", ["O", "O3", "I"])
 def test_all_limits_are_kept_and_the_set_is_better_than_its_start(aria, plate, index):
     towards, cone = plate.poses[:, :3, :3], np.deg2rad(70)
-    limits = PoseLimits(
-        region=plate.region, towards=towards, cone=cone, margin=0.1, spread=0.05, travel=np.deg2rad(100)
-    )
+    limits = PoseLimits(region=plate.region, towards=towards, cone=cone, margin=0.1, spread=0.05)
     evaluation_poses = plate_region_poses(aria, plate, 5) if index == "I" else None
     found = informative_poses(
         aria, 8, index=index, limits=limits, evaluation_poses=evaluation_poses, rng=rng(1)
@@ -45,31 +43,20 @@ def test_all_limits_are_kept_and_the_set_is_better_than_its_start(aria, plate, i
     cosines = 0.5 * (np.einsum("rij,kij->rk", poses[:, :3, :3], towards).max(1) - 1.0)
     assert (cosines >= np.cos(cone) - 1e-9).all()
     assert gaps(aria, found.q).min() >= 0.05
-    assert found.travels.max() <= np.deg2rad(100) + 1e-12
     low, high = aria.limits.T
     assert np.minimum(found.q - low, high - found.q).min() >= 0.1 - 1e-12
-    assert found.after >= found.before
+    assert found.after > found.before
 
 
 def test_a_spread_among_candidates(aria):
-    candidates = random_poses(aria, 80, rng=rng(2))
+    candidates = np.vstack(
+        [random_poses(aria, 80, rng=rng(2)), np.full((1, 6), 9.0)]
+    )  # one beyond the limits
     for index in ("O", "A"):
         limits = PoseLimits(spread=0.3)
         found = informative_poses(aria, 6, index=index, candidates=candidates, limits=limits, rng=rng(3))
-        assert {tuple(row) for row in found.q} <= {tuple(row) for row in candidates}
+        assert {tuple(row) for row in found.q} <= {tuple(row) for row in candidates[:-1]}
         assert gaps(aria, found.q).min() >= 0.3
-
-
-def test_greedy_is_never_better_than_its_exchange(aria):
-    candidates = random_poses(aria, 120, rng=rng(4))
-    greedy, exchanged = (
-        informative_poses(aria, 7, candidates=candidates, method=method, rng=rng(5))
-        for method in (Method.GREEDY, Method.EXCHANGE)
-    )
-    assert greedy.after <= exchanged.after * (1 + 1e-12)
-    assert exchanged.bound is not None
-    assert exchanged.after <= exchanged.bound
-    assert greedy.after > 0.9 * exchanged.bound
 
 
 def test_poses_for_a_free_base_and_tool(aria):
@@ -81,7 +68,7 @@ def test_poses_for_a_free_base_and_tool(aria):
         informative_poses(aria, 4, names=names, rng=rng(8))
 
 
-def test_gradients_of_i_and_of_reduced_indices(aria, plate):
+def test_gradients_of_i_and_of_reduced_indices(aria):
     names = identified_names(aria, base=True)
     basis = visible_basis(aria, names)
     moves = rng(9).normal(size=(40, basis.shape[1]))
@@ -104,26 +91,14 @@ def test_orders_against_all_permutations(seed, rows):
     assert travels(q[order]).sum() <= 1.15 * shortest + 1e-12
 
 
-def test_conflicts_name_the_pair(aria, plate, monkeypatch):
+def test_conflicts_are_named(aria, plate, monkeypatch):
     monkeypatch.setattr("workbench.extras.poses.informative_poses.LIMITED_CANDIDATES", 300)
-
-    def requested(number=12, **text):
-        return informative_poses(aria, number, limits=PoseLimits(region=plate.region, **text), rng=rng(14))
-
-    with refuses(DataError, "300 mm", found=(6,)):
-        requested(spread=0.3)
-    with refuses(DataError, "200 mm", "15°", found=1):
-        requested(spread=0.2, travel=np.deg2rad(15))
-    spread_out = np.tile(np.arange(6.0)[:, None] / 10, (1, 6))
-    with refuses(DataError, 4, "1°", found=1):
-        informative_poses(
-            aria, 4, candidates=spread_out, limits=PoseLimits(travel=np.deg2rad(1)), rng=rng(15)
-        )
+    with refuses(DataError, "300 mm", found=(7,)):
+        informative_poses(aria, 12, limits=PoseLimits(region=plate.region, spread=0.3), rng=rng(14))
+    zeros = np.zeros((9, 6))
     with refuses(DataError, found=0):
-        informative_poses(
-            aria, 4, candidates=np.zeros((9, 6)), limits=PoseLimits(region=plate.region), rng=rng(16)
-        )
-    for wrong in ({"cone": 0.0}, {"spread": -1.0}, {"travel": 0.0}, {"margin": -0.1}):
+        informative_poses(aria, 4, candidates=zeros, limits=PoseLimits(region=plate.region), rng=rng(16))
+    for wrong in ({"cone": 0.0}, {"spread": -1.0}, {"margin": -0.1}):
         with refuses(OptionError, option="limits"):
             PoseLimits(**wrong)
     with refuses(OptionError, option="evaluation_poses"):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from refusals import mentions
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
@@ -30,9 +29,7 @@ def file(first, tmp_path_factory) -> bytes:
 def test_the_joint_that_moved_is_found_and_saved(worker, do, first, file, tmp_path):
     session = do(FindZeros())
     assert session.page.messages[-1].severity is Severity.ERROR
-    session = do(LoadData("knock.csv", file), FindZeros((9,)))
-    assert mentions(session.page.messages[-1].text, "1–6")
-    session = do(FindZeros())
+    session = do(LoadData("knock.csv", file), FindZeros())
     assert zeros_of(session).verdict is RezeroVerdict.MOVED
     assert [s.joint for s in zeros_of(session).moved] == [2]
     assert "joint 3 by 0.49" in session.page.messages[-1].text

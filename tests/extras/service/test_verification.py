@@ -14,7 +14,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.prediction import row_components
-from workbench.extras.service.pose_statistics import RepeatedPose, mean_interval, minimum_share, pose_labels
+from workbench.extras.service.verification import RepeatedPose, mean_interval, minimum_share, pose_labels
 
 
 @pytest.fixture(scope="module")
@@ -91,15 +91,6 @@ def test_visits_of_a_pose_are_one_pose():
 # -- which rows count -----------------------------------------------------------------------------
 
 
-def test_the_robot_file_remembers_poses_and_standard_errors(arm, tmp_path):
-    calibrated, rows, _ = arm
-    again = wb.load_robot(calibrated.save(tmp_path / "arm.toml")).calibration
-    assert again.used(rows.q).all()
-    assert not again.used(rows.q + 1e-4).any()
-    assert again.std == calibrated.calibration.std
-    assert 0.0 < again.std["joint2.theta"] < 1e-3
-
-
 def test_poses_of_the_calibration_are_left_out(arm):
     calibrated, rows, fresh = arm
     found = wb.verify(calibrated, fresh.joined(rows))
@@ -157,17 +148,6 @@ def test_limits_per_axis_are_judged_axis_by_axis(arm):
     found = wb.verify(calibrated, fresh, wanted=Wanted(position=limit, per_axis=True))
     assert found.within.tolist() == (largest <= limit).tolist()
     assert (found.evaluation.rows.position[found.within] > limit).any()  # longer than any of its entries
-
-
-def test_it_takes_what_a_notebook_has_at_hand(arm, tmp_path):
-    calibrated, _, fresh = arm
-    file = str(wb.write_measurements(fresh, tmp_path / "fresh.csv"))
-    assert wb.verify("aria", file, wanted="0.5mm").wanted == Wanted(position=5e-4)
-    assert wb.verify(calibrated, fresh, wanted=5e-4).wanted == Wanted(position=5e-4)
-    assert wb.verify(calibrated, fresh, wanted="1mm,0.1deg").wanted.rotation == pytest.approx(np.deg2rad(0.1))
-    assert wb.verify(calibrated, fresh, wanted=wb.Requirement()).wanted == wb.Requirement().wanted
-    zeros = wb.rezero("aria", file, replaced=2, exclude=[3], noise=(1e-4, 1e-4))
-    assert zeros.excluded == ((3, "by hand"),)
 
 
 def test_the_command_fails_where_the_arm_does(arm, run, tmp_path):

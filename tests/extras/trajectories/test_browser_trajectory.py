@@ -6,10 +6,10 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.extras.trajectories.session import KATANA
 from workbench.extras.trajectories.track import planned_track
-from workbench.report.chart import LEFT, MARGIN, WIDTH
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.played_motion import Played
 from workbench.session.start import default_circle, start
+from workbench.session.state import Focus
 from workbench.views.appearance.bodies import body_frames
 
 
@@ -37,17 +37,5 @@ def test_a_trajectory_is_planned_played_and_put_anywhere_along_it(app, look):
     assert 0.0 < paused.part(Played).at < 10.0
     for i, frame in enumerate(body_frames(paused.robot, drawn_joints(paused))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
-    box = screen.box("curves", "svg")
-    quarter = (0.75 * (LEFT + MARGIN) + 0.25 * (WIDTH - MARGIN)) / WIDTH
-    screen.page.mouse.click(box["x"] + quarter * box["width"], box["y"] + 0.5 * box["height"])
-    shown = screen.until(
-        lambda s: (
-            s.part(Played).at != paused.part(Played).at
-            and abs(s.part(Played).at - 2.5) < 0.1
-            and not s.is_track_active
-        )
-    )
-    for i, frame in enumerate(body_frames(shown.robot, drawn_joints(shown))):
-        screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
-    screen.shoot("curve")
     screen.press("Back to the target")
+    screen.until(lambda session: session.playback.focus is Focus.TARGET)

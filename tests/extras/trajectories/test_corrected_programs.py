@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.extras.trajectories.languages import read_program
+from workbench.extras.trajectories.programs import read_program
 
 Q = np.deg2rad([[10.0, -80.0, 95.0, -100.0, -85.0, 20.0], [-25.5, -95.25, 110.0, -70.0, -60.0, 0.0]])
 
@@ -116,7 +116,7 @@ def test_a_target_that_can_not_be_corrected_is_named_by_its_line(run, tmp_path, 
         ("a.dat", f"DECL E6AXIS XP1={KRL_TARGET}\nDECL E6POS XP2={{X 1,Y 2,Z 3,A 0,B 0,C 0}}", "line 2"),
         ("a.jbi", f"///NPOS 1,0,0,0,0,0\nC00000={DEGREES}", "POSTYPE ANGLE"),
         ("a.jbi", f"{ANGLE}C00000={DEGREES}\n///POSTYPE BASE\nC00001={DEGREES}", "line 4"),
-        ("a.jbi", f"{ANGLE}C00000={DEGREES}\n//INST\nMOVJ P001 VJ=1", "position variable"),
+        ("a.jbi", f"{ANGLE}C00000={DEGREES}\n//INST\nMOVJ P001 VJ=1", "'P001' is not a list"),
         ("a.jbi", f"{ANGLE}C00000={DEGREES}\n//INST\nIMOV P001 V=1", "line 5"),
         ("a.script", "movej([0,0,0,0,0,0])\nmovec([0,0,0,0,0,0],[0,0,0,0,0,1])", "line 2"),
         ("a.script", "q = [0,0,0,0,0,0]\nq[0] = q[0] + 0.1\nmovej(q)", "line 2"),
@@ -150,10 +150,10 @@ def test_what_stands_around_the_targets_is_no_target(tmp_path, name, count):
     (tmp_path / name).write_bytes(AROUND[name].encode())
     program = read_program(tmp_path / name, 6)
     assert len(program.q) == count
-    program.save(program.q + np.arange(6) * program.form.unit, tmp_path / f"new_{name}")
+    program.save(program.q + np.arange(6) * program.language.unit, tmp_path / f"new_{name}")
     again = read_program(tmp_path / f"new_{name}", 6)
     np.testing.assert_allclose(
-        (again.q - program.q) / program.form.unit, np.tile(np.arange(6), (count, 1)), atol=1e-3
+        (again.q - program.q) / program.language.unit, np.tile(np.arange(6), (count, 1)), atol=1e-3
     )
     assert _around(program) == _around(again)
 

@@ -10,7 +10,7 @@ from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import DataError, OptionError
 from workbench.extras.trajectories.curves import circle_through, line, smooth_shares
 from workbench.extras.trajectories.planning import plan
-from workbench.extras.trajectories.trajectory_files import planned_moments, taught_circle
+from workbench.extras.trajectories.trajectory_files import planned_moments
 
 THESIS = 1e-3 * np.array(
     [[100, -300, 139.2893], [0, -370.7107, 210], [-100, -300, 139.2893], [0, -229.2893, 68.5786]]
@@ -119,18 +119,10 @@ def test_six_joints_hold_the_whole_orientation(robots):
     np.testing.assert_allclose(ends, [[0.45, 0.3, 0.25], [0.3, 0.45, 0.2]], atol=1e-8)
 
 
-def test_taught_points_give_the_circle_that_the_controller_believes_in(robots, circle):
-    found = taught_circle(robots["katana"][0], circle.q[[0, 60, 100, 140]])
-    np.testing.assert_allclose(found.centre, [0, -0.3, 0.1392893], atol=1e-6)
-    assert found.radius == pytest.approx(0.1, abs=1e-6)
-
-
 def test_what_forbids_a_path_is_named(robots):
     katana, aria = robots["katana"][0], robots["aria"][0]
     with pytest.raises(DataError, match=r"row \d+ .*\(at \d+\.\d+ s\).* beyond"):
         plan(katana, line(np.array([0.1, -0.37, 0.21]), np.array([-0.1, -0.8, 0.07])), duration=9.0)
-    with refuses(DataError, 0.5, row=36, joint=0):
-        plan(aria, line(np.array([0.45, 0.3, 0.25]), np.array([0.3, 0.45, 0.2])), duration=0.5, max_speed=0.5)
     with refuses(OptionError, option="points"):
         circle_through(np.array([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]]))
     with refuses(OptionError, option="points", found=2):

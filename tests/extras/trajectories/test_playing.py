@@ -6,7 +6,7 @@ import pytest
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.extras.trajectories.session import PLANES, PlanTrack
+from workbench.extras.trajectories.session import PlanTrack
 from workbench.extras.trajectories.track import planned_track
 from workbench.session import Worker
 from workbench.session.commands.arm import Jog, drawn_joints
@@ -92,14 +92,3 @@ def test_what_makes_no_sense_is_said(do):
         assert session.page.messages[-1].severity is Severity.ERROR, wrong
         assert planned_track(session) is None
     assert do(PlanTrack("line", 5.0), PlaceTrack(7.0)).page.messages[-1].severity is Severity.ERROR
-
-
-@pytest.mark.parametrize(("kind", "plane"), [("circle", "upright along x"), ("line", "tilted by 45°")])
-def test_a_path_runs_where_it_is_wanted(do, kind, plane):
-    centre = (0.35, 0.3, 0.3)
-    track = planned_track(do(PlanTrack(kind, 4.0, False, centre, 0.06, plane)))
-    away = track.wanted - centre
-    along, across = PLANES[plane]
-    assert np.allclose(away @ np.cross(along, across), 0.0, atol=1e-6)
-    assert np.abs(away @ along).max() == pytest.approx(0.06, abs=1e-4)
-    assert np.abs(away @ across).max() == pytest.approx(0.06 if kind == "circle" else 0.0, abs=1e-4)

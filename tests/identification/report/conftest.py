@@ -5,12 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
+from workbench import Frame, evaluate, load_robot, measure_poses
 from workbench.base.types import Freedom
-from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
-from workbench.plate.simulated_measurement import measure_poses
 
 HOSTILE = "<script>alert('x')</script> & \"quoted\" $\\alpha$"
 

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, measure_poses, tool_poses
 from workbench.identification.identify import identify
 from workbench.identification.report.changed_constants import changed_constants
-from workbench.plate.simulated_measurement import measure_poses
 
 
 @pytest.fixture(scope="module")

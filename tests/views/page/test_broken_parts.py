@@ -2,8 +2,7 @@
 
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.parts import Parts, register
+from workbench import Parts, load_robot, register
 from workbench.plate.plate_toml import load_plate
 from workbench.session.view import AbstractView
 from workbench.views.page.app import App

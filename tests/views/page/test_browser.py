@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, write_measurements
 from workbench.arm.robot_toml import read_toml
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.data.writer import write_measurements
 from workbench.session.commands.compare import ShowRow
 from workbench.session.comparison import ModelStage
 from workbench.session.page_state import Tab
@@ -182,23 +180,6 @@ def residuals_are_where_they_are(screen):
     screen.page.mouse.click(*places[row])
     screen.until(lambda session: session.results.row == row)
     screen.wait_text("row-errors", f"Data row {rows.number[row]} ")
-
-
-def test_bad_file_is_a_message_and_all_stays(app, look):
-    screen = look()
-    before = app.worker.session
-    screen.tab("Measure")
-    content = b"%PDF-1.4 <script>alert(1)</script>"
-    screen.give(
-        "Load measurements",
-        {"name": "<img src=x onerror=alert(1)>.csv", "mimeType": "text/csv", "buffer": content},
-    )
-    screen.page.wait_for_selector('[data-testid="message"][data-severity="error"]')
-    after = app.worker.session
-    assert after.plate is before.plate
-    assert after.measurements.loaded is None
-    screen.press("Dismiss")
-    screen.page.wait_for_selector('[data-testid="message"]', state="detached")
 
 
 def test_a_click_on_a_row_of_the_chart_and_playing_put_the_arm_there(app, look):

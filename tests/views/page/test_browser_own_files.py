@@ -4,15 +4,10 @@ import numpy as np
 import pytest
 from typed_poses import pendant, plural
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml
-from workbench.arm.urdf_writer import write_urdf
 from workbench.data.readers.mapping import read_mapping
 from workbench.data.readers.preview import preview
-from workbench.data.writer import write_measurements
-from workbench.plate.simulated_measurement import measure_poses
 
 pytestmark = pytest.mark.browser
 
@@ -22,41 +17,6 @@ def saved(screen, button: str, path):
         screen.press(button)
     download.value.save_as(path)
     return path
-
-
-def test_rows_of_another_arm_are_refused_and_undo_brings_an_arm_back(app, look, tmp_path):
-    rows = measure_poses(load_robot("ur5"), 40, seed=2)[1]
-    screen = look()
-    screen.tab("Measure")
-    screen.give("Load measurements", write_measurements(rows, tmp_path / "rows.csv"))
-    screen.wait_text("hint", "UR5 (CB3) fits to")
-    aria = screen.until(lambda session: session.measurements.loaded is not None)
-    screen.tab("Calibrate")
-    screen.press("Identify")
-    screen.page.wait_for_selector('[data-testid="message"][data-severity="error"]')
-    assert app.worker.session.results.identification is None
-    screen.tab("Robot")
-    screen.choose("Robot", "katana450")
-    screen.press("Change to this robot")
-    screen.wait_text("question", "Undo restores them")
-    screen.press("Cancel")
-    screen.page.wait_for_selector('[data-testid="question"]', state="detached")
-    path = write_urdf(load_robot("ur5"), tmp_path / "other.urdf")
-    screen.give("Open a robot or plate", path)
-    screen.wait_text("question", "will be removed")
-    screen.press("Cancel")
-    screen.page.wait_for_selector('[data-testid="question"]', state="detached")
-    assert app.worker.session.measurements.loaded is aria.measurements.loaded
-    screen.press("Change to UR5 (CB3)")
-    screen.until(
-        lambda session: session.robot.name == "UR5 (CB3)" and len(session.measurements.loaded.dataset) == 40
-    )
-    screen.wait_text("hint", "40 rows of rows.csv")
-    screen.tab("Plate")
-    screen.press("Undo")
-    back = screen.until(lambda session: session.robot is aria.robot)
-    assert back.measurements.loaded is aria.measurements.loaded
-    assert back.plate is aria.plate
 
 
 def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):

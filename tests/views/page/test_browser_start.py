@@ -6,8 +6,7 @@ import pytest
 from driven_effects import driven_file
 from round_trip import Saved, read_rows
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.urdf_writer import write_urdf
+from workbench import load_robot, write_urdf
 from workbench.plate.plate_toml import load_plate
 from workbench.session.page_state import Tab
 from workbench.views.page.app import App

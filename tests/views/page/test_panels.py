@@ -13,16 +13,11 @@ from refusals import refuses
 from viser import GuiHtmlHandle
 from viser._messages import GuiUpdateMessage
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, Region, load_robot, read_measurements, tool_poses, write_measurements
 from workbench.base.errors import OptionError
-from workbench.data.readers import read_measurements
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
-from workbench.data.writer import write_measurements
 from workbench.plate.plate_toml import read_plate
-from workbench.plate.region import Region
 from workbench.session.commands.compare import SetUnits
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
@@ -44,6 +39,13 @@ from workbench.views.page.panels.fit import read_rows
 from workbench.views.page.viser_internals import controls
 
 
+def done(app, *commands):
+    """Carry commands out, one after the other."""
+    for command in commands:
+        app.worker.submit(command)
+        assert app.worker.wait(60.0)
+
+
 def test_every_control_has_a_tooltip(app):
     controls = list(app.server.gui._gui_input_handle_from_uuid.values())
     assert len(controls) > 60
@@ -51,8 +53,7 @@ def test_every_control_has_a_tooltip(app):
 
 
 def test_text_from_outside_is_escaped(app):
-    app.worker.submit(Tell("<script>alert(1)</script>"))
-    app.worker.wait()
+    done(app, Tell("<script>alert(1)</script>"))
     assert "&lt;script&gt;" in html_of(app, "message")
     assert "<script>" not in html_of(app, "message")
 
@@ -66,32 +67,27 @@ def test_in_a_drag_the_numbers_that_count_go_ahead_of_the_scene(app, monkeypatch
         lambda server, message: (messages.append(message), queue(server, message)),
     )
     monkeypatch.setattr(app.server, "flush", lambda: flushed.append(len(messages)))
-    app.worker.submit(GrabTarget(0, 1))
-    app.worker.wait()
+    done(app, GrabTarget(0, 1))
     messages.clear(), flushed.clear()
-    app.worker.submit(MoveTarget(0, (0.55, 0.35, 0.24), (-2.6, 0.0, 0.0), client=1))
-    app.worker.wait()
+    done(app, MoveTarget(0, (0.55, 0.35, 0.24), (-2.6, 0.0, 0.0), client=1))
     ahead = messages[: flushed[0]]
     assert len(flushed) == 2
     assert len(messages) > len(ahead)
     assert {type(m) for m in ahead} == {GuiUpdateMessage}
     assert html.number(1e3 * app.worker.session.score.position) in ahead[0].updates["content"]
-    app.worker.submit(DropTarget(1))
-    app.worker.wait()
+    done(app, DropTarget(1))
 
 
 def test_what_is_put_off_in_a_drag_comes_once_the_hand_is_still(app):
     app.worker.submit(GrabTarget(0, 1))
     for x in (0.56, 0.55, 0.54):
-        app.worker.submit(MoveTarget(0, (x, 0.35, 0.24), (-2.6, 0.0, 0.0), client=1))
-        app.worker.wait()
+        done(app, MoveTarget(0, (x, 0.35, 0.24), (-2.6, 0.0, 0.0), client=1))
     end = monotonic() + 60.0
     while control(app, "x, y, z [mm]").value[0] != 540.0 and monotonic() < end:
         sleep(0.05)
     assert control(app, "x, y, z [mm]").value[0] == 540.0
     assert app.worker.session.drag is not None
-    app.worker.submit(DropTarget(1))
-    app.worker.wait()
+    done(app, DropTarget(1))
 
 
 def test_a_click_means_a_target_before_its_points_and_both_before_a_cube_in_front_of_them(app):
@@ -143,8 +139,7 @@ def test_numbers(value, shown):
 def test_coordinates_are_shown_and_typed_in_metres_and_radians_too(app):
     plate = app.worker.session.plate
     assert control(app, "x, y, z [mm]").value == (566.0, 354.0, 235.0)
-    app.worker.submit(SetUnits(Units.METRES))
-    assert app.worker.wait()
+    done(app, SetUnits(Units.METRES))
     assert control(app, "x, y, z [m]").value == (0.566, 0.354, 0.235)
     assert control(app, "Angles [rad]").value == (-2.61799, 0.0, 0.0)
     change(app, "x, y, z [m]", (0.6, 0.354, 0.235))
@@ -168,11 +163,8 @@ def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
     labels = ("Measurements (CSV)", "Calculate", "Pose", "Exclude this row")
     assert all(is_off(label) for label in labels)
     assert not is_off("Plate (TOML)")
-    app.worker.submit(MeasureVirtualArm(2))
-    app.worker.submit(Identify(("ols",)))
-    assert app.worker.wait(60.0)
-    app.worker.submit(Identify(("ols",)))
-    assert app.worker.wait(60.0)
+    done(app, MeasureVirtualArm(2), Identify(("ols",)))
+    done(app, Identify(("ols",)))
     assert not any(is_off(label) for label in labels)
 
 
@@ -183,10 +175,8 @@ def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
         (folder / "report.html").write_text("")
 
     monkeypatch.setattr("workbench.identification.report.page.write_identification", write_report)
-    app.worker.submit(MeasureVirtualArm(2))
-    app.worker.wait(60.0)
-    app.worker.submit(Identify(("opt2",)))
-    app.worker.wait(60.0)
+    done(app, MeasureVirtualArm(2))
+    done(app, Identify(("opt2",)))
     session = app.worker.session
     made = {}
     for make in (plate_toml, measurements_csv, calibrated_toml, calibrated_urdf, report_zip):
@@ -244,16 +234,14 @@ def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_s
     )
     with tempfile.TemporaryDirectory() as folder:
         file = write_measurements(rows, Path(folder) / "rows.csv").read_bytes()
-    app.worker.submit(LoadData("rows.csv", file))
-    assert app.worker.wait(60.0)
+    done(app, LoadData("rows.csv", file))
     edits = [control(app, label) for label in ("x, y, z [mm]", "Angles [°]", "Branch", "Locked")]
     (group,) = (c for c in controls(app.server.gui).values() if "Copy" in getattr(c, "options", ()))
     show = control(app, "Show the plate")
     assert not app.worker.session.shows_plate
     assert (show.visible, group.visible) == (True, False)
     assert all(edit.disabled for edit in edits)
-    app.worker.submit(SelectTarget(3))
-    assert app.worker.wait(60.0)
+    done(app, SelectTarget(3))
     assert app.worker.session.shows_plate
     assert (show.visible, group.visible) == (False, True)
     assert not any(edit.disabled for edit in edits)

@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 from refusals import mentions
 
-from workbench.diagnosis.diagnose import diagnose
-from workbench.plate.simulated_measurement import measure_poses
+from workbench import diagnose, measure_poses
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.plate import ImprovePlate

@@ -11,11 +11,9 @@ from tests.views.recording.demo import drag
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker
-from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
-from workbench.session.commands.undo import Undo
+from workbench.session.commands.drag import SelectTarget
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.folder import begin, resume
-from workbench.session.journal.numbers import changed_numbers
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
 from workbench.views.recording.contents import thinned
@@ -94,54 +92,6 @@ def test_pictures_that_are_links_or_pipes_are_neither_shown_nor_written(tmp_path
     worker.close()
     assert [path.name for path in parts(tmp_path / "r")] == ["session-3.rrd"]
     assert not (tmp_path / "elsewhere").exists()
-
-
-def test_a_restored_session_is_the_replayed_one(sample, replayed):
-    again = restore(sample)
-    assert again.differences == ()
-    a, b = (found.session.results.identification.runs["opt2"].fit.x for found in (again, replayed))
-    assert a.tolist() == b.tolist()
-
-
-def same_targets(restored, again):
-    """Places, postures, scores, and what can be gone back to, to the last digit."""
-    assert changed_numbers(restored, None) == changed_numbers(again, None)
-    for a, b in zip(
-        (*restored.history.done, restored.history.best),
-        (*again.history.done, again.history.best),
-        strict=True,
-    ):
-        assert [s.q.tolist() for s in a.states] == [s.q.tolist() for s in b.states]
-        assert [t.xyz.tolist() for t in a.plate.targets] == [t.xyz.tolist() for t in b.plate.targets]
-    assert [s.indices for s in restored.history.scores] == [s.indices for s in again.history.scores]
-    assert restored.drag == again.drag
-
-
-def test_drags_out_of_reach_and_back_are_restored(sample, tmp_path):
-    """Out of reach, back in another branch, held by another, not moved, typed, undone, left in the air."""
-
-    def commands(session):
-        yield from drag(session, 7, (0.30, 0.20, 0.60), (0.0, 0.0, 0.0))
-        yield GrabTarget(7, 1)
-        yield MoveTarget(7, (0.4, -0.3, 0.3), (3.0, 0.3, 1.0), 1)
-        yield MoveTarget(7, (0.3, -0.4, 0.3), (3.0, 0.3, 1.0), 2)
-        yield MoveTarget(7, (0.3, -0.4, 0.2), (3.0, 0.0, 1.5), 1)
-        yield DropTarget(1)
-        yield from (GrabTarget(3, 1), DropTarget(2), DropTarget(1), SelectTarget(8))
-        yield MoveTarget(2, (0.45, 0.4, 0.25), (-2.6, 0.0, 0.0))
-        yield Undo()
-        for number in range(10):
-            yield from (GrabTarget(number, 1), MoveTarget(number, (3.0, 3.0, 3.0), (0.0, 0.0, 0.0), 1))
-            yield DropTarget(1)
-        yield from drag(session, 2, (-0.02, 0.0, 0.03), (0.0, 0.0, 0.2))
-        yield from list(drag(session, 5, (0.03, 0.0, 0.03), (0.0, 0.0, 0.2)))[:-1]
-
-    worker = live(tmp_path / "r", sample.robot, sample.plate, commands)
-    recording = read_recording(tmp_path / "r")
-    assert len(recording.lines) == len(worker.journal)
-    restored = restore(recording)
-    assert restored.differences == ()
-    same_targets(restored.session, worker.session)
 
 
 def test_a_full_disk_stops_no_recorder(sample, tmp_path):

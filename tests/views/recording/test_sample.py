@@ -1,6 +1,5 @@
 """The session in the repository: it opens, it can be done again, and its pictures show what it was."""
 
-import numpy as np
 import pyarrow as pa
 import pytest
 
@@ -82,12 +81,6 @@ def test_the_arm_stands_at_every_measured_row(pictures, replayed):
         assert errors == pytest.approx((1e3 * rows.errors[:, k]).tolist(), rel=1e-9)
 
 
-def test_the_targets_stand_where_they_were_left(pictures, replayed):
-    for i, target in enumerate(replayed.session.plate.targets, start=1):
-        points = pictures.values(f"/world/plate/targets/{i}/number", "Points3D:positions")[-1][1]
-        assert np.allclose(points[0][:2], target.xyz[:2], atol=1e-6)
-
-
 def test_every_decision_is_in_words(pictures, sample):
     log = dict(pictures.values("/log", "TextLog:text"))
     decisions = [s for s, line in enumerate(sample.lines, start=1) if line.entry.command.key is None]
@@ -100,23 +93,6 @@ def test_every_decision_is_in_words(pictures, sample):
     assert "out of reach" in log[drops[2]][0]
     assert len(log) < len(sample.lines)
     assert all(line.entry.ending is Ending.DONE for line in sample.lines)
-
-
-def test_the_log_explains_the_curve(pictures, sample):
-    """Setting the noise halves the predicted error; fits and rows that were looked at end the session."""
-    log = dict(pictures.values("/log", "TextLog:text"))
-    names = {step: type(line.entry.command).__name__ for step, line in enumerate(sample.lines, start=1)}
-    messages = {names[step] for step in log if step}
-    assert {"SetNoise", "ShowFit", "ShowRow", "ShowCubes", "SelectTarget"} <= messages
-    assert "MoveTarget" not in messages
-    assert max(log) == len(sample.lines)
-    assert sample.header["workbench"]
-
-
-def test_colours_of_cubes_have_a_legend(pictures):
-    about = " ".join(text[0] for text in dict(pictures.values("/about", "TextDocument:text")).values())
-    assert "**Cubes:**" in about
-    assert "green" in about
 
 
 def test_times_never_go_back(pictures):

@@ -1,7 +1,4 @@
-"""A real rerun viewer without a window, for pictures.
-
-python tests/views/recording/viewer.py recordings/sample/session.rrd picture.png [STEP]
-"""
+"""A real rerun viewer without a window, for pictures."""
 
 import contextlib
 import os
@@ -42,14 +39,12 @@ def viewer(size: str = "1600x1000") -> Iterator[tuple[ViewerClient, int]]:
         process.wait(60)
 
 
-def picture(client: ViewerClient, path: Path, *, step: int | None = None, timeline: str = "step") -> bytes:
-    """Open a recording and take a picture, as it opens or at a step."""
+def picture(client: ViewerClient, path: Path) -> bytes:
+    """Open a recording and take a picture, as it opens."""
     client.open(str(path.resolve()))
     deadline = time.monotonic() + PATIENCE
     while client.get_state().loading and time.monotonic() < deadline:
         time.sleep(0.2)
-    if step is not None:
-        client.set_time(timeline=timeline, sequence=step)
     time.sleep(1.0)
     shot, last = client.take_screenshot(), b""
     while shot != last and time.monotonic() < deadline:  # until nothing is drawn any more
@@ -69,9 +64,3 @@ def _connect(port: int, process: subprocess.Popen) -> ViewerClient:
             if time.monotonic() > deadline or process.poll() is not None:
                 raise
             time.sleep(0.3)
-
-
-if __name__ == "__main__":
-    with viewer() as (client, _):
-        step = int(sys.argv[3]) if len(sys.argv) > 3 else None
-        Path(sys.argv[2]).write_bytes(picture(client, Path(sys.argv[1]), step=step))

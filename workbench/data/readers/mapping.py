@@ -10,7 +10,6 @@ layout = "plain"              # optional, like sheet
 """
 
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
@@ -125,21 +124,6 @@ def with_column(mapping: str, heading: str, is_now: str) -> str:
             columns[other] = f"{key}[{unit}]"
     columns[heading] = is_now
     return tomli_w.dumps(table)
-
-
-def with_headings_corrected(preview: Preview, headings: Mapping[str, str]) -> str:
-    """The text of a mapping in which columns are what they are called no more.
-
-    Args:
-        headings: By our name of a column what it really is, without a unit where it keeps its own.
-    """
-    columns = {}
-    for column in preview.columns:
-        was = ours(column)
-        name, unit = parse_heading(headings.get(column.key or "", was))
-        unit = column.unit if unit is None else unit
-        columns[column.heading] = name + (f"[{unit}]" if unit is not None else "")
-    return tomli_w.dumps({"columns": columns})
 
 
 def meanings(joints: int) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -42,8 +42,16 @@ class Trajectory:
     joint_units: tuple[str, ...] = ()
 
 
+def trajectory_of(
+    *, q: np.ndarray | None = None, position: np.ndarray | None = None, rotation: np.ndarray | None = None
+) -> Trajectory:
+    """Joint positions or poses from arrays."""
+    q, position, rotation = (None if table is None else frozen(table) for table in (q, position, rotation))
+    return Trajectory(time=None, q=q, position=position, rotation=rotation, source="the array", notes=())
+
+
 def read_trajectory(
-    path: Path | str, *, columns: str | None = None, joints: Joints = None, sheet: str | None = None
+    path: Any, *, columns: str | None = None, joints: Joints = None, sheet: str | None = None
 ) -> Trajectory:
     """Joints and poses of a file, without gaps; options as `read_measurements`.
 

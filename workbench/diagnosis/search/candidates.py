@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.arm.effects import EFFECTS, AbstractEffect, Candidate
 from workbench.arm.effects.effect import moved_joints
+from workbench.arm.effects.gravity_sag import GravitySag
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
@@ -20,6 +21,10 @@ from workbench.parts import warn_of_broken
 
 MIN_DRIVEN_SHARE = 0.01
 """Share of the largest joint's law below which a joint counts as not driven."""
+ONLY_LOADS = (
+    "the poses are too few, or vary in too few directions of joint space, to separate other effects from "
+    "geometry: only effects of the load, which changes at the same postures, were tried"
+)
 CONFOUNDED_CORRELATION = 0.95
 """Correlation above which two drivers are reported as confounded."""
 
@@ -35,6 +40,12 @@ class Catalogue:
 
     candidates: tuple[Candidate, ...]
     notes: tuple[str, ...]
+
+    @property
+    def of_loads(self) -> "Catalogue":
+        """Those that a load drives."""
+        driven = tuple(c for c in self.candidates if c.effect.loads or isinstance(c.effect, GravitySag))
+        return replace(self, candidates=driven, notes=(ONLY_LOADS, *self.notes))
 
 
 def catalogue(robot: Robot, motion: Motion) -> Catalogue:

@@ -6,6 +6,7 @@ the fit with the shortest description length is kept.
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 from jaxtyping import Bool, Int
@@ -52,6 +53,14 @@ MAX_EVENT_ROUNDS = 4
 
 MAX_LINEAR_CHANGE = 0.02
 """Change of the geometry [rad, m] without an effect above which the linear search is invalid."""
+
+
+class Tried(Enum):
+    """Effects that rows suffice for: all; those of a load that changes at the same postures; none."""
+
+    ALL = "all"
+    LOADS = "loads"
+    NONE = "none"
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +136,7 @@ def rounds(
     stage: Stage,
     rng: np.random.Generator,
     *,
-    search: bool = True,
+    tried: Tried,
     events: Sequence[Candidate] | None = None,
     without: Collection[str] = (),
 ) -> tuple[Searched, ...]:
@@ -135,7 +144,7 @@ def rounds(
 
     Args:
         stage: The geometry alone.
-        search: Whether to try effects and events.
+        tried: Effects to try; events only beside all of them.
         events: Possible events; searched if None.
         without: Names of effects that are not tried.
 
@@ -147,12 +156,12 @@ def rounds(
     seen: set[frozenset[str]] = set()
     for number in range(MAX_ROUNDS):
         progress(0.5, f"round {number + 1}: trying every effect on every joint")
-        last = _search(stage, fold, events, without) if search else _unsearched(stage, fold)
+        last = _search(stage, fold, tried, events, without)
         if stage.spared.any():
             stage = replace(stage, spared=np.zeros(len(stage.data), bool))
             if not any(t.candidate.effect.is_event for t in last.found.model):
                 stage = _without_outliers(_fit(stage, None, ()), None)
-                last = _search(stage, fold, events, without) if search else _unsearched(stage, fold)
+                last = _search(stage, fold, tried, events, without)
         done.append(last)
         key = frozenset(_key(t.candidate) for t in last.found.model)
         over = cancelled() or number == (MAX_LARGE_ROUNDS if large(stage.problem) else MAX_ROUNDS) - 1
@@ -266,12 +275,16 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
 
 
 def _search(
-    stage: Stage, fold: np.ndarray, events: Sequence[Candidate] | None, without: Collection[str]
+    stage: Stage, fold: np.ndarray, tried: Tried, events: Sequence[Candidate] | None, without: Collection[str]
 ) -> Searched:
     """Search for effects and for events at their best times, until no time improves."""
+    if tried is Tried.NONE:
+        return _unsearched(stage, fold)
     offered = catalogue(stage.geometric_problem.robot, Motion.of(stage.data))
     kept = tuple(c for c in offered.candidates if c.effect.name not in without)
     offered = replace(offered, candidates=kept)
+    if tried is Tried.LOADS:
+        offered, events = offered.of_loads, ()
     kinds = changeable(stage.problem) if events is None else ()
     line = Timeline.of(stage.problem.data, [e.moment for e in stage.fitted.events])
     known = (t.candidate for t in stage.fitted.model if t.candidate.effect.is_event)

@@ -20,21 +20,11 @@ from workbench.base.errors import DataError, FileError
 from workbench.base.progress import Cancelled, cancelled, progress
 from workbench.base.wording import listed, plural
 from workbench.data.dataset import Labels
-from workbench.extras.camera.markers import COMMON_NAMES, MIN_FOUND, RIGHT, BoardFit, markers_in, opencv_board
+from workbench.extras.camera.markers import COMMON_NAMES, MIN_FOUND, markers_in, opencv_board
 from workbench.extras.camera.opencv import opencv
-from workbench.extras.camera.picture_files import (
-    Picture,
-    blur,
-    exif_note,
-    picture_files,
-    read_picture,
-    readable,
-)
+from workbench.extras.camera.picture_files import Picture, picture_files, read_picture, readable
 from workbench.extras.camera.rig import Rig
-from workbench.extras.camera.target import PictureTarget, prints_of
-
-BLURRED = 1.4
-"""Blur [px, standard deviation] from which on it is named: sharp pictures of small squares have up to 1.1."""
+from workbench.extras.camera.target import PictureTarget
 
 
 class Found(NamedTuple):
@@ -52,11 +42,12 @@ class Found(NamedTuple):
     uv: Float[np.ndarray, "n 2"]
     reason: str = ""
 
+    @classmethod
+    def nothing(cls, reason: str) -> "Found":
+        return cls(np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)), reason)
 
-NOTHING = Found(np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)))
 
-
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class PixelRows:
     """Corners found in pictures, one a row, as a table has them.
 
@@ -99,13 +90,11 @@ class BoardFinder:
     def of(cls, targets: Sequence[PictureTarget], pictures: Sequence[Picture] = ()) -> "BoardFinder":
         """The finder of targets; what nobody gave of them is what shows most in pictures."""
         even = [t for t in targets if t.charuco is not None and t.charuco.squares[1] % 2 == 0]
-        legacy = [
-            t.name for t in even if _shown(cls((t,), (t.name,)), pictures) > _shown(cls((t,)), pictures)
-        ]
+        legacy = [t.name for t in even if cls((t,), (t.name,)).shown(pictures) > cls((t,)).shown(pictures)]
         notes = ["the board has the pattern of OpenCV before 4.6 (setLegacyPattern)"] if legacy else []
         unsaid = [t for t in targets if not t.prints]
         if unsaid:
-            name = max(COMMON_NAMES, key=lambda name: _shown(cls(_printed(unsaid, name)), pictures))
+            name = max(COMMON_NAMES, key=lambda name: cls(_printed(unsaid, name)).shown(pictures))
             notes.append(f"the tags are of {name}, as no dictionary is given")
             targets = [t if t.prints else _printed([t], name)[0] for t in targets]
         return cls(tuple(targets), tuple(legacy), tuple(notes))
@@ -114,9 +103,14 @@ class BoardFinder:
         """All corners in a picture, or the reason why there are none."""
         found = [each for each in self.parts(picture) if len(each.ids) >= MIN_FOUND]
         if not found:
-            return NOTHING._replace(reason=self.reason(picture))
+            return Found.nothing(self.reason(picture))
         ids, corners, uv = (np.concatenate([each[k] for each in found]) for k in range(3))
         return Found(ids, corners, uv)
+
+    def shown(self, pictures: Sequence[Picture]) -> int:
+        """How many corners pictures show."""
+        found = (len(part.ids) for picture in pictures for part in self.parts(picture))
+        return sum(count for count in found if count >= MIN_FOUND)
 
     def parts(self, picture: Picture) -> Iterator[Found]:
         """What a picture shows of each ChArUco board, and of all tags of a dictionary."""
@@ -139,40 +133,23 @@ class BoardFinder:
     def reason(self, picture: Picture) -> str:
         """Why a picture does not show the target."""
         stated = tuple(dict.fromkeys(target.dictionary for target in self.targets))
-        shown = {name: markers_in(picture, name) for name in stated}
-        count = sum(len(names) for _, names in shown.values())
-        boards = [t.charuco for t in self.targets if t.charuco is not None]
-        for board in boards:
-            squares, names = shown[board.dictionary]
-            own = names >= board.first_marker
-            if len(boards) > 1:
-                own &= np.isin(names, board.markers)
-            if own.sum() < MIN_FOUND:
-                continue
-            if BoardFit.best(board, squares[own], names[own] - board.first_marker).share < RIGHT:
+        shown = {name: len(markers_in(picture, name)[1]) for name in stated}
+        for board in (target.charuco for target in self.targets if target.charuco is not None):
+            if shown[board.dictionary] >= MIN_FOUND:
                 return "its markers are not those of a board of {} x {} squares".format(*board.squares)
         flipped = np.ascontiguousarray(picture[:, ::-1])
-        if not count and max(len(markers_in(flipped, name)[1]) for name in stated) >= 2:
+        if not any(shown.values()) and max(len(markers_in(flipped, name)[1]) for name in stated) >= 2:
             return "it is mirrored: print the sheet, or take the picture, without mirroring"
-        if BLURRED < (width := blur(picture)) < np.inf:
-            return f"it is blurred by about {width:.1f} px: hold still, focus, or add light"
-        if count:
+        if count := sum(shown.values()):
             return f"it shows {plural(count, 'marker')}, too few: bring the whole target into view"
-        prints = {target.prints for target in self.targets}
-        for other in (name for name in COMMON_NAMES if prints_of(name) not in prints):
+        for other in COMMON_NAMES:
             if len(markers_in(picture, other)[1]) >= MIN_FOUND:
                 return f"its markers are of {other}, not of {', '.join(stated)}"
-        return f"it shows no marker of {', '.join(stated)}"
+        return f"it shows no marker of {', '.join(stated)}: is the board in view, sharp and lit?"
 
 
 def _printed(targets: Sequence[PictureTarget], dictionary: str) -> tuple[PictureTarget, ...]:
     return tuple(replace(target, dictionary=dictionary) for target in targets)
-
-
-def _shown(finder: BoardFinder, pictures: Sequence[Picture]) -> int:
-    """How many corners pictures show."""
-    found = (len(part.ids) for picture in pictures for part in finder.parts(picture))
-    return sum(count for count in found if count >= MIN_FOUND)
 
 
 def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
@@ -185,14 +162,14 @@ def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
     folder = Path(folder)
     files = list(picture_files(folder, rig))
     sizes = {camera.name: camera.size for camera in rig.cameras}
-    finder = BoardFinder.of(rig.targets, list(readable(_some(files), sizes)))
+    finder = BoardFinder.of(rig.targets, list(readable(a_few(files), sizes)))
 
     def look(entry: tuple[str, Path]) -> Found:
         camera, path = entry
         try:
             picture = read_picture(path, sizes[camera])
         except FileError as error:
-            return NOTHING._replace(reason=str(error).removeprefix(f"{path}: "))
+            return Found.nothing(str(error).removeprefix(f"{path}: "))
         if picture.shape[::-1] != sizes[camera]:
             raise DataError(
                 f"{path}: the picture has {picture.shape[1]} x {picture.shape[0]} px, camera '{camera}' has "
@@ -209,21 +186,11 @@ def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
                 pool.shutdown(wait=False, cancel_futures=True)
                 raise Cancelled
     names = [path.name for _, path in files]
-    notes = (*_judged(folder, finder, names, found), *exif_note([path for _, path in files]))
-    width = np.median([blur(picture) for picture in readable(_some(files), sizes)])
-    if BLURRED < width < np.inf:
-        notes += (f"the pictures are blurred by about {width:.1f} px: hold still, focus, or add light",)
+    notes = tuple(_judged(folder, finder, names, found))
     size = [len(f.ids) for f in found]
-    return PixelRows(
-        image=np.repeat(names, size),
-        camera=np.repeat([camera for camera, _ in files], size),
-        id=np.concatenate([f.ids for f in found]),
-        corner=np.concatenate([f.corners for f in found]),
-        uv=np.concatenate([f.uv for f in found]),
-        pictures=tuple(names),
-        source=str(folder),
-        notes=notes,
-    )
+    ids, corners, uv = (np.concatenate([f[k] for f in found]) for k in range(3))
+    cameras, images = np.repeat([camera for camera, _ in files], size), np.repeat(names, size)
+    return PixelRows(images, cameras, ids, corners, uv, tuple(names), str(folder), notes)
 
 
 def _judged(folder: Path, finder: BoardFinder, names: list[str], found: list[Found]) -> Iterator[str]:
@@ -244,6 +211,6 @@ def _judged(folder: Path, finder: BoardFinder, names: list[str], found: list[Fou
             yield f"no picture shows board '{board.name}'"
 
 
-def _some(files: list) -> list:
+def a_few(files: list) -> list:
     """A few of the files, from all over."""
     return [files[i] for i in np.unique(np.linspace(0, len(files) - 1, 5).astype(int))]

@@ -6,17 +6,13 @@ column `u[px]`), joints or tool poses.
 
 import contextlib
 import io
-import itertools
-import os
 import re
 import tempfile
-import tomllib
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import IO, Any
 
 from workbench.base.errors import FileError
 from workbench.base.toml import AbstractTableReader
@@ -24,7 +20,7 @@ from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import read_fields
 from workbench.extras.camera.opencv import opencv
-from workbench.extras.camera.picture_files import ENDINGS, Picture, picture_files, read_picture
+from workbench.extras.camera.picture_files import ENDINGS, picture_files, read_picture
 from workbench.extras.camera.pixel_table import plain_names, read_pixels
 from workbench.extras.camera.rig import Rig, read_rig
 
@@ -76,17 +72,15 @@ def has_target(place: Path) -> bool:
 
 def says_target(content: bytes) -> bool:
     """Whether an archive has a target; true where that can't be told: reading it says what is wrong."""
-    try:
-        files = itertools.islice(_members(content), MAX_FILES)
-        tomls = [file.read(CHUNK) for name, file in files if name.lower().endswith(".toml")]
-        return any(TARGET & set(tomllib.loads(toml.decode())) for toml in tomls)
-    except Exception:  # a broken archive raises nearly anything
-        return True
+    with contextlib.suppress(FileError), unpacked("", content) as place:
+        return has_target(only_folder(place))
+    return True
 
 
 def _tomls(place: Path, keys: set[str]) -> list[Path]:
     """TOML files of a folder that have one of these tables."""
-    return [p for p in sorted(place.iterdir()) if p.suffix.lower() == ".toml" and keys & set(_keys(p))]
+    tomls = (p for p in sorted(place.iterdir()) if p.suffix.lower() == ".toml")
+    return [p for p in tomls if keys & set(_Toml(p).load())]
 
 
 def only_folder(place: Path) -> Path:
@@ -99,21 +93,18 @@ def only_folder(place: Path) -> Path:
 
 def shown_pictures(place: Path | str, rig: Rig) -> dict[tuple[str, str], bytes]:
     """Small JPEG of every picture, by camera and image; none where the folder has corners alone."""
-    place = only_folder(Path(place))
+    place, cv2 = only_folder(Path(place)), opencv()
     if not any(p.suffix.lower() in ENDINGS for p in place.rglob("*")):
         return {}
     found, sizes = {}, {camera.name: camera.size for camera in rig.cameras}
     for camera, path in picture_files(place, rig):
         with contextlib.suppress(FileError):
-            found[camera, plain_names([path.name])[0]] = small_jpeg(read_picture(path, sizes[camera]))
+            picture = read_picture(path, sizes[camera])
+            part = min(1.0, SHOWN_WIDTH / picture.shape[1])
+            small = cv2.resize(picture, None, fx=part, fy=part, interpolation=cv2.INTER_AREA)
+            content = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
+            found[camera, plain_names([path.name])[0]] = content
     return found
-
-
-def small_jpeg(picture: Picture) -> bytes:
-    cv2 = opencv()
-    part = min(1.0, SHOWN_WIDTH / picture.shape[1])
-    small = cv2.resize(picture, None, fx=part, fy=part, interpolation=cv2.INTER_AREA)
-    return cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
 
 
 def packed(place: Path | str) -> bytes:
@@ -143,30 +134,20 @@ def unpacked(name: str, content: bytes) -> Iterator[Path]:
 
 def _unpack(name: str, content: bytes, folder: Path) -> None:
     left = LARGEST
-    for number, (inside, file) in enumerate(_members(content)):
-        parts = [re.sub(r"[^\w.+ ()-]", "_", part) for part in re.split(r"[/\\]", inside)]
-        if parts := [part for part in parts if part.strip(".")]:
-            path = folder.joinpath(*parts)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with path.open("wb") as copy:
-                while left >= 0 and (piece := file.read(CHUNK)):
-                    left -= len(piece)
-                    copy.write(piece)
-        if left < 0 or number >= MAX_FILES:
-            raise FileError(f"unpacks to more than {LARGEST >> 20} MiB or {MAX_FILES} files", path=name)
-
-
-def _members(content: bytes) -> Iterator[tuple[str, IO[bytes]]]:
-    """Files of an archive by name, opened; what macOS packs beside each of them is left out."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        for info in archive.infolist():
-            if not info.is_dir() and not _is_of_macos(info.filename):
-                with archive.open(info) as file:
-                    yield info.filename, file
-
-
-def _is_of_macos(name: str) -> bool:
-    return name.startswith("__MACOSX/") or name.rpartition("/")[2].startswith("._")
+        for number, info in enumerate(archive.infolist()):
+            parts = [re.sub(r"[^\w.+ ()-]", "_", part) for part in re.split(r"[/\\]", info.filename)]
+            parts = [part for part in parts if part.strip(".")]
+            is_of_macos = info.filename.startswith("__MACOSX/") or (parts and parts[-1].startswith("._"))
+            if parts and not info.is_dir() and not is_of_macos:
+                path = folder.joinpath(*parts)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with archive.open(info) as file, path.open("wb") as copy:
+                    while left >= 0 and (piece := file.read(CHUNK)):
+                        left -= len(piece)
+                        copy.write(piece)
+            if left < 0 or number >= MAX_FILES:
+                raise FileError(f"unpacks to more than {LARGEST >> 20} MiB or {MAX_FILES} files", path=name)
 
 
 def _only(place: Path, found: list[Path]) -> Path | None:
@@ -177,9 +158,5 @@ def _only(place: Path, found: list[Path]) -> Path | None:
     return found[0] if found else None
 
 
-class _Keys(AbstractTableReader):
+class _Toml(AbstractTableReader):
     wanted = otherwise = "a TOML file"
-
-
-def _keys(path: Path) -> dict[str, Any]:
-    return _Keys(os.fspath(path)).load()

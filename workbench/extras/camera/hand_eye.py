@@ -96,14 +96,17 @@ class HandEye(AbstractShown):
     @property
     def sentence(self) -> str:
         count = plural(len(self.errors) - len(self.apart), "pair")
-        where = f"{_place(self.camera, self.half[0])} in the {FRAMES[self.mounted][0]}"
-        return f"camera {ON[self.mounted]} at {where}; {count} agree to {_error(self.left)}"
+        where = _with_half("xyz", 1e3 * self.camera.xyz, 1e3 * self.half[0, :3], 2)
+        return (
+            f"camera {ON[self.mounted]} at {where} mm in the {FRAMES[self.mounted][0]}; {count} agree to "
+            f"{_error(self.left)}"
+        )
 
     def summary(self) -> RenderableType:
-        where = f"{_place(self.target, self.half[1])} in the {FRAMES[self.mounted][1]}"
-        turns = zip(("roll", "pitch", "yaw"), *np.rad2deg([self.camera.rpy, self.half[0, 3:]]), strict=True)
-        turned = ", ".join(f"{name} {signed(v, 3)} ± {h:.2g}" for name, v, h in turns)
-        lines = [line("camera", f"{turned}°"), line("target", where)]
+        where = _with_half("xyz", 1e3 * self.target.xyz, 1e3 * self.half[1, :3], 2)
+        rpy, half = np.rad2deg([self.camera.rpy, self.half[0, 3:]])
+        turned = _with_half(("roll", "pitch", "yaw"), rpy, half, 3)
+        lines = [line("camera", f"{turned}°"), line("target", f"{where} mm in the {FRAMES[self.mounted][1]}")]
         lines += [
             line("warning", f"pair {k + 1} is off by {_error(self.errors[k])}; left out") for k in self.apart
         ]
@@ -190,10 +193,10 @@ def _checked(pairs: Sequence[Poses], source: str) -> tuple[list[Poses], list[str
     return sides, notes
 
 
-def _place(frame: Frame, half: Float[np.ndarray, "6"]) -> str:
-    """A position with its interval."""
-    mm = zip("xyz", 1e3 * frame.xyz, 1e3 * half[:3], strict=True)
-    return ", ".join(f"{axis} {signed(v, 2)} ± {h:.2g}" for axis, v, h in mm) + " mm"
+def _with_half(names: Sequence[str], values: np.ndarray, half: np.ndarray, digits: int) -> str:
+    """Numbers with their intervals."""
+    rows = zip(names, values, half, strict=True)
+    return ", ".join(f"{name} {signed(v, digits)} ± {h:.2g}" for name, v, h in rows)
 
 
 def _error(error: Float[np.ndarray, "2"]) -> str:

@@ -7,7 +7,7 @@ bundle identifies the lens again, with the arm.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -99,55 +99,6 @@ def _lens_text(given: Camera, found: Camera) -> str:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _TriedLens:
-    """A lens, and the target as some pictures show it through this lens.
-
-    Args:
-        camera: The lens.
-        views: Points [m], and where they were seen [px]; those far off left out.
-        off: Mean distance of corners from where they were seen [px], large ones clipped.
-    """
-
-    camera: Camera
-    views: tuple[tuple[np.ndarray, np.ndarray], ...]
-    off: float
-
-    @classmethod
-    def of(cls, camera: Camera, focal: float, k1: float, boards: list) -> "_TriedLens":
-        lens = [focal, focal, *camera.intrinsics[2:4], k1, 0.0, 0.0, 0.0, 0.0]
-        camera = replace(camera, intrinsics=frozen(np.array(lens)))
-        views, off = [], [np.array([FAR_OFF])]
-        for target, seen in boards:
-            rows, _, far = placed_alone(seen, camera, target)
-            off.append(np.minimum(far[np.isfinite(far)], FAR_OFF))
-            for row, each in zip(rows, far, strict=True):
-                near = each <= max(WRONG * float(np.nanmedian(each)), 2.0)
-                if near.sum() >= MIN_VIEW:
-                    views.append((target.points[near], seen[row, near]))
-        return cls(camera, tuple(views), float(np.concatenate(off).mean()))
-
-    def refined(self) -> tuple[float, Float[np.ndarray, "9"]]:
-        """Error [px] and intrinsics after OpenCV's search in fx, fy, cx, cy, k1, k2 and the poses."""
-        cv2 = opencv()
-        points, pixels = ([part[k].astype(np.float32) for part in self.views] for k in (0, 1))
-        flags = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
-        until = cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-12
-        try:
-            off, lens, more, *_ = cv2.calibrateCamera(
-                points,
-                pixels,
-                self.camera.size,
-                *as_opencv(self.camera.intrinsics),
-                flags=flags,
-                criteria=until,
-            )
-        except cv2.error:
-            return self.off, self.camera.intrinsics
-        k1, k2 = more.ravel()[:2]
-        return off, np.array([lens[0, 0], lens[1, 1], lens[0, 2], lens[1, 2], k1, k2, 0.0, 0.0, 0.0])
-
-
 def _started(camera: Camera, rig: Rig, pixels: Float[np.ndarray, "rows points 2"]) -> Camera:
     """A camera with the lens that suits what it saw."""
     boards, spare = [], 0
@@ -165,6 +116,41 @@ def _started(camera: Camera, rig: Rig, pixels: Float[np.ndarray, "rows points 2"
     f = float(camera.intrinsics[0])
     is_open = camera.sigma[0] >= ANY_SIGMA * f
     lenses = [(part * camera.size[0], k1) for part, k1 in LENSES] if is_open else [(f, 0.0), (f, -0.2)]
-    tried = sorted((_TriedLens.of(camera, f, k1, boards) for f, k1 in lenses), key=lambda t: t.off)
-    found = min((t.refined() for t in tried[:REFINED]), key=lambda each: each[0])[1]
+    tried = sorted((_tried(camera, f, k1, boards) for f, k1 in lenses), key=lambda each: each[0])
+    found = min((_refined(*each) for each in tried[:REFINED]), key=lambda each: each[0])[1]
     return replace(camera, intrinsics=frozen(found), is_assumed=False)
+
+
+Tried = tuple[float, Camera, list[tuple[np.ndarray, np.ndarray]]]
+"""Mean distance of corners [px], large ones clipped; the lens; points and pixels of each view near to it."""
+
+
+def _tried(camera: Camera, focal: float, k1: float, boards: list) -> Tried:
+    """A lens, and the target as some pictures show it through this lens."""
+    lens = [focal, focal, *camera.intrinsics[2:4], k1, 0.0, 0.0, 0.0, 0.0]
+    camera = replace(camera, intrinsics=frozen(np.array(lens)))
+    views, off = [], [np.array([FAR_OFF])]
+    for target, seen in boards:
+        rows, _, far = placed_alone(seen, camera, target)
+        off.append(np.minimum(far[np.isfinite(far)], FAR_OFF))
+        for row, each in zip(rows, far, strict=True):
+            near = each <= max(WRONG * float(np.nanmedian(each)), 2.0)
+            if near.sum() >= MIN_VIEW:
+                views.append((target.points[near], seen[row, near]))
+    return float(np.concatenate(off).mean()), camera, views
+
+
+def _refined(off: float, camera: Camera, views: list) -> tuple[float, Float[np.ndarray, "9"]]:
+    """Error [px] and intrinsics after OpenCV's search in fx, fy, cx, cy, k1, k2 and the poses."""
+    cv2 = opencv()
+    points, pixels = ([part[k].astype(np.float32) for part in views] for k in (0, 1))
+    flags = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
+    until = cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-12
+    lens = as_opencv(camera.intrinsics)
+    try:
+        off, k, more, *_ = cv2.calibrateCamera(
+            points, pixels, camera.size, *lens, flags=flags, criteria=until
+        )
+    except cv2.error:
+        return off, camera.intrinsics
+    return off, np.array([k[0, 0], k[1, 1], k[0, 2], k[1, 2], *more.ravel()[:2], 0.0, 0.0, 0.0])

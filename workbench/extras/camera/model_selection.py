@@ -1,32 +1,27 @@
-"""Stepwise identification from pictures: parameters are freed only as far as the pictures support them.
+"""What of an arm its pictures may identify: joint zeros and geometry are let go only if that is far likelier.
 
-First camera and target alone, then the joints' zeros, then the arm's geometry, then effects beside it, where
-geometry leaves more than chance. Each step is assessed in mm at the tool, excluding frames: with Σ the
-covariance of the arm's constants and J̃ their effect on the tool's positions at the measured poses, less what
-a base and a tool frame could do as well,
+Camera and target are fitted alone, then with the joints' zeros, then with the arm's geometry. A step is taken
+if its evidence, twice the gain in log likelihood (`Likelihood`) by letting its constants go, is so much for
+each picture, on average. All pictures are weighed together, so that two halves of them decide alike. The same
+likelihood doubts what was given: fixed intrinsics that are contradicted are let go, a target of another size
+ends the identification, as the arm would be distorted to compensate.
+
+Every step is assessed in mm at the tool, excluding frames: with Σ the covariance of the arm's constants and
+J̃ their effect on the tool's positions, less what a base and a tool frame could do as well,
 
     uncertainty² = mean tr(J̃ Σ J̃ᵀ),    moved² = mean |J̃ d|²,    d = change of the constants
 
-A step is taken if the pictures speak for it (`Likelihood.evidence`): twice the log likelihood must rise by
-so much for each of them, on average, when its constants are let go about nominal. All pictures are weighed
-together, so that two halves of them decide alike. Besides, pictures of whole blocks of joint space must be
-predicted better without having been fitted. Where the pictures contradict fixed intrinsics, these are let go
-first; where they contradict a target's size, no geometry is taken, and zeros count as uncertain by what that
-bends them.
-
-The uncertainty is the larger of that from the likelihood (`pixel_noise`) and of what the blocks, each left
-out once, show; the geometry's prior is as wide as the pictures say.
-
-Constants that stay as given are not known for that. With x̂ and Σ of the step that lets most go, any
-other step's arm x is expected to be off by
+Constants that stay as given are not known for that. With x̂ and Σ of the fit that lets most go, any step's
+arm x is expected to be off by
 
     expected² = |J̃ (x̂ − x)|² + mean tr(J̃ Σ J̃ᵀ) + 3 s_p²,
 
-J̃ at poses within 15 cm of the measured places in whatever orientation, s_p averaged over its likelihood.
+J̃ at poses within 15 cm of the measured places in whatever orientation.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -37,54 +32,67 @@ from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.types import Freedom
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.extras.camera.doubts import Doubts, PictureFit, find_doubts
-from workbench.extras.camera.pixel_noise import FAR, MIN_SIZE, Likelihood, Pictures, Variances
-from workbench.extras.camera.selection_steps import (
-    EFFECTS,
-    GEOMETRY,
-    NEARBY,
-    WOULD_DISTORT,
-    ZEROS,
-    Identifiability,
-    Step,
-    advised,
-    judged,
-)
+from workbench.extras.camera.camera import INTRINSICS
+from workbench.extras.camera.findings import NEARBY, Identifiability, Step
+from workbench.extras.camera.likelihood import LACK, MIN_SIZE, WIDTH, Likeliest, Likelihood
+from workbench.extras.camera.rig import rig_of, with_rig
+from workbench.extras.camera.target import PictureTarget
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.consider_covariance import Considered
-from workbench.identification.instrument_preparation import Seek
-from workbench.identification.noise import factor_at
 from workbench.identification.problem import Noise, Problem
-from workbench.identification.rows.row_selection import cells
 
+ALONE, ZEROS, GEOMETRY = "camera and target alone", "joint zeros", "geometry"
+NEEDED, MIN_EVIDENCE = {ZEROS: 1.0, GEOMETRY: 2.0}, 12.0
+"""Evidence that each picture must add on average, and all of them together."""
+CLEARLY, HINTED = 2.0, 0.5
+"""A step that moves the tool by less, times what it is uncertain (in squares), needs more pictures; they are
+advised if it moves the tool by this part of that."""
 ROUNDS, TOLERANCE = 4, 0.03
-"""Fits between which the variances are estimated anew, and their relative change that is none."""
-SEARCHES = 3
-"""Most searches for effects, each at the fit with those of the last one."""
-FIRST_WIDTH = 3e-4
-"""Width of the geometry's prior [m] from which its own is sought."""
-BLOCKS = 10
-"""Blocks of joint space that are left out in turns."""
+"""Fits between which the sizes are estimated anew, and their relative change that is none."""
 CONFOUNDED = 1e-5
 """A constant whose column is this small after removing that of camera and target can't be separated from
 them."""
 DRAWN, OTHERS = 3000, 60
 """Joint positions that are drawn, and the fewest of them at which the error is expected."""
-UNSEEN = 1e-9
-"""Information that is left of an unknown, such as a board's place, which only the block left out shows."""
+OUTSIDE = 3.0
+"""Standard deviations of prior knowledge beyond which it is doubted."""
+OTHER_LENS, OTHER_SIZE, EITHER = 30.0, 8.0, 0.5
+"""Evidence from which on given intrinsics, or a size, are wrong; and part of that of the lens from which on
+the pictures can't tell which of both is."""
+ANY_SIZE, EXACT_SIZE = 0.03, 1e-4
+"""Relative size of a target of which nothing is known, and of one that counts as exact [σ]."""
+HELD = 1e-3
+"""Part of their own σ to which intrinsics are held."""
 
 
-class Fitted(NamedTuple):
-    """A step's problem, weighed, with its answer."""
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A step's fit.
+
+    Args:
+        problem: Weighed, with the geometry's scatter about nominal as prior knowledge.
+        x: Its answer.
+        free: Constants of the arm that it frees.
+        likelihood: At the answer; its first group is the geometry.
+    """
 
     problem: Problem
-    x: np.ndarray
+    x: Float[np.ndarray, " p"]
     free: tuple[str, ...]
-    noise: Noise
-    is_lack_shown: bool
-    shares: np.ndarray
+    likelihood: Likelihood
+
+    @cached_property
+    def found(self) -> Likeliest:
+        return self.likelihood.likeliest()
+
+    @cached_property
+    def careful(self) -> Likeliest:
+        """With the geometry's scatter as wide as it may be."""
+        is_shrunk = bool(self.likelihood.groups and self.likelihood.groups[0].any())
+        return self.likelihood.likeliest({WIDTH: self.likelihood.mean(WIDTH)}) if is_shrunk else self.found
 
     @property
     def arm(self) -> list[int]:
@@ -96,182 +104,106 @@ class Fitted(NamedTuple):
         """The arm with these constants, in the first session's frames."""
         return self.problem.robot_at(self.x).in_session(self.problem.data.sessions[0])
 
-    def values(self, other: "Fitted") -> Float[np.ndarray, " arm"]:
-        """Its values of the constants that another fit frees, nominal where it has none."""
-        found, names = self.problem.named(self.x), other.problem.names
-        return np.array([found.get(names[k], other.problem.start[k]) for k in other.arm], float)
+    def change_from(self, other: "Fitted") -> Float[np.ndarray, " arm"]:
+        """Of its constants from those of another fit, nominal where that has none."""
+        given = other.problem.named(other.x)
+        return np.array(
+            [self.x[k] - given.get(self.problem.names[k], self.problem.start[k]) for k in self.arm]
+        )
 
 
-class TriedStep(NamedTuple):
-    """A step's numbers, its fit, and the covariance of that by likelihood and by the blocks."""
+class Doubts(NamedTuple):
+    """What the pictures contradict.
 
-    step: Step
-    at: Fitted
-    covariance: np.ndarray
-    left_out: np.ndarray
+    Args:
+        sentences: With what to do.
+        data: The pictures, with intrinsics that are contradicted let go.
+        is_size_wrong: Whether the target seems to have another size.
+    """
+
+    sentences: tuple[str, ...]
+    data: Dataset
+    is_size_wrong: bool
 
 
 def select_camera_step(
-    robot: Robot,
-    data: Dataset,
-    *,
-    free: Sequence[str] | None = None,
-    build: Callable[..., Problem] = Problem.build,
-    seek: Seek | None = None,
+    robot: Robot, data: Dataset, *, free: Sequence[str], build: Callable[..., Problem] = Problem.build
 ) -> tuple[Problem, Identifiability]:
-    """The problem of the last step that carries, weighed, and why.
+    """The weighed problem of the last step that is taken, and why.
 
     Args:
-        free: Constants of the arm that may be freed at all; the robot's default ones if None.
+        free: Constants of the arm that may be freed at all.
         build: Makes the problem from robot, data and `free`.
-        seek: Finds effects beside the geometry; None ends with the geometry.
     """
-    chosen = list(robot.default_free if free is None else free)
-    zeros = [n for n in robot.joint_offsets if n in chosen]
-    begin = _alike(build(robot, data, free=()))
-    hidden = _confounded(build(robot, data, free=tuple(zeros), noise=begin.noise)) if zeros else set()
-    own = {ZEROS: zeros, GEOMETRY: chosen if set(chosen) - set(zeros) else []}
-    known = {name: tuple(n for n in names if n not in hidden) for name, names in own.items()}
-    fits = {name: names for name, names in known.items() if names and len(data) * 4 >= len(names)}
-    seen = fits.get(ZEROS, ())
-    widest = fits.get(GEOMETRY, seen)
+    offsets = [n for n in robot.joint_offsets if n in free]
+    hidden = _confounded(build(robot, data, free=offsets)) if offsets else set()
+    zeros = tuple(n for n in offsets if n not in hidden)
+    groups = {ZEROS: zeros, GEOMETRY: tuple(n for n in free if n not in hidden)}
+    names = {k: own for k, own in groups.items() if own and len(own) <= 4 * len(data)}
+    if names.get(GEOMETRY) == zeros:
+        del names[GEOMETRY]
 
-    def free_of(rows: Dataset, names: tuple[str, ...]) -> tuple[Problem, Fitted]:
-        problem = build(robot, rows, free=names, noise=begin.noise)
-        return problem, _fitted(problem, tuple(n for n in names if n not in zeros))
+    def fitted(rows: Dataset, own: tuple[str, ...]) -> Fitted:
+        return _fitted(build(robot, rows, free=own), [n for n in own if n not in zeros])
 
-    def weighed(rows: Dataset) -> PictureFit:
-        problem, at = free_of(rows, widest)
-        unlikelihood = Likelihood.at(problem, at.x, at.shares).unlikelihood(Variances(at.noise, FIRST_WIDTH))
-        return PictureFit(at.problem, at.x, unlikelihood)
-
-    doubted = find_doubts(weighed, data)
-    if doubted.given is not data:
-        data = doubted.given
-        begin = _alike(build(robot, data, free=()))
-    last, taken, at = begin.problem, begin, begin
-    tried = [_tried("camera and target alone", begin, begin)]
-    for name, names in fits.items():
-        last, at = free_of(data if name == ZEROS else doubted.data, names)
-        bends = None
-        if doubted.off and name == ZEROS:
-            bends = doubted.considered(build(robot, doubted.data, free=at.free, noise=at.noise))
-        one = _tried(name, at, taken, bends, _evidence(last, at))
-        step = judged(one.step, [t.step for t in tried], len(data))
-        step = replace(step, refused=WOULD_DISTORT) if doubted.off and name == GEOMETRY else step
-        tried.append(one._replace(step=step))
-        if not step.refused:
-            taken = at
-    if seek is not None and tried[-1].step.name == GEOMETRY and at.is_lack_shown and not doubted.off:
-        deflected = _with_effects(robot, data, last, at, zeros, build, seek)
-        one = _tried(EFFECTS, deflected or at, taken)
-        if deflected is None:
-            lack = in_mm(one.step.lack)
-            nothing = f"no effect of the arm stands out in the {lack} that the geometry leaves unexplained"
-            step = replace(one.step, refused=nothing)
-        else:
-            step = judged(one.step, [t.step for t in tried], len(data))
-        tried.append(one._replace(step=step))
-        if not step.refused:
-            at = taken = one.at
-    steps = _expected(tried, robot, data)
-    number = max(k for k, step in enumerate(steps) if not step.refused)
-    advice = "" if doubted.off else advised(steps, number, data)
-    if doubted.off and steps[-1].name != GEOMETRY:
-        last = build(robot, doubted.data, free=seen, noise=begin.noise)
-        at = _fitted(last, ())
-    if at.free and not taken.free:
-        at = _fitted(last, tuple(p.name for p in last.parameters if p.is_geometry))
+    loose = fitted(_let_go(data), names.get(GEOMETRY, names.get(ZEROS, ())))
+    doubts = find_doubts(loose, data)
+    fits = [_alike(build(robot, doubts.data, free=()))]
+    fits += [fitted(doubts.data, own) for own in names.values() if not doubts.is_size_wrong]
+    last = loose if doubts.is_size_wrong else fits[-1]
+    taken, found = fits[0], list[Step]()
+    for name, each in zip((ALONE, *names), fits, strict=False):
+        step = _step(name, each, taken, zeros)
+        found.append(step)
+        taken = taken if step.refused else each
+    steps = _with_expected(found, fits, last)
+    number = fits.index(taken)
     identifiability = Identifiability.of(
         steps,
         number,
-        taken.noise,
-        advice=advice,
-        doubts=doubted.sentences,
-        actual=None if taken.free else at.noise,
-        considered=_considered(doubted, last, at, taken),
+        taken.found.noise,
+        advice="" if doubts.is_size_wrong else _advice(steps, number, data),
+        doubts=doubts.sentences,
+        actual=None if taken.free else taken.found.noise,
+        considered=_considered(last, taken) if last in fits else None,
     )
     return taken.problem, identifiability
 
 
-def _lengths(problem: Problem) -> Float[np.ndarray, " p"]:
-    """Standard deviation of each unknown by which a tool would move by about 1 m."""
+def _shares(problem: Problem, names: Collection[str]) -> Float[np.ndarray, " p"]:
+    """Standard deviation of some unknowns by which a tool would move by about 1 m; 0 of the others."""
     reach = max(problem.robot.reach / 2.0, 0.1)
-    return np.array([1.0 / reach if p.unit == "rad" else 1.0 for p in problem.parameters])
-
-
-def _evidence(problem: Problem, at: Fitted) -> float:
-    """How the pictures speak for a step's constants: for zeros where it frees no others."""
-    shares = np.array([p.is_geometry for p in problem.parameters]) * _lengths(problem)
-    likelihood = Likelihood.at(problem, at.x, at.shares if at.shares.any() else shares)
-    return likelihood.evidence(Variances(at.noise, FIRST_WIDTH))
-
-
-def _considered(doubted: Doubts, last: Problem, at: Fitted, taken: Fitted) -> Considered | None:
-    """What stays as given though it is uncertain: geometry that is not taken, and what is contradicted."""
-    deviations = np.zeros(len(at.x))
-    if len(at.free) > len(taken.free):
-        deviations = Likelihood.at(last, at.x, at.shares).mean_width(Variances(at.noise)) * at.shares
-    elif not doubted.off:
-        return None
-    return doubted.considered(at.problem.with_noise(taken.problem.noise), deviations)
+    own = ((1.0 / reach if p.unit == "rad" else 1.0) if p.name in names else 0.0 for p in problem.parameters)
+    return np.array([*own])
 
 
 def _alike(problem: Problem) -> Fitted:
     """Fit of camera and target alone, all corners weighed alike: what they leave tells of the arm."""
     problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.own))
     x = Opt2(limit=60).search(problem).x
-    found = Likelihood.at(problem, x).most_likely(Variances(Noise(1e-3, 1e-3, (), problem.noise.own)))
-    return Fitted(problem, x, (), found.noise, found.is_shown, np.zeros(len(x)))
+    return Fitted(problem, x, (), Likelihood.at(problem, x))
 
 
-def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
-    """Fit and variances in turns; the shrunk constants get a prior about nominal as wide as is likely."""
-    shares = np.array([p.name in shrunk for p in problem.parameters]) * _lengths(problem)
+def _fitted(problem: Problem, shrunk: Sequence[str]) -> Fitted:
+    """Fit and sizes in turns; the shrunk constants scatter about nominal as widely as is likely."""
+    shares, width = _shares(problem, shrunk), 3e-4
     inside = shares > 0.0
-    names = [p.name for p in problem.parameters if p.name in shrunk]
-    now, x, found = problem, problem.start, Variances(problem.noise, FIRST_WIDTH)
+    names = np.array(problem.names)[inside].tolist()
+    noise, x = Noise(1e-3, 2e-3), problem.start
     for _ in range(ROUNDS):
+        now = problem.with_noise(noise)
         if shrunk:
-            wall = np.diag(1.0 / (max(found.width, MIN_SIZE[3]) * shares[inside]))
-            now = problem.with_noise(now.noise).with_prior(names, problem.start[inside], wall)
+            wall = np.diag(1.0 / (max(width, MIN_SIZE[WIDTH]) * shares[inside]))
+            now = now.with_prior(names, problem.start[inside], wall)
         x = Opt2(limit=60).search(now, begin=x).x
-        found = Likelihood.at(problem, x, shares).most_likely(found)
-        old, now = now.noise, now.with_noise(found.noise)
-        if np.allclose(now.noise[:2], old[:2], rtol=TOLERANCE, atol=1e-6) and np.isclose(
-            now.noise.own, old.own, rtol=TOLERANCE
-        ):
+        likelihood = Likelihood.at(problem, x, shares)
+        found = likelihood.likeliest()
+        before, noise, width = noise, found.noise, found.sizes[WIDTH]
+        changes = zip((*noise[:2], noise.own), (*before[:2], before.own), strict=True)
+        if all(np.isclose(new, old, rtol=TOLERANCE, atol=1e-6) for new, old in changes):
             break
-    free = tuple(p.name for p in problem.parameters if p.is_geometry or p.is_coefficient)
-    return Fitted(now, x, free, now.noise, found.is_shown, shares)
-
-
-def _with_effects(
-    robot: Robot,
-    data: Dataset,
-    problem: Problem,
-    at: Fitted,
-    zeros: Sequence[str],
-    build: Callable[..., Problem],
-    seek: Seek,
-) -> Fitted | None:
-    """A fit of geometry and of the effects that it leaves unexplained; None where none stands out."""
-    names = tuple(p.name for p in problem.parameters if p.is_geometry)
-    shrunk = tuple(n for n in names if n not in zeros)
-    before: tuple[str, ...] = ()
-    now = at
-    own = tuple(p.name for p in problem.parameters if p.is_coefficient)
-    for _ in range(SEARCHES):
-        effects = seek(robot, now.problem, now.x)
-        found = tuple(n for e in effects for n in e.names)
-        if not found:
-            return None
-        if set(found) == set(before):
-            break
-        arm = robot.with_effects(*robot.effects, *effects)
-        deflected = build(arm, data, free=names, noise=now.noise, effects=(*own, *found))
-        before, now = found, _fitted(deflected, shrunk)
-    return now
+    free = tuple(p.name for p in problem.parameters if p.is_geometry)
+    return Fitted(now.with_noise(noise), x, free, likelihood)
 
 
 def _confounded(problem: Problem) -> set[str]:
@@ -284,36 +216,95 @@ def _confounded(problem: Problem) -> set[str]:
     return set(np.array(problem.names)[arm][small].tolist())
 
 
-class Effect(NamedTuple):
-    """What changes of the arm's constants do at the tool, frames aside: |J̃ d|² = dᵀ M d, mean over poses."""
-
-    position: Float[np.ndarray, "k k"]
-    rotation: Float[np.ndarray, "k k"]
-
-    @classmethod
-    def of(cls, robot: Robot, motion: Motion, names: tuple[str, ...]) -> "Effect":
-        """Of some constants at some poses."""
-        if not names:
-            return cls(np.zeros((0, 0)), np.zeros((0, 0)))
-        mine, frames = columns(robot, motion, names)
-        found = []
-        for axes in (slice(0, 3), slice(3, 6)):
-            flat, frame = mine[:, axes].reshape(-1, len(names)), frames[:, axes].reshape(-1, frames.shape[2])
-            left = flat - frame @ by_frames(flat, frame)
-            found.append(left.T @ left / len(mine))
-        return cls(*found)
+def _let_go(data: Dataset) -> Dataset:
+    """The pictures with intrinsics and sizes of which little is known."""
+    rig = rig_of(data).with_fixed_intrinsics(Freedom.AUTO)
+    return with_rig(data, replace(rig, targets=tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets)))
 
 
-def columns(robot: Robot, motion: Motion, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Twists of the tool by constants of the arm, and by a base and a tool frame."""
+def find_doubts(loose: Fitted, data: Dataset) -> Doubts:
+    """The given properties of camera and target that the pictures contradict, whatever the arm is.
+
+    Args:
+        loose: Fit of all that the pictures may identify of the arm, of intrinsics and sizes.
+        data: The pictures with both as given.
+    """
+    rig, problem, x = rig_of(data), loose.problem, loose.x
+    fixed = [camera for camera in rig.cameras if camera.free is Freedom.FIXED]
+    own = dict(zip(problem.names, np.zeros((2, len(x))).T, strict=True))
+    for camera in fixed:
+        for part, sigma in zip(INTRINSICS, camera.sigma.tolist(), strict=True):
+            own[f"{camera.owner}.{part}"][0] = sigma
+    targets = [target for target in rig.targets if f"{target.owner}.scale" in own]
+    for target in targets:
+        own[f"{target.owner}.scale"][1] = max(target.scale_sigma, EXACT_SIZE)
+    likelihood = replace(loose.likelihood, groups=(*loose.likelihood.groups, *np.array([*own.values()]).T))
+
+    def likeliest(lens: float = HELD, size: float = 1.0) -> tuple[float, dict[str, float]]:
+        found = likelihood.likeliest({WIDTH + 1: lens if fixed else np.inf, WIDTH + 2: size})
+        return found.cost, problem.named(found.x)
+
+    notes: tuple[str, ...] = ()
+    given, (by_size, sized) = likeliest()[0], likeliest(size=np.inf)
+    if fixed:
+        by_lens, freed = likeliest(lens=np.inf)
+        gain, other = given - by_lens, given - by_size
+        free = f"camera {fixed[0].name}: " + ", ".join(
+            f"{k} {freed[f'{fixed[0].owner}.{k}']:.4g}" for k in INTRINSICS[:5]
+        )
+        if gain > OTHER_LENS and other > max(OTHER_SIZE, EITHER * gain):
+            text = (
+                "the target's size or the focal length is wrong, and the pictures can't determine which: "
+                f"{_larger(targets, sized)}, or free intrinsics ({free}); check the printed square's side, "
+                'or leave the intrinsics to be refined with free = "auto"'
+            )
+            return Doubts((text,), data, True)
+        if gain > max(OTHER_LENS, other):
+            notes = (
+                f"the given intrinsics do not fit the pictures; they were left free ({free}): set "
+                'free = "auto" or calibrate the camera',
+            )
+            data = with_rig(data, rig.with_fixed_intrinsics(Freedom.AUTO))
+            given, (by_size, sized) = likeliest(np.inf)[0], likeliest(np.inf, np.inf)
+    is_strange = any(_strangeness(target, sized) > OUTSIDE for target in targets)
+    if not is_strange or given - by_size <= OTHER_SIZE:
+        return Doubts(notes, data, False)
+    text = f"{_larger(targets, sized, 'is ')}; measure it and correct its sizes"
+    return Doubts((*notes, text), data, True)
+
+
+def _strangeness(target: PictureTarget, values: dict[str, float]) -> float:
+    """How many standard deviations of its knowledge a board's size is from the stated one."""
+    return abs(values[f"{target.owner}.scale"]) / max(target.scale_sigma, EXACT_SIZE)
+
+
+def _larger(targets: Sequence[PictureTarget], values: dict[str, float], verb: str = "") -> str:
+    """How much larger or smaller each board that seems to be is than stated, and its squares."""
+    off = [t for t in targets if _strangeness(t, values) > OUTSIDE]
+    texts = []
+    for target in off or [max(targets, key=lambda t: _strangeness(t, values))]:
+        scale, board = values[f"{target.owner}.scale"], target.charuco
+        who = f"board '{target.name}'" if target.name else "the target"
+        text = f"{who} {verb}{100 * abs(scale):.2f} % {'larger' if scale > 0.0 else 'smaller'} than stated"
+        if board is not None:
+            side = 1e3 * board.square
+            text += f" (squares of {side * (1.0 + scale):.4g} mm, not {side:.4g} mm)"
+        texts.append(text)
+    return " and ".join(texts)
+
+
+def _at_tool(robot: Robot, motion: Motion, names: tuple[str, ...]) -> Float[np.ndarray, "2 k k"]:
+    """What changes of the arm's constants do at the tool, frames aside: |J̃ d|² = dᵀ M d, mean over poses, of
+    positions and of orientations."""
     frames = tuple(f"{kind}.{part}" for kind in ("base", "tool") for part in FRAME_PARTS)
     twists = identification_jacobian(robot, motion, (*names, *frames))[1]
-    return twists[:, :, : len(names)], twists[:, :, len(names) :]
-
-
-def by_frames(mine: Float[np.ndarray, "n k"], frames: Float[np.ndarray, "n f"]) -> Float[np.ndarray, "f k"]:
-    """What of the frames does most of what the constants do."""
-    return np.linalg.lstsq(frames, mine, rcond=1e-10)[0]
+    found = []
+    for axes in (slice(0, 3), slice(3, 6)):
+        flat = twists[:, axes].reshape(-1, twists.shape[2])
+        mine, frame = flat[:, : len(names)], flat[:, len(names) :]
+        left = mine - frame @ np.linalg.lstsq(frame, mine, rcond=1e-10)[0]
+        found.append(left.T @ left / len(twists))
+    return np.array(found)
 
 
 def _other_poses(robot: Robot, data: Dataset) -> Motion:
@@ -325,82 +316,76 @@ def _other_poses(robot: Robot, data: Dataset) -> Motion:
     return motion.take(np.flatnonzero(distance <= max(NEARBY, np.sort(distance)[OTHERS])))
 
 
-def _expected(tried: Sequence[TriedStep], robot: Robot, data: Dataset) -> list[Step]:
-    """The steps with the error of the tool that each leaves at other poses, by what the last one knows."""
-    last = [t for t in tried if t.step.name != EFFECTS or not t.step.refused][-1]
-    at = last.at
-    poses = _other_poses(robot.in_session(data.sessions[0]), data)
-    effect = Effect.of(at.robot, poses, at.free).position
-    square = max(np.sum(effect * c[np.ix_(at.arm, at.arm)]) for c in last[2:])
-    square += 3.0 * Likelihood.at(at.problem, at.x).mean_lack(Variances(at.noise)) ** 2
-    steps = []
-    for step, each, *_ in tried:
-        off = at.x[at.arm] - each.values(at)
-        steps.append(replace(step, expected=float(np.sqrt(max(square + off @ effect @ off, 0.0)))))
-    return steps
-
-
-def _tried(
-    name: str, at: Fitted, before: Fitted, bends: Considered | None = None, speaks: float = 0.0
-) -> TriedStep:
-    """A step and its numbers, against the one that was taken before; `bends` adds to its uncertainty."""
-    problem, x, arm = at.problem, at.x, at.arm
-    effect = Effect.of(at.robot, Motion.of(problem.data), at.free)
-    covariance, left_out, pixel = _left_out(problem, x)
-    if bends is not None:
-        covariance += bends.covariance(problem.names, x, factor_at(problem, x).root)
-    change = np.zeros(len(arm)) if before is at else x[arm] - before.values(at)
-    wide = [np.sum(m * c[np.ix_(arm, arm)]) for m in effect for c in (covariance, left_out)]
-    lever = Pictures.at(before.problem, before.x).lever
-    uncertainty, turned = (float(np.sqrt(max(*pair, 0.0))) for pair in (wide[:2], wide[2:]))
-    each = np.diag(effect.position @ covariance[np.ix_(arm, arm)])
-    step = Step(
+def _step(name: str, at: Fitted, before: Fitted, zeros: Collection[str]) -> Step:
+    """A step's numbers against the one that was taken before, and the reason where it is not."""
+    covariance = at.careful.covariance[np.ix_(at.arm, at.arm)]
+    position, rotation = _at_tool(at.robot, Motion.of(at.problem.data), at.free)
+    change = at.change_from(before)
+    evidence, refused = 0.0, ""
+    moved, uncertainty, turned = (
+        float(np.sqrt(max(square, 0.0)))
+        for square in (
+            change @ position @ change,
+            np.sum(position * covariance),
+            np.sum(rotation * covariance),
+        )
+    )
+    if name != ALONE:
+        own = _shares(at.problem, zeros) if name == ZEROS else at.likelihood.groups[0]
+        evidence = replace(at.likelihood, groups=(own,)).evidence()
+        needed = max(NEEDED[name] * len(at.problem.data), MIN_EVIDENCE)
+        if evidence < needed:
+            refused = (
+                f"weak evidence in the pictures: twice the log likelihood rises by {evidence:.1f}, "
+                f"{needed:.0f} are needed; it would move the tool by {in_mm(moved)}, known to "
+                f"±{in_mm(uncertainty)}"
+            )
+    return Step(
         name=name,
         free=at.free,
-        pixel=pixel,
-        moved=float(np.sqrt(max(change @ effect.position @ change, 0.0))),
+        pixel=at.likelihood.pictures.pixel,
+        moved=moved,
         uncertainty=uncertainty,
         turned=turned,
-        lack=float(np.sqrt(3.0) * at.noise.position),
-        lack_seen=float(np.sqrt(3.0) * np.hypot(at.noise.position, lever * at.noise.rotation)),
-        uncertainty_seen=float(np.hypot(uncertainty, lever * turned)),
-        evidence=speaks,
-        weakest=at.free[int(np.argmax(each))] if at.free else "",
+        lack=float(np.sqrt(3.0) * at.found.noise.position),
+        evidence=evidence,
+        weakest=at.free[int(np.argmax(np.diag(position @ covariance)))] if at.free else "",
+        refused=refused,
     )
-    return TriedStep(step, at, covariance, left_out)
 
 
-def _left_out(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Covariance by likelihood, by blocks that are left out in turns, and the error of these blocks [px].
-
-    Corners of a board or camera that only the block left out shows are not predicted: they don't count,
-    unless there are no others.
-    """
-    at = problem.evaluate(x)
-    known = np.diag((FAR * problem.units) ** -2)
-    h = at.jacobian.T @ at.jacobian + known
-    block = np.zeros(len(problem.data), int)
-    centre = problem.data.q / np.maximum(np.ptp(problem.data.q, axis=0), 1e-9)
-    for k, rows in enumerate(cells(centre, np.arange(len(centre)), min(BLOCKS, len(centre)))):
-        block[rows] = k
-    count = int(block.max()) + 1
-    of_component = np.concatenate(
-        [block[problem.component_rows], np.full(len(at.residual) - problem.size, -1)]
+def _with_expected(steps: Sequence[Step], fits: Sequence[Fitted], last: Fitted) -> tuple[Step, ...]:
+    """The steps with the error of the tool that each leaves at other poses, by what the last fit knows."""
+    data = last.problem.data
+    position, _ = _at_tool(
+        last.robot, _other_poses(last.problem.robot.in_session(data.sessions[0]), data), last.free
     )
-    off, predicted = [], []
-    whole = np.diag(h)
-    for k in range(count):
-        mine = of_component == k
-        j, r = at.jacobian[mine], at.residual[mine]
-        rest = h - j.T @ j
-        shown = np.diag(rest) > UNSEEN * whole
-        step = np.zeros(len(x))
-        step[shown] = -np.linalg.solve(rest[np.ix_(shown, shown)], (j.T @ r)[shown])
-        off.append(step)
-        pixel = problem.physical(np.where(mine, at.residual - at.jacobian @ step, 0.0)[: problem.size])
-        judged = (mine[: problem.size]) & (problem.inverse_sigma > 0.0)
-        own = judged & ~at.jacobian[: problem.size, ~shown].any(1)
-        predicted.append(float((pixel[own if own.any() else judged] ** 2).mean()))
-    spread = np.array(off)
-    left_out = (count - 1) / count * spread.T @ spread
-    return np.linalg.inv(h), left_out, float(np.sqrt(2.0 * np.median(predicted)))
+    square = np.sum(position * last.careful.covariance[np.ix_(last.arm, last.arm)])
+    square += 3.0 * last.likelihood.mean(LACK) ** 2
+    changes = [last.change_from(fit) for fit in fits]
+    expected = [float(np.sqrt(max(square + d @ position @ d, 0.0))) for d in changes]
+    return tuple(replace(step, expected=each) for step, each in zip(steps, expected, strict=True))
+
+
+def _considered(last: Fitted, taken: Fitted) -> Considered | None:
+    """Constants that stay as given though they are uncertain: geometry that is not taken."""
+    if len(last.free) == len(taken.free):
+        return None
+    shares = last.likelihood.groups[0]
+    return Considered(last.problem.with_noise(taken.problem.noise), last.careful.sizes[WIDTH] * shares)
+
+
+def _advice(steps: Sequence[Step], taken: int, data: Dataset) -> str:
+    """What to measure so that the next step could be taken."""
+    step = next((s for s in steps[taken + 1 :] if s.moved**2 <= CLEARLY * s.uncertainty**2), None)
+    if step is None or (taken and step.moved < HINTED * step.uncertainty):
+        return ""
+    more = len(data) * (CLEARLY * step.uncertainty**2 / max(step.moved, 1e-9) ** 2 - 1.0)
+    digits = "".join(c for c in step.weakest.split(".")[0] if c.isdigit())
+    joint = min(int(digits or 1), data.joints) - 1
+    turned = np.rad2deg(np.ptp(data.q[:, joint]))
+    return (
+        f"to decide, take about {int(np.clip(np.ceil(more), 5, 300))} more pictures, with joint {joint + 1} "
+        f"turned beyond the {turned:.0f}° so far and the target near the camera, tilted and in all parts of "
+        "the picture"
+    )

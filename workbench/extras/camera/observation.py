@@ -21,7 +21,6 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base import se3
-from workbench.base.hand_eye import nearest_rotation
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset, Labels
 from workbench.data.observations.observation import (
@@ -32,14 +31,8 @@ from workbench.data.observations.observation import (
     Unknown,
 )
 from workbench.extras.camera.camera import INTRINSICS, Camera, Mount, project
-from workbench.extras.camera.joint_start import (
-    MIN_POSES,
-    StartInput,
-    joint_start,
-    placed_by_sights,
-    placed_camera,
-)
-from workbench.extras.camera.pixel_noise import of_residuals
+from workbench.extras.camera.likelihood import of_residuals
+from workbench.extras.camera.placing import Views
 from workbench.extras.camera.rig import PictureReadings, Rig, owner_in
 from workbench.extras.camera.target import PictureTarget
 
@@ -117,13 +110,20 @@ class PixelObservation(AbstractObservation):
         return self._poses_of(self.rig.cameras, there.any(2)), self._poses_of(self.rig.targets, boards)
 
     def _poses_of(self, parts: Sequence[Camera | PictureTarget], seen: np.ndarray) -> tuple[Placement, ...]:
-        """Of a session that shows nothing of a part with poses of its own there is none."""
+        """Of what no picture shows, or none of a session, there is none."""
         found: list[Placement] = []
         for k, part in enumerate(parts):
             owners = np.array([owner_in(part, session) for session in self.session.tolist()])
-            shown = owners[seen[:, k]] if part.per_session else owners
-            found += (Placement(k, name, owners == name) for name in dict.fromkeys(shown.tolist()))
+            shown = dict.fromkeys(owners[seen[:, k]].tolist())
+            found += (Placement(k, name, owners == name) for name in shown)
         return tuple(found)
+
+    @cached_property
+    def targets(self) -> tuple[PictureTarget, ...]:
+        """Boards that some picture shows."""
+        return tuple(
+            self.rig.targets[k] for k in sorted({placement.number for placement in self.placements[1]})
+        )
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
@@ -134,7 +134,7 @@ class PixelObservation(AbstractObservation):
         names = [f"{placement.owner}.{part}" for placement in chain(*self.placements) for part in POSE]
         for camera in self.rig.cameras:
             names += [f"{camera.owner}.{k}" for k in INTRINSICS if camera.free is not Freedom.FIXED]
-        for target in self.rig.targets:
+        for target in self.targets:
             parts = [*(["scale"] if target.scale_sigma else []), *(BENDS if target.flatness_sigma else [])]
             names += [f"{target.owner}.{part}" for part in parts]
             names += [f"{point}.{axis}" for point in target.own_places for axis in POSE[:3]]
@@ -148,7 +148,7 @@ class PixelObservation(AbstractObservation):
     @property
     def known(self) -> Mapping[str, Unknown]:
         found = {f"{s.owner}.{part}": Unknown("rad") for s in chain(*self.placements) for part in POSE[3:]}
-        for target in self.rig.targets:
+        for target in self.targets:
             found[f"{target.owner}.scale"] = Unknown("1", sigma=target.scale_sigma)
             found |= {f"{target.owner}.{bend}": Unknown("m", sigma=target.flatness_sigma) for bend in BENDS}
             for point, k in target.own_places.items():
@@ -171,75 +171,35 @@ class PixelObservation(AbstractObservation):
             if camera.free is not Freedom.FIXED:
                 names = (f"{camera.owner}.{part}" for part in INTRINSICS)
                 found |= dict(zip(names, camera.intrinsics.tolist(), strict=True))
-        for b, (target, part) in enumerate(self.rig.parts):
+        for target in self.targets:
             for point, k in target.own_places.items():
-                place = target.points[k]
-                if np.isinf(target.sigmas[k]):
-                    place = self._where_rays_meet(part.start + k, b, cameras, boards, poses, place)
-                found |= dict(zip((f"{point}.{axis}" for axis in POSE[:3]), place.tolist(), strict=True))
+                places = zip((f"{point}.{axis}" for axis in POSE[:3]), target.points[k].tolist(), strict=True)
+                found |= dict(places)
         return np.array(list(found.values()))
 
-    def _where_rays_meet(
-        self, point: int, number: int, cameras: np.ndarray, boards: np.ndarray, poses: np.ndarray, otherwise
-    ) -> Float[np.ndarray, "3"]:
-        """Where a point is in its board's frame, from all pictures that show it; two place it."""
-        normal, right, count = np.zeros((3, 3)), np.zeros(3), 0
-        for (i, placement), (j, held) in product(*(enumerate(placements) for placements in self.placements)):
-            if held.number != number:
-                continue
-            camera, uv = self.rig.cameras[placement.number], self.measured[:, placement.number, point]
-            rows = np.flatnonzero(np.isfinite(uv[:, 0]) & placement.rows & held.rows)
-            carried = camera.carried(poses[rows])
-            eye = se3.inverse(carried @ boards[j]) @ cameras[i]
-            rays = np.append(camera.normalised(uv[rows]), np.ones((len(rows), 1)), axis=1)
-            rays = (eye[:, :3, :3] @ (rays / np.linalg.norm(rays, axis=1, keepdims=True))[..., None])[..., 0]
-            across = np.eye(3) - rays[:, :, None] * rays[:, None]
-            normal += across.sum(0)
-            right += (across @ eye[:, :3, 3, None]).sum((0, 2))
-            count += len(rows)
-        return np.linalg.lstsq(normal, right, rcond=1e-9)[0] if count > 1 else otherwise
-
     def _placed(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Poses of `placements`: of the pair with most pictures by a closed form, and on from there.
-
-        Pairs of which too few pictures have a pose of their own are placed by all corners at once.
-        """
-        seen = np.isfinite(self.sight[..., 0, 0])
-        placing = np.concatenate([target.placing for target in self.rig.targets])
-        measured = np.where(placing[:, None], self.measured, np.nan)
-        shown = np.stack([np.isfinite(measured[:, :, p, 0]).sum(2) for _, p in self.rig.parts], axis=2)
-        shown = seen + 1e-9 * shown
+        """Poses of `placements`: of the pair with most pictures first, and on from there."""
+        shown = np.isfinite(self.sight[..., 0, 0])
         eyes, held_by = self.placements
         count = np.array([[shown[e.rows & h.rows, e.number, h.number].sum() for h in held_by] for e in eyes])
-        cameras, boards = (np.tile(np.eye(4), (n, 1, 1)) for n in count.shape)
-        placed, held = (np.zeros(n, bool) for n in count.shape)
-        while (new := count * ~(placed[:, None] & held)).any():
-            half = new * (placed[:, None] | held)
+        cameras, boards = (np.full((n, 4, 4), np.nan) for n in count.shape)
+        while True:
+            is_eye, is_board = (np.isfinite(each[:, 0, 0]) for each in (cameras, boards))
+            new = count * ~(is_eye[:, None] & is_board)
+            if not new.any():
+                still = np.eye(4)
+                return np.where(is_eye[:, None, None], cameras, still), np.where(
+                    is_board[:, None, None], boards, still
+                )
+            half = new * (is_eye[:, None] | is_board)
             i, j = np.unravel_index(int((half if half.any() else new).argmax()), new.shape)
-            c, b, mine = eyes[i].number, held_by[j].number, eyes[i].rows & held_by[j].rows
-            rows = seen[:, c, b] & mine
-            sight, camera, (target, part) = self.sight[rows, c, b], self.rig.cameras[c], self.rig.parts[b]
-            placement = cameras[i].copy() if placed[i] else None
-            given = StartInput(
-                camera, target.points, measured[mine, c, part], poses[mine], self.sight[mine, c, b], placement
-            )
-            carried = camera.carried(poses[rows])
-            if rows.sum() < (1 if placed[i] or held[j] else MIN_POSES):
-                if held[j]:
-                    cameras[i] = placed_camera(given, boards[j])
-                else:
-                    cameras[i], boards[j] = joint_start(given)
-            elif held[j]:
-                cameras[i] = _mean(carried @ boards[j] @ se3.inverse(sight))
-            elif placed[i]:
-                boards[j] = _mean(se3.inverse(carried) @ cameras[i] @ sight)
-            else:
-                cameras[i], boards[j] = placed_by_sights(camera, poses[rows], sight)
-                cameras[i] = _mean(carried @ boards[j] @ se3.inverse(sight))
-            if not held[j] and not given.are_all_near(cameras[i], boards[j]):
-                cameras[i], boards[j] = joint_start(given)
-            placed[i] = held[j] = True
-        return cameras, boards
+            c, b = eyes[i].number, held_by[j].number
+            rows, (target, part) = shown[:, c, b] & eyes[i].rows & held_by[j].rows, self.rig.parts[b]
+            camera, seen = self.rig.cameras[c], self.measured[rows, c, part]
+            seen = np.where(target.placing[:, None], seen, np.nan)
+            carried, sight = camera.carried(poses[rows]), self.sight[rows, c, b]
+            views = Views(camera, target.points, seen, carried, sight, cameras[i], boards[j])
+            cameras[i], boards[j] = views.placed()
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         place, shape = self._place, self.measured.shape
@@ -296,10 +256,10 @@ class PixelObservation(AbstractObservation):
 
     def own_errors(self, seen: Linearised) -> OwnErrors:
         """Root mean square of each picture's corners, and the error of the tool that they suggest."""
-        pictures, noise = of_residuals(seen.residual, seen.by_twist, self.seen)
+        pictures, sizes = of_residuals(seen.residual, seen.by_twist, self.seen)
         corners = pictures.count / 2.0
         pixel = np.sqrt(pictures.square / np.maximum(corners, 1.0))
-        return OwnErrors("pixel[px]", pixel, corners, *pictures.errors(noise))
+        return OwnErrors("pixel[px]", pixel, corners, *pictures.tool_errors(sizes))
 
 
 def _shaped(
@@ -325,14 +285,6 @@ def _stated(
         k = place[f"{point}.x"]
         xi[number] = unknown[k : k + 3]
     return xi
-
-
-def _mean(poses: Float[np.ndarray, "n 4 4"]) -> Float[np.ndarray, "4 4"]:
-    """One pose of many that should be the same: of the better half of them in rotation."""
-    turns = poses[:, :3, :3]
-    off = np.linalg.norm(turns - nearest_rotation(turns.sum(0)), axis=(1, 2))
-    turn = nearest_rotation(turns[off <= np.median(off)].sum(0))
-    return se3.pose(turn, np.median(poses[:, :3, 3], axis=0))
 
 
 def coordinates(owner: str, pose: Float[np.ndarray, "4 4"]) -> dict[str, float]:

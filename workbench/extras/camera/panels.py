@@ -1,18 +1,17 @@
 """Pictures of a board on the page: given or taken, what was found in them, and what they may identify."""
 
 import json
-from dataclasses import replace
 
 import viser
 
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import ON
+from workbench.extras.camera.findings import Identifiability
 from workbench.extras.camera.folder import says_target
-from workbench.extras.camera.picture_html import cells, covered, thumbnails
+from workbench.extras.camera.picture_html import thumbnails
 from workbench.extras.camera.printed import Board, PrintedSheet, across_down
 from workbench.extras.camera.rig import PictureReadings, rig_of
-from workbench.extras.camera.selection_steps import Identifiability
 from workbench.extras.camera.session_commands import LARGEST_FOLDER, CameraAlone, LoadPictures, Previews
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
@@ -51,19 +50,22 @@ class PictureFields:
     """What is asked of a board, and what takes its pictures: in the panel, and on the start card."""
 
     def __init__(self, panel: AbstractPanel, gui: viser.GuiApi):
+        board = Board()
+        squares = f"{board.across}x{board.down}"
+        self._squares = panel.line("Squares", "Across x down.", value=squares)
         self._side = panel.number(
             "Square [mm]",
             (5.0, 200.0, 0.1),
             "Side of a square, as measured on the print.",
             unit=1e-3,
-            value=1e3 * Board().square,
+            value=1e3 * board.square,
         )
         self._carrier = panel.dropdown("Board is", CARRIERS, "The camera is on the other.")
 
     @property
     def board(self) -> Board:
-        """One of these squares."""
-        return Board(square=self._side.typed, mounted=self._carrier.typed)
+        """As it is described."""
+        return Board(*across_down(self._squares.typed), self._side.typed, self._carrier.typed)
 
     def show(self, data: Dataset) -> None:
         """The board of pictures that were read."""
@@ -71,6 +73,7 @@ class PictureFields:
         set_value(self._carrier.control, ON[rig.mounted])
         if (board := rig.targets[0].charuco) is not None:
             set_value(self._side.control, 1e3 * board.square)
+            set_value(self._squares.control, "{}x{}".format(*board.squares))
 
     def build_upload(self, panel: AbstractPanel, gui: viser.GuiApi) -> None:
         """What takes a ZIP archive of the folder of the pictures."""
@@ -78,7 +81,7 @@ class PictureFields:
             "Pictures in a folder (ZIP)",
             lambda name, content: LoadPictures(name, content, self.board),
             "Pictures of a board or of tags, or a table of their corners, and a table of the joints with "
-            "a column 'image'. Without target.toml the board's squares are counted in the pictures. Up to "
+            "a column 'image'. Without target.toml the board is as above. Up to "
             f"{LARGEST_FOLDER // 2**20} MiB.",
             endings=".zip",
             maximum=LARGEST_FOLDER,
@@ -87,7 +90,8 @@ class PictureFields:
 
     def _assumed(self, content: bytes) -> str:
         """What is taken for the board of pictures without `target.toml`, as a question."""
-        return "" if says_target(content) else f"No target.toml is beside the pictures. {self.board.question}"
+        question = f"No target.toml is beside the pictures. Is it {self.board.text}?"
+        return "" if says_target(content) else question
 
 
 def ask_for_pictures(panel: AbstractPanel, gui: viser.GuiApi) -> None:
@@ -110,13 +114,9 @@ class CamerasPanel(AbstractPanel):
         with gui.add_folder("Pictures of a board", expand_by_default=True):
             with gui.add_folder("Your board, or one to print", expand_by_default=True):
                 self._fields = fields = PictureFields(self, gui)
-                board = Board()
-                squares = self.line("Squares", "Across x down.", value=f"{board.across}x{board.down}")
 
                 def printed(_: Session) -> tuple[str, bytes]:
-                    across, down = across_down(squares.typed)
-                    board = replace(fields.board, across=across, down=down)
-                    return "board.pdf", PrintedSheet.of(board.charuco).pdf()
+                    return "board.pdf", PrintedSheet.of(fields.board.charuco).pdf()
 
                 self.download("Board (PDF)", printed, "To print at 100 %.")
             gui.add_html(note(HOW_TO_TAKE, "steps-of-pictures"))
@@ -139,21 +139,10 @@ class CamerasPanel(AbstractPanel):
         self._read, seen, gate = data, "", ""
         result = session.results.identification if alone is None else alone.found
         if data is not None:
-            seen = _pictures(data, session.part(Previews) if alone is None else alone.previews)
+            seen = thumbnails(data, session.part(Previews) if alone is None else alone.previews)
             gate = _identified(result, is_alone=alone is not None)
         self._seen.content, self._gate.content = seen, gate
         self._save.visible = data is not None and result is not None
-
-
-def _pictures(data: Dataset, previews: Previews | None) -> str:
-    """Every picture with its corners, and how much of each camera's pictures is used."""
-    grid = "display:grid;grid-template-columns:repeat(4,1fr);gap:6px;margin:4px 0 8px"
-    small = block("".join(thumbnails(data, previews).values()), testid="thumbnails", style=grid)
-    used = (
-        block(f"<b>{text(camera.name)}</b>{covered(cells(data, c))}", testid=f"camera_{c}")
-        for c, camera in enumerate(rig_of(data).cameras)
-    )
-    return "".join([small, *used])
 
 
 def camera_json(session: Session) -> tuple[str, bytes]:

@@ -1,26 +1,26 @@
-"""Files of pictures: which a folder has, how they are read, how sharp they are."""
+"""Files of pictures: which a folder has, how they are read, what their EXIF says."""
 
 import contextlib
-import struct
+import io
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import UInt8
-from PIL import Image
+from PIL import Image, ImageOps
 
 from workbench.base.errors import FileError
 from workbench.base.files import read_bytes
-from workbench.base.wording import listed, plural
-from workbench.extras.camera.opencv import MAX_PIXELS, opencv
 from workbench.extras.camera.rig import Rig
 
 ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
-ORIENTATION, DETAILS, FILM_FOCAL = 0x0112, 0x8769, 0xA405
-"""EXIF's tags of how a picture is to be turned, of what it says in detail, and of the focal length [mm] …"""
+DETAILS, FILM_FOCAL = 0x8769, 0xA405
+"""EXIF's tags of what it says in detail, and of the focal length [mm] …"""
 FILM = 43.27
 """… on film of this diagonal [mm] with the same field of view."""
+MAX_PIXELS = 250_000_000
+"""Larger pictures are refused, as a small file may unpack to gigabytes; sensors have 150 million at most."""
 
 Image.MAX_IMAGE_PIXELS = MAX_PIXELS
 Picture = UInt8[np.ndarray, "height width"]
@@ -54,35 +54,21 @@ def _counting(path: Path) -> tuple[int, str]:
 
 def read_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
     """A picture in grey as the sensor saw it; turned as its EXIF says only where `size` [px] then fits."""
-    cv2 = opencv()
-    found: list[Picture] = []
-    content = read_bytes(path, wanted="a picture")
-    for each, flag in ((_unturned(content), cv2.IMREAD_IGNORE_ORIENTATION), (content, 0)):
-        with contextlib.suppress(cv2.error):  # of more than `MAX_PIXELS`, or empty
-            picture = cv2.imdecode(np.frombuffer(each, np.uint8), cv2.IMREAD_GRAYSCALE | flag)
-            found += [] if picture is None else [picture]
-        if found and size in (None, found[-1].shape[::-1]):
-            return found[-1]
-    if not found:
-        raise FileError(
-            f"can't be read as a picture of at most {MAX_PIXELS // 10**6} megapixels", path=str(path)
-        )
-    return found[0]
 
+    def grey(picture: Image.Image) -> Picture:
+        if picture.width * picture.height > MAX_PIXELS:
+            return np.zeros((0, 0), np.uint8)
+        is_turned = size not in (None, picture.size) and size == picture.size[::-1]
+        picture = ImageOps.exif_transpose(picture) if is_turned else picture
+        if picture.mode.startswith("I"):  # 16 bits
+            return (np.asarray(picture) // 256).astype(np.uint8)
+        return np.asarray(picture.convert("L"))
 
-def _unturned(content: bytes) -> bytes:
-    """A picture; a TIFF without how it is to be turned, as OpenCV turns every one, or fails to."""
-    order = {b"II*\0": "<", b"MM\0*": ">"}.get(content[:4])
-    if order is None:
-        return content
-    changed = bytearray(content)
-    with contextlib.suppress(struct.error):
-        (start,) = struct.unpack_from(f"{order}I", content, 4)
-        (count,) = struct.unpack_from(f"{order}H", content, start)
-        for entry in range(start + 2, start + 2 + 12 * count, 12):
-            if struct.unpack_from(f"{order}H", content, entry)[0] == ORIENTATION:
-                struct.pack_into(f"{order}H", changed, entry + 8, 1)
-    return bytes(changed)
+    found = _by_pillow(path, grey)
+    if found is None or not found.size:
+        wanted = f"can't be read as a picture of at most {MAX_PIXELS // 10**6} megapixels"
+        raise FileError(wanted, path=str(path))
+    return found
 
 
 def readable(files: list[tuple[str, Path]], sizes: Mapping[str, tuple[int, int] | None]) -> Iterator[Picture]:
@@ -94,41 +80,12 @@ def readable(files: list[tuple[str, Path]], sizes: Mapping[str, tuple[int, int] 
 
 def _by_pillow(path: Path, read: Callable[[Image.Image], Any]) -> Any:
     """What Pillow finds in a picture; None where it stumbles over it, each format in its own way."""
-    with contextlib.suppress(Exception), Image.open(path) as picture:
-        return read(picture)
+    with contextlib.suppress(Exception):
+        return read(Image.open(io.BytesIO(read_bytes(path, wanted="a picture"))))
     return None
-
-
-def exif_note(paths: list[Path]) -> Iterator[str]:
-    """A sentence on pictures whose EXIF says that they are to be turned."""
-    turns = {p.name: _by_pillow(p, lambda found: found.getexif().get(ORIENTATION)) for p in paths}
-    turned = [name for name, turn in turns.items() if turn not in (None, 1)]
-    if turned:
-        yield (
-            f"{plural(len(turned), 'picture')} with an EXIF rotation, {listed(turned, longest=3)}: it is "
-            "ignored, unless only the rotated ones have the camera's size"
-        )
 
 
 def exif_focal(path: Path, size: tuple[int, int]) -> float | None:
     """Focal length [px] of a picture of this size by EXIF; None where it says none."""
     focal = _by_pillow(path, lambda found: float(found.getexif().get_ifd(DETAILS).get(FILM_FOCAL, 0.0)))
     return focal / FILM * float(np.hypot(*size)) if focal and focal > 0.0 else None
-
-
-def blur(picture: Picture) -> float:
-    """How wide edges are in a picture [px, standard deviation], noise smoothed away first; inf without any.
-
-    A blurred step has slopes g ∝ exp(−t²/2σ²), and ∫g² / ∫g'² = 2σ².
-    """
-    cv2 = opencv()
-    soft = cv2.GaussianBlur(picture, (0, 0), 1.0).astype(np.float32)
-    dx, dy = cv2.Sobel(soft, cv2.CV_32F, 1, 0) / 8.0, cv2.Sobel(soft, cv2.CV_32F, 0, 1) / 8.0
-    slope = np.hypot(dx, dy)
-    steep = slope > max(0.25 * float(np.percentile(slope, 99.5)), 1.0)
-    if not steep.any():
-        return float("inf")
-    bend = cv2.Sobel(dx, cv2.CV_32F, 1, 0) / 8.0 + cv2.Sobel(dy, cv2.CV_32F, 0, 1) / 8.0
-    near = cv2.dilate(steep.astype(np.uint8), np.ones((7, 7), np.uint8)).astype(bool)
-    ratio = float((slope[near] ** 2).mean()) / max(float((bend[near] ** 2).mean()), 1e-12)
-    return float(np.sqrt(max(0.5 * ratio - 1.0, 0.0)))

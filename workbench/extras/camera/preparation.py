@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations, product
+from itertools import product
 from typing import final
 
 import numpy as np
@@ -14,15 +14,13 @@ from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 from workbench.extras.camera.camera import ON
-from workbench.extras.camera.doubts import PictureFit
+from workbench.extras.camera.findings import Identifiability
+from workbench.extras.camera.likelihood import Likelihood, Pictures
 from workbench.extras.camera.model_selection import select_camera_step
-from workbench.extras.camera.pixel_noise import Likelihood, Pictures, Variances
-from workbench.extras.camera.printed import NO_TARGET
-from workbench.extras.camera.resection import with_boards, with_boards_in_view, with_sessions_in_view
+from workbench.extras.camera.resection import with_parts_in_view
 from workbench.extras.camera.rig import PictureReadings, owner_in, rig_of, with_rig
-from workbench.extras.camera.selection_steps import Identifiability
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.instrument_preparation import AbstractPreparation, Seek
+from workbench.identification.instrument_preparation import AbstractPreparation
 from workbench.identification.problem import Noise, Problem
 
 MIN_TURN, ENOUGH_TURN = np.deg2rad((3.0, 30.0))
@@ -37,10 +35,9 @@ MAX_WRONG = 0.4
 ROBUST_ROUNDS = 5
 """Fits in turn with pictures weighed by how far they were off."""
 SUSPICIOUS, HOPELESS = 5e-3, 0.05
-"""Median error [m] from which on camera and target are tried in each other's place and other joints, and from
-which on pictures are refused."""
-OTHER_JOINTS = 0.3
-"""Part of the median error that the right joints leave at most."""
+"""Median error [m] from which on other meanings of the rows are tried, and from which on they are refused."""
+OTHERWISE = 0.3
+"""Part of the median error that the right meaning leaves at most."""
 ROUGH = Noise(1e-3, 2e-3, (), 1.0)
 """Corners share what an arm that is not calibrated yet lacks."""
 
@@ -55,11 +52,16 @@ class PicturePreparation(AbstractPreparation):
 
     def contradicted(self, robot: Robot, data: Dataset) -> Mapping[int, str]:
         _check_number(data)
-        _check_turned(robot, data)
+        if (turn := _largest_turn(robot, data)) < MIN_TURN:
+            raise DataError(
+                f"{data.source}: the tool turned by only {np.rad2deg(turn):.2g}°, so the pictures can't "
+                f"determine the poses of camera and target; {TURN_MORE}",
+                found=turn,
+            )
         return mismatched_pictures(robot, data)
 
     def suited(self, robot: Robot, data: Dataset) -> Dataset:
-        data = with_boards_in_view(data, fitted=True)
+        data = with_parts_in_view(data)
         _check_number(data)
         if (turn := _largest_turn(robot, data)) > ENOUGH_TURN:
             return data
@@ -69,43 +71,40 @@ class PicturePreparation(AbstractPreparation):
         return replace(data, notes=(*data.notes, f"{turned}; {TURN_MORE}"))
 
     def decide(
-        self,
-        robot: Robot,
-        data: Dataset,
-        *,
-        free: Sequence[str],
-        build: Callable[..., Problem],
-        seek: Seek | None,
+        self, robot: Robot, data: Dataset, *, free: Sequence[str], build: Callable[..., Problem]
     ) -> tuple[Problem, Identifiability]:
-        return select_camera_step(robot, data, free=free, build=build, seek=seek)
+        return select_camera_step(robot, data, free=free, build=build)
 
     def comparable(self, held: Dataset, fitted: Dataset) -> Dataset:
-        held = with_boards(held, [target.owner for target in rig_of(fitted).targets])
-        freedom = {camera.owner: camera.free for camera in rig_of(fitted).cameras}
-        own = rig_of(held)
+        own, other = rig_of(held), rig_of(fitted)
+        freedom = {camera.owner: camera.free for camera in other.cameras}
         cameras = (replace(c, free=freedom.get(c.owner, c.free)) for c in own.cameras)
-        rig = replace(own, cameras=tuple(cameras))
-        held = with_rig(held, rig)
-        known = {owner_in(p, s) for p in rig.posed for s in fitted.sessions}
-        held = with_sessions_in_view(held, MIN_PICTURES, known)
+        known = {owner_in(p, s) for p in other.posed for s in fitted.sessions}
+        held = with_rig(held, replace(own, cameras=tuple(cameras)))
+        held = with_parts_in_view(held, MIN_PICTURES, known)
         sessions = held.take(held.included).sessions if held.included.any() else ()
         new = tuple(
             f"held-out session '{s}': the pose of {part.owner} was found from its own pictures, the arm "
             "from the others"
-            for part, s in product(rig.posed, sessions)
+            for part, s in product(own.posed, sessions)
             if owner_in(part, s) not in known
         )
         return replace(held, notes=(*held.notes, *new))
 
     def noise_left(self, problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:
-        return Likelihood.at(problem, x).most_likely(Variances(problem.noise)).noise
+        return Likelihood.at(problem, x).likeliest().noise
 
 
 def _check_number(data: Dataset) -> None:
-    count = int(data.included.sum())
-    if count < MIN_PICTURES:
+    """Refuse too few pictures, with the reasons why others are not among them."""
+    is_placed = np.isfinite(PictureReadings.of(data).sight[..., 0, 0]).any((1, 2))
+    if (count := int((data.included & is_placed).sum())) < MIN_PICTURES:
+        lost = [] if data.reason is None else data.reason[~data.included].tolist()
+        why = "; ".join([*data.notes, *dict.fromkeys(reason for reason in lost if reason)])
         raise DataError(
-            f"{data.source}: {count} pictures are left to fit; give at least {MIN_PICTURES}", found=count
+            f"{data.source}: {count} pictures with four points of the target or more are left to fit; give "
+            f"at least {MIN_PICTURES}" + (f" ({why})" if why else ""),
+            found=count,
         )
 
 
@@ -113,16 +112,6 @@ def _largest_turn(robot: Robot, data: Dataset) -> float:
     """By which the tool turned from the first picture to any other [rad]."""
     turn = predict(robot, data.take(data.included))[:, :3, :3]
     return float(np.linalg.norm(se3.matrix_to_rotvec(turn[0].T @ turn), axis=1).max())
-
-
-def _check_turned(robot: Robot, data: Dataset) -> None:
-    """Refuse pictures between which the tool hardly turns: they don't tell where camera and target are."""
-    if (turn := _largest_turn(robot, data)) < MIN_TURN:
-        raise DataError(
-            f"{data.source}: the tool turned by only {np.rad2deg(turn):.2g}°, so the pictures can't "
-            f"determine the poses of camera and target; {TURN_MORE}",
-            found=turn,
-        )
 
 
 def mismatched_pictures(
@@ -133,92 +122,59 @@ def mismatched_pictures(
     A picture counts the less in the fit the farther it is off, so that a few wrong ones don't bend it.
 
     Raises:
-        DataError: all suit a rig whose camera and target have changed places, or joints a row away or with
-            one reversed, or most suit nothing.
+        DataError: most suit nothing, or all suit another meaning of the rows.
     """
     free = tuple(n for n in robot.joint_offsets if n in robot.default_free)
 
-    def fitted(rows: Dataset) -> tuple[Problem, np.ndarray, np.ndarray]:
+    def errors(rows: Dataset) -> Float[np.ndarray, " rows"]:
+        """How far each picture is off [m], in a fit in which pictures that are far off count less."""
         problem = build(robot, rows, free=free).with_noise(ROUGH)
-        return problem, *_robust_errors(problem)
+        x = problem.start
+        for _ in range(ROBUST_ROUNDS):
+            off = Pictures.at(problem, x).off
+            weight = 1.0 / np.sqrt(1.0 + (off / (3.0 * np.median(off) + 1e-6)) ** 2)
+            x = Opt2(limit=40).search(problem.with_row_weights(weight), begin=x).x
+        return Pictures.at(problem, x).off
 
-    problem, x, off = fitted(data)
+    off = errors(data)
     usual = float(np.median(off))
-    if usual > SUSPICIOUS:
-        _check_mounts(robot, data, build, problem, x)
-        for text, q in _other_joints(data):
-            if np.median(fitted(replace(data, q=q))[2]) < OTHER_JOINTS * usual:
-                raise DataError(f"{data.source}: {text}")
+    others = [(np.median(errors(rows)), text) for text, rows in _other_meanings(data) if usual > SUSPICIOUS]
+    if others and min(others)[0] < OTHERWISE * usual:
+        raise DataError(f"{data.source}: {min(others)[1]}")
     if usual > HOPELESS:
         raise DataError(
             f"{data.source}: the pictures don't fit their joint readings: with the best poses of camera and "
             f"target, half of them are {1e3 * usual:.0f} mm off or more; check the order of the rows, the "
             "order, units and signs of the joints, and the robot"
         )
-    limit = max(OUT_OF_LINE * usual, FAR_OFF)
-    lost = off > limit
-    if not lost.any() or lost.mean() >= MAX_WRONG:
+    lost = off > max(OUT_OF_LINE * usual, FAR_OFF)
+    if lost.mean() >= MAX_WRONG:
         return {}
     image = PictureReadings.of(data).image
-    reasons = {
+    return {
         int(i): f"image {image[i]} does not fit its joint readings: {1e3 * off[i]:.1f} mm off"
         for i in np.flatnonzero(lost)
     }
-    for i, j in combinations(reasons, 2):
-        order = np.arange(len(data))
-        order[[i, j]] = j, i
-        swapped = build(robot, replace(data, q=data.q[order]), free=free).with_noise(ROUGH)
-        if (_errors(swapped, x)[[i, j]] <= limit).all():
-            text = f"the joints of images {image[i]} and {image[j]} are exchanged"
-            reasons |= {i: text, j: text}
-    return reasons
 
 
-def _other_joints(data: Dataset) -> Iterator[tuple[str, Float[np.ndarray, "rows n"]]]:
-    """What joints may be in place of those of the file, in words and as numbers."""
+def _other_meanings(data: Dataset) -> Iterator[tuple[str, Dataset]]:
+    """What the rows may mean instead, in words and as rows."""
+    rig = rig_of(data)
+    board, camera = ON[rig.cameras[0].mounted], ON[rig.mounted]
+    yield (
+        f"the mounts are exchanged: the board is {board} and the camera {camera}; exchange 'mounted' in "
+        "target.toml and camera.toml, or change 'Board is' on the page, and read the pictures again",
+        with_rig(data, rig.with_mounts_exchanged()),
+    )
     for ahead, word in ((1, "before"), (-1, "after")):
         yield (
             f"each picture fits the joints of the row {word} its own; correct the order of the joints, or "
             "the names of their pictures",
-            np.roll(data.q, ahead, axis=0),
+            replace(data, q=np.roll(data.q, ahead, axis=0)),
         )
     for joint in range(data.joints):
         yield (
             f"joint {joint + 1} counts backwards: the pictures fit its readings with the opposite sign; "
             "correct its column, or the robot",
-            data.q * np.where(np.arange(data.joints) == joint, -1.0, 1.0),
-        )
-
-
-def _errors(problem: Problem, x: np.ndarray) -> Float[np.ndarray, " rows"]:
-    """How far off every picture's corners are, where the target is [m, root mean square]."""
-    pictures = Pictures.at(problem, x)
-    slope = np.einsum("rii->r", pictures.normal[:, :3, :3])
-    return np.sqrt(2.0 * pictures.square / np.maximum(slope, 1e-12))
-
-
-def _robust_errors(problem: Problem) -> tuple[np.ndarray, Float[np.ndarray, " rows"]]:
-    """Answer of a fit in which pictures that are far off count less, and how far each is off [m]."""
-    x = problem.start
-    for _ in range(ROBUST_ROUNDS):
-        off = _errors(problem, x)
-        weight = 1.0 / np.sqrt(1.0 + (off / (3.0 * np.median(off) + 1e-6)) ** 2)
-        x = Opt2(limit=40).search(problem.with_row_weights(weight), begin=x).x
-    return x, _errors(problem, x)
-
-
-def _check_mounts(
-    robot: Robot, data: Dataset, build: Callable[..., Problem], problem: Problem, x: np.ndarray
-) -> None:
-    """Refuse a rig whose camera rides where its file says that the target does."""
-    rig = rig_of(data)
-    other = with_rig(data, rig.with_mounts_exchanged())
-    tried = build(robot, other, free=()).with_noise(ROUGH)
-    if PictureFit(tried, _robust_errors(tried)[0]).pixel < 0.5 * PictureFit(problem, x).pixel:
-        board, camera = ON[rig.cameras[0].mounted], ON[rig.mounted]
-        is_asked = any(note.startswith(NO_TARGET) for note in data.notes)
-        mend = "change 'Board is'" if is_asked else "exchange 'mounted' in target.toml and camera.toml"
-        raise DataError(
-            f"{data.source}: the mounts are exchanged: the board is {board} and the camera {camera}; {mend} "
-            "and read the pictures again"
+            replace(data, q=data.q * np.where(np.arange(data.joints) == joint, -1.0, 1.0)),
         )

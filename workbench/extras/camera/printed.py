@@ -1,18 +1,18 @@
 """Boards on paper: a sheet to print at its true size with a ruler, and the board that pictures show."""
 
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import OptionError
 from workbench.base.files import write_text
 from workbench.extras.camera.camera import ON, Mount
-from workbench.extras.camera.corner_detection import BoardFinder
+from workbench.extras.camera.corner_detection import BoardFinder, a_few
 from workbench.extras.camera.folder import has_target
-from workbench.extras.camera.markers import likely_board, opencv_board
+from workbench.extras.camera.markers import COMMON_NAMES, has_markers_for, opencv_board
 from workbench.extras.camera.picture_files import ENDINGS, read_picture, readable
 from workbench.extras.camera.target import USUAL_DICTIONARY, Charuco, charuco_target, target_toml
 
@@ -26,8 +26,6 @@ DOT = 0.05
 """Largest dot of the drawn board [mm]; corners of squares lie between dots, so that they are exact."""
 LINE, TEXT = 0.2, 2.3
 """Width of the ruler's lines and height of the text [mm]."""
-LOOKED_AT = 12
-"""Pictures in which squares are counted."""
 NO_TARGET = "no target.toml"
 """How the note of a board begins of which no file tells."""
 
@@ -53,30 +51,27 @@ class Board:
         return Charuco((self.across, self.down), self.square, fitting_marker(self.square), USUAL_DICTIONARY)
 
     def fill_in(self, folder: Path) -> tuple[str, ...]:
-        """Write `target.toml` in a folder of pictures without; returns what was done, a sentence each."""
+        """Write `target.toml` in a folder of pictures without; returns what was done, a sentence each.
+
+        The dictionary is the common one that shows most corners in some of the pictures.
+        """
         files = [("", p) for p in sorted(folder.rglob("*")) if p.suffix.lower() in ENDINGS]
         if has_target(folder) or not files:
             return ()
-        some = [files[k] for k in np.unique(np.linspace(0, len(files) - 1, LOOKED_AT).astype(int))]
-        pictures = list(readable(some, {"": None})) or [read_picture(some[0][1])]  # which says why it can't
-        if (board := likely_board(self.charuco, pictures)) is None:
-            reason = BoardFinder.of((charuco_target(self.charuco, self.mounted),)).reason(pictures[0])
-            raise DataError(
-                "the pictures don't tell how many squares the board has; add its target.toml. Of the first "
-                f"picture: {reason}"
-            )
-        write_text(folder / "target.toml", target_toml(charuco_target(board, self.mounted)))
-        counted = "{} × {} squares counted in the pictures".format(*board.squares)
-        return (f"{NO_TARGET}: {counted} ({board.dictionary}), of {self._side_and_place}",)
+        pictures = list(readable(a_few(files), {"": None})) or [
+            read_picture(files[0][1])
+        ]  # which says why not
+        boards = [replace(self.charuco, dictionary=name) for name in COMMON_NAMES]
+        boards = [board for board in boards if has_markers_for(board)]
+        targets = [charuco_target(board, self.mounted) for board in boards or [self.charuco]]
+        target = max(targets, key=lambda each: BoardFinder.of((each,), pictures).shown(pictures))
+        write_text(folder / "target.toml", target_toml(target))
+        return (f"{NO_TARGET}: taken to be {self.text} ({target.dictionary})",)
 
     @property
-    def question(self) -> str:
-        """Asks for what pictures don't tell."""
-        return f"Is it a board with squares of {self._side_and_place}? They are counted in the pictures."
-
-    @property
-    def _side_and_place(self) -> str:
-        return f"{1e3 * self.square:g} mm, {ON[self.mounted]}"
+    def text(self) -> str:
+        side = f"{1e3 * self.square:g} mm, {ON[self.mounted]}"
+        return f"a board of {self.across} x {self.down} squares of {side}"
 
 
 def fitting_marker(square: float) -> float:

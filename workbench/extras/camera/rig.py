@@ -126,14 +126,10 @@ class Rig:
     def text(self) -> str:
         return ", ".join(f"{t.name}: {t.text}" if t.name else t.text for t in self.targets)
 
-    @property
-    def is_lens_fixed(self) -> bool:
-        """Whether some camera's intrinsics count as known."""
-        return any(camera.free is Freedom.FIXED for camera in self.cameras)
-
-    def with_intrinsics(self, free: Freedom) -> "Rig":
-        """The same with the intrinsics of every camera fixed, free or with a prior."""
-        return replace(self, cameras=tuple(replace(camera, free=free) for camera in self.cameras))
+    def with_fixed_intrinsics(self, free: Freedom) -> "Rig":
+        """The same with fixed intrinsics free, or with what is known of them."""
+        cameras = (replace(c, free=free) if c.free is Freedom.FIXED else c for c in self.cameras)
+        return replace(self, cameras=tuple(cameras))
 
     def with_mounts_exchanged(self) -> "Rig":
         """The same with the cameras where the target is said to be, and the other way round."""

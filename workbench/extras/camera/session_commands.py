@@ -92,8 +92,7 @@ class LoadPictures(AbstractLoad[Read]):
     Args:
         name: Name of the archive.
         content: A ZIP archive of the folder.
-        board: What it shows where the archive does not say: squares of this side, as many as are counted in
-            the pictures; the lens is then found from these, too.
+        board: What it shows where the archive does not say; the lens is then found from the pictures, too.
     """
 
     name: str

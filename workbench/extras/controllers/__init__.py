@@ -7,7 +7,7 @@ PARTS = Parts(
         "workbench.extras.controllers.kinematics_yaml:FRANKA",
         "workbench.extras.controllers.mjcf:Mjcf",
         "workbench.extras.controllers.kinematics_yaml:OPENARM",
-        "workbench.extras.controllers.program.form:PythonModule",
+        "workbench.extras.controllers.program:PythonModule",
         "workbench.extras.controllers.ur_calibration:UrCalibration",
         "workbench.extras.controllers.kinematics_yaml:UR",
         "workbench.extras.controllers.into:Urdf",

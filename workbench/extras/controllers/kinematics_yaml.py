@@ -16,7 +16,6 @@ xarm_ros2; robots/fr3/kinematics.yaml of franka_description; config/arm of opena
 import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -25,15 +24,13 @@ from workbench.arm.frame import Frame
 from workbench.arm.joint_frames import JointFrames
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
-from workbench.base.errors import FileError, OptionError, RobotError
+from workbench.base.errors import FileError, OptionError
 from workbench.base.toml import MAX_NUMBER
 from workbench.base.types import Matrix4
 from workbench.exports.export_format import AbstractForm, Job, tool_note
 from workbench.identification.checks.arm_match import require_same_arm
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
-OTHER_AXES = 0.3
-"""Difference in the cosine of the angle between two axes that no production error explains."""
 NUMBERED = tuple(f"joint{k}" for k in range(1, 51))
 
 
@@ -49,7 +46,6 @@ class KinematicsYaml(AbstractForm):
         dofs: Numbers of joints that its arms have.
         head: Key above all joints; empty for none.
         inner: Key between a joint and its numbers; empty for none.
-        parallel: Joints of its arms, from 1, whose axes are parallel to the one before; empty for any.
         flange: Whether a last entry holds the flange.
         hashed: Whether a hash tells the driver which arm the file belongs to.
         advice: What to know before it is used.
@@ -59,7 +55,6 @@ class KinematicsYaml(AbstractForm):
     title: str = ""
     joints: tuple[str, ...] = NUMBERED
     dofs: tuple[int, ...] = ()
-    parallel: tuple[int, ...] = ()
     head: str = ""
     inner: str = ""
     flange: bool = False
@@ -69,22 +64,20 @@ class KinematicsYaml(AbstractForm):
 
     def write(self, job: Job) -> str:
         frames = self._frames(job)
-        poses = [j.origin for j in frames.joints] + ([frames.flange] if self.flange else [])
-        lines = [f"# {job.robot.name}: calibrated joint frames [m, rad], each in the link before it"]
-        lines += [f"# {note}" for note in self.notes(job)]
-        lines += [f"{self.head}:"] if self.head else []
-        pad = "  " if self.head else ""
+        poses = [j.origin for j in frames.joints] + [frames.flange] * self.flange
+        pad, inner = "  " * bool(self.head), "  " * bool(self.inner)
         body: list[str] = []
         for name, pose in zip(self.joints, poses, strict=False):
             values = [*pose[:3, 3], *se3.matrix_to_rpy(pose[:3, :3])]
-            body.append(f"{pad}{name}:")
-            body += [f"{pad}  {self.inner}:"] if self.inner else []
-            inner = pad + ("    " if self.inner else "  ")
-            body += [f"{inner}{part}: {float(v) + 0.0!r}" for part, v in zip(PARTS, values, strict=True)]
+            body += [f"{pad}{name}:", *([f"{pad}  {self.inner}:"] if self.inner else [])]
+            pairs = zip(PARTS, values, strict=True)
+            body += [f"{pad}{inner}  {part}: {float(v) + 0.0!r}" for part, v in pairs]
         if self.hashed:
             digest = hashlib.sha256("\n".join(body).encode()).digest()
             body.append(f"{pad}hash: calib_{int.from_bytes(digest[:8], 'big')}")
-        return "\n".join([*lines, *body, ""])
+        title = f"{job.robot.name}: calibrated joint frames [m, rad], each in the link before it"
+        lines = [f"# {text}" for text in (title, *self.notes(job))]
+        return "\n".join([*lines, *([f"{self.head}:"] if self.head else []), *body, ""])
 
     def read(self, text: str, job: Job) -> Robot:
         frames = job.frames
@@ -110,7 +103,6 @@ class KinematicsYaml(AbstractForm):
                 f"--for {self.name} is for arms of {' or '.join(map(str, self.dofs))} revolute joints; "
                 f"'{job.robot.name}' has {found}"
             )
-        self._check_axes(job, frames)
         if job.source is not None:
             origins = self._poses(job.source, len(frames.joints))
             theirs = frames.with_origins(origins, np.eye(4)).robot(job.robot)
@@ -120,28 +112,14 @@ class KinematicsYaml(AbstractForm):
             frames = self._with_turn(frames)
         return frames
 
-    def _check_axes(self, job: Job, frames: JointFrames) -> None:
-        """Refuse an arm whose neighbouring axes are parallel elsewhere than those of the maker's arms."""
-        if not self.parallel:
-            return
-        axes = [pose[:3, :3] @ j.axis for pose, j in zip(frames.at_zero, frames.joints, strict=False)]
-        cosines = np.abs([a @ b for a, b in pairwise(axes)])
-        if np.abs(cosines - [k in self.parallel for k in range(2, len(axes) + 1)]).max() > OTHER_AXES:
-            raise RobotError(
-                f"--for {self.name} needs an arm in which only joints "
-                f"{' and '.join(map(str, self.parallel))} are parallel to the preceding one; "
-                f"'{job.robot.name}' is not"
-            )
-
     def _with_turn(self, frames: JointFrames) -> JointFrames:
         """The last joint's frame brought to the flange, as far as its own axis allows."""
-        origins = [j.origin for j in frames.joints]
-        flange = frames.flange
-        last = frames.joints[-1].axis
+        *origins, last = (j.origin for j in frames.joints)
+        flange, axis = frames.flange, frames.joints[-1].axis
         w, *v = se3.matrix_to_quaternion(flange[:3, :3])
-        turn = se3.rotvec_to_matrix(last * 2.0 * np.arctan2(last @ np.array(v), w))
-        move = se3.pose(turn, last * (last @ flange[:3, 3]))
-        return frames.with_origins([*origins[:-1], origins[-1] @ move], se3.inverse(move) @ flange)
+        turn = se3.rotvec_to_matrix(axis * 2.0 * np.arctan2(axis @ np.array(v), w))
+        move = se3.pose(turn, axis * (axis @ flange[:3, 3]))
+        return frames.with_origins([*origins, last @ move], se3.inverse(move) @ flange)
 
     def _tool(self, job: Job) -> Frame:
         """The tool in the last frame of the file."""
@@ -156,13 +134,13 @@ class KinematicsYaml(AbstractForm):
                 joints = table[self.head] if self.head else table
                 entry = joints[name][self.inner] if self.inner else joints[name]
                 values = np.array([float(entry[part]) for part in PARTS])
-                if not (np.abs(values) < MAX_NUMBER).all():
-                    raise ValueError
             except (KeyError, TypeError, ValueError):
+                values = np.full(len(PARTS), np.nan)
+            if not (np.abs(values) < MAX_NUMBER).all():
                 raise FileError(
                     f"has no numbers x, y, z, roll, pitch, yaw for '{name}'; give a {self.title}",
                     path=f"the {self.name} file",
-                ) from None
+                )
             poses.append(se3.pose(se3.rpy_to_matrix(values[3:]), values[:3]))
         return poses
 
@@ -170,21 +148,17 @@ class KinematicsYaml(AbstractForm):
 def _nested(text: str) -> dict:
     """Mappings within mappings by indentation: all of YAML that these files use."""
     root: dict = {}
-    stack: list[tuple[int, dict]] = [(-1, root)]
-    for raw in text.splitlines():
-        line = raw.split("#")[0].rstrip()
+    above: list[tuple[int, dict]] = [(-1, root)]
+    for line in (raw.split("#")[0].rstrip() for raw in text.splitlines()):
         key, colon, value = line.strip().partition(":")
         if not colon:
             continue
         depth = len(line) - len(line.lstrip())
-        while stack[-1][0] >= depth:
-            stack.pop()
-        here = stack[-1][1]
-        if value.strip():
-            here[key] = value.strip()
-        else:
-            here[key] = {}
-            stack.append((depth, here[key]))
+        while above[-1][0] >= depth:
+            above.pop()
+        here: dict = {}
+        above[-1][1][key] = value.strip() or here
+        above.append((depth, here))
     return root
 
 
@@ -193,7 +167,6 @@ UR = KinematicsYaml(
     title="kinematics file of ur_description (kinematics_params_file)",
     joints=("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"),
     dofs=(6,),
-    parallel=(3, 4),
     head="kinematics",
     hashed=True,
     advice=(
@@ -208,7 +181,6 @@ XARM = replace(
     title="kinematics file of xarm_description (kinematics_suffix)",
     joints=NUMBERED,
     dofs=(5, 6, 7),
-    parallel=(),
     hashed=False,
     advice=("save it as user/xarm6_kinematics_SUFFIX.yaml, with the model's name, for kinematics_suffix",),
 )

@@ -1,4 +1,4 @@
-"""MuJoCo's MJCF: the frames of the calibrated joints, and masses; or a file of the user's own (`into.py`).
+"""MuJoCo's MJCF: the frames of the calibrated joints, and masses.
 
 Bodies are nested, each at its joint's frame: position and quaternion in the body before, the
 joint's axis, its range. The base is the first body, flange and tool are sites of the last. Inertia is that of
@@ -19,11 +19,9 @@ from workbench.arm.masses import carried, sphere_inertia
 from workbench.arm.robot import JointKind, Robot
 from workbench.arm.urdf_writer import numbers_text as _text
 from workbench.base import se3
+from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4
 from workbench.exports.export_format import AbstractForm, Job
-from workbench.extras.controllers.into import notes_of, read_back, write_into
-from workbench.extras.controllers.joint_names import joint_names
-from workbench.extras.controllers.model_files import MJCF
 
 MIN_MASS, MIN_INERTIA = "0.001", "1e-06"
 
@@ -33,20 +31,19 @@ class Mjcf(AbstractForm):
     """A model for MuJoCo, of frames, joints and masses."""
 
     name = "mjcf"
-    title = "MuJoCo model (MJCF) with the calibrated joints' frames; or your own (--into FILE)"
+    title = "MuJoCo model (MJCF) with the calibrated joints' frames"
     ending = ".xml"
 
     def write(self, job: Job) -> str:
-        if job.source is not None:
-            return write_into(MJCF, job)
         robot, frames = job.robot, job.frames
+        if job.source is not None:
+            raise OptionError("--for mjcf writes a new model; --into FILE is for --for urdf", option="--into")
         root = ET.Element("mujoco", model=robot.name)
         ET.SubElement(root, "compiler", angle="radian", boundmass=MIN_MASS, boundinertia=MIN_INERTIA)
         ET.SubElement(root, "option", gravity=_text(robot.gravity))
-        world = ET.SubElement(root, "worldbody")
-        node = _body(world, "base", robot.base.pose)
-        bodies = _bodies(robot, frames)
-        for name, joint, mass in zip(joint_names(robot), frames.joints, bodies, strict=True):
+        node = _body(ET.SubElement(root, "worldbody"), "base", robot.base.pose)
+        parts = zip(robot.joint_names, frames.joints, _masses(robot, frames), strict=True)
+        for name, joint, mass in parts:
             node = _body(node, f"{name}_link", joint.before @ joint.origin)
             kind = "slide" if joint.joint.kind is JointKind.PRISMATIC else "hinge"
             entry = ET.SubElement(node, "joint", name=name, type=kind, axis=_text(joint.axis))
@@ -62,21 +59,17 @@ class Mjcf(AbstractForm):
         return ET.tostring(root, encoding="unicode") + "\n"
 
     def read(self, text: str, job: Job) -> Robot:
-        if job.source is not None:
-            return read_back(MJCF, text, job)
         root, frames = ET.fromstring(text), job.frames
         poses, (flange, _) = ([_pose(node) for node in root.iter(kind)] for kind in ("body", "site"))
         own = zip(frames.joints, poses[1:], strict=True)
         return frames.with_origins([se3.inverse(j.before) @ p for j, p in own], flange).robot(job.robot)
 
     def notes(self, job: Job) -> Iterable[str]:
-        if job.source is not None:
-            yield from notes_of(MJCF, job)
-        elif not job.robot.has_masses:
+        if not job.robot.has_masses:
             yield "masses are unknown: links have MuJoCo's minimum mass, enough for kinematics only"
 
 
-def _bodies(robot: Robot, frames: JointFrames) -> list[tuple[float, np.ndarray] | None]:
+def _masses(robot: Robot, frames: JointFrames) -> list[tuple[float, np.ndarray] | None]:
     """Mass and its centre in each joint's frame; None where the mass is unknown."""
     after = np.array([i for i, e in enumerate(robot.elements) if e.joint is not None])
     still = chains.Chain(tuple(robot.elements), robot.dof)

@@ -9,5 +9,4 @@ PARTS = Parts(
         "map_motors": "workbench.extras.hobby.motor_map:map_motors",
     },
     layouts=("workbench.extras.hobby.layouts:Motors",),
-    exports=("workbench.extras.hobby.lerobot:MotorCalibration",),
 )

@@ -28,49 +28,26 @@ from scipy.ndimage import map_coordinates
 
 from workbench.base.circles import fit_circle
 from workbench.base.errors import DataError, FileError
-from workbench.base.types import Poses, Positions, Vector3, frozen
+from workbench.base.types import Positions, Vector3, frozen
 
 INCH = 0.0254
 PRINT = 0.3e-3
 """Width of the printed line [m]."""
-STROKE = 0.5e-3
-"""Width of the pencil's line [m]."""
-BORDER = 0.2
-"""Paper around the circle, as a share of its radius."""
-MARK = (0.02, 0.07)
-"""Where a quarter's mark begins and ends outside the circle, as shares of the radius."""
-LONG = 0.14
-"""Where the mark of the beginning ends, likewise."""
-RED = np.array([0.90, 0.22, 0.20])
-"""The printed ink's reflectance."""
-GRAPHITE = 0.35
-"""The pencil's reflectance."""
-PAPER = 0.96
-"""The paper's reflectance."""
-GRAIN = 0.25
-"""Relative roughness of the pencil's stroke."""
-GLOW = 0.012
-"""Standard deviation of the scanner's noise, as a share of white."""
+BORDER, MARK, LONG = 0.2, (0.02, 0.07), 0.14
+"""Of the circle's radius: paper around it, a quarter's mark outside it, the end of the beginning's mark."""
+RED, PAPER = np.array([0.90, 0.22, 0.20]), 0.96
+"""Reflectances of the printed ink and of the paper."""
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
 """Of the rays, counter-clockwise [rad]."""
-INKED = 0.25
-"""Minimum share of green light that the print absorbs, relative to red."""
-DARK = 0.15
-"""Minimum share of red light that the pencil absorbs."""
-MIN_DOTS = 500
-"""Red dots below which there is no print."""
-MIN_RAYS = 0.8
-"""Share of the rays that must show the printed line."""
-WIDE = 0.06
-"""Half the width of the ring that is searched, as a share of the radius."""
-LINE_HALF_WIDTH = 0.012
-"""Half the width about the darkest place that belongs to a line, as a share of the radius."""
+INKED, DARK = 0.25, 0.15
+"""Minimum shares of green light that the print absorbs, relative to red, and of red that the pencil does."""
+MIN_DOTS, MIN_RAYS = 500, 0.8
+"""Red dots below which there is no print; share of the rays that must show the printed line."""
+WIDE, LINE_HALF_WIDTH, ROUGH, MARKED = 0.06, 0.012, 0.04, (0.085, 0.125)
+"""Of the circle's radius: half the ring that is searched, half of what belongs to a line about its darkest
+place, maximum distance of the print's dots from a circle, and where the long mark alone is, outside it."""
 OVAL = 0.02
 """Maximum share by which a scan may be oval."""
-ROUGH = 0.04
-"""Maximum distance of the print's dots from a circle, as a share of the radius."""
-MARKED = (0.085, 0.125)
-"""Where the long mark alone is, outside the circle, as shares of the radius."""
 OUTLIER_ROUNDS = 4
 """Rounds of every fit that leaves outliers out."""
 HARMONICS = np.stack(
@@ -82,86 +59,13 @@ Image = UInt8[np.ndarray, "height width 3"]
 """A picture in red, green and blue."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Drawn:
-    """What a pencil drew.
-
-    Args:
-        points: Where it touched the paper: towards the beginning of the circle, and a quarter further [m].
-        extension: How far it stood out beyond its length at rest [m].
-    """
-
-    points: Float[np.ndarray, "rows 2"]
-    extension: Float[np.ndarray, " rows"]
-
-
-def draw(poses: Poses, centre: Vector3, along: Vector3, across: Vector3) -> Drawn:
-    """What tools at these poses draw on the plane of a circle.
-
-    Args:
-        poses: Of the tip of the pencil at rest, the tool's z axis along it [m].
-        centre: Middle of the printed circle, in the same frame [m].
-        along: Unit vector from there to where the path begins.
-        across: Unit vector from there to where it is after a quarter.
-    """
-    normal = np.cross(along, across)
-    slant = poses[:, :3, 2] @ normal
-    flattest = int(np.argmin(np.abs(slant)))
-    if abs(slant[flattest]) < 0.1:
-        raise DataError(f"the pencil lies flat on the paper in row {flattest}", row=flattest)
-    away = poses[:, :3, 3] - centre
-    extension = -(away @ normal) / slant
-    touch = away + extension[:, None] * poses[:, :3, 2]
-    return Drawn(points=frozen(touch @ np.stack([along, across], 1)), extension=frozen(extension))
-
-
 def sheet(radius: float, *, dpi: float = 300.0) -> Image:
     """The sheet to print: circle and marks, the beginning on the right [radius in m]."""
-    x, y = _places(radius, dpi, (0.0, 0.0), 0.0)
-    return _shown(_print(x, y, radius, dpi))
+    return shown(printed(*places(radius, dpi), radius, dpi))
 
 
-def scan(
-    drawn: Drawn,
-    radius: float,
-    *,
-    clockwise: bool,
-    rng: np.random.Generator,
-    dpi: float = 300.0,
-    turned: float = 0.0,
-    shifted: tuple[float, float] = (0.0, 0.0),
-) -> Image:
-    """A scan of the sheet with the pencil's stroke on it.
-
-    Args:
-        drawn: The stroke, once around.
-        radius: Of the printed circle [m].
-        clockwise: Whether the path runs clockwise for who looks at the paper.
-        dpi: Dots per inch.
-        turned: How the sheet lies on the scanner, counter-clockwise [rad].
-        shifted: And where [m]; the third number does not count.
-    """
-    x, y = _places(radius, dpi, shifted, turned)
-    paper = _print(x, y, radius, dpi)
-    sense = -1.0 if clockwise else 1.0
-    angle = np.unwrap(np.arctan2(drawn.points[:, 1], drawn.points[:, 0]))
-    distance = np.linalg.norm(drawn.points, axis=1)
-    order = np.argsort(angle)
-    reach = np.hypot(x, y)
-    near = (reach > distance.min() - STROKE - INCH / dpi) & (reach < distance.max() + STROKE + INCH / dpi)
-    here = sense * np.arctan2(y[near], x[near])
-    turn = 2.0 * np.pi
-    here = here + turn * np.ceil((angle.min() - here) / turn)
-    line = np.interp(here, angle[order], distance[order])
-    stroke = _edge(0.5 * STROKE - np.abs(reach[near] - line), dpi) * (here <= angle.max())
-    grain = 1.0 + GRAIN * rng.standard_normal(x.shape)[near]
-    dark = stroke * (1.0 - GRAPHITE) * np.clip(grain, 0.0, 1.3)
-    paper[near] *= (1.0 - np.clip(dark, 0.0, 0.95))[:, None]
-    return _shown(paper + GLOW * rng.standard_normal(paper.shape))
-
-
-def _places(
-    radius: float, dpi: float, shifted: tuple[float, float], turned: float
+def places(
+    radius: float, dpi: float, shifted: tuple[float, float] = (0.0, 0.0), turned: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates of every dot on the paper, x towards the beginning, y a quarter counter-clockwise [m]."""
     dots = int(np.ceil(2.0 * radius * (1.0 + BORDER) / INCH * dpi))
@@ -171,28 +75,29 @@ def _places(
     return c * across - s * down, -s * across - c * down
 
 
-def _print(x: np.ndarray, y: np.ndarray, radius: float, dpi: float) -> np.ndarray:
+def printed(x: np.ndarray, y: np.ndarray, radius: float, dpi: float) -> np.ndarray:
+    """Reflectance of every dot of the sheet."""
     ink = np.zeros(x.shape)
     ring = np.abs(np.hypot(x, y) - radius)
     near = ring < 0.5 * PRINT + INCH / dpi
-    ink[near] = _edge(0.5 * PRINT - ring[near], dpi)
+    ink[near] = edge(0.5 * PRINT - ring[near], dpi)
     for along, beside, end in ((x, y, LONG), (y, x, MARK[1]), (-x, y, MARK[1]), (-y, x, MARK[1])):
         near = (np.abs(beside) < 0.5 * PRINT + INCH / dpi) & (along > 0.5 * radius)
         along, beside = along[near], beside[near]
         inside = np.minimum(along - radius * (1.0 + MARK[0]), radius * (1.0 + end) - along)
-        ink[near] = np.maximum(ink[near], _edge(np.minimum(0.5 * PRINT - np.abs(beside), inside), dpi))
+        ink[near] = np.maximum(ink[near], edge(np.minimum(0.5 * PRINT - np.abs(beside), inside), dpi))
     paper = np.full((*x.shape, 3), PAPER)
     inked = ink > 0.0
     paper[inked] = PAPER * (1.0 - ink[inked][:, None] * (1.0 - RED))
     return paper
 
 
-def _edge(inside: np.ndarray, dpi: float) -> np.ndarray:
+def edge(inside: np.ndarray, dpi: float) -> np.ndarray:
     """Share of a dot that ink covers, by how far its middle is inside [m]."""
     return np.clip(0.5 + inside * dpi / INCH, 0.0, 1.0)
 
 
-def _shown(reflectance: np.ndarray) -> Image:
+def shown(reflectance: np.ndarray) -> Image:
     return np.clip(255.0 * reflectance + 0.5, 0, 255).astype(np.uint8)
 
 

@@ -4,8 +4,7 @@ from workbench.parts import Parts
 
 PARTS = Parts(
     commands={"drive": "workbench.extras.live.commands:drive"},
-    session_commands=("workbench.extras.live.session:BeginMeasuring",),
+    session_commands=("workbench.extras.live.session:MeasureLive",),
     panels=("workbench.extras.live.panels:GuidedPanel", "workbench.extras.live.panels:MeasuringPanel"),
-    watchers=("workbench.extras.live.sources:VirtualDriver",),
-    companions=("workbench.extras.live.options:LiveOption",),
+    companions=("workbench.extras.live.commands:LiveOption",),
 )

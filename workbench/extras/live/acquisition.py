@@ -5,7 +5,7 @@ the pose that the source measures; where it measures none, the target's own pose
 imposes. One run stores one of the two, never a mix.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -35,28 +35,23 @@ class CaptureTarget:
     """A pose to be measured.
 
     Args:
-        number: Of the plate's target, counted from 0.
+        name: Of the plate's target, for people.
         pose: Pose of the tool, in the frame that the source measures in.
         is_oriented: Whether its orientation is imposed as well.
     """
 
-    number: int
+    name: str
     pose: Float[np.ndarray, "4 4"]
     is_oriented: bool = True
 
-    @property
-    def name(self) -> str:
-        return f"target {self.number + 1}"
 
-
-def plate_targets(robot: Robot, plate: Plate, numbers: Sequence[int]) -> tuple[CaptureTarget, ...]:
+def plate_targets(robot: Robot, plate: Plate) -> tuple[CaptureTarget, ...]:
     """Targets of a plate as poses in the measuring frame."""
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets to measure; add [[target]] tables")
-    targets = ((i, plate.targets[i]) for i in numbers)
     return tuple(
-        CaptureTarget(i, frozen(robot.base.pose @ target.pose), target.kind is Kind.SEAT)
-        for i, target in targets
+        CaptureTarget(f"target {i}", frozen(robot.base.pose @ target.pose), target.kind is Kind.SEAT)
+        for i, target in enumerate(plate.targets, start=1)
     )
 
 
@@ -128,17 +123,16 @@ class Acquisition:
             anywhere: Also where the tool is not at the target.
         """
         here = self if index is None else replace(self, current=index)
-        sample, place = here._storable(), here.place()
+        sample, place, current = here._storable(), here.place(), here.current
         if not place.is_known and not anywhere:
             reason = f"not stored: the tool is {place.text}"
             if place.looks_like is not None:
                 name = self.targets[place.looks_like].name
                 reason += f"; this looks like {name}: store it as {name}?"
             raise DataError(reason)
-        current, target = here.current, here.target
         if not self.is_measured:
-            turn = target.pose[:3, :3] if target.is_oriented else None
-            sample = replace(sample, position=target.pose[:3, 3], rotation=turn)
+            turn = here.target.pose[:3, :3] if here.target.is_oriented else None
+            sample = replace(sample, position=here.target.pose[:3, 3], rotation=turn)
         rows = {i: row for i, row in self.rows.items() if i != current} | {current: sample}
         after = (*range(current + 1, len(self.targets)), *range(current))
         doubts = [] if self.arm_state is ArmState.STILL else [f"the arm {self.arm_state}"]
@@ -147,7 +141,7 @@ class Acquisition:
             self,
             rows=MappingProxyType(rows),
             current=next((i for i in after if i not in rows), current),
-            message=f"{target.name} stored" + (f" ({'; '.join(doubts)})" if doubts else ""),
+            message=f"{here.target.name} stored" + (f" ({'; '.join(doubts)})" if doubts else ""),
         )
 
     def _storable(self) -> Sample:

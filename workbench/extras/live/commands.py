@@ -1,23 +1,51 @@
-"""The command of a virtual source: drive."""
+"""The command of a virtual source, drive, and the option of serve that connects to a source."""
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, final
 
 import workbench as wb
+from workbench.base.errors import OptionError
 from workbench.cli import options as opt
 from workbench.cli.exit_status import at_once, in_section
+from workbench.cli.option_records import AbstractCompanion
 from workbench.cli.options import option
-from workbench.extras.live.options import waiting
+
+if TYPE_CHECKING:
+    from workbench.session.view import AbstractView
+    from workbench.session.worker import Worker
+
+
+@final
+@dataclass(frozen=True)
+class LiveOption(AbstractCompanion):
+    """A live source that tells where a real arm stands."""
+
+    source: Annotated[str | None, option("Follow and measure a real arm: HOST:PORT of its live source.")] = (
+        None
+    )
+
+    @contextmanager
+    def opened(self) -> "Iterator[Callable[[Worker], AbstractView | None]]":
+        from workbench.extras.live.connection import connect
+        from workbench.extras.live.sources import LiveSource, end_former
+
+        if self.source is None:
+            yield end_former
+            return
+        name = self.source
+        with connect(name) as lines:
+            yield lambda worker: LiveSource(worker, lines, name=name)
 
 
 @in_section("Calibrate")
 def drive(
     robot: opt.RobotOption,
     plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
-    to: Annotated[str, option("- (standard output), or HOST:PORT to listen on.")] = "-",
+    to: Annotated[str, option("HOST:PORT to listen at for workbench serve --source.")] = "localhost:5000",
     instrument: Annotated[
         str, option("Instrument: tracker-6d, laser-tracker …; plate: none, the seat fixes the tool.")
     ] = "tracker-6d",
@@ -29,10 +57,12 @@ def drive(
     seed: opt.SeedOption = 0,
 ) -> None:
     """A virtual arm in place of a real driver: JSON lines of an arm moving from target to target."""
-    from workbench.extras.live.connection import send_samples
+    from workbench.extras.live.connection import accept_one, send_samples
     from workbench.extras.live.driver import drive_plate
 
     at_once()
+    if not speed >= 0.0:
+        raise OptionError(f"--speed must be at least 0 (0: without waiting), got {speed:g}")
     opt.check_writable(actual)
     hidden, samples = drive_plate(
         wb.load_robot(robot),
@@ -45,28 +75,10 @@ def drive(
     )
     if actual is not None:
         wb.write_toml(hidden, actual)
-    with receiver(to) as write:
-        send_samples(samples, write, speed=speed)
 
+    def waiting(port: int) -> None:
+        sys.stderr.write(f"waiting at port {port}\n")
+        sys.stderr.flush()
 
-@contextmanager
-def receiver(to: str) -> Iterator[Callable[[str], object]]:
-    """Destination of the lines: standard output, or the first client that connects."""
-    import os
-
-    from workbench.extras.live.connection import accept_one
-
-    if to != "-":
-        with accept_one(to, ready=waiting) as connection:
-            yield lambda line: connection.sendall(line.encode())
-        return
-
-    def write(line: str) -> None:
-        sys.stdout.write(line)
-        sys.stdout.flush()
-
-    yield write
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:  # the reader has had enough; nothing more may be flushed at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    with accept_one(to, ready=waiting) as connection:
+        send_samples(samples, connection, speed=speed)

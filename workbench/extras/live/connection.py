@@ -1,6 +1,5 @@
 """Transport of samples: lines of text over TCP sockets."""
 
-import ipaddress
 import socket
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -12,9 +11,6 @@ from workbench.extras.live.sample import LONGEST_LINE, Sample, format_sample
 
 TIMEOUT = 5.0
 """Longest wait for a connection [s]; lines may then come at any pace."""
-
-Ready = Callable[[int], None]
-"""Told the port as soon as it can be connected to."""
 
 
 def parse_address(text: str) -> tuple[str, int]:
@@ -59,20 +55,12 @@ def connect(address: str) -> Iterator[Iterator[str]]:
         yield lines
 
 
-@contextmanager
-def listen(address: str, *, ready: Ready) -> Iterator[Iterator[str]]:
-    """Lines of the first source that connects to 'host:port' of this machine."""
-    host, _ = parse_address(address)
-    if not _is_loopback(host):
-        raise OptionError(
-            f"'{host}' is not this machine: listen at localhost, or connect to the source instead"
-        )
-    with lines_from(accept_one(address, ready=ready)) as lines:
-        yield lines
+def accept_one(address: str, *, ready: Callable[[int], object]) -> socket.socket:
+    """The first connection that comes to 'host:port' (0: any free port); the port is then free again.
 
-
-def accept_one(address: str, *, ready: Ready) -> socket.socket:
-    """The first connection that comes to 'host:port' (0: any free port); the port is then free again."""
+    Args:
+        ready: Told the port as soon as it can be connected to.
+    """
     try:
         with socket.create_server(parse_address(address)) as server:
             ready(server.getsockname()[1])
@@ -83,28 +71,17 @@ def accept_one(address: str, *, ready: Ready) -> socket.socket:
         ) from None
 
 
-def _is_loopback(host: str) -> bool:
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
-def send_samples(samples: Iterable[Sample], write: Callable[[str], object], *, speed: float = 1.0) -> None:
-    """Write samples as lines, each when its time has come, until the other side goes away.
+def send_samples(samples: Iterable[Sample], connection: socket.socket, *, speed: float = 1.0) -> None:
+    """Send samples as lines, each when its time has come, until the other side goes away.
 
     Args:
         samples: In the order of their times.
-        write: Takes a line with its end.
+        connection: To whom.
         speed: How many times faster than the samples' clock; 0: without waiting.
     """
-    if not speed >= 0.0:
-        raise OptionError(f"--speed must be at least 0 (0: without waiting), got {speed:g}")
     began = time.monotonic()
-    with suppress(BrokenPipeError, ConnectionError):
+    with suppress(ConnectionError):
         for sample in samples:
             if speed > 0.0:
                 time.sleep(max(began + sample.time / speed - time.monotonic(), 0.0))
-            write(format_sample(sample) + "\n")
+            connection.sendall(f"{format_sample(sample)}\n".encode())

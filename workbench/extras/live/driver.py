@@ -11,7 +11,6 @@ Source of the curve: Flash, Hogan, J. Neurosci. 5(7), 1985, eq. (5).
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -53,10 +52,10 @@ def drive(
     rng: np.random.Generator,
     instrument: Instrument | None = None,
     rate: float = 50.0,
-    start: Float[np.ndarray, " n"] | None = None,
-    clock: float = 0.0,
 ) -> Iterator[Sample]:
     """Samples of an arm that visits joint positions one after the other, the last at each with `capture`.
+
+    It begins with all joints at zero, or as near as their limits allow.
 
     Args:
         actual: The arm that moves.
@@ -64,9 +63,6 @@ def drive(
         rng: Source of the noise.
         instrument: What sees the tool all the while; None: nothing does, and samples have no pose.
         rate: Samples a second.
-        start: Where it stands at first [rad or m]; with all joints at zero, or as near as their limits allow,
-            if None.
-        clock: Time of the first sample [s].
     """
     if not 0.0 < rate < np.inf:
         raise OptionError(f"the rate must be above 0, got {rate:g}", option="rate")
@@ -75,19 +71,18 @@ def drive(
             f"instrument '{instrument.name}' measures neither pose nor position of the tool; "
             "choose one that does, such as tracker-6d or laser-tracker"
         )
-    start = np.clip(0.0, *actual.search_limits.T) if start is None else start
-    return _samples(actual, targets, rng, instrument, rate, start, clock)
+    return _samples(actual, targets, rng, instrument, rate)
 
 
-def _samples(actual, targets, rng, instrument, rate, here, clock) -> Iterator[Sample]:
-    count, dwell = 0, max(int(np.ceil(DWELL * rate)), 1)
+def _samples(actual, targets, rng, instrument, rate) -> Iterator[Sample]:
+    count, dwell, here = 0, max(int(np.ceil(DWELL * rate)), 1), np.clip(0.0, *actual.search_limits.T)
     for target in targets:
         path = np.concatenate([_approach(actual, here, target, rate), np.tile(target, (dwell, 1))])
         poses = None if instrument is None else tool_poses(actual, Motion(path))
         for k, q in enumerate(path):
             position, rotation = _seen(None if poses is None else poses[k], instrument, rng)
             yield Sample(
-                time=clock + count / rate,
+                time=count / rate,
                 q=frozen(q + rng.normal(0.0, JOINT_NOISE, len(q))),
                 position=position,
                 rotation=rotation,
@@ -114,40 +109,6 @@ def _seen(pose, instrument, rng) -> tuple[np.ndarray | None, np.ndarray | None]:
         return position, None
     turn = se3.rotvec_to_matrix(rng.normal(0.0, instrument.sigma_rotation or 0.0, 3))
     return position, frozen(turn @ pose[:3, :3])
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class VirtualMotion:
-    """One motion of the virtual arm, from where it stands to a target.
-
-    Args:
-        number: Counts up in a measurement; also the seed of its noise.
-        start: Joint positions at its beginning [rad or m].
-        end: At its end.
-        clock: Time of its first sample [s].
-    """
-
-    number: int
-    start: Float[np.ndarray, " n"]
-    end: Float[np.ndarray, " n"]
-    clock: float
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class VirtualArm:
-    """A virtual arm that can be driven.
-
-    Args:
-        seed: Of its hidden errors and of the noise.
-        actual: The arm, hidden from every computation.
-        instrument: What sees its tool all the while.
-        postures: Joint positions at which it meets the targets, as well as an operator steers [rad or m].
-    """
-
-    seed: int
-    actual: Robot
-    instrument: Instrument
-    postures: Float[np.ndarray, "targets n"]
 
 
 def drive_plate(
@@ -184,11 +145,8 @@ def drive_plate(
     spread = (instrument.sigma_position, instrument.sigma_rotation or 0.0) if seated else STEERING
     exact = INSTRUMENTS["ideal"]
     _, rows = measure_plate(robot, plate, branch=branch, instrument=exact, actual=actual, seed=seed)
-    q = simulate_targets(actual, beside(plate.poses, spread, rng), instrument=exact, rng=rng, near=rows.q).q
+    turn = se3.rotvec_to_matrix(rng.normal(0.0, spread[1], (len(plate), 3)))
+    places = plate.poses[:, :3, 3] + rng.normal(0.0, spread[0], (len(plate), 3))
+    steered = se3.pose(turn @ plate.poses[:, :3, :3], places)
+    q = simulate_targets(actual, steered, instrument=exact, rng=rng, near=rows.q).q
     return actual, drive(actual, q, rng=rng, instrument=None if seated else instrument, rate=rate)
-
-
-def beside(poses: np.ndarray, spread: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
-    """Poses beside the given ones, by the given standard deviations per axis."""
-    turn = se3.rotvec_to_matrix(rng.normal(0.0, spread[1], (len(poses), 3)))
-    return se3.pose(turn @ poses[:, :3, :3], poses[:, :3, 3] + rng.normal(0.0, spread[0], (len(poses), 3)))

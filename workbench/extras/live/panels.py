@@ -5,12 +5,9 @@ import viser
 
 from workbench.base.errors import WorkbenchError
 from workbench.base.wording import capital
-from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.extras.live.acquisition import MAX_ANGLE, MAX_DISTANCE, Acquisition
 from workbench.extras.live.session import (
     USE,
-    BeginMeasuring,
-    DriveArm,
     EndMeasuring,
     FollowSource,
     MeasureLive,
@@ -32,14 +29,19 @@ NEAR, ALIGNED = 5e-3, float(np.deg2rad(1.0))
 LIGHTS = {ArmState.STILL: GOOD, ArmState.MOVING: CAREFUL, ArmState.UNKNOWN: BAD}
 SPACE = "The space bar stores the row; the next target follows."
 COMPLETE = "Use the rows, then identify the arm from them; or retake the last one."
-STILL_MOVES = "moves"
+NO_SOURCE = (
+    "To follow and measure a real arm, start with workbench serve --source HOST:PORT. "
+    "workbench drive stands in for an arm."
+)
+LARGE = "font-size:40px;font-weight:650;line-height:1.2"
+SMALL = f"color:{MUTED};margin-top:10px"
+DEPENDS = (lambda session: session.part(Measuring), lambda session: session.part(Source))
 
 
 class GuidedPanel(AbstractPanel):
-    """A connected real arm or a virtual one moves from target to target; rows are stored by hand."""
+    """A connected arm is followed, and moved from target to target; rows are stored by hand."""
 
-    tab, order = Tab.MEASURE, 50
-    depends = (lambda session: session.part(Measuring), lambda session: session.part(Source))
+    tab, order, depends = Tab.MEASURE, 50, DEPENDS
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Guided, target by target"):
@@ -47,7 +49,7 @@ class GuidedPanel(AbstractPanel):
             follow = self.checkbox(
                 "Follow the arm",
                 "Move the arm in the scene with the real one.",
-                _is_followed,
+                lambda s: (source := s.part(Source)) is not None and source.is_followed,
                 visible=lambda s: s.part(Source),
                 value=True,
             )
@@ -61,33 +63,18 @@ class GuidedPanel(AbstractPanel):
                 visible=lambda s: s.part(Source),
                 disabled=lambda s: not s.part(Source).is_open,
             )
-            self.button(
-                "Begin measuring",
-                lambda: BeginMeasuring(errors=LIKELY_ERRORS),
-                viser.Icon.TARGET,
-                "Measure a virtual arm target by target, like a real one.",
-            )
 
 
 class MeasuringPanel(AbstractPanel):
     """A mode of its own in place of the tabs: the target, how far the arm is from it, and Store."""
 
-    tab = None
-    depends = (lambda session: session.part(Measuring), lambda session: session.part(Source))
+    tab, depends = None, DEPENDS
 
     def build(self, gui: viser.GuiApi) -> None:
         """Buttons shown during a measurement."""
         self.html(_measuring)
         self._space: viser.CommandHandle | None = None
         button, icon = self.button, viser.Icon
-        button(
-            "Drive the virtual arm there",
-            DriveArm,
-            icon.ROBOT,
-            "With the accuracy of an operator.",
-            main=True,
-            visible=lambda s: _goes_on(s) and s.part(Measuring).virtual is not None,
-        )
         button(
             "Store",
             StoreRow,
@@ -161,8 +148,7 @@ def _has_no_row(session: Session) -> bool:
 
 def _other_target(session: Session) -> int | None:
     """The plate's target at which the tool is instead of the current one, counted from 0."""
-    index = _acquisition(session).place().looks_like if _goes_on(session) else None
-    return None if index is None else _acquisition(session).targets[index].number
+    return _acquisition(session).place().looks_like if _goes_on(session) else None
 
 
 def _can(session: Session, command: StoreRow) -> bool:
@@ -173,56 +159,36 @@ def _can(session: Session, command: StoreRow) -> bool:
     return True
 
 
-def _is_followed(session: Session) -> bool:
-    source = session.part(Source)
-    return source is not None and source.is_followed
-
-
 def _measuring(session: Session) -> str:
-    measuring, source = session.part(Measuring), session.part(Source)
-    if measuring is None:
-        return ""
-    where = "" if measuring.virtual is not None or source is None else _source(source)
-    return where + _status(measuring.acquisition)
+    return _source(session.part(Source)) + status(_acquisition(session)) if _is_on(session) else ""
 
 
 def _source(source: Source | None) -> str:
     """Where the real arm's joints come from, and whether they still do."""
     if source is None:
-        sentence = "To follow and measure a real arm, start with workbench serve --source HOST:PORT."
-        return note(sentence, "source", margin="2px 0 6px")
-    if not source.is_open:
-        light = badge("Ended", BAD)
-    elif source.silence:
-        light = badge("Silent", CAREFUL)
-    else:
-        light = badge("Connected", GOOD)
-    content = f"{light} · real arm at {text(source.name)}"
-    return block(content, testid="source", style="margin:2px 0 6px")
+        return note(NO_SOURCE, "source", margin="2px 0 6px")
+    light = badge("Silent", CAREFUL) if source.silence else badge("Connected", GOOD)
+    light = light if source.is_open else badge("Ended", BAD)
+    return block(f"{light} · real arm at {text(source.name)}", testid="source", style="margin:2px 0 6px")
 
 
-def _status(now: Acquisition) -> str:
-    count, stored = len(now.targets), len(now.rows)
-    share = 100.0 * stored / count
-    bar = (
+def status(now: Acquisition) -> str:
+    """The rows stored, the current target, and how far the arm is from it."""
+    share = 100.0 * len(now.rows) / len(now.targets)
+    rows = (
+        f'<div data-testid="progress">{len(now.rows)} of {len(now.targets)} rows stored</div>'
         f'<div style="height:8px;border-radius:4px;background:{LINE};margin:4px 0 12px">'
         f'<div style="height:8px;border-radius:4px;background:{GOOD};width:{share:.0f}%"></div></div>'
     )
-    progress = f'<div data-testid="progress">{stored} of {count} rows stored</div>{bar}'
-    large = "font-size:40px;font-weight:650;line-height:1.2"
     if now.is_done:
-        end = f'<div style="{large}">All targets are stored</div><div style="color:{MUTED}">{COMPLETE}</div>'
-        return block(progress + end, testid="measuring", style="margin:10px 0")
+        end = f'<div style="{LARGE}">All targets are stored</div><div style="color:{MUTED}">{COMPLETE}</div>'
+        return block(rows + end, testid="measuring", style="margin:10px 0")
     place = ", ".join(f"{1e3 * v:.1f}" for v in now.target.pose[:3, 3])
-    small = f"color:{MUTED};margin-top:10px"
+    message = f'<div style="{SMALL}">{text(capital(now.message))}</div>' if now.message else ""
     return block(
-        progress
-        + f'<div style="{large}">{capital(now.target.name)}</div>'
-        + f'<div style="color:{MUTED}">at {place} mm</div>'
-        + _deviation(now)
-        + f'<div style="font-size:18px">{_light(now)}</div>'
-        + (f'<div style="{small}">{text(capital(now.message))}</div>' if now.message else "")
-        + f'<div style="{small}">{SPACE}</div>',
+        f'{rows}<div style="{LARGE}">{capital(now.target.name)}</div>'
+        f'<div style="color:{MUTED}">at {place} mm</div>{_deviation(now)}'
+        f'<div style="font-size:18px">{_light(now)}</div>{message}<div style="{SMALL}">{SPACE}</div>',
         testid="measuring",
         style="margin:10px 0;min-height:36vh",
     )
@@ -256,5 +222,5 @@ def _deviation(now: Acquisition) -> str:
 def _light(now: Acquisition) -> str:
     if now.latest is None:
         return badge("No sample yet: move the arm", MUTED)
-    standing = STILL_MOVES if now.arm_state is ArmState.MOVING else str(now.arm_state)
+    standing = "moves" if now.arm_state is ArmState.MOVING else str(now.arm_state)
     return f'<span data-testid="standing">{badge(capital(standing), LIGHTS[now.arm_state])}</span>'

@@ -8,22 +8,23 @@ All in SI; the quaternion is (w, x, y, z). `xyz` and `quat` may be left out or n
 import json
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import partial
-from typing import TypeGuard
+from functools import cache
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
+from pydantic import Field, FiniteFloat, TypeAdapter, ValidationError
 
 from workbench.base import se3
-from workbench.base.errors import FileError, ShapeError, WorkbenchError
+from workbench.base.errors import FileError
 from workbench.base.types import frozen
 
 NORM_TOLERANCE = 0.01
 """A quaternion whose norm differs from 1 by more than this is refused."""
 LONGEST_LINE = 65536
 """Maximum number of characters of a line."""
-
-Fail = Callable[..., FileError]
+Three = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+Four = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,68 +46,53 @@ class Sample:
     capture: bool = False
 
 
-def parse_sample(text: str, *, line: int, joints: int | None = None, source: str = "stream") -> Sample:
+@dataclass(frozen=True)
+class _Line:
+    """The schema of a line."""
+
+    time: FiniteFloat
+    q: Annotated[list[FiniteFloat], Field(min_length=1)]
+    xyz: Three | None = None
+    quat: Four | None = None
+    capture: bool | None = None
+
+
+@cache
+def _schema() -> TypeAdapter[_Line]:
+    return TypeAdapter(_Line)
+
+
+def parse_sample(text: str, *, line: int, source: str = "stream") -> Sample:
     """One line of a live source.
 
     Args:
         text: A JSON object.
         line: Its number, for messages.
-        joints: Number of joints of the robot; None: any.
         source: Name of the source, for messages.
     """
-    fail: Fail = partial(FileError, path=source, line=line)
     if len(text) > LONGEST_LINE:
-        raise fail(f"the line has more than {LONGEST_LINE} characters")
+        raise FileError(f"the line has more than {LONGEST_LINE} characters", path=source, line=line)
     try:
-        record = json.loads(text)
-    except (ValueError, RecursionError):
-        raise fail(f'\'{text.strip()[:40]}\' is not a JSON object like {{"time": 0.1, "q": [0.0]}}') from None
-    if not isinstance(record, dict):
-        raise fail("the line must be a JSON object {…}")
-    if (q := _vector(record, "q", None, fail)) is None:
-        raise fail('the joint positions are missing: send "q": […] in rad')
-    if joints is not None and len(q) != joints:
-        raise ShapeError(
-            f"{source}, line {line}: the sample has {len(q)} joints, the robot {joints}",
-            expected=joints,
-            found=len(q),
-        )
-    time, capture = record.get("time"), record.get("capture")
-    if not _is_number(time):
-        raise fail("it must be a finite number of seconds", column="time")
-    position, quaternion = _vector(record, "xyz", 3, fail), _vector(record, "quat", 4, fail)
-    if not (capture is None or isinstance(capture, bool)):
-        raise fail("it must be true or false", column="capture")
+        found = _schema().validate_json(text, strict=True)
+    except ValidationError as error:
+        first = error.errors()[0]
+        column = str(first["loc"][0]) if first["loc"] else None
+        wanted = f'\'{text.strip()[:40]}\' is no sample like {{"time": 0.1, "q": [0.0]}}: {first["msg"]}'
+        raise FileError(wanted, path=source, line=line, column=column) from None
+    rotation = None
+    if found.quat is not None:
+        norm = float(np.linalg.norm(found.quat))
+        if abs(norm - 1.0) > NORM_TOLERANCE:
+            wanted = f"the norm of [w, x, y, z] must be 1, got {norm:.4g}"
+            raise FileError(wanted, path=source, line=line, column="quat")
+        rotation = frozen(se3.quaternion_to_matrix(np.array(found.quat)))
     return Sample(
-        time=float(time),
-        q=q,
-        position=position,
-        rotation=None if quaternion is None else _rotation(quaternion, fail),
-        capture=bool(capture),
+        time=found.time,
+        q=frozen(np.array(found.q)),
+        position=None if found.xyz is None else frozen(np.array(found.xyz)),
+        rotation=rotation,
+        capture=bool(found.capture),
     )
-
-
-def _vector(record: dict, key: str, length: int | None, fail: Fail) -> np.ndarray | None:
-    """A list of finite numbers, or None when it is absent."""
-    value = record.get(key)
-    if value is None:
-        return None
-    if not isinstance(value, list) or not value or length not in (None, len(value)):
-        raise fail(f"it must be a list of {'' if length is None else f'{length} '}numbers", column=key)
-    if not all(_is_number(v) for v in value):
-        raise fail("every value must be a finite number", column=key)
-    return frozen(np.array(value, dtype=float))
-
-
-def _is_number(value) -> TypeGuard[float | int]:
-    return isinstance(value, float | int) and not isinstance(value, bool) and abs(value) < 1e300
-
-
-def _rotation(quaternion: np.ndarray, fail: Fail) -> np.ndarray:
-    norm = float(np.linalg.norm(quaternion))
-    if abs(norm - 1.0) > NORM_TOLERANCE:
-        raise fail(f"the norm of [w, x, y, z] must be 1, got {norm:.4g}", column="quat")
-    return frozen(se3.quaternion_to_matrix(quaternion))
 
 
 def format_sample(sample: Sample) -> str:
@@ -121,17 +107,11 @@ def format_sample(sample: Sample) -> str:
     return json.dumps(record)
 
 
-def samples(
-    lines: Iterable[str],
-    *,
-    joints: int | None = None,
-    source: str = "stdin",
-    on_error: Callable[[WorkbenchError], None],
-) -> Iterator[Sample]:
+def samples(lines: Iterable[str], *, source: str, on_error: Callable[[FileError], None]) -> Iterator[Sample]:
     """Samples of a source, as they come; blank lines are passed over, bad ones told."""
     for number, text in enumerate(lines, start=1):
         if text.strip():
             try:
-                yield parse_sample(text, line=number, joints=joints, source=source)
-            except WorkbenchError as error:
+                yield parse_sample(text, line=number, source=source)
+            except FileError as error:
                 on_error(error)

@@ -6,51 +6,35 @@ import numpy as np
 
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import progress
 from workbench.base.types import frozen
 from workbench.base.wording import plural
-from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.data.simulation.simulate import simulate_targets, virtual_arm
 from workbench.extras.live.acquisition import Acquisition, plate_targets
-from workbench.extras.live.driver import STEERING, VirtualArm, VirtualMotion, beside
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.standstill import ArmState
-from workbench.session.command import AbstractChange, AbstractCommand, AbstractTask, computed
-from workbench.session.commands.data import (
-    EARLIER_ERRORS,
-    check_errors,
-    check_measurable,
-    check_seed,
-    instrument_of,
-    reached_postures,
-    with_other_data,
-)
+from workbench.session.command import AbstractChange, AbstractCommand, computed
+from workbench.session.commands.data import with_other_data
 from workbench.session.judgement import Tone
 from workbench.session.loaded_measurements import Loaded, observation_text
 from workbench.session.next_step import LOAD, Action, NextStep
 from workbench.session.page_state import Severity, Tab
 from workbench.session.part import AbstractPart, GoesWith
 from workbench.session.state import Focus, Session
-from workbench.session.target_steps import with_branches
 
 USE = "Use the rows"
+ENDED = "the live source has ended; restart it, then the page with --source"
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Measuring(AbstractPart):
     """A guided measurement.
 
     Args:
         acquisition: Targets and rows.
-        virtual: The virtual arm that is measured; None: a live source tells of a real one.
-        motion: The last motion requested of the virtual arm.
     """
 
     is_mode = True
 
     acquisition: Acquisition
-    virtual: VirtualArm | None = None
-    motion: VirtualMotion | None = None
 
     def step(self, session: Session) -> NextStep:
         """Where the arm stands, and the rows stored so far."""
@@ -63,9 +47,9 @@ class Measuring(AbstractPart):
             )
         seen = acquisition.place().looks_like
         if seen is not None:
-            other = acquisition.targets[seen]
-            text = f"The arm is at {other.name}, not at the current {acquisition.target.name}."
-            here = Action(f"Store it as {other.name}", Tab.MEASURE, StoreRow(target=other.number))
+            other = acquisition.targets[seen].name
+            text = f"The arm is at {other}, not at the current {acquisition.target.name}."
+            here = Action(f"Store it as {other}", Tab.MEASURE, StoreRow(target=seen))
             return NextStep(text, Tone.CAREFUL, here, done)
         text = "Drive the arm to the current target, wait until it is still, store the row"
         return NextStep(f"{text}; {stored} of {len(acquisition.targets)} stored.", next=done)
@@ -95,75 +79,40 @@ class Source(AbstractPart):
         return NextStep("The displayed arm follows the real one. Store a row at each target.", next=LOAD)
 
 
-class BeginMeasuring(AbstractTask[Measuring]):
-    """Begin a guided measurement of a virtual arm at the targets as they stand.
-
-    Args:
-        seed: Of the hidden errors and of the noise: the same seed is the same arm.
-        errors: As of `MeasureVirtualArm`.
-    """
-
-    seed: int = 1
-    errors: tuple[float, float] = EARLIER_ERRORS
-
-    title = computed(lambda self: f"Measure virtual arm {self.seed} step by step")
-
-    def check(self, session: Session) -> None:
-        check_seed(self.seed)
-        check_errors(self.errors)
-        _check_not_measuring(session)
-        check_measurable(session)
-
-    def compute(self, session: Session) -> Measuring:
-        rng = np.random.default_rng(self.seed)
-        progress(0.1, "building the arm")
-        actual = virtual_arm(session.robot, rng=rng, length=self.errors[0], angle=self.errors[1])
-        numbers, near = reached_postures(actual, session)
-        steered = beside(session.plate.poses[numbers], STEERING, rng)
-        exact = INSTRUMENTS["ideal"]
-        rows = simulate_targets(actual, steered, instrument=exact, rng=rng, near=near)
-        instrument = instrument_of(session)
-        return Measuring(
-            acquisition=Acquisition(
-                targets=plate_targets(session.robot, session.plate, numbers), robot=session.robot
-            ),
-            virtual=VirtualArm(seed=self.seed, actual=actual, instrument=instrument, postures=rows.q),
-        )
-
-    def finish(self, session: Session, result: Measuring) -> Session:
-        return session.with_part(result)
+def _source(session: Session) -> Source:
+    if (source := session.part(Source)) is None:
+        raise OptionError("no arm is connected; start the page with workbench serve --source HOST:PORT")
+    return source
 
 
-class DriveArm(AbstractChange):
-    """Send the virtual arm to the current target; it moves by itself and sends samples."""
+def _acquisition(session: Session) -> Acquisition:
+    if (measuring := session.part(Measuring)) is None:
+        raise OptionError("no guided measurement is running; begin one first")
+    return measuring.acquisition
 
-    title = "Drive the virtual arm to its target"
-    key = "drive"
+
+def _with(session: Session, acquisition: Acquisition) -> Session:
+    return session.with_part(Measuring(acquisition))
+
+
+class MeasureLive(AbstractChange):
+    """Begin a guided measurement of the real arm at all targets of the plate."""
+
+    title = "Measure the real arm step by step"
 
     def check(self, session: Session) -> None:
-        if _measurement(session).virtual is None:
-            raise OptionError("this arm is real; move it to the target with its own controller")
+        if not _source(session).is_open:
+            raise OptionError(ENDED)
+        if session.mode is not None:
+            raise OptionError("a guided measurement is running; use its rows or stop it first")
 
     def apply(self, session: Session) -> Session:
-        measuring = _measurement(session)
-        assert measuring.virtual is not None
-        latest, last = measuring.acquisition.latest, measuring.motion
-        rest = np.clip(0.0, *session.robot.search_limits.T)
-        motion = VirtualMotion(
-            number=1 if last is None else last.number + 1,
-            start=rest if latest is None else latest.q,
-            end=measuring.virtual.postures[measuring.acquisition.current],
-            clock=0.0 if latest is None else latest.time + 1e-3,
-        )
-        session = session.with_part(replace(measuring, motion=motion))
-        target = measuring.acquisition.target.number
-        if session.drag is not None or target >= len(session.plate):
-            return session
-        return with_branches(replace(session, selected=target))
+        targets = plate_targets(session.robot, session.plate)
+        return _with(session, Acquisition(targets=targets, robot=session.robot))
 
 
 class TakeSample(AbstractChange):
-    """A sample from the arm and the instrument; ignored unless a measurement is running.
+    """A sample from the arm and the instrument; it moves the arm in the scene, unless that doesn't follow.
 
     Args:
         time: By the source's clock [s].
@@ -172,7 +121,6 @@ class TakeSample(AbstractChange):
         quat: Measured orientation [w, x, y, z]; None where it is not seen.
         capture: Whether the source asks to store it.
         arm_state: Whether the arm stands still.
-        before: In journals of earlier versions.
     """
 
     is_automatic = True
@@ -184,7 +132,6 @@ class TakeSample(AbstractChange):
     quat: tuple[float, float, float, float] | None = None
     capture: bool = False
     arm_state: ArmState = ArmState.UNKNOWN
-    before: tuple["TakeSample", ...] = ()
 
     key = computed(lambda self: None if self.capture else "sample")
 
@@ -195,7 +142,8 @@ class TakeSample(AbstractChange):
             raise DataError("a sample with numbers that are not finite was dropped")
 
     def apply(self, session: Session) -> Session:
-        if (measuring := session.part(Measuring)) is not None:
+        source = session.part(Source)
+        if session.part(Measuring) is not None:
             sample = Sample(
                 time=self.time,
                 q=frozen(np.array(self.q)),
@@ -203,8 +151,8 @@ class TakeSample(AbstractChange):
                 rotation=None if self.quat is None else frozen(se3.quaternion_to_matrix(np.array(self.quat))),
                 capture=self.capture,
             )
-            session = _with(session, measuring.acquisition.with_sample(sample, self.arm_state))
-        elif (source := session.part(Source)) is None or not source.is_followed:
+            session = _with(session, _acquisition(session).with_sample(sample, self.arm_state))
+        elif source is None or not source.is_followed:
             return session
         if session.drag is not None:
             return session
@@ -220,7 +168,7 @@ class StoreRow(AbstractChange):
     """Keep the latest sample as the current target's row.
 
     Args:
-        target: The target of the plate that it is kept for, counted from 0; the current one if None.
+        target: The target that it is kept for, counted from 0; the current one if None.
         anywhere: Also where the tool is not at the target.
     """
 
@@ -236,12 +184,10 @@ class StoreRow(AbstractChange):
         return _with(session, self._stored(session))
 
     def _stored(self, session: Session) -> Acquisition:
-        acquisition = _measurement(session).acquisition
-        numbers = [target.number for target in acquisition.targets]
-        if self.target is not None and self.target not in numbers:
-            raise OptionError(f"target {self.target + 1} is not being measured")
-        index = None if self.target is None else numbers.index(self.target)
-        return acquisition.stored(index, anywhere=self.anywhere)
+        acquisition = _acquisition(session)
+        if self.target is not None and not 0 <= self.target < len(acquisition.targets):
+            raise OptionError(f"target must be 1 to {len(acquisition.targets)}, got {self.target + 1}")
+        return acquisition.stored(self.target, anywhere=self.anywhere)
 
 
 class TakeAgain(AbstractChange):
@@ -250,10 +196,10 @@ class TakeAgain(AbstractChange):
     title = "Retake a row"
 
     def check(self, session: Session) -> None:
-        _measurement(session).acquisition.again()
+        _acquisition(session).again()
 
     def apply(self, session: Session) -> Session:
-        return _with(session, _measurement(session).acquisition.again())
+        return _with(session, _acquisition(session).again())
 
 
 class NextWanted(AbstractChange):
@@ -264,7 +210,7 @@ class NextWanted(AbstractChange):
     by: int = 1
 
     def apply(self, session: Session) -> Session:
-        return _with(session, _measurement(session).acquisition.step(self.by))
+        return _with(session, _acquisition(session).step(self.by))
 
 
 class UseRows(AbstractChange):
@@ -274,23 +220,18 @@ class UseRows(AbstractChange):
     key = "use"
 
     def check(self, session: Session) -> None:
-        if not _measurement(session).acquisition.rows:
+        if not _acquisition(session).rows:
             raise DataError("no row has been stored yet; drive the arm to a target and store a row")
 
     def apply(self, session: Session) -> Session:
-        measuring = _measurement(session)
-        arm = measuring.virtual
-        name = "Real arm, live" if arm is None else f"Virtual arm {arm.seed}, step by step"
-        rows = measuring.acquisition.dataset(source=name)
-        wanted = len(measuring.acquisition.targets)
+        acquisition, name = _acquisition(session), "Real arm, live"
+        rows = acquisition.dataset(source=name)
         facts = (
-            ("Measured at", f"{len(rows)} of {wanted} targets, stored one by one"),
+            ("Measured at", f"{len(rows)} of {len(acquisition.targets)} targets, stored one by one"),
             ("Measured", observation_text(rows)),
             ("Joints", f"{rows.joints}"),
         )
-        actual = None if arm is None else arm.actual
-        loaded = Loaded(rows, name, facts, rows.notes, virtual=arm is not None, actual=actual)
-        session = with_other_data(session.without_part(Measuring), loaded)
+        session = with_other_data(session.without_part(Measuring), Loaded(rows, name, facts, rows.notes))
         return session.with_message(Severity.INFO, f"the session's data: {plural(len(rows), 'measured row')}")
 
 
@@ -301,25 +242,10 @@ class EndMeasuring(AbstractChange):
     key = "stop"
 
     def check(self, session: Session) -> None:
-        _measurement(session)
+        _acquisition(session)
 
     def apply(self, session: Session) -> Session:
         return session.without_part(Measuring).with_playback(focus=Focus.TARGET)
-
-
-def _check_not_measuring(session: Session) -> None:
-    if session.mode is not None:
-        raise OptionError("a guided measurement is running; use its rows or stop it first")
-
-
-def _measurement(session: Session) -> Measuring:
-    if (measuring := session.part(Measuring)) is None:
-        raise OptionError("no guided measurement is running; begin one first")
-    return measuring
-
-
-def _with(session: Session, acquisition: Acquisition) -> Session:
-    return session.with_part(replace(_measurement(session), acquisition=acquisition))
 
 
 class TellSource(AbstractChange):
@@ -344,13 +270,9 @@ class TellSource(AbstractChange):
         former = session.part(Source)
         is_followed = former is None or former.is_followed
         session = session.with_part(Source(self.name, self.is_open, self.silence, is_followed))
-        measuring = session.part(Measuring)
-        if measuring is not None and measuring.virtual is None and self.silence:
-            session = _with(session, replace(measuring.acquisition, silence=self.silence))
-        if self.is_open:
-            return session
-        text = f"the live source {self.name} has ended; restart it, then the page with --source"
-        return session.with_message(Severity.WARNING, text)
+        if session.part(Measuring) is not None and self.silence:
+            session = _with(session, replace(_acquisition(session), silence=self.silence))
+        return session if self.is_open else session.with_message(Severity.WARNING, f"{self.name}: {ENDED}")
 
 
 class FollowSource(AbstractChange):
@@ -370,24 +292,3 @@ class FollowSource(AbstractChange):
         source = replace(_source(session), is_followed=self.is_followed)
         focus = session.playback.focus if self.is_followed else Focus.TARGET
         return session.with_part(source).with_playback(focus=focus)
-
-
-class MeasureLive(AbstractChange):
-    """Begin a guided measurement of the real arm at all targets of the plate."""
-
-    title = "Measure the real arm step by step"
-
-    def check(self, session: Session) -> None:
-        if not _source(session).is_open:
-            raise OptionError("the live source has ended; restart it, then the page with --source")
-        _check_not_measuring(session)
-
-    def apply(self, session: Session) -> Session:
-        targets = plate_targets(session.robot, session.plate, range(len(session.plate)))
-        return session.with_part(Measuring(acquisition=Acquisition(targets=targets, robot=session.robot)))
-
-
-def _source(session: Session) -> Source:
-    if (source := session.part(Source)) is None:
-        raise OptionError("no arm is connected; start the page with workbench serve --source HOST:PORT")
-    return source

@@ -1,4 +1,4 @@
-"""Sources of samples: a live source, and the virtual arm of a guided measurement."""
+"""A live source: its samples become commands of the app."""
 
 import threading
 import time
@@ -9,7 +9,6 @@ from typing import Any, final
 import numpy as np
 
 from workbench.base import se3
-from workbench.extras.live.driver import VirtualArm, VirtualMotion, drive
 from workbench.extras.live.sample import Sample, samples
 from workbench.extras.live.session import Measuring, Source, TakeSample, TellSource
 from workbench.extras.live.standstill import ArmState, StandstillDetector
@@ -20,58 +19,10 @@ from workbench.session.worker import Worker
 
 RATE = 20.0
 """Samples that are passed on in a second, at most."""
-
-
-@final
-class VirtualDriver(AbstractView):
-    """Executes the motions that the session requests, each in its own thread; a new one ends the previous.
-
-    Args:
-        worker: Whose session is watched, and who gets the samples.
-        hurry: How many times faster than a real arm it goes.
-    """
-
-    def __init__(self, worker: Worker, *, hurry: float = 1.0):
-        self._worker, self._hurry = worker, hurry
-        self._motion = _newest_motion(worker.session)
-        self._stop = threading.Event()
-
-    def draw(self, session: Session) -> None:
-        motion = _newest_motion(session)
-        if motion is self._motion:
-            return
-        self.close()
-        self._motion, self._stop = motion, threading.Event()
-        measuring = session.part(Measuring)
-        if measuring is not None and measuring.virtual is not None and motion is not None:
-            arguments = (measuring.virtual, motion, self._stop)
-            threading.Thread(target=self._go, args=arguments, name="workbench-arm", daemon=True).start()
-
-    def close(self) -> None:
-        self._stop.set()
-
-    def _go(self, arm: VirtualArm, motion: VirtualMotion, stop: threading.Event) -> None:
-        samples = drive(
-            arm.actual,
-            motion.end[None],
-            rng=np.random.default_rng([arm.seed, motion.number]),
-            instrument=arm.instrument,
-            rate=RATE,
-            start=motion.start,
-            clock=motion.clock,
-        )
-        detector = StandstillDetector()
-        noise = arm.instrument.sigma_position, arm.instrument.sigma_rotation or 0.0
-        for sample in samples:
-            if stop.wait(1.0 / (RATE * self._hurry)):
-                return
-            asked_by_page = replace(sample, capture=False)
-            self._worker.submit(_command_of(asked_by_page, detector.update(sample, noise)))
-
-
-def _newest_motion(session: Session) -> VirtualMotion | None:
-    measuring = session.part(Measuring)
-    return None if measuring is None else measuring.motion
+MOVED = 1e-4
+"""Change of a joint that is worth showing while nothing is measured [rad or m]."""
+SILENT = 2.0
+"""A source without samples for this long counts as silent [s]."""
 
 
 def _command_of(sample: Sample, arm_state: ArmState) -> TakeSample:
@@ -81,12 +32,6 @@ def _command_of(sample: Sample, arm_state: ArmState) -> TakeSample:
     quat = None if sample.rotation is None else se3.matrix_to_quaternion(sample.rotation)
     q, xyz = plain(sample.q), plain(sample.position)
     return TakeSample(sample.time, q, xyz, plain(quat), sample.capture, arm_state)
-
-
-MOVED = 1e-4
-"""Change of a joint that is worth showing while nothing is measured [rad or m]."""
-SILENT = 2.0
-"""A source without samples for this long counts as silent [s]."""
 
 
 @final

@@ -4,13 +4,13 @@ from workbench.parts import Parts
 
 PARTS = Parts(
     layouts=(
-        "workbench.extras.logs.ipa_grid:IpaGrid",
         "workbench.extras.logs.matlab:Matlab",
         "workbench.extras.logs.mocap:Mocap",
         "workbench.extras.logs.mukca:Mukca",
         "workbench.extras.logs.ros_bag:RosBag",
-        "workbench.extras.logs.rtde:Rtde",
-        "workbench.extras.logs.target_deviation:TargetDeviation",
+        "workbench.extras.logs.tables:IpaGrid",
+        "workbench.extras.logs.tables:Rtde",
+        "workbench.extras.logs.tables:TargetDeviation",
     ),
     joins=("workbench.extras.logs.standstills:ByTime",),
 )

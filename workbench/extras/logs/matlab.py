@@ -1,26 +1,28 @@
 """MATLAB files of version 5 to 7: matrices and labels by the names of their variables."""
 
+import io
 import re
+import warnings
 from dataclasses import replace
 from pathlib import Path
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
+from workbench.base.bounded_process import ChildError
 from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
+from workbench.data.binary_tables import read_bounded, refusal
 from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import kind_of, read_bytes
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.layouts.layout import AbstractFileLayout
 from workbench.data.readers.table import Grid, with_headings
-from workbench.extras.logs.binary_files import read_arrays
 
 BY_JOINT = ("q", "torque", "direction")
 """Names of as many columns as there are joints."""
-MAX_JOINTS = 9
-"""A side of a matrix of joints that is longer counts measurements."""
+UNITLESS = re.compile(r"r\d\d|q[wxyz]|direction\d+")
 
 
 @final
@@ -60,15 +62,12 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     headings: list[str] = []
     columns: list[list[str]] = []
     notes: list[str] = []
-    all_sides = [_sides(pair, variables) for pair in naming.pairs]
-    lengths = [_lengths(variables[side.name], wanted, path) for side, wanted in filter(None, all_sides)]
-    common = set.intersection(*lengths) if lengths else set()
-    for pair, sides in zip(naming.pairs, all_sides, strict=True):
-        if sides is None:
+    for pair in sorted(naming.pairs, key=_is_open):  # the others tell how many measurements there are
+        if (sides := _sides(pair, variables)) is None:
             names = f"neither '{pair.left.name}' nor '{pair.right[0].name}' is in the file"
             raise OptionError(f"{path}: {names}, which contains {holds}")
         side, wanted = sides
-        table, how = _one_row_each(variables[side.name], side, wanted, common, path)
+        table, how = _one_row_each(variables[side.name], side, wanted, len(columns and columns[0]), path)
         keys = _headings(wanted, table.shape[1], path)
         if (width := table.shape[1]) != len(keys):
             raise OptionError(
@@ -92,33 +91,21 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
 
 def _sides(pair: Pair, variables: dict[str, np.ndarray]) -> tuple[NamedUnit, tuple[NamedUnit, ...]] | None:
     """The item that names a matrix, and those that say what it means, with its unit."""
-    wanted: tuple[NamedUnit, ...] = (pair.left,)
+    side, wanted = pair.left, pair.right
     if len(pair.right) == 1 and pair.right[0].name in variables:
-        side = pair.right[0]
-    elif pair.left.name in variables:
-        side, wanted = pair.left, pair.right
-    else:
+        side, wanted = pair.right[0], (pair.left,)
+    elif pair.left.name not in variables:
         return None
     return side, tuple(replace(item, unit=side.unit) if item.unit is None else item for item in wanted)
 
 
-def _is_open(wanted: tuple[NamedUnit, ...]) -> bool:
+def _is_open(pair: Pair) -> bool:
     """Whether a matrix has as many columns as there are joints."""
-    return any(item.name.lower() in BY_JOINT for item in wanted)
-
-
-def _lengths(array: np.ndarray, wanted: tuple[NamedUnit, ...], path: Path) -> set[int]:
-    """Numbers of measurements that a matrix may hold."""
-    if array.ndim != 2:
-        return {array.shape[-1]}
-    if _is_open(wanted):
-        return {n for n in array.shape if n > MAX_JOINTS} or set(array.shape)
-    count = len(_headings(wanted, 0, path))
-    return {n for n, width in (array.shape, array.shape[::-1]) if width == count} or set(array.shape)
+    return any(item.name.lower() in BY_JOINT for item in (pair.left, *pair.right))
 
 
 def _one_row_each(
-    array: np.ndarray, side: NamedUnit, wanted: tuple[NamedUnit, ...], common: set[int], path: Path
+    array: np.ndarray, side: NamedUnit, wanted: tuple[NamedUnit, ...], number: int, path: Path
 ) -> tuple[np.ndarray, str]:
     """The matrix with one measurement a row, and how it stood in the file."""
     if array.ndim == 3 and array.shape[:2] in ((3, 3), (4, 4)):  # pages of rotations or poses
@@ -127,21 +114,22 @@ def _one_row_each(
     if array.ndim != 2 or array.dtype.kind not in "fiubUOS":
         raise FileError(f"'{side.name}' is not a matrix of numbers", path=str(path))
     given = [item.orientation for item in (side, *wanted) if item.orientation]
-    count = -1 if _is_open(wanted) else len(_headings(wanted, 0, path))
-    fitting = [how for how, size in (("row", array.shape[1]), ("column", array.shape[0])) if size == count]
-    if count == -1 and len(common) == 1:
-        fitting = [how for how, size in zip(("row", "column"), array.shape, strict=True) if size in common]
-    if not given and count == 1 and 1 in array.shape:
-        return array.reshape(-1, 1), "row" if array.shape[1] == 1 else "column"
+    rows, columns = array.shape
+    if wanted[0].name.lower() in BY_JOINT:
+        fitting = given or [how for how, size in (("row", rows), ("column", columns)) if size == number]
+    else:
+        count = len(_headings(wanted, 0, path))
+        if not given and count == 1 and 1 in array.shape:
+            return array.reshape(-1, 1), "row" if columns == 1 else "column"
+        fitting = given or [how for how, size in (("row", columns), ("column", rows)) if size == count]
     if not given and len(fitting) != 1:
         raise OptionError(
             f"{path}: say whether one measurement is a row or a column of '{side.name}' "
-            f"({array.shape[0]} x {array.shape[1]}), e.g. columns='{wanted[0].name}[rad|column]={side.name}'",
+            f"({rows} x {columns}), e.g. columns='{wanted[0].name}[rad|column]={side.name}'",
             option="columns",
             found=side.name,
         )
-    how = (given or fitting)[0]
-    return (array.T if how == "column" else array), how
+    return (array.T if fitting[0] == "column" else array), str(fitting[0])
 
 
 def _headings(wanted: tuple[NamedUnit, ...], width: int, path: Path) -> list[str]:
@@ -154,8 +142,7 @@ def _headings(wanted: tuple[NamedUnit, ...], width: int, path: Path) -> list[str
             raise OptionError(
                 f"{path}: '{item.name}' is not a known column: write q, xyz, quat, rpy, x, time, …"
             )
-        unitless = re.compile(r"r\d\d|q[wxyz]|direction\d+")
-        headings += [key if unitless.fullmatch(key) else item.heading(key) for key in keys or (item.name,)]
+        headings += [key if UNITLESS.fullmatch(key) else item.heading(key) for key in keys or (item.name,)]
     return headings
 
 
@@ -164,3 +151,36 @@ def _text(value) -> str:
     if isinstance(value, np.ndarray):
         return _text(value.flat[0]) if value.size == 1 else ""
     return repr(float(value)) if isinstance(value, np.number | float | int) else str(value).strip()
+
+
+def read_arrays(data: bytes, path: Path) -> dict[str, np.ndarray]:
+    """Arrays of a MATLAB file by name, fields of structs as 'struct.field', from a child."""
+    what, instead = "this MATLAB file", "save it with -v7, or as CSV"
+    if len(data) < 136 or 0 in data[:4] or data[124:128] not in (b"\0\1IM", b"\1\0MI"):
+        raise refusal(what, "it has no header of version 5 to 7", instead, path)
+    return read_bounded(matlab_arrays, "scipy.io", data, path, what=what, instead=instead)
+
+
+def matlab_arrays(data: bytes) -> dict[str, np.ndarray]:
+    """What `read_arrays` gives, in this process."""
+    from scipy.io import loadmat
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            variables = loadmat(io.BytesIO(data))
+        except (TypeError, ValueError, ArithmeticError, LookupError, OSError):
+            raise ChildError("a variable is damaged") from None
+    found: dict[str, np.ndarray] = {}
+    for name, value in variables.items():
+        if not name.startswith("__"):
+            _collect(name, value, found)
+    return found
+
+
+def _collect(name: str, value: Any, found: dict[str, np.ndarray]) -> None:
+    if isinstance(value, np.ndarray) and value.dtype.names and value.size == 1:
+        for field in value.dtype.names:
+            _collect(f"{name}.{field}", value.flat[0][field], found)
+    elif type(value) is np.ndarray:
+        found[name] = value

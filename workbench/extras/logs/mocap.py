@@ -5,16 +5,14 @@ and `Rotation | Position` over every column, then `Frame, Time (Seconds), X, Y, 
 Vicon: `Objects`, `Segments` or `Trajectories`, the rate, names over the first column of each, `Frame,
 Sub Frame, RX, RY, RZ[, RW], TX, TY, TZ` or `X, Y, Z`, a line of units.
 Qualisys: keywords with values (`FREQUENCY 100`), names (`MARKER_NAMES` or `BODY_NAMES`), then rows, of a body
-`X Y Z Roll Pitch Yaw Residual Rot[0] … Rot[8]`, in mm and degrees. The angles turn about the body's own axes
-in the order roll, pitch, yaw (manual of QTM, "Rotation angles in QTM"), R = Rx Ry Rz; the matrix stands
-column by column.
+`X Y Z Roll Pitch Yaw Residual Rot[0] … Rot[8]`, in mm and degrees; the matrix stands column by column.
 
 Orientations whose convention a file does not state are left out, with a note.
 """
 
 import re
 from pathlib import Path
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -25,12 +23,9 @@ from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import read_bytes
 from workbench.data.readers.layouts.layout import AbstractFileLayout
-from workbench.data.readers.orientation import intrinsic_xyz
 from workbench.data.readers.text import decode
 from workbench.extras.logs.recording import Logged
 
-AGREE = 1e-3
-"""Largest entry by which matrix and angles of one body may differ."""
 LOST = 1e-9
 """A body or marker this near to the origin was not seen: Qualisys writes zeros [m]."""
 
@@ -106,8 +101,7 @@ def _optitrack(rows: list[list[str]], path: Path) -> Logged:
     for (kind, name), place in columns.items():
         position = to_si(data[:, [place[f"Position {a}"] for a in "XYZ"]], unit, Quantity.LENGTH)
         if kind == "Rigid Body":
-            known = turned and "Rotation W" in place
-            bodies[name] = position, _turns(data, [place[f"Rotation {a}"] for a in "WXYZ"]) if known else None
+            bodies[name] = position, _turns(data, place, "Rotation {}") if turned else None
         elif kind == "Marker":
             markers[name] = position
     return Logged(time=data[:, 1], bodies=bodies, markers=markers, notes=tuple(notes))
@@ -119,18 +113,15 @@ def _vicon(rows: list[list[str]], path: Path) -> Logged:
     starts = [i for i in range(2, len(axes)) if i < len(names) and names[i]]
     bodies, markers, notes = {}, {}, [f"{rate:g} frames a second"]
     for first, last in zip(starts, [*starts[1:], len(axes)], strict=True):
-        place = {axes[i]: i for i in range(first, last)}
-        keys = ("TX", "TY", "TZ") if "TX" in place else ("X", "Y", "Z")
-        unit = units[place[keys[0]]]
-        position = to_si(data[:, [place[k] for k in keys]], unit, Quantity.LENGTH)
-        if "TX" in place:
-            whole = all(k in place for k in ("RW", "RX", "RY", "RZ"))
-            if not whole:
-                notes.append(f"angles of '{names[first]}' are left out: their order is not stated")
-            turns = _turns(data, [place[k] for k in ("RW", "RX", "RY", "RZ")]) if whole else None
-            bodies[names[first]] = position, turns
-        else:
-            markers[names[first]] = position
+        place, name = {axes[i]: i for i in range(first, last)}, names[first]
+        keys = [key for key in ("TX", "TY", "TZ", "X", "Y", "Z") if key in place]
+        position = to_si(data[:, [place[k] for k in keys]], units[place[keys[0]]], Quantity.LENGTH)
+        if keys[0] == "X":
+            markers[name] = position
+            continue
+        if "RW" not in place:
+            notes.append(f"angles of '{name}' are left out: their order is not stated")
+        bodies[name] = position, _turns(data, place, "R{}") if "RW" in place else None
     time = (data[:, 0] - data[0, 0]) / rate
     return Logged(time=time, bodies=bodies, markers=markers, notes=tuple(notes))
 
@@ -146,7 +137,7 @@ def _qualisys(rows: list[list[str]], path: Path) -> Logged:
     each = 16 if "BODY_NAMES" in head else 3
     data = _table(rows[start:], 2 * counted + each * len(names))
     time = data[:, 1] if counted else np.arange(len(data)) / rate
-    bodies, markers, notes = {}, {}, [f"{rate:g} frames a second, positions in mm"]
+    bodies, markers = {}, {}
     for k, name in enumerate(names):
         part = data[:, 2 * counted + k * each :][:, :each]
         position = 1e-3 * part[:, :3]
@@ -154,28 +145,18 @@ def _qualisys(rows: list[list[str]], path: Path) -> Logged:
         if each == 3:
             markers[name] = position
             continue
-        turns = _matrices(part[:, 7:16], part[:, 3:6], np.isfinite(position).all(axis=1))
-        if turns is None:
-            notes.append(f"orientations of '{name}' are left out: its matrix and its angles disagree")
+        seen = np.isfinite(position).all(axis=1)
+        turns = np.full((len(part), 3, 3), np.nan)
+        nine = part[seen, 7:16].reshape(-1, 3, 3).swapaxes(1, 2)
+        turns[seen] = se3.rotvec_to_matrix(se3.matrix_to_rotvec(nine))
         bodies[name] = position, turns
-    return Logged(time=time, bodies=bodies, markers=markers, notes=tuple(notes))
+    notes = (f"{rate:g} frames a second, positions in mm",)
+    return Logged(time=time, bodies=bodies, markers=markers, notes=notes)
 
 
-def _matrices(nine: np.ndarray, angles: np.ndarray, seen: Any) -> np.ndarray | None:
-    """Rotation matrices, column by column or else row by row, as Rx(roll) Ry(pitch) Rz(yaw) agrees with."""
-    wanted = intrinsic_xyz(np.deg2rad(angles[seen]))
-    for order in ((0, 2, 1), (0, 1, 2)):
-        found = nine.reshape(-1, 3, 3).transpose(order)
-        if len(wanted) and np.abs(found[seen] - wanted).max() < AGREE:
-            turns = np.full((len(nine), 3, 3), np.nan)
-            turns[seen] = se3.rotvec_to_matrix(se3.matrix_to_rotvec(found[seen]))
-            return turns
-    return None
-
-
-def _turns(data: np.ndarray, columns: list[int]) -> np.ndarray:
-    """Rotation matrices from quaternions w, x, y, z, NaN where there are none."""
-    wxyz = data[:, columns]
+def _turns(data: np.ndarray, place: dict[str, int], key: str) -> np.ndarray:
+    """Rotation matrices from quaternions, NaN where there are none."""
+    wxyz = data[:, [place[key.format(part)] for part in "WXYZ"]]
     length = np.linalg.norm(wxyz, axis=1)
     seen = np.isfinite(length) & (length > 0.5)
     turns = np.full((len(data), 3, 3), np.nan)

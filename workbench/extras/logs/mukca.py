@@ -21,7 +21,6 @@ from workbench.data.readers.text import read_text
 
 SPACING = 0.05
 """Distance of the two sockets' centres [m]."""
-_HOLE = re.compile(r"hole_([01])\.csv")
 _POSE = re.compile(r"hole_\d+_pose\.csv")
 
 
@@ -32,7 +31,7 @@ class Mukca(AbstractFileLayout):
     name = "mukca"
 
     def matches(self, path: Path, head: bytes) -> bool:
-        return bool(_placements(path) if path.is_dir() else _POSE.fullmatch(path.name))
+        return bool(_sockets(path) if path.is_dir() else _POSE.fullmatch(path.name))
 
     def read(self, path: Path, naming: Naming | None) -> Fields:
         if _POSE.fullmatch(path.name):
@@ -41,55 +40,40 @@ class Mukca(AbstractFileLayout):
                 "folder with hole_0.csv and hole_1.csv",
                 path=str(path),
             )
-        placements = {path.parent: [path]} if path.is_file() else _placements(path)
-        if not placements:
+        files = [path] if path.is_file() else _sockets(path)
+        if not files:
             raise FileError("there are no hole_0.csv or hole_1.csv in this folder", path=str(path))
-        tables = [
-            (place.name, int(file.name[5]), _table(file))
-            for place in placements
-            for file in placements[place]
-        ]
-        width = len(tables[0][2].headings)
-        for _, _, table in tables:
-            if len(table.headings) != width:
-                raise FileError(
-                    f"it has {len(table.headings)} joints where the first file has {width}: "
-                    "read one robot at a time",
-                    path=table.source,
-                )
-        return _joined(tables, width, path)
+        tables = [_table(file) for file in files]
+        width = len(tables[0].headings)
+        if odd := next((table for table in tables if len(table.headings) != width), None):
+            raise FileError(
+                f"it has {len(odd.headings)} joints, the first file {width}: read one robot at a time",
+                path=odd.source,
+            )
+        counts = [table.rows for table in tables]
+        q = np.vstack(
+            [np.stack([to_numbers(t, i, Decimal.POINT) for i in range(width)], axis=1) for t in tables]
+        )
+        socket = np.repeat([int(file.name[5]) for file in files], counts)
+        values = {f"q{i + 1}": q[:, i] for i in range(width)}
+        units = dict.fromkeys(values, "rad")
+        values |= {"x": SPACING * socket, "y": np.zeros(len(q)), "z": np.zeros(len(q))}
+        values["session"] = np.repeat([file.parent.name for file in files], counts)
+        values["point"] = np.array([f"socket{s}" for s in socket], dtype=str)
+        notes = (
+            "layout 'mukca': joint angles in rad, one session per placement",
+            f"positions are not measured: socket 0 is at (0, 0, 0), socket 1 at ({SPACING}, 0, 0) m in a "
+            "frame that differs between sessions, so base frames must be free per session",
+        )
+        lines = tuple(line for table in tables for line in table.lines)
+        return Fields(source=str(path), lines=lines, values=values, units=units, notes=notes)
 
 
-def _placements(path: Path) -> dict[Path, list[Path]]:
-    """Folders with their socket files: the folder itself, or those right below it."""
-    folders = [path, *sorted(p for p in path.iterdir() if p.is_dir())]
-    found = {folder: sorted(f for f in folder.iterdir() if _HOLE.fullmatch(f.name)) for folder in folders}
-    return {folder: files for folder, files in found.items() if files}
+def _sockets(path: Path) -> list[Path]:
+    """Files of sockets in a folder, or in those right below it."""
+    return sorted((*path.glob("hole_[01].csv"), *path.glob("*/hole_[01].csv")))
 
 
 def _table(path: Path) -> Table:
     grid = read_text(read_bytes(path), path)
-    names = tuple(f"q{i}[rad]" for i in range(1, len(grid.rows[0]) + 1))
-    return with_names(grid, names)
-
-
-def _joined(tables: list[tuple[str, int, Table]], width: int, path: Path) -> Fields:
-    """One set of columns from all files, with session and socket of each row."""
-    columns = [
-        np.stack([to_numbers(t, i, Decimal.POINT) for i in range(width)], axis=1) for _, _, t in tables
-    ]
-    counts = [t.rows for _, _, t in tables]
-    q = np.vstack(columns)
-    socket = np.repeat([s for _, s, _ in tables], counts)
-    values = {f"q{i + 1}": q[:, i] for i in range(width)}
-    values |= {"x": SPACING * socket, "y": np.zeros(len(q)), "z": np.zeros(len(q))}
-    values["session"] = np.repeat([place for place, _, _ in tables], counts)
-    values["point"] = np.array([f"socket{s}" for s in socket], dtype=str)
-    notes = (
-        "layout 'mukca': joint angles in rad, one session per placement",
-        f"positions are not measured: socket 0 is at (0, 0, 0), socket 1 at ({SPACING}, 0, 0) m in a frame "
-        "that differs between sessions, so base frames must be free per session",
-    )
-    units = {f"q{i + 1}": "rad" for i in range(width)}
-    lines = tuple(line for _, _, t in tables for line in t.lines)
-    return Fields(source=str(path), lines=lines, values=values, units=units, notes=notes)
+    return with_names(grid, tuple(f"q{i}[rad]" for i in range(1, len(grid.rows[0]) + 1)))

@@ -35,47 +35,36 @@ class Logged:
 
     def fields(self, path: Path, layout: str, naming: Naming | None) -> Fields:
         """Columns of the tool: the body that was chosen or the only one, else every marker."""
-        values: dict[str, np.ndarray] = {"time": self.time}
-        notes, rotation, headings = (f"layout '{layout}'", *self.notes), None, {}
+        rotation, tool = None, dict(self.markers)
+        note = f"markers m1 … m{len(tool)} are {listed(list(tool))}"
         if self.bodies:
-            name = chosen(list(self.bodies), choice(naming, "pose"), f"{path}: bodies", "pose")
+            name = chosen(list(self.bodies), naming, f"{path}: bodies", "pose")
             position, rotation = self.bodies[name]
-            values |= dict(zip("xyz", position.T, strict=True))
-            headings = dict.fromkeys("xyz", name)
-            notes += (f"the tool is the body '{name}'",)
-        elif len(self.markers) == 1:
-            ((name, position),) = self.markers.items()
-            values |= dict(zip("xyz", position.T, strict=True))
-            headings = dict.fromkeys("xyz", name)
-            notes += (f"the tool is the marker '{name}'",)
-        elif self.markers:
-            for number, (name, position) in enumerate(self.markers.items(), 1):
-                keys = [f"m{number}{axis}" for axis in "xyz"]
-                values |= dict(zip(keys, position.T, strict=True))
-                headings |= dict.fromkeys(keys, name)
-            notes += (f"markers m1 … m{len(self.markers)} are {listed(list(self.markers))}",)
-        else:
+            tool, note = {name: position}, f"the tool is the body '{name}'"
+        elif len(tool) == 1:
+            note = f"the tool is the marker '{next(iter(tool))}'"
+        elif not tool:
             raise DataError(f"{path}: there are neither bodies nor markers in this recording")
+        values, headings = {"time": self.time}, dict[str, str]()
+        for number, (name, position) in enumerate(tool.items(), 1):
+            keys = [axis if len(tool) == 1 else f"m{number}{axis}" for axis in "xyz"]
+            values |= dict(zip(keys, position.T, strict=True))
+            headings |= dict.fromkeys(keys, name)
         return Fields(
             source=str(path),
             lines=tuple(range(1, len(self.time) + 1)),
             values=values,
             headings=headings,
-            units=dict.fromkeys((k for k in values if k != "time"), "m") | {"time": "s"},
+            units=dict.fromkeys(headings, "m") | {"time": "s"},
             rotation=rotation,
-            notes=notes,
+            notes=(f"layout '{layout}'", *self.notes, note),
         )
 
 
-def choice(naming: Naming | None, key: str) -> str | None:
-    """What `--columns "key=NAME"` chooses; None if it names none."""
-    for pair in naming.pairs if naming is not None else ():
-        if pair.left.name == key:
-            return pair.right[0].name
-    return None
-
-
-def chosen(names: list[str], wanted: str | None, what: str, key: str) -> str:
+def chosen(names: list[str], naming: Naming | None, what: str, key: str) -> str:
+    """The only name, or that which `--columns "key=NAME"` chooses."""
+    pairs = naming.pairs if naming is not None else ()
+    wanted = next((pair.right[0].name for pair in pairs if pair.left.name == key), None)
     if wanted in names:
         return wanted
     if wanted is None and len(names) == 1:

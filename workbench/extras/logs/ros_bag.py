@@ -2,29 +2,37 @@
 
 A pose is a topic of PoseStamped or TransformStamped, or a frame of /tf by name. A bag often holds the robot's
 own forward kinematics as well: with more than one candidate the user chooses which one is measured. Times are
-those of the recorder, which has one clock for all topics; the senders' stamps may come from several.
+those of the recorder, which has one clock for all topics. A child reads the file, with bounds of time and
+memory.
 """
 
 import re
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.errors import DataError
+from workbench.base.bounded_process import MEBIBYTE, ChildError
+from workbench.base.errors import DataError, MissingExtraError
 from workbench.base.remedy import remedy
 from workbench.base.wording import listed
+from workbench.data.binary_tables import read_in_child
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.layouts.layout import AbstractFileLayout
-from workbench.extras.logs.binary_files import read_bag
-from workbench.extras.logs.recording import Logged, choice, chosen
+from workbench.extras.logs.recording import Logged, chosen
 from workbench.extras.logs.standstills import join_by_time
 
-SKEW = 0.1
-"""Difference between senders' clocks that is reported [s]."""
+MEMORY = 400 * MEBIBYTE
+"""What a child may take beside a few times the size of a bag [bytes]."""
+MAX_MESSAGES = 5_000_000
+JOINTS = "sensor_msgs/msg/JointState"
+POSES = ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/TransformStamped", "tf2_msgs/msg/TFMessage")
+Streams = dict[str, dict[str, list[tuple[float, Any]]]]
+"""`joints` by topic: positions by name; `poses` by topic or frame: x, y, z [m] and w, x, y, z; with times."""
 
 
 @final
@@ -40,41 +48,38 @@ class RosBag(AbstractFileLayout):
         return head.startswith((b"#ROSBAG", b"\x89MCAP")) or path.suffix.lower() in self.endings
 
     def read(self, path: Path, naming: Naming | None) -> Fields:
-        inner = (
-            path.parent
-            if path.suffix.lower() == ".db3" and (path.parent / "metadata.yaml").exists()
-            else path
-        )
-        streams = read_bag(inner)
+        in_folder = path.suffix.lower() == ".db3" and (path.parent / "metadata.yaml").exists()
+        streams = read_bag(path.parent if in_folder else path)
         if not streams["joints"]:
             raise DataError(f"{path}: there are no joint states (sensor_msgs/JointState) in this bag")
-        topic = chosen(list(streams["joints"]), choice(naming, "joints"), f"{path}: joint topics", "joints")
+        topic = chosen(list(streams["joints"]), naming, f"{path}: joint topics", "joints")
         joints = _joints(path, topic, streams["joints"][topic], naming)
         if not streams["poses"]:
             return joints
-        pose = chosen(list(streams["poses"]), choice(naming, "pose"), f"{path}: poses", "pose")
-        found = streams["poses"][pose]
-        numbers = found["pose"]
+        pose = chosen(list(streams["poses"]), naming, f"{path}: poses", "pose")
+        time, numbers = (np.array(part) for part in zip(*streams["poses"][pose], strict=True))
         turns = se3.quaternion_to_matrix(
             numbers[:, 3:] / np.linalg.norm(numbers[:, 3:], axis=1, keepdims=True)
         )
-        measured = Logged(time=found["time"], bodies={pose: (numbers[:, :3], turns)}, notes=_skew(streams))
+        measured = Logged(time=time, bodies={pose: (numbers[:, :3], turns)})
         return join_by_time(measured.fields(path, self.name, None), joints, one_clock=True)
 
 
-def _joints(path: Path, topic: str, found: dict[str, Any], naming: Naming | None) -> Fields:
+def _joints(path: Path, topic: str, rows: list[tuple[float, Any]], naming: Naming | None) -> Fields:
     given = {pair.left.name: pair.right[0].name for pair in naming.pairs} if naming is not None else {}
-    values: dict[str, np.ndarray] = {"time": found["time"]}
+    names = list(dict.fromkeys(name for _, at in rows for name in at))
+    values = {"time": np.array([time for time, _ in rows])}
     headings, left = {}, []
-    for k, name in enumerate(found["names"]):
+    for name in names:
         known = meaning(given.get(name, name))
         if known is not None and re.fullmatch(r"q\d+", known.key) and known.key not in values:
-            values[known.key], headings[known.key] = found["q"][:, k], name
+            values[known.key] = np.array([at.get(name, np.nan) for _, at in rows])
+            headings[known.key] = name
         else:
             left.append(name)
     if not headings:
         raise DataError(
-            f"{path}: the joints of {topic} are called {listed(found['names'])}, which does not say their "
+            f"{path}: the joints of {topic} are called {listed(names)}, which does not say their "
             "order: name them with "
             + remedy(
                 'columns="shoulder=q1,elbow=q2 …" (--columns), or a mapping',
@@ -82,12 +87,10 @@ def _joints(path: Path, topic: str, found: dict[str, Any], naming: Naming | None
             )
         )
     read = ", ".join(f"{name} is {key}" for key, name in sorted(headings.items()))
-    notes = [f"joints from {topic}: {read}"]
-    if left:
-        notes.append(f"joints that are left out: {listed(left)}")
+    notes = [f"joints from {topic}: {read}", *([f"joints that are left out: {listed(left)}"] if left else [])]
     return Fields(
         source=str(path),
-        lines=tuple(range(1, len(found["time"]) + 1)),
+        lines=tuple(range(1, len(rows) + 1)),
         values=values,
         headings=headings,
         units=dict.fromkeys(headings, "rad"),
@@ -95,13 +98,45 @@ def _joints(path: Path, topic: str, found: dict[str, Any], naming: Naming | None
     )
 
 
-def _skew(streams: dict[str, dict[str, dict[str, Any]]]) -> tuple[str, ...]:
-    """How far the senders' clocks are from the recorder's, where that is worth a note."""
-    notes = []
-    for name, found in (pair for kind in streams.values() for pair in kind.items()):
-        ahead = float(np.median(found["stamp"] - found["time"]))
-        if abs(ahead) > SKEW and found["stamp"].any():
-            notes.append(
-                f"stamps of '{name}' are {ahead:+.2f} s off the recorder's clock, which is used for all"
-            )
-    return tuple(notes)
+def read_bag(path: Path) -> Streams:
+    """Joint states and poses of a bag, from a child; times are the recorder's [s]."""
+    if find_spec("rosbags") is None:
+        raise MissingExtraError("reading bags", extra="ros")
+    files = [path] if path.is_file() else [p for p in path.iterdir() if p.is_file()]
+    size = sum(p.stat().st_size for p in files)
+    return read_in_child(
+        bag_streams,
+        str(path.absolute()),
+        path,
+        needs="rosbags.highlevel",
+        what="this bag",
+        instead="check it with 'ros2 bag info'",
+        seconds=1.0 + 5.0 * size / MEBIBYTE,
+        memory=MEMORY + 4 * min(size, 1024 * MEBIBYTE),
+    )
+
+
+def bag_streams(path: str) -> Streams:
+    """What `read_bag` gives, in this process."""
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    found: Streams = {"joints": {}, "poses": {}}
+    with AnyReader([Path(path)], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        wanted = [c for c in reader.connections if c.msgtype in (JOINTS, *POSES) and c.topic != "/tf_static"]
+        if sum(c.msgcount for c in wanted) > MAX_MESSAGES:
+            raise ChildError(f"it has more than {MAX_MESSAGES} joint states and poses")
+        for connection, recorded, raw in reader.messages(connections=wanted) if wanted else ():
+            message: Any = reader.deserialize(raw, connection.msgtype)
+            if connection.msgtype == JOINTS:
+                at = dict(zip(message.name, message.position.tolist(), strict=False))
+                found["joints"].setdefault(connection.topic, []).append((1e-9 * recorded, at))
+                continue
+            for part in getattr(message, "transforms", [message]):
+                place = part.pose if hasattr(part, "pose") else part.transform
+                at = getattr(place, "position", None) or place.translation
+                turn = getattr(place, "orientation", None) or place.rotation
+                name = part.child_frame_id if hasattr(message, "transforms") else connection.topic
+                numbers = (at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z)
+                found["poses"].setdefault(name, []).append((1e-9 * recorded, numbers))
+    return found

@@ -104,14 +104,11 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
 def _dated(measured: Fields, joints: Fields) -> Fields:
     """Measurements whose time counts from the first date of the joints, where both have dates."""
     first, second = measured.began, joints.began
-    if first is None and second is None:
-        return measured
     if first is not None and second is not None and (first.tzinfo is None) == (second.tzinfo is None):
-        later = (first - second).total_seconds()
-        return replace(
-            measured, values={**measured.values, "time": measured.values["time"] + later}, began=second
-        )
-    if _dense(measured.values["time"]) and _dense(joints.values["time"]):
+        time = measured.values["time"] + (first - second).total_seconds()
+        return replace(measured, values={**measured.values, "time": time}, began=second)
+    dense = _dense(measured.values["time"]) and _dense(joints.values["time"])
+    if first is second is None or dense:
         return measured
     raise DataError(
         f"{measured.source} and {joints.source} count time differently: give both dates of one time "
@@ -122,27 +119,24 @@ def _dated(measured: Fields, joints: Fields) -> Fields:
 def still(time: Times, values: Float[np.ndarray, "samples n"], maximum: float) -> list[tuple[int, int]]:
     """First and last sample of every stretch of at least `WINDOW` in which no value ranges beyond a limit."""
     found: list[tuple[int, int]] = []
-    first, low, high = 0, values[0].copy(), values[0].copy()
+    first, low, high = 0, values[0], values[0]
     for k in range(1, len(time) + 1):
-        inside = k < len(time) and time[k] - time[k - 1] < GAP
-        if inside:
+        if k < len(time) and time[k] - time[k - 1] < GAP:
             lower, higher = np.minimum(low, values[k]), np.maximum(high, values[k])
-            inside = bool(np.max(higher - lower) <= maximum)
-        if inside:
-            low, high = lower, higher
-            continue
+            if np.max(higher - lower) <= maximum:
+                low, high = lower, higher
+                continue
         if time[k - 1] - time[first] >= WINDOW + 2.0 * MARGIN:
-            middle = values[first:k].mean(0)
-            last = found[-1] if found else None
-            same = (
-                last is not None and np.abs(values[last[0] : last[1] + 1].mean(0) - middle).max() <= maximum
+            begin = found[-1][0] if found and time[first] - time[found[-1][1]] < WINDOW else first
+            moved = (
+                values[begin : found[-1][1] + 1].mean(0) - values[first:k].mean(0) if begin < first else 0.0
             )
-            if last is not None and same and time[first] - time[last[1]] < WINDOW:
-                found[-1] = (last[0], k - 1)
+            if begin < first and np.abs(moved).max() <= maximum:
+                found[-1] = begin, k - 1
             else:
                 found.append((first, k - 1))
         if k < len(time):
-            first, low, high = k, values[k].copy(), values[k].copy()
+            first, low, high = k, values[k], values[k]
     return found
 
 
@@ -156,8 +150,10 @@ def clock_offset(
     """
     if not (_dense(time) and _dense(log)):
         return 0.0, ()
+    from scipy.signal import correlate
+
     moved, drove = _moving(time, points), _moving(log, q)
-    score = _correlation(drove, moved)
+    score = correlate(drove, moved)
     score /= max(float(np.sqrt((drove**2).sum() * (moved**2).sum())), 1e-12)
     offsets = STEP * (np.arange(len(score)) - (len(moved) - 1)) + log[0] - time[0]
     best = int(np.argmax(score))
@@ -176,26 +172,17 @@ def clock_offset(
     )
 
 
-def _correlation(a: Float[np.ndarray, " n"], b: Float[np.ndarray, " m"]) -> Float[np.ndarray, " offsets"]:
-    """Σ a(t + k) b(t) for k from 1 − m to n − 1."""
-    size = len(a) + len(b) - 1
-    return np.fft.irfft(np.fft.rfft(a, size) * np.fft.rfft(b[::-1], size), size)
-
-
-def _smoothed(values: Float[np.ndarray, " steps"]) -> Float[np.ndarray, " steps"]:
-    """Mean of five neighbours; zeros lie beyond the ends."""
-    return np.convolve(values, np.full(5, 0.2))[2 : len(values) + 2]
-
-
 def _moving(time: Times, values: Float[np.ndarray, "samples n"]) -> Float[np.ndarray, " steps"]:
     """Whether something moved, step by step, less its mean."""
+    from scipy.ndimage import uniform_filter1d
+
     seen = np.isfinite(values).all(1)
     time, values = time[seen], values[seen]
     steps = np.arange(time[0], time[-1], STEP)
     if len(steps) < 2:
         return np.zeros(1)
-    even = np.stack([_smoothed(np.interp(steps, time, column)) for column in values.T], 1)
-    speed = np.linalg.norm(np.diff(even, axis=0), axis=1)
+    even = np.stack([np.interp(steps, time, column) for column in values.T], 1)
+    speed = np.linalg.norm(np.diff(uniform_filter1d(even, 5, axis=0, mode="constant"), axis=0), axis=1)
     flags = (speed > 0.05 * np.quantile(speed, 0.95)).astype(float)
     return flags - flags.mean()
 
@@ -240,11 +227,8 @@ def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Field
     if measured.rotation is not None:
         rotation = np.stack([_middle_turn(measured.rotation[rows]) for rows in parts])
     lines = tuple(measured.lines[int(rows[0])] for rows in parts)
-    restless = [
-        k
-        for k, rows in enumerate(parts)
-        if np.nanmax(np.ptp(_points(measured.take(rows)), axis=0), initial=0.0) > 4.0 * STILL_POINT
-    ]
+    ranges = [np.ptp(_points(measured.take(rows)), axis=0) for rows in parts]
+    restless = [k for k, size in enumerate(ranges) if np.nanmax(size, initial=0.0) > 4.0 * STILL_POINT]
     if len(restless) > len(parts) // 2:
         raise DataError(
             f"{measured.source}: {what} moves by more than {4e3 * STILL_POINT:g} mm in {len(restless)} of "
@@ -252,9 +236,8 @@ def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Field
         )
     notes = measured.notes
     if restless:
-        notes += (
-            f"{what} moved in {plural(len(restless), 'standstill')}, such as line {lines[restless[0]]}",
-        )
+        where = f"such as line {lines[restless[0]]}"
+        notes += (f"{what} moved in {plural(len(restless), 'standstill')}, {where}",)
     return replace(measured, values=values, rotation=rotation, lines=lines, notes=notes)
 
 

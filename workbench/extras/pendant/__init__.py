@@ -20,9 +20,5 @@ PARTS = Parts(
         "tcp": "workbench.extras.pendant.touching.tool_tip:tcp",
     },
     robot_checks=("workbench.extras.pendant.own_robot.check:robot_that_gives",),
-    session_commands=("workbench.extras.pendant.touching.session:ReadTouches",),
-    panels=(
-        "workbench.extras.pendant.touching.panel:TouchesPanel",
-        "workbench.extras.pendant.own_robot.panel:OwnRobotPanel",
-    ),
+    panels=("workbench.extras.pendant.own_robot.panel:OwnRobotPanel",),
 )

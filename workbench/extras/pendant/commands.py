@@ -83,7 +83,7 @@ def tcp(
     save: Annotated[Path | None, option("Write the robot with this tool here (.toml or .urdf).")] = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """Tool tip from touching one point in four orientations or more; its axes from two more touches."""
+    """Tool tip from touching one point in four orientations or more."""
     arm = wb.load_robot(robot)
     opt.check_robot_file(save)
     opt.check_writable(save, json)
@@ -100,10 +100,6 @@ def frame(
     cad: Annotated[
         Path | None, option("Points of the drawing: point, x[mm], y[mm], z[mm]; `contact` has their names.")
     ] = None,
-    tool: Annotated[
-        str | None, option("Tip in the flange, x,y,z in mm, instead of the tool in the file.")
-    ] = None,
-    radius: Annotated[str, option("Radius of the ball that touched faces, for 3-2-1.")] = "0mm",
     wanted: WantedOption = None,
     save: Annotated[Path | None, option("Write the frame here (.toml).")] = None,
     json: opt.JsonOption = None,
@@ -113,14 +109,7 @@ def frame(
     if save is not None and save.suffix.lower() != ".toml":
         raise OptionError(f"{save}: a frame is saved as .toml")
     opt.check_writable(save, json)
-    if tool is not None:
-        xyz = opt.numbers(tool)
-        if xyz.shape != (3,):
-            raise OptionError(f"--tool must be x,y,z in mm, got '{tool}'")
-        arm = arm.with_frames(tool=wb.Frame(1e-3 * xyz))
-    found = wb.frame(
-        arm, touches, cad=cad, radius=opt.length(radius), wanted=_wanted(wanted), flange=tool is not None
-    )
+    found = wb.frame(arm, touches, cad=cad, wanted=_wanted(wanted))
     _show(found, json, save)
     if save is not None:
         opt.say(f"frame: {found.save(save)}")
@@ -164,7 +153,7 @@ def new(
     from dataclasses import replace
 
     from workbench.arm.built_in_arms import check_robot_file, save_robot
-    from workbench.extras.pendant.own_robot.check import check_robot, convention_notes
+    from workbench.extras.pendant.own_robot.check import check_robot, convention_notes, readings_of
 
     if (apply is None) != (form is None):
         raise OptionError("--apply FILE and --for NAME belong together")
@@ -179,7 +168,9 @@ def new(
     if apply is not None and form is not None:
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
-        found = check_robot(source, pose or [] if poses is None else _poses(source, poses, tip), tip=tip)
+        names = readings_of(source, tip=tip)[0].robot.joint_names
+        shown = pose or [] if poses is None else wb.read_measurements(poses, joints=names)
+        found = check_robot(source, shown, tip=tip)
         arm = found.robot
         for text in convention_notes(found):
             opt.say(text)
@@ -203,10 +194,3 @@ def _applied(nominal, path: Path, form: str):
         raise OptionError(f"files of the form {form} can't be imported; use the calibration's TOML instead")
     require_same_arm(arm, nominal)
     return arm
-
-
-def _poses(source: str, path: Path, tip: str | None):
-    """Poses of a measurement file, whose headings tell the units."""
-    from workbench.extras.pendant.own_robot.check import readings_of
-
-    return wb.read_measurements(path, joints=readings_of(source, tip=tip)[0].robot.joint_names)

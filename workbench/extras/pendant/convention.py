@@ -16,7 +16,7 @@ from workbench.data.dataset import Dataset
 from workbench.extras.pendant.displayed import SIZES, Displayed
 from workbench.identification.meaning.as_read import misread_text, remedy
 from workbench.identification.meaning.read_rows import read_rows
-from workbench.identification.meaning.reading import RowReading
+from workbench.identification.meaning.reading import FITS_TURN, FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.usable_rows import MIN_ROWS
 
 TURNED = float(np.deg2rad(3.0))
@@ -54,10 +54,18 @@ def find_convention(robot: Robot, shown: Displayed) -> RowReading:
             f"{shown.source}: the tool is turned about one axis only, which fits in several conventions; "
             "add poses with the tool turned about all axes"
         )
+    given = found.turned or found.plain
+    if not found.is_found and given is not None and _could_be(given):
+        return given
     labelled_wrong = bool(shown.units[0] and best.unit != 1.0)
     if not found.is_found or best.other or labelled_wrong or best.on(robot) is None:
         raise DataError(f"{shown.source}: {misread_text(found)}; {remedy(found)}")
     return best
+
+
+def _could_be(reading: RowReading) -> bool:
+    """Whether an arm may differ from its table by as much: what it computes with is to be found."""
+    return reading.rotation < FITS_TURN and reading.position < FOREIGN_MISFIT * reading.robot.reach
 
 
 def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:

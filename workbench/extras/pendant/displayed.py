@@ -17,13 +17,13 @@ from workbench.base.units import parse_heading
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
+from workbench.data.readers.headings import meaning
 from workbench.data.readers.table import Grid
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel
 from workbench.identification.meaning.conventions import Convention
 from workbench.identification.meaning.reading import RowReading
 
-JOINT = re.compile(r"(?:q|j|a|ax|axis|jt|joint|theta|actual_q)[ _]*(\d+)(?: pos(?:ition)?)?", re.IGNORECASE)
 RTDE = tuple(f"actual_tcp_pose_{k}" for k in range(6))
 """Position [m] and rotation vector [rad] in a log of UR's RTDE, whose joints count from 0 [rad]."""
 MATRIX = tuple(f"r{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
@@ -191,39 +191,37 @@ def _is_data(row: list[str]) -> bool:
     return 2 * sum(NUMBER.fullmatch(cell.strip()) is not None for cell in filled) > len(filled)
 
 
-def _columns(
-    head: list[str], body: list[list[str]], joints: int, path: Path
-) -> tuple[list[int], list[int], list[int]]:
+def _columns(head: list[str], body: list[list[str]], joints: int, path: Path) -> list[list[int]]:
     """Columns of joints, position and orientation, by their headings or else in this order."""
-    width = len(body[0])
-    names = _names(head)
-    numbered = {int(m[1]): k for k, name in enumerate(names) if (m := JOINT.fullmatch(name))}
-    if 0 in numbered:
-        numbered = {number + 1: k for number, k in numbered.items()}
-    pose = [names.index(name) for name in RTDE] if set(RTDE) <= set(names) else []
-    if not pose and not {"x", "y", "z"} <= set(names):
-        if not joints + 6 <= width <= joints + 7:
-            raise DataError(f"{path}: {width} columns, but the arm has {joints} joints; {WHAT}")
-        return _span(0, joints), _span(joints, 3), _span(joints + 3, width - joints - 3)
-    if numbered and sorted(numbered) != list(range(1, joints + 1)):
+    width, names = len(body[0]), _names(head)
+    keys = {known.key: k for k, name in reversed([*enumerate(names)]) if (known := meaning(name)) is not None}
+    own = {int(key[1:]): k for key, k in keys.items() if re.fullmatch(r"q\d+", key)}
+    first = min(own, default=1)  # logs of controllers count from 0
+    if own and sorted(own) != list(range(first, first + joints)):
         raise DataError(
-            f"{path}: joints {', '.join(map(str, sorted(numbered)))} in the file, but the arm has {joints}; "
+            f"{path}: joints {', '.join(map(str, sorted(own)))} in the file, but the arm has {joints}; "
             "choose the robot that was read"
         )
-    own = [numbered[k] for k in sorted(numbered)]
-    if pose and own:
-        return own, pose[:3], pose[3:]
-    own = own or _span(names.index("x") - joints, joints)
-    if min(own) < 0:
+    q = [own[k] for k in sorted(own)]
+    if own and set(RTDE) <= set(names):
+        pose = [names.index(name) for name in RTDE]
+        return [q, pose[:3], pose[3:]]
+    if not {"x", "y", "z"} <= set(keys):
+        if not joints + 6 <= width <= joints + 7:
+            raise DataError(f"{path}: {width} columns, but the arm has {joints} joints; {WHAT}")
+        columns = list(range(width))
+        return [columns[:joints], columns[joints : joints + 3], columns[joints + 3 :]]
+    xyz = [keys[axis] for axis in "xyz"]
+    q = q or list(range(xyz[0] - joints, xyz[0]))
+    if min(q) < 0:
         raise DataError(f"{path}: no columns of joints; {WHAT}")
-    xyz = [names.index(axis) for axis in "xyz"]
-    if set(MATRIX) <= set(names):
-        return own, xyz, [names.index(name) for name in MATRIX]
-    rest = [k for k in range(max(xyz) + 1, len(names)) if k not in own and names[k]]
+    if set(MATRIX) <= set(keys):
+        return [q, xyz, [keys[key] for key in MATRIX]]
+    rest = [k for k in range(max(xyz) + 1, len(names)) if k not in q and names[k]]
     turn = [k for k in rest[:4] if k < rest[0] + 4 and not names[k].startswith(("time", "note", "comment"))]
     if len(turn) < 3:
         raise DataError(f"{path}: no orientation follows x, y, z; {WHAT}")
-    return own, xyz, turn if len(turn) == 4 and _is_quaternion(body, turn) else turn[:3]
+    return [q, xyz, turn if len(turn) == 4 and _is_quaternion(body, turn) else turn[:3]]
 
 
 def _names(head: list[str]) -> list[str]:
@@ -236,10 +234,6 @@ def _is_quaternion(body: list[list[str]], columns: list[int]) -> bool:
     filled = [row for row in rows if all(map(NUMBER.fullmatch, row))]
     norms = np.linalg.norm(np.array(filled, float).reshape(-1, 4), axis=1)
     return len(filled) > 0 and bool(np.all(np.abs(norms - 1.0) < 0.02))
-
-
-def _span(start: int, count: int) -> list[int]:
-    return list(range(start, start + count))
 
 
 def _unit(head: list[str], columns: list[int], path: Path) -> str:

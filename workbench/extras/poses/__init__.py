@@ -4,7 +4,7 @@ from workbench.parts import Parts
 
 PARTS = Parts(
     commands={
-        "plate cluster": "workbench.extras.poses.clustering.commands:cluster",
+        "plate cluster": "workbench.extras.poses.commands:cluster",
         "poses": "workbench.extras.poses.commands:poses",
     },
     root={
@@ -12,5 +12,4 @@ PARTS = Parts(
         "choose_poses": "workbench.extras.poses.choose_poses:choose_poses",
     },
     pose_choices=("workbench.extras.poses.informative_poses:Informative",),
-    session_commands=("workbench.extras.poses.clustering.session:ClusterTargets",),
 )

@@ -1,5 +1,6 @@
-"""Command: poses."""
+"""The commands that choose poses: poses, plate cluster."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -26,8 +27,6 @@ def poses(
     cone: Annotated[str, option("With --towards: maximum deviation from it.")] = "60deg",
     margin: Annotated[str, option("Minimum distance of revolute joints from their limits.")] = "0deg",
     spread: Annotated[str, option("Minimum distance between tool positions.")] = "0mm",
-    travel: Annotated[str | None, option("Maximum travel of any joint from one pose to the next.")] = None,
-    method: Annotated[str, option("Search: exchange, or greedy (without exchanges).")] = "exchange",
     unknown: opt.UnknownOption = None,
     out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,
     json: opt.JsonOption = None,
@@ -44,23 +43,59 @@ def poses(
         cone=opt.angle(cone),
         margin=opt.angle(margin),
         spread=opt.length(spread),
-        travel=None if travel is None else opt.angle(travel),
     )
     base, tool = opt.unknown_frames(unknown)
     opt.check_writable(out, json)
     with opt.progress_bar("poses"):
         found = choose_poses(
-            arm,
-            number,
-            index=index,
-            seed=seed,
-            candidates=candidates,
-            limits=limits,
-            method=method,
-            base=base,
-            tool=tool,
+            arm, number, index=index, candidates=candidates, limits=limits, base=base, tool=tool, seed=seed
         )
     opt.show(poses_table(arm, found))
     if out is not None:
         opt.say(f"poses: {write_poses(arm, found, out)}")
     opt.write_result(json, poses_json(arm, found))
+
+
+def cluster(
+    robot: opt.RobotOption,
+    region: Annotated[
+        str, option('A plate whose region to use, or "x,y,z:x,y,z", its corners in m.')
+    ] = "table2",
+    plate: Annotated[
+        str | None, option("A plate whose region to use and whose orientations to stay close to.")
+    ] = None,
+    side: Annotated[str | None, option("Side of the cubes; as the plate says if not given.")] = None,
+    number: Annotated[int, option("Number of poses.")] = 10,
+    index: Annotated[
+        str, option("Criterion for choosing between sets of equal O: I (predicted error), O1 … O5, A, D.")
+    ] = "I",
+    cone: Annotated[str, option("With --plate: maximum angle from its orientations.")] = "60deg",
+    out: Annotated[Path | None, option("Write the poses as a plate here (.toml).")] = None,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
+) -> None:
+    """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
+    from workbench.extras.poses.cluster_report import cluster_json, cluster_tables
+    from workbench.extras.poses.clustering import cluster_region
+
+    opt.check_writable(out, json)
+    arm = wb.load_robot(robot)
+    fixture = None if plate is None else wb.load_plate(plate)
+    cuboid = opt.region_of(region) if fixture is None else fixture.region
+    with opt.progress_bar("cluster"):
+        found = cluster_region(
+            arm,
+            cuboid if side is None else replace(cuboid, cube=opt.length(side)),
+            number=number,
+            index=index,
+            towards=None if fixture is None or not len(fixture) else fixture.poses[:, :3, :3],
+            cone=opt.angle(cone),
+            solid=fixture,
+            seed=seed,
+        )
+    opt.show(cluster_tables(found))
+    made = found.plate(fixture)
+    opt.say_notes(made.notes)
+    if out is not None:
+        opt.say(f"plate: {wb.write_plate(made, out)}")
+    opt.write_result(json, cluster_json(found))

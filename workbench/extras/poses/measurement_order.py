@@ -15,29 +15,15 @@ def travels(q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, " steps"]:
     return np.abs(np.diff(q, axis=0)).max(1, initial=0.0)
 
 
-def measuring_order(
-    q: Float[np.ndarray, "rows n"], *, longest: float | None = None
-) -> Int[np.ndarray, " rows"]:
-    """An order of poses with short moves.
-
-    Args:
-        q: Joint positions [rad or m]; where `longest` is given they come in an order that keeps it.
-        longest: Maximum travel of any joint from one pose to the next [rad or m]; any if None.
-
-    Returns:
-        Row numbers in measuring order; the total length never exceeds that of the given order.
-    """
+def measuring_order(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
+    """An order of poses with short moves; its total length never exceeds that of the given order."""
     moves = np.abs(q[:, None] - q[None]).max(2)
-    if longest is not None:
-        moves = np.where(moves > longest * (1.0 + 1e-12), 1e6 * (1.0 + moves), moves)
-    as_given = np.arange(len(q))
-    paths = [as_given, *(_nearest_first(moves, start) for start in range(len(q)))]
-    paths.sort(key=lambda path: _length(moves, path))
-    return min((_two_opt(moves, path) for path in paths[:3]), key=lambda path: _length(moves, path))
 
+    def length(path: np.ndarray) -> float:
+        return float(moves[path[:-1], path[1:]].sum())
 
-def _length(moves: np.ndarray, path: np.ndarray) -> float:
-    return float(moves[path[:-1], path[1:]].sum())
+    paths = sorted((np.arange(len(q)), *(_nearest_first(moves, k) for k in range(len(q)))), key=length)
+    return min((_two_opt(moves, path) for path in paths[:3]), key=length)
 
 
 def _nearest_first(moves: np.ndarray, start: int) -> np.ndarray:

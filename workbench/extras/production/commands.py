@@ -22,9 +22,6 @@ def yield_(
     errors: Annotated[
         str, option("Maximum manufacturing errors of the arms: length and angle.")
     ] = "1mm,0.3deg",
-    orientations: Annotated[
-        str | None, option("Evaluate near the orientations of this plate's targets, to compare plates.")
-    ] = None,
     poses: Annotated[int, option("Number of poses of the region at which arms are evaluated.")] = 500,
     scheduler: opt.SchedulerOption = None,
     json: opt.JsonOption = None,
@@ -45,7 +42,6 @@ def yield_(
             joint_sigma=opt.angle(joint_noise),
             length=length,
             angle=angle,
-            towards=None if orientations is None else wb.load_plate(orientations),
             poses=poses,
             scheduler=scheduler,
             seed=seed,

@@ -17,7 +17,6 @@ from typing import final
 import numpy as np
 from jaxtyping import Bool, Float
 from rich.text import Text
-from scipy import special
 
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.follow import follow_many
@@ -164,10 +163,10 @@ class Yield(AbstractShown):
     @property
     def interval(self) -> tuple[float, float]:
         """Its 95 % confidence interval (Clopper and Pearson)."""
+        from scipy.stats import binomtest
+
         good = int((self.used <= 1.0).sum())
-        bad = len(self.met) - good
-        low = special.betaincinv(good, bad + 1, 0.025) if good else 0.0
-        high = special.betaincinv(good + 1, bad, 0.975) if bad else 1.0
+        low, high = binomtest(good, len(self.met)).proportion_ci()
         return float(low), float(high)
 
     @property
@@ -194,9 +193,9 @@ class Yield(AbstractShown):
 
     def summary(self) -> Text:
         sizes = {"all errors": self.errors} | {f"{name} alone": each for name, each in self.sources.items()}
-        text = ((name, *rms_of(errors).values()) for name, errors in sizes.items())
-        lines = [self.text, *(f"{name}: {mm:.3f} mm, {deg:.3f}° rms" for name, mm, deg in text)]
-        return Text("\n".join([*lines, f"errors include: {self.assumptions}"]))
+        found = {name: rms_of(errors).values() for name, errors in sizes.items()}
+        lines = [f"{name}: {mm:.3f} mm, {deg:.3f}° rms" for name, (mm, deg) in found.items()]
+        return Text("\n".join([self.text, *lines, f"errors include: {self.assumptions}"]))
 
     def json(self) -> Json:
         return document(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 from workbench.base.errors import FileError
+from workbench.base.files import write_folder
 from workbench.base.installed_package import install_command
 from workbench.cli import options as opt
 from workbench.cli.exit_status import group
@@ -16,7 +17,7 @@ from workbench.cli.options import option
 TESTS = Path(__file__).resolve().parents[3] / "tests"
 """Location of the studies in a checkout."""
 
-FolderOption = Annotated[Path | None, option("Write tables, figures and all numbers into this folder.")]
+FolderOption = Annotated[Path | None, option("Write the table and all findings into this folder.")]
 works = group(
     "reproduce", "Reproduce the two works behind this program: printed numbers beside ours.", section="Files"
 )
@@ -44,12 +45,11 @@ def aria(
 ) -> None:
     """Kinematic calibration of a lightweight manipulator: tables, pose selection, Figure 7 over many arms."""
     from studies.aria import reproduce_aria
-    from studies.aria_output import aria_output
 
     opt.check_writable(json, folder=out)
     with opt.progress_bar("reproduce"):
         found = reproduce_aria(arms=arms, seed=seed)
-    _write(found, out, json, output=aria_output)
+    _write("aria", found.findings, out, json)
 
 
 @works.command()
@@ -65,22 +65,22 @@ def katana(
 ) -> None:
     """Joint tilting and influences on the Katana 450: Tables 3.2 to 4.6 over many arms."""
     from studies.katana import reproduce_katana
-    from studies.katana_output import katana_output
 
     opt.check_writable(json, folder=out)
     with opt.progress_bar("reproduce"):
         found = reproduce_katana(arms=arms, weighed=weighed, diagnosed=diagnosed, seed=seed)
-    _write(found, out, json, output=katana_output)
+    _write("katana", found.findings, out, json)
 
 
-def _write(found, out: Path | None, json: Path | None, *, output) -> None:
+def _write(work: str, findings: tuple, out: Path | None, json: Path | None) -> None:
     """Show what agrees, and write the folder and the result if requested."""
-    from studies.finding import findings_table
+    from studies.finding import findings_json, findings_markdown, findings_table
 
-    opt.show(findings_table(found.findings))
-    if out is None and json is None:
-        return
-    content = output(found)
+    from workbench.report.json import json_text
+
+    opt.show(findings_table(findings))
+    content = findings_json(work, findings)
     if out is not None:
-        opt.say(f"written: {content.write(out)}")
-    opt.write_result(json, content.json)
+        files = {"tables.md": findings_markdown(findings), "result.json": json_text(content)}
+        opt.say(f"written: {write_folder(out, {name: text.encode() for name, text in files.items()})}")
+    opt.write_result(json, content)

@@ -38,14 +38,13 @@ def rezero(
     data: opt.DataArgument,
     robot: opt.RobotOption,
     files: opt.FileOptions,
-    replaced: Annotated[str | None, option("Joints that were replaced, such as 3.")] = None,
     noise: opt.NoiseOption = None,
     frames: opt.FramesOption = "auto",
     exclude: opt.ExcludeOption = None,
     save: opt.SaveOption = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """After a collision or a motor replacement: which joint's zero moved, from poses or touches of seats."""
+    """After a collision or with a new motor: which joint's zero moved, from poses or touches of seats."""
     from workbench.extras.service.rezero.result import RezeroVerdict
 
     arm = wb.load_robot(robot)
@@ -56,7 +55,6 @@ def rezero(
         found = wb.rezero(
             arm,
             rows,
-            replaced=opt.whole_numbers(replaced, "--replaced"),
             noise=None if noise is None else opt.noise_of(noise),
             frames=frames,
             exclude=dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand"),

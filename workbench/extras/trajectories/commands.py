@@ -17,9 +17,6 @@ path = group(
     section="Paths",
 )
 
-SpeedOption = Annotated[float | None, option("Maximum joint speed [rad/s or m/s]; default: no check.")]
-DurationOption = Annotated[float, option("Time from beginning to end [s].")]
-
 
 @dataclass(frozen=True)
 class PlanOptions:
@@ -27,34 +24,27 @@ class PlanOptions:
 
     robot: opt.RobotOption
     out: Annotated[Path, option("Write time, joints and poses here (.csv).")]
+    duration: Annotated[float, option("Time from beginning to end [s].")] = 20.0
     rows: Annotated[int, option("Number of samples.")] = 200
     axis: Annotated[
         str | None,
         option("Direction x,y,z of the tool's z axis; default: normal to the path's plane, from above."),
     ] = None
-    max_speed: SpeedOption = None
-    picture: Annotated[
-        Path | None, option("Plot joints, speeds, torques and moments across the axes here (.png).")
-    ] = None
     json: opt.JsonOption = None
 
-    def make(self, arm, curve, duration: float) -> None:
+    def make(self, curve) -> None:
         """Plan, show and write."""
-        from workbench.base.files import write_bytes
-        from workbench.extras.trajectories.path_pictures import path_picture
         from workbench.extras.trajectories.planning import plan
         from workbench.extras.trajectories.report import path_json, path_table
         from workbench.extras.trajectories.trajectory_files import planned_moments, write_plan
 
-        picture = None if self.picture is None else opt.png(self.picture)
-        opt.check_writable(self.out, picture, self.json)
+        opt.check_writable(self.out, self.json)
         pointing = None if self.axis is None else _point(self.axis, "--axis")
-        planned = plan(arm, curve, duration=duration, rows=self.rows, axis=pointing, max_speed=self.max_speed)
+        arm = wb.load_robot(self.robot)
+        planned = plan(arm, curve, duration=self.duration, rows=self.rows, axis=pointing)
         moments = planned_moments(planned)
         opt.show(path_table(planned, moments))
         opt.say(f"trajectory: {write_plan(planned, self.out)}")
-        if picture is not None:
-            opt.say(f"picture: {write_bytes(picture, path_picture(planned, moments))}")
         opt.write_result(self.json, path_json(planned, moments))
 
 
@@ -63,29 +53,15 @@ class PlanOptions:
 def circle(
     options: PlanOptions,
     through: Annotated[
-        list[str] | None, option("A point x,y,z [m] in the robot's base frame; three or more, in order.")
-    ] = None,
-    taught: Annotated[
-        Path | None, option("Instead of --through: joint positions of three or more taught points.")
-    ] = None,
-    duration: DurationOption = 20.0,
+        list[str], option("A point x,y,z [m] in the robot's base frame; three or more, in order.")
+    ],
 ) -> None:
-    """A circle through given or taught points."""
+    """A circle through given points."""
     import numpy as np
 
     from workbench.extras.trajectories.curves import circle_through
-    from workbench.extras.trajectories.trajectory_files import read_taught, taught_circle
 
-    if (taught is None) == (not through):
-        raise OptionError(
-            "a circle needs --through at least three times, or --taught with a file of joint positions"
-        )
-    arm = wb.load_robot(options.robot)
-    if taught is not None:
-        curve = taught_circle(arm, read_taught(taught, arm))
-    else:
-        curve = circle_through(np.array([_point(text, "--through") for text in through or ()]))
-    options.make(arm, curve, duration)
+    options.make(circle_through(np.array([_point(text, "--through") for text in through])))
 
 
 @path.command()
@@ -94,13 +70,11 @@ def line(
     options: PlanOptions,
     start: Annotated[str, option("--from", "Start: x,y,z [m], robot's base frame.")],
     end: Annotated[str, option("--to", "End: x,y,z [m].")],
-    duration: DurationOption = 10.0,
 ) -> None:
     """A straight line between two points."""
     from workbench.extras.trajectories.curves import line as straight
 
-    curve = straight(_point(start, "--from"), _point(end, "--to"))
-    options.make(wb.load_robot(options.robot), curve, duration)
+    options.make(straight(_point(start, "--from"), _point(end, "--to")))
 
 
 def _point(text: str, option: str):
@@ -130,7 +104,6 @@ def compensate(
     method: Annotated[str, option("iterated, or one-step: Δq = −Jᵀ(JJᵀ + λ)⁻¹ Δx.")] = "iterated",
     payload: Annotated[float | None, option("Mass at the tool [kg].")] = None,
     temperature: Annotated[float | None, option("Temperature [degC].")] = None,
-    max_speed: SpeedOption = None,
     positions_only: Annotated[
         bool | None,
         option(
@@ -139,14 +112,13 @@ def compensate(
             "calibration observed and keep the rest.",
         ),
     ] = None,
-    moving: Annotated[bool, option("--moving", "Include inertial loads, not just static ones.")] = False,
     json: opt.JsonOption = None,
     columns: opt.ColumnsOption = None,
     sheet: opt.SheetOption = None,
 ) -> None:
     """Correct a joint trajectory with a calibrated robot, its effects included."""
     from workbench.data.readers.trajectory import read_trajectory
-    from workbench.extras.trajectories.languages import read_program
+    from workbench.extras.trajectories.programs import read_program
     from workbench.extras.trajectories.report import compensation_json, compensation_table
     from workbench.extras.trajectories.trajectory_files import write_trajectory
 
@@ -165,9 +137,7 @@ def compensate(
             method=method,
             payload=payload,
             temperature=temperature,
-            max_speed=max_speed,
             positions_only=positions_only,
-            moving=moving,
         )
     except DataError as error:
         if program is None or error.row is None:

@@ -8,7 +8,7 @@ joints, and is reported. Loads are those of the arm at rest, unless the motion h
 accelerations.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.extras.trajectories.compensation import (
     ACCEPTED_ERROR,
@@ -28,21 +28,12 @@ from workbench.extras.trajectories.compensation import (
     CorrectionMethod,
     PathErrors,
 )
-from workbench.extras.trajectories.path import (
-    Commanded,
-    Times,
-    named,
-    refuse_beyond,
-    refuse_fast,
-    refuse_singular,
-)
+from workbench.extras.trajectories.path import Commanded, refuse, refuse_beyond
 
 MAX_CORRECTION = 0.35
 """Correction of a joint above which the cause is a singularity, not the calibration [rad or m]."""
 AT_LIMIT = 1e-9
 """A joint this near to its limit counts as held by it [rad or m]."""
-
-
 BOUNDARY = 0.02
 """Singular value of the Jacobian below which an unconverged run has met the boundary of its branch."""
 
@@ -52,18 +43,15 @@ def correct(
     *,
     motion: Motion | None = None,
     method: CorrectionMethod | str = CorrectionMethod.ITERATED,
-    max_speed: float | None = None,
 ) -> Compensation:
     """Joint positions with which the calibrated arm reaches the commanded poses.
 
     Args:
         motion: Drivers of the arm's effects, one row each, and the time; none if None.
         method: `one-step` or `iterated`.
-        max_speed: Maximum speed of any joint [rad/s or m/s]; not checked if None.
 
     Raises:
-        DataError: a row that violates a limit or a speed or is singular, with row and joint; or a row for
-            which the iteration finds no correction.
+        DataError: a row beyond a limit, or for which no correction is found, with row and joint.
     """
     try:
         method = CorrectionMethod(method)
@@ -77,21 +65,22 @@ def correct(
     state = Motion(q) if motion is None else motion.at(q)
     refuse_beyond(robot, q, time)
     before = _errors(commanded, state)
-    refuse_singular(robot, q, commanded.task, time)
     after = _corrected(commanded, state, method)
-    places, weight = compile_arm(robot).places, ROTATION_WEIGHT * compile_arm(robot).length
-    _refuse_stopped(robot, after.x[:, places], after, time)
-    if method is CorrectionMethod.ITERATED:
-        _refuse_unconverged(commanded, after)
-    _refuse_large(after.x[:, places] - q, time)
+    arm = compile_arm(robot)
+    new = after.x[:, arm.places]
+    _check(commanded, new, after, method)
+    weight = ROTATION_WEIGHT * arm.length
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
-    state = state.at(frozen(np.where(worse[:, None], q, after.x[:, places])))
+    state = state.at(frozen(np.where(worse[:, None], q, new)))
     errors = PathErrors(
         frozen(np.where(worse, before.position_error, after.position_error)),
         frozen(np.where(worse, before.rotation_error, after.rotation_error)),
     )
-    speed = _speeds(robot, state, max_speed)
+    speed = None
+    if state.time is not None and len(state) > 1:
+        speed = frozen((np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]).max(0))
+    notes = _notes(method, errors, worse, speed)
     return Compensation(
         commanded=commanded,
         motion=state,
@@ -100,11 +89,7 @@ def correct(
         after=errors,
         kept=frozen(worse),
         speed=speed,
-        notes=(
-            *commanded.notes,
-            *robot.extrapolation_warnings(q),
-            *_notes(method, errors, worse, speed, max_speed),
-        ),
+        notes=(*commanded.notes, *robot.extrapolation_warnings(q), *notes),
     )
 
 
@@ -127,43 +112,22 @@ def _corrected(commanded: Commanded, state: Motion, method: CorrectionMethod) ->
     return _errors(commanded, state.at(step.x[:, arm.places]))
 
 
-def _refuse_stopped(robot: Robot, new: np.ndarray, after: Refined, time: Times) -> None:
-    at = margins(new, robot.limits) < AT_LIMIT
-    stopped = ~after.converged & at.any(1)
-    if stopped.any():
-        row = int(np.argmax(stopped))
-        joint = int(np.argmax(at[row]))
-        raise DataError(
-            f"{named(row, time)}: the correction needs joint {joint + 1} beyond its limit "
-            f"{new[row, joint]:.4f} (rad or m), {1e3 * after.position_error[row]:.3g} mm remain; "
-            "keep the path farther from it",
-            row=row,
-            joint=joint,
-        )
+def _check(commanded: Commanded, new: np.ndarray, after: Refined, method: CorrectionMethod) -> None:
+    """Refuse rows that a limit stops, that don't converge, or that a singularity throws far away."""
+    robot, time = commanded.calibrated, commanded.time
+    left = 1e3 * after.position_error
+    at_limit = margins(new, robot.limits) < AT_LIMIT
+    refuse(
+        ~after.converged[:, None] & at_limit,
+        time,
+        lambda row, joint: (
+            f": the correction needs joint {joint + 1} beyond its limit {new[row, joint]:.4f} (rad or m), "
+            f"{left[row]:.3g} mm remain; keep the path farther from it"
+        ),
+    )
 
-
-def _refuse_large(change: np.ndarray, time: Times) -> None:
-    """Refuse corrections too large for a calibration."""
-    size = np.abs(change)
-    if (size > MAX_CORRECTION).any():
-        row, joint = divmod(int(np.argmax(size)), size.shape[1])
-        raise DataError(
-            f"{named(row, time)}: the correction moves joint {joint + 1} by {size[row, joint]:.2f} "
-            "(rad or m), as it is near a singularity; lead the path around it",
-            row=row,
-        )
-
-
-def _refuse_unconverged(commanded: Commanded, after: Refined) -> None:
-    """Refuse rows with errors larger than the joints' backlash explains.
-
-    If a run of the rigid arm ends short of its target within the limits, Jᵀ r = 0: it is at a singularity, on
-    the boundary of this branch.
-    """
-    robot = commanded.calibrated
-    left = after.position_error > ACCEPTED_ERROR + _play(robot)
-    if left.any():
-        row = int(np.argmax(left))
+    def unconverged(row: int) -> str:
+        """A rigid arm that ends short of its target within the limits has Jᵀ r = 0: a singularity."""
         jacobian = task_jacobian(compile_arm(robot), after.x[row : row + 1], commanded.task)
         minimum = float(np.linalg.svd(jacobian, compute_uv=False)[0, -1])
         why = "check the effects of the calibrated robot, or change the path there"
@@ -172,11 +136,19 @@ def _refuse_unconverged(commanded: Commanded, after: Refined) -> None:
                 "the calibrated arm does not reach this pose in the branch of the path (singularity, "
                 f"smallest singular value {minimum:.1e}); avoid it or use another branch"
             )
-        raise DataError(
-            f"{named(row, commanded.time)}: the correction does not converge, "
-            f"{1e3 * after.position_error[row]:.3g} mm remain; {why}",
-            row=row,
-        )
+        return f": the correction does not converge, {left[row]:.3g} mm remain; {why}"
+
+    if method is CorrectionMethod.ITERATED:
+        refuse(after.position_error > ACCEPTED_ERROR + _play(robot), time, unconverged)
+    size = np.abs(new - commanded.q)
+    refuse(
+        size > MAX_CORRECTION,
+        time,
+        lambda row, joint: (
+            f": the correction moves joint {joint + 1} by {size[row, joint]:.2f} (rad or m), as it is near a "
+            "singularity; lead the path around it"
+        ),
+    )
 
 
 def _play(robot: Robot) -> float:
@@ -184,22 +156,7 @@ def _play(robot: Robot) -> float:
     return 2.0 * robot.reach * sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
 
 
-def _speeds(robot: Robot, state: Motion, maximum: float | None) -> np.ndarray | None:
-    """Maximum speed of every joint between two rows; refuse one above `maximum`."""
-    if state.time is None or len(state) < 2:
-        if maximum is not None:
-            raise OptionError(
-                "a maximum speed needs the trajectory's times; add the column time[s]",
-                option="max_speed",
-                found=maximum,
-            )
-        return None
-    speed = np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]
-    refuse_fast(robot, np.vstack([0.0 * speed[:1], speed]), maximum, state.time)
-    return frozen(speed.max(0))
-
-
-def _notes(method, errors: PathErrors, worse, speed, max_speed) -> Iterable[str]:
+def _notes(method, errors: PathErrors, worse: np.ndarray, speed: np.ndarray | None) -> Iterator[str]:
     """Notes for the user."""
     if worse.any():
         rows = ", ".join(str(r) for r in np.flatnonzero(worse)[:10]) + (" …" if worse.sum() > 10 else "")
@@ -210,6 +167,6 @@ def _notes(method, errors: PathErrors, worse, speed, max_speed) -> Iterable[str]
             f"{int(left.sum())} rows can't be reached exactly (row {row}: {1e3 * errors.position[row]:.3g} "
             "mm off): a load changes sign within a joint's backlash there"
         )
-    if speed is not None and max_speed is None:
+    if speed is not None:
         joint = int(np.argmax(speed))
-        yield f"maximum speed: {speed[joint]:.3g} (rad/s or m/s) at joint {joint + 1}; no limit was given"
+        yield f"maximum speed: {speed[joint]:.3g} (rad/s or m/s) at joint {joint + 1}"

@@ -5,10 +5,8 @@
     share done  10 τ³ − 15 τ⁴ + 6 τ⁵,           τ = t / T
 
 The share has zero speed and acceleration at both ends (minimum jerk: Flash and Hogan, J. Neurosci. 5(7),
-1985); at half time it is 15/8 of the mean speed.
-
-The timing is this closed form: from rest to rest along one curve in a given time, as in the thesis. Libraries
-for trajectory timing (ruckig, toppra) find the fastest motion within joint limits, which is a different task.
+1985); at half time it is 15/8 of the mean speed. Libraries for trajectory timing (ruckig, toppra) find the
+fastest motion within joint limits, which is a different task.
 """
 
 from dataclasses import dataclass
@@ -47,11 +45,6 @@ class Circle:
     radius: float
 
     @property
-    def length(self) -> float:
-        """Circumference [m]."""
-        return 2.0 * np.pi * self.radius
-
-    @property
     def normal(self) -> Vector3:
         """Axis of its positive rotation."""
         return np.cross(self.along, self.across)
@@ -75,19 +68,15 @@ class StraightLine:
     end: Vector3
 
     @property
-    def length(self) -> float:
-        return float(np.linalg.norm(self.end - self.start))
-
-    @property
     def along(self) -> Vector3:
-        return (self.end - self.start) / self.length
+        return (self.end - self.start) / float(np.linalg.norm(self.end - self.start))
 
     def points(self, shares: Shares) -> Positions:
         return self.start + shares[:, None] * (self.end - self.start)
 
 
 Curve = Circle | StraightLine
-"""A curve for a tool: length, unit tangent, points."""
+"""A curve for a tool: unit tangent at its start or along it, points."""
 
 
 def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:

@@ -1,9 +1,9 @@
-"""A trajectory: the planned path, the actual tool path, and the moving arm with its trail of errors."""
+"""A trajectory: the planned path, the tool's path with its errors, and the arm moving along it."""
 
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Float, UInt8
 
 from workbench.extras.trajectories.track import Track, planned_track
 from workbench.session.played_motion import Played
@@ -14,61 +14,44 @@ from workbench.views.drawables.drawable import Colour, Line
 from workbench.views.drawables.measured import mark
 from workbench.views.drawables.sink import Item
 
-PIECES = 48
-"""Parts in which the trail grows."""
 MIN_DRAWN_ERROR = 1e-6
 """Errors below this are drawn as zero [m]."""
 
 
 def track(session: Session) -> Iterator[Item]:
-    """The planned path and the deviating arm's tool path, at their true positions."""
+    """The planned path, the deviating arm's tool path, and this with its errors exaggerated."""
     planned = planned_track(session)
     if planned is not None:
         is_shown = session.playback.focus is Focus.TRACK
         yield Item("track/wanted", _line, (planned.wanted, REGION), shown=is_shown)
         yield Item("track/reached", _line, (planned.reached, CALIBRATED), shown=False)
+        yield Item("track/trail", _trail, (planned, session.choices.overlay.exaggeration), shown=is_shown)
 
 
 def arm_on_trajectory(session: Session) -> Iterator[Item]:
-    """The erring arm, the wanted place, and the trail up to it, its errors exaggerated."""
+    """The erring arm, and the wanted place."""
     planned, played = planned_track(session), session.part(Played)
     if planned is None or played is None:
         return
-    at = played.at
     is_shown = session.playback.focus is Focus.TRACK
     if planned.actual is not None:
         is_seen = is_shown and session.choices.overlay.calibrated
-        yield Item("track/arm", deviating_arm, (planned.actual, planned.at(at)), shown=is_seen)
-    place = np.array([np.interp(at, planned.time, c) for c in planned.wanted.T])
+        yield Item("track/arm", deviating_arm, (planned.actual, planned.at(played.at)), shown=is_seen)
+    place = np.array([np.interp(played.at, planned.time, c) for c in planned.wanted.T])
     yield Item("track/mark", mark, (0.008, place), shown=is_shown)
-    row, begin = np.interp(at, planned.time, np.arange(len(planned.time))), 0
-    for i, end in enumerate(piece_ends(len(planned.time) - 1).tolist()):
-        inputs = planned, session.choices.overlay.exaggeration, begin, end
-        yield Item(f"track/trail/{i}", _trail, inputs, shown=is_shown and end <= row + 1e-9)
-        begin = end
 
 
 def _line(places: np.ndarray, colour: Colour) -> Line:
     return Line(places=places, colours=np.array([colour], np.uint8), pixels=1.5)
 
 
-def _trail(track: Track, times: float, begin: int, end: int) -> Line:
-    piece = slice(begin, end + 1)
+def _trail(track: Track, times: float) -> Line:
     places = track.wanted + times * (track.reached - track.wanted)
-    return Line(places=places[piece], colours=trail_colours(track.errors)[piece], pixels=5.0)
+    return Line(places=places, colours=trail_colours(track.errors), pixels=5.0)
 
 
 def trail_colours(errors: Float[np.ndarray, " rows"]) -> UInt8[np.ndarray, "rows 3"]:
     """Colours of the trail: from good where the error is smallest to bad where it is largest."""
     low, high = float(errors.min()), float(errors.max())
-    shares = (
-        1.0 - (errors - low) / max(high - low, MIN_DRAWN_ERROR)
-        if high > MIN_DRAWN_ERROR
-        else np.ones(len(errors))
-    )
-    return scale_colours(shares)
-
-
-def piece_ends(segments: int) -> Int[np.ndarray, " pieces"]:
-    """Segments after which the pieces of a trail end."""
-    return np.unique(np.linspace(0, segments, PIECES + 1).round().astype(int))[1:]
+    spread = errors - low if high > MIN_DRAWN_ERROR else np.zeros(len(errors))
+    return scale_colours(1.0 - spread / max(high - low, MIN_DRAWN_ERROR))

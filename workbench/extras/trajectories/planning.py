@@ -26,13 +26,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import JointRows, Poses, Rotations, Vector3, frozen
 from workbench.extras.trajectories.curves import Circle, Curve, smooth_shares
-from workbench.extras.trajectories.path import (
-    Commanded,
-    command_joints,
-    command_poses,
-    refuse_fast,
-    refuse_singular,
-)
+from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
 from workbench.extras.trajectories.tool_direction import follow_near_direction
 
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -79,13 +73,7 @@ class Planned:
 
 
 def plan(
-    robot: Robot,
-    curve: Curve,
-    *,
-    duration: float,
-    rows: int = 200,
-    axis: Vector3 | None = None,
-    max_speed: float | None = None,
+    robot: Robot, curve: Curve, *, duration: float, rows: int = 200, axis: Vector3 | None = None
 ) -> Planned:
     """Move a tool along a curve, from rest to rest.
 
@@ -95,8 +83,9 @@ def plan(
         duration: Time from beginning to end [s].
         rows: Number of samples, evenly in time.
         axis: Direction of the tool's z axis; into the curve's plane from above if None.
-        max_speed: Maximum speed of any joint [rad/s or m/s]; not checked if None.
     """
+    if axis is not None and not np.linalg.norm(axis) > 0.0:
+        raise OptionError("the tool's axis has zero length; give a direction", option="axis")
     if not (duration > 0.0 and np.isfinite(duration)) or rows < MIN_CURVE_ROWS:
         raise OptionError(
             f"duration must be above 0 s and rows at least {MIN_CURVE_ROWS}, got {duration:g} s and {rows}",
@@ -104,11 +93,10 @@ def plan(
             found=duration,
         )
     time = np.linspace(0.0, duration, rows)
-    wanted = _above(curve) if axis is None else _unit(axis)
+    wanted = _above(curve) if axis is None else axis / np.linalg.norm(axis)
     command = _commanded(robot, curve, wanted, time)
     poses = frozen(tool_poses(command.nominal, Motion(command.q)))
-    velocity, acceleration = derivatives(time, command.q)
-    refuse_fast(robot, velocity, max_speed, time)
+    velocity, acceleration = _derivatives(time, command.q)
     return Planned(
         robot=command.nominal,
         time=frozen(time),
@@ -120,20 +108,12 @@ def plan(
     )
 
 
-def derivatives(
-    time: Float[np.ndarray, " rows"], q: JointRows, *, at_rest: bool = True
-) -> tuple[JointRows, JointRows]:
-    """Velocities and accelerations of a trajectory, from a quintic spline through it.
-
-    Args:
-        time: Of every row, increasing [s].
-        q: Joint positions [rad or m].
-        at_rest: Whether it starts and ends at rest.
-    """
+def _derivatives(time: Float[np.ndarray, " rows"], q: JointRows) -> tuple[JointRows, JointRows]:
+    """Velocities and accelerations, from a quintic spline that starts and ends at rest."""
     from scipy.interpolate import make_interp_spline  # not needed when the app starts
 
     still = [(1, np.zeros(q.shape[1])), (2, np.zeros(q.shape[1]))]
-    spline = make_interp_spline(time, q, k=5, bc_type=(still, still) if at_rest else None)
+    spline = make_interp_spline(time, q, k=5, bc_type=(still, still))
     return frozen(spline(time, 1)), frozen(spline(time, 2))
 
 
@@ -146,7 +126,6 @@ def _commanded(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) ->
         exact = _exactly(robot, curve, wanted, points, time)
         if _clear(exact):
             return exact
-        refuse_singular(exact.nominal, exact.q, exact.task, time)
         refused = DataError(
             f"robot '{robot.name}' comes too near to a limit or a singularity on this path; move the path"
         )
@@ -156,24 +135,21 @@ def _commanded(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) ->
     q = follow_near_direction(free, curve, shares, wanted) if robot.dof > Task.POSITION else None
     if q is None:
         poses = se3.pose(_orientations(curve, wanted, 0.0, len(points)), points)
-        command_poses(robot.with_effects(), robot.with_effects(), poses, positions_only=True, time=time)
+        command_poses(free, free, poses, positions_only=True, time=time)  # says which point is out of reach
         raise refused
     return command_joints(free, free, q, positions_only=True, time=time)
 
 
 def _exactly(robot: Robot, curve: Curve, axis: Vector3, points: np.ndarray, time: np.ndarray) -> Commanded:
-    """The path with an axis held, with the rotation about it chosen so that the arm follows, if it is
-    constrained.
-    """
-    refused: DataError | None = None
+    """The path with an axis held; where the rotation about it is held too, with one that the arm follows."""
+    refused: list[DataError] = []
     for spin in SPINS if robot.dof >= Task.POSE else SPINS[:1]:
         poses = se3.pose(_orientations(curve, axis, spin, len(points)), points)
         try:
             return command_poses(robot.with_effects(), robot.with_effects(), poses, time=time)
         except DataError as error:
-            refused = refused or error
-    assert refused is not None  # the last spin was refused
-    raise refused
+            refused.append(error)
+    raise refused[0]
 
 
 def _orientations(curve: Curve, axis: Vector3, spin: float, rows: int) -> Rotations:
@@ -214,14 +190,6 @@ def _text(wanted: Vector3, poses: Poses) -> str:
         f"the tool's z axis stays within {angle:.1f}° of {_numbers(wanted)}: the arm can't hold it exactly "
         "along the path, and positions have priority"
     )
-
-
-def _unit(axis: Vector3) -> Vector3:
-    if not np.linalg.norm(axis) > 0.0:
-        raise OptionError(
-            f"the tool's axis {_numbers(axis)} has zero length; give a direction", option="axis"
-        )
-    return axis / np.linalg.norm(axis)
 
 
 def _numbers(vector: np.ndarray) -> str:

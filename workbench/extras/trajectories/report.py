@@ -3,7 +3,6 @@
 import numpy as np
 from rich.console import RenderableType
 
-from workbench.arm.calibration_record import Expected
 from workbench.arm.joint_units import sliding
 from workbench.arm.statics.moments import JointMoments
 from workbench.base.wording import plural
@@ -15,14 +14,13 @@ from workbench.report.numbers import short
 from workbench.report.result_display import summary_of
 from workbench.report.tables import headed, new_table
 
-PATH = "workbench.path/1"
-COMPENSATION = "workbench.compensation/1"
+LOADS = ("joint", "minimum", "maximum", "max speed [/s]", "torque [N m]", "moment across axis [N m]")
 
 
 def path_json(planned: Planned, moments: JointMoments | None) -> Json:
     """The trajectory as plain data, SI; moments are null if the arm has no masses."""
     return document(
-        PATH,
+        "workbench.path/1",
         robot=planned.robot.name,
         task=planned.task.name.lower(),
         axis=planned.axis,
@@ -39,9 +37,7 @@ def path_json(planned: Planned, moments: JointMoments | None) -> Json:
 
 def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType:
     """Range, maximum speed and maximum loads of every joint, and decisions."""
-    table = new_table(
-        "", "joint", "minimum", "maximum", "max speed [/s]", "torque [N m]", "moment across axis [N m]"
-    )
+    table = new_table("", *LOADS)
     speed = np.abs(np.asarray(planned.motion.velocity)).max(axis=0)
     loads = np.full((planned.robot.dof, 2), np.nan)
     if moments is not None:
@@ -58,7 +54,7 @@ def compensation_json(found: Compensation) -> Json:
     """The result as plain data; rows count from 0. Errors are predicted by the calibrated model, excluding
     its own error (`model_error` [m, rad], from held-out rows).
     """
-    time = found.motion.time
+    commanded, time = found.commanded, found.motion.time
     columns = {
         "row": np.arange(len(found.q)),
         "time": [None] * len(found.q) if time is None else time,
@@ -67,15 +63,15 @@ def compensation_json(found: Compensation) -> Json:
         "kept": found.kept,
     }
     return document(
-        COMPENSATION,
-        robot=found.commanded.calibrated.name,
+        "workbench.compensation/1",
+        robot=commanded.calibrated.name,
         method=found.method,
-        task=found.commanded.task.name.lower(),
-        effects=[e.name for e in found.commanded.calibrated.effects],
+        task=commanded.task.name.lower(),
+        effects=[e.name for e in commanded.calibrated.effects],
         before=_errors(found.before),
         after=_errors(found.after),
-        model_error=None if found.commanded.expected is None else list(found.commanded.expected),
-        largest_correction=np.abs(found.q - found.commanded.q).max(0),
+        model_error=None if commanded.expected is None else list(commanded.expected),
+        largest_correction=np.abs(found.q - commanded.q).max(0),
         greatest_speed=found.speed,
         rows=[dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)],
         notes=found.notes,
@@ -92,16 +88,11 @@ def compensation_table(found: Compensation) -> RenderableType:
     for text, errors in shown:
         position, turn = Spread.of(1e3 * errors.position), Spread.of(np.rad2deg(errors.rotation))
         table.add_row(text, *(short(v) for v in (position.mean, position.max, turn.mean, turn.max)))
-    own = found.commanded.expected or Expected(np.nan, np.nan)
-    cells = (*_own(1e3 * own.position), *_own(np.rad2deg(own.rotation)))
-    table.add_row("corrected (model error on held-out rows)", *cells)
+    own = found.commanded.expected
+    mean, angle = (np.nan, np.nan) if own is None else (1e3 * own.position, np.rad2deg(own.rotation))
+    table.add_row("corrected (model error on held-out rows)", short(mean), "–", short(angle), "–")
     head = f"{found.commanded.calibrated.name}: {plural(len(found.q), 'row')}"
     return headed(head, table, notes=found.notes)
-
-
-def _own(mean: float) -> tuple[str, str]:
-    """Mean error of the arm used, from held-out rows; its maximum along the path is unknown."""
-    return short(mean), "–"
 
 
 def _errors(errors: PathErrors) -> Json:

@@ -24,6 +24,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows, Positions, Vector3
 from workbench.extras.trajectories.curves import Curve, Shares
+from workbench.extras.trajectories.path import followed
 
 KNOTS = 41
 """Number of optimised postures; those between follow a spline."""
@@ -66,8 +67,8 @@ def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Ve
     knots, aims = curve.points(few), _aims(curve.points(shares))
     found: list[tuple[float, JointRows]] = []
     for start in _starts(robot, knots[0], wanted):
-        led = _followed_from(arm, knots, start[arm.columns], limits)
-        if led is None:
+        led = followed(arm, _aims(knots), start[arm.columns], task=Task.POSITION, limits=limits)
+        if len(led) < KNOTS:
             continue
         x, cost = _optimised(arm, knots, led, wanted, limits)
         rows = make_interp_spline(few, x, k=5)(shares)
@@ -89,19 +90,6 @@ def _starts(robot: Robot, point: Vector3, wanted: Vector3) -> list[np.ndarray]:
 
 def _aims(points: Positions) -> Float[np.ndarray, "rows 4 4"]:
     return se3.pose(np.tile(np.eye(3), (len(points), 1, 1)), points)
-
-
-def _followed_from(
-    arm: ReducedArm, points: np.ndarray, start: np.ndarray, limits: np.ndarray
-) -> np.ndarray | None:
-    """Consecutive postures with the smallest motion; None if a point is not met within the limits."""
-    x = [start]
-    for aim in _aims(points):
-        step = refine(arm, aim[None], x[-1][None], task=Task.POSITION, limits=limits)
-        if not step.converged[0]:
-            return None
-        x.append(step.x[0])
-    return np.array(x[1:])
 
 
 def _optimised(

@@ -1,6 +1,6 @@
 """A planned trajectory: the commanded joints, and the resulting nominal and calibrated tool poses."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -19,28 +19,28 @@ class Track(AbstractMotion):
     Args:
         kind: `circle` or `line`.
         robot: The arm that is drawn along it.
-        actual: The arm that errs, in the robot's base frame; None where nothing is known beside the nominal.
-        is_corrected: Whether the joints are corrected with the calibrated arm.
         time: Of every row [s].
         q: Joint positions that are sent [rad or m].
         wanted: Where the tool is meant to be.
         reached: Where the erring tool is; the wanted places where none is known.
+        notes: What was decided, one sentence each.
+        is_corrected: Whether the joints are corrected with the calibrated arm.
+        actual: The arm that errs, in the robot's base frame; None where nothing is known beside the nominal.
         before: Errors without a correction [m]; None where nothing is known.
         model_error: Mean error of the erring arm's model on held-out rows [m]; None where nobody knows it.
-        notes: What was decided, one sentence each.
     """
 
     kind: str
     robot: Robot
-    actual: Robot | None
-    is_corrected: bool
     time: Float[np.ndarray, " rows"]
     q: Float[np.ndarray, "rows n"]
     wanted: Float[np.ndarray, "rows 3"]
     reached: Float[np.ndarray, "rows 3"]
-    before: Float[np.ndarray, " rows"] | None
+    notes: tuple[str, ...]
+    is_corrected: bool = False
+    actual: Robot | None = None
+    before: Float[np.ndarray, " rows"] | None = None
     model_error: float | None = None
-    notes: tuple[str, ...] = field(default=())
 
     @property
     def duration(self) -> float:

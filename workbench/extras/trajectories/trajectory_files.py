@@ -4,35 +4,27 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 
-from workbench.arm.frame import Frame
 from workbench.arm.joint_units import sliding_numbers
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
 from workbench.base.arguments import checked_arguments
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import JointRows
 from workbench.data.arguments import RobotLike, TrajectoryLike
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.data.plausibility import refuse_joint_quantities
-from workbench.data.readers import read_trajectory
 from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import write_measurements
 from workbench.extras.trajectories.compensation import Compensation, CorrectionMethod
 from workbench.extras.trajectories.correction import correct
-from workbench.extras.trajectories.curves import Circle, circle_through
 from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
-from workbench.extras.trajectories.planning import Planned, derivatives
-
-MIN_MOVING = 6
-"""Minimum number of rows for velocities and accelerations."""
+from workbench.extras.trajectories.planning import Planned
 
 
 @checked_arguments()
@@ -45,9 +37,7 @@ def compensate(
     method: CorrectionMethod | str = CorrectionMethod.ITERATED,
     payload: float | None = None,
     temperature: float | None = None,
-    max_speed: float | None = None,
     positions_only: bool | None = None,
-    moving: bool = False,
 ) -> Compensation:
     """Joint positions with which a calibrated arm reaches the poses of a trajectory.
 
@@ -60,10 +50,8 @@ def compensate(
         method: `iterated`, or `one-step` (Katana eq. 5.22).
         payload: Mass at the tool [kg]; that of the trajectory if None.
         temperature: Temperature [degC]; that of the trajectory if None.
-        max_speed: Maximum speed of any joint [rad/s or m/s]; not checked if None.
         positions_only: Whether to ignore orientations; by default they are corrected if the calibration
             observed them, and by an arm near nominal if not.
-        moving: Whether to include inertial loads of the links.
     """
     if trajectory.q is not None and nominal is None:
         raise OptionError(
@@ -72,9 +60,7 @@ def compensate(
         )
     commanded = _commanded(calibrated, trajectory, nominal, positions_only)
     state = path_state(commanded.q, trajectory, payload=payload, temperature=temperature)
-    if moving:
-        state = _in_motion(state, trajectory.source)
-    return correct(commanded, motion=state, method=method, max_speed=max_speed)
+    return correct(commanded, motion=state, method=method)
 
 
 def write_trajectory(found: Compensation, path: Path | str) -> Path:
@@ -103,14 +89,6 @@ def _commanded(
     )
 
 
-def _in_motion(state: Motion, source: str) -> Motion:
-    """The state with velocities and accelerations."""
-    if state.time is None or len(state) < MIN_MOVING:
-        raise OptionError(f"{source}: inertial loads need a time[s] column and at least {MIN_MOVING} rows")
-    velocity, acceleration = derivatives(state.time, state.q, at_rest=False)
-    return replace(state, velocity=velocity, acceleration=acceleration)
-
-
 def path_state(
     q: JointRows, trajectory: Trajectory, *, payload: float | None = None, temperature: float | None = None
 ) -> Motion:
@@ -122,40 +100,18 @@ def path_state(
         payload: Mass at the tool to use instead [kg].
         temperature: Temperature to use instead [degC].
     """
-    rows = len(q)
-    time = np.arange(rows, dtype=float) if trajectory.time is None else trajectory.time
-    path = with_directions(Dataset(q=q, row=np.arange(rows), time=time))
-
+    rows = np.arange(len(q))
+    time = rows.astype(float) if trajectory.time is None else trajectory.time
+    path = with_directions(Dataset(q=q, row=rows, time=time))
     instead = {"payload": payload, "temperature": temperature}
-    drivers = {
-        **trajectory.drivers,
-        **{name: np.full(rows, value) for name, value in instead.items() if value is not None},
-    }
+    given = {name: np.full(len(q), value) for name, value in instead.items() if value is not None}
+    drivers = {**trajectory.drivers, **given}
     return replace(Motion.with_drivers(q, drivers), direction=path.direction, time=trajectory.time)
 
 
 def planned_moments(planned: Planned) -> JointMoments | None:
     """Torques, and moments across the axes, along a trajectory; None if the arm has no masses."""
     return joint_moments(planned.robot, planned.motion) if planned.robot.has_masses else None
-
-
-def taught_circle(robot: Robot, q: Float[np.ndarray, "points n"]) -> Circle:
-    """The circle through points at which the controller believes the arm to be when guided by hand (§5.5.2).
-
-    Args:
-        robot: The arm as its controller computes it.
-        q: Joint positions at three points of the circle or more [rad or m].
-    """
-    believed = robot.with_effects().with_frames(base=Frame())
-    return circle_through(tool_poses(believed, Motion(q))[:, :3, 3])
-
-
-def read_taught(path: Path, robot: Robot) -> Float[np.ndarray, "points n"]:
-    """Joint positions of taught points."""
-    q = read_trajectory(path, joints=robot.joint_names).q
-    if q is None:
-        raise DataError(f"{path}: taught points need joint positions (q1[rad] …)")
-    return q
 
 
 def write_plan(planned: Planned, path: Path | str) -> Path:

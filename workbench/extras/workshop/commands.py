@@ -46,7 +46,6 @@ def export(
     formats: Annotated[
         str | None, option("What to write, such as stl,csv (another name lists all); all by default.")
     ] = None,
-    robot: Annotated[str | None, option("Arm whose expected accuracy is stated.")] = None,
     tolerance: ToleranceOption = None,
 ) -> None:
     """Export what is needed to make a plate: its drawing, solids of all parts, and the list of targets."""
@@ -65,10 +64,6 @@ def export(
     shapes = ", ".join(f"{len(alike)} × {letter}" for letter, alike in fixture.shapes.items())
     opt.say(f"{given.name}: plate and {plural(len(fixture.blocks), 'block')} ({shapes}) in {out}")
     opt.say_notes(fixture.notes)
-    drawn = given.made_as_drawn
-    if robot is not None:
-        error = wb.score(wb.load_robot(robot), drawn).measured.error
-        opt.say(f"expected in its region: {1e3 * error.position_rms:.3f} mm rms; {drawn.assumptions}")
     opt.say(f"files: {', '.join(path.name for path in files)}")
     for kind, why in missing.items():
         opt.say(f"not written: {kind}; {why}")

@@ -154,11 +154,10 @@ class Fixture:
         """Blocks that are made alike, by letter in the order in which they first come."""
         groups: list[list[Block]] = []
         for block in self.blocks:
-            group = next((g for g in groups if g[0].same_shape(block)), None)
-            if group is None:
-                groups.append([block])
-            else:
-                group.append(block)
+            alike = next((group for group in groups if group[0].same_shape(block)), None)
+            if alike is None:
+                groups.append(alike := [])
+            alike.append(block)
         return {_letter(i): tuple(group) for i, group in enumerate(groups)}
 
     def from_corner(self, places: Float[np.ndarray, "*places axes"]) -> Float[np.ndarray, "*places 2"]:

@@ -10,5 +10,7 @@ ALGORITHMS: dict[str, AbstractIdentifier] = {
     each.name: each for each in (Ols(), Opt1(), Opt2(), InfluenceBased())
 }
 """The identification algorithms by their names in files and commands."""
-DEFAULT_ALGORITHMS = ("ols", "opt1", "opt2")
-"""The paper's three algorithms, which run by default."""
+DEFAULT_ALGORITHMS = ("ols",)
+"""What runs by default …"""
+FURTHER_ALGORITHMS = ("opt1", "opt2")
+"""… and what runs beside it where it does not converge, or ends outside the bounds."""

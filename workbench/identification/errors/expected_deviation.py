@@ -24,7 +24,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.errors import OptionError
-from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.alignment import search_by_share
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import RANK_TOLERANCE, Factor
@@ -56,7 +56,7 @@ def with_expected_deviation(problem: Problem, deviation: float | str = AUTO) -> 
     if deviation != AUTO:
         return problem.with_deviation(float(deviation))
     begin = problem.with_deviation(MAX_DEVIATION)
-    x = Opt2(limit=60).search(begin).x
+    x = search_by_share(begin).x
     factor = factor_at(problem, x)
     spread = _noise_ratio(problem, factor)
     return problem.with_deviation(most_likely(problem, x, factor, spread) / spread)

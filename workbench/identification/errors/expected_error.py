@@ -20,8 +20,6 @@ JOINT_SPACE_POSES = 400
 """Number of random poses that represent the whole joint space."""
 MADE_ANGLE, MADE_LENGTH = np.deg2rad(5.0) / np.sqrt(3.0), 5e-3 / np.sqrt(3.0)
 """Standard deviation of manufacturing errors uniform within ±5° and ±5 mm [rad], [m]."""
-WARNING_RATIO = 2.0
-"""Ratio of the two expected errors above which the user is warned."""
 
 
 class Transfer(NamedTuple):

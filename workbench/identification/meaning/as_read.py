@@ -12,6 +12,8 @@ from workbench.data.dataset import Dataset
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT
+from workbench.identification.meaning.search import STILL
+from workbench.identification.meaning.torque_sign import with_holding_torques
 
 SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
@@ -60,6 +62,13 @@ def as_read(
     """
     if ReadAs(how) is ReadAs.GIVEN or data.readings is not None:
         return robot, data
+    arm, rows = _as_read(robot, data, ReadAs(how), keeps_arm, notes_rival)
+    return arm, with_holding_torques(arm, rows)
+
+
+def _as_read(
+    robot: Robot, data: Dataset, how: ReadAs, keeps_arm: bool, notes_rival: bool
+) -> tuple[Robot, Dataset]:
     meaning = read_rows(robot, data)
     if meaning is None or (data.joints != robot.dof and not meaning.is_found):
         return robot, data
@@ -68,7 +77,7 @@ def as_read(
         sentence = misread_text(meaning)
         if best.other and notes_rival:
             return robot, _with_notes(data, f"{sentence}; {remedy(meaning)}")
-        if ReadAs(how) is not ReadAs.FOUND or best.other:
+        if how is not ReadAs.FOUND or best.other:
             raise DataError(f"{data.source}: {sentence}; {remedy(meaning)}")
         arm = None if keeps_arm else best.on(robot)
         note = f"{'read so' if arm in (None, robot) else 'the arm counts so'}: {sentence}"
@@ -93,7 +102,8 @@ def _with_notes(data: Dataset, *notes: str) -> Dataset:
 def _unconfirmed(data: Dataset) -> tuple[str, ...]:
     """What rows that are few, or move the joints little, leave open though they fit."""
     q = data.q[data.included]
-    spread = float(np.median(np.ptp(q, axis=0))) if len(q) else 0.0
+    moved = np.ptp(q, axis=0) if len(q) else np.zeros(1)
+    spread = float(np.median(moved[moved > STILL])) if (moved > STILL).any() else 0.0
     if len(q) >= FEW_ROWS and spread >= NARROW_RANGE:
         return ()
     few = f"{plural(len(q), 'row')} with joints within ± {np.degrees(spread / 2.0):.0f}°"
@@ -115,9 +125,15 @@ def misread_text(meaning: RowMeaning) -> str:
 def unexplained_text(meaning: RowMeaning) -> str:
     """What was tried in full, and how near the nearest came."""
     given = meaning.turned or meaning.plain
-    said = "no reading fits" if given is None else f"the nominal arm is {given.size} off"
+    said = (
+        "no reading fits"
+        if given is None
+        else f"the nominal arm is {given.size} off with the best base and tool"
+    )
     if not meaning.tried:
         return said
+    if meaning.constant:
+        return f"{said}; {meaning.constant}"
     return f"{said}; tried in full: {meaning.tried_text}; the nearest leaves {meaning.best.size}"
 
 

@@ -31,6 +31,7 @@ class RowMeaning:
         open: Readings that these rows can't tell from it.
         tried: Number of candidates by family; empty if the rows fit as given.
         turned: The joints as given with another convention of orientations that is clearly theirs, if any.
+        constant: What rows that nothing else explains fit with one constant of the arm's table changed.
     """
 
     best: RowReading
@@ -41,6 +42,7 @@ class RowMeaning:
     open: tuple[str, ...] = ()
     tried: dict[str, int] = field(default_factory=dict)
     turned: RowReading | None = None
+    constant: str = ""
 
     @property
     def is_found(self) -> bool:

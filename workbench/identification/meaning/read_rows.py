@@ -11,6 +11,7 @@ from workbench.base.assets import built_in_robots
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.candidates import ColumnReadings, Families
 from workbench.identification.meaning.meaning import RowMeaning, ranked
+from workbench.identification.meaning.one_constant import one_constant
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
 from workbench.identification.meaning.search import FEW_POINTS, SURE, ReadingSearch
 from workbench.identification.meaning.usable_rows import usable
@@ -44,7 +45,13 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         if plain is not None and number and _is_done(search, plain, last=number == len(steps) - 1):
             break
         stage()
-    return ranked(search, plain) if search.found else None
+    if not search.found:
+        return None
+    meaning = ranked(search, plain)
+    given = meaning.turned or plain
+    if likely or given is None or meaning.is_found:
+        return meaning
+    return replace(meaning, constant=one_constant(given, search.data))
 
 
 def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:

@@ -18,6 +18,8 @@ from workbench.identification.meaning.conventions import Convention
 
 FITS, FITS_TURN = 0.02, float(np.radians(5.0))
 """Misfit as a share of the reach, and of orientations [rad], beyond which rows don't belong to an arm."""
+OTHER_FITS = 0.01
+"""The same for an arm that isn't said to have moved."""
 FOREIGN_MISFIT = 0.12
 """Share of the reach beyond which rows that no reading explains are of no such arm."""
 NARROW = 0.05
@@ -132,7 +134,8 @@ class RowReading:
     @property
     def fits(self) -> bool:
         """Whether the rows can be the arm's when read so."""
-        if not self.position < FITS * self.robot.reach or self.rotation > FITS_TURN:
+        limit = OTHER_FITS if self.other else FITS
+        if not self.position < limit * self.robot.reach or self.rotation > FITS_TURN:
             return False
         if not self.moves_otherwise:
             return True
@@ -173,8 +176,16 @@ class RowReading:
         if self.inverse and position is not None and rotation is not None:
             rotation = np.swapaxes(rotation, -1, -2)
             position = -(rotation @ position[..., None])[..., 0]
-        q = self.joints(data.q) if joints else self.in_units(data.q)
-        return replace(data, q=q, position=position, rotation=rotation, written=None)
+        data = replace(data, position=position, rotation=rotation, written=None)
+        if not joints:
+            return replace(data, q=self.in_units(data.q))
+        torque, direction = data.torque, data.direction
+        return replace(
+            data,
+            q=self.joints(data.q),
+            torque=None if torque is None else torque @ np.linalg.pinv(self.w),
+            direction=None if direction is None else np.sign(direction @ self.w.T),
+        )
 
     def on(self, robot: Robot) -> Robot | None:
         """An arm that counts its joints as the rows do; None where that can't be said of it.

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from workbench.arm.kinematics.katana_influence import Influence
 from workbench.identification.report.parameters import unseen
 from workbench.identification.result import Run
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
@@ -56,31 +55,4 @@ def corrections(run: Run) -> Figure | None:
         right.tick_params(length=0)
         right.spines["right"].set_visible(False)
         grid(axes, "both")
-    return figure
-
-
-MM = 1e3
-
-
-def influence_figure(found: Influence, *, printed: dict[str, float] | None = None) -> Figure:
-    """Minimum, mean and maximum influence of every constant over the poses.
-
-    Args:
-        printed: Means that a source prints [m], by constant; drawn as rings.
-    """
-    places = np.arange(len(found.names))
-    with look():
-        figure = new_figure(max(6.0, 0.42 * len(places) + 1.5), 3.0)
-        axes = figure.subplots()
-        series = (("minimum", found.minimum), ("mean", found.mean), ("maximum", found.maximum))
-        for i, (name, values) in enumerate(series):
-            axes.bar(places + 0.27 * (i - 1), MM * values, width=0.26, color=COLOURS[i], label=name)
-        rings = {found.names.index(name): value for name, value in (printed or {}).items()}
-        if rings:
-            heights = [MM * value for value in rings.values()]
-            axes.plot(list(rings), heights, "o", ms=7, mfc="none", mec=INK, mew=1.2, label="printed mean")
-        axes.set_xticks(places, found.names, rotation=55, ha="right", rotation_mode="anchor")
-        axes.set_ylabel("motion of the tool [mm]")
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4)
-        grid(axes)
     return figure

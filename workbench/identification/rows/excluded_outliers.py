@@ -18,6 +18,7 @@ from workbench.base.advice import beside
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.alignment import search_by_share
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import Errors, Spread, instrument_places
 from workbench.identification.fit import Fit
@@ -105,7 +106,7 @@ def _outlying(problem: Problem) -> Bool[np.ndarray, " rows"]:
     everything = np.ones(len(problem.data), bool)
     if problem.count <= len(problem.names):
         return ~everything
-    x = robust_fit(expected, Opt2(limit=60).search(expected).x)
+    x = robust_fit(expected, search_by_share(expected).x)
     return find_outliers(expected, x, everything)
 
 

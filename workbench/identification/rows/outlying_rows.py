@@ -79,7 +79,7 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
             break
         old = weights
         weighted = problem.with_row_weights(weights)
-        x = Opt2(limit=10).search(weighted).x
+        x = Opt2(limit=10).search(weighted, begin=x).x
     return x
 
 

@@ -8,8 +8,8 @@ from workbench.base.advice import beside
 from workbench.base.errors import OptionError
 from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
-from workbench.diagnosis.identify_with_effects import identify
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
+from workbench.identification.identify import identify
 from workbench.identification.meaning.as_read import ReadAs
 from workbench.identification.result import Identification, judged
 from workbench.report.numbers import compared

@@ -15,5 +15,6 @@
 | `errors/nominal`, `errors/calibrated` | errors as arrows, exaggerated |
 | `row/frames`, `row/mark` | measured orientations, the selected measured position |
 | `track/wanted`, `track/reached` | the planned trajectory, and where the tool goes |
-| `track/arm`, `track/mark`, `track/trail/N` | the deviating arm along the trajectory, and its trail |
+| `track/trail` | where the tool goes, with its errors exaggerated |
+| `track/arm`, `track/mark` | the deviating arm along the trajectory, and where its tool should be |
 """

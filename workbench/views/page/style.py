@@ -11,7 +11,6 @@ import json
 
 import viser
 
-from workbench.report.chart import FOOT, LEFT, MARGIN, WIDTH
 from workbench.views.appearance.colours import SKY, SKY_DARK, css
 from workbench.views.page.viser_internals import run_script
 
@@ -36,12 +35,6 @@ CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
 """Marks what is hidden in a narrow window."""
-OVER = 'data-over="1"'
-OVER_HEIGHT = 140.0
-"""Marks charts over time with a slider over them, where a click or drag sets it; their height in all."""
-UNIT = 100.0 / WIDTH
-"""Of charts, where the slider is [cqw]."""
-SLIDER = f"div:has(> [{OVER}]) + div"
 CAPTION = 'data-caption="1"'
 """Marks what is said over the scene."""
 RULES = f"""
@@ -89,20 +82,6 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 .mantine-ScrollArea-scrollbar[data-orientation="vertical"] {{
   width: 8px !important; padding: 0 1px !important }}
 .gone {{ display: none }}
-[{OVER}] {{ margin-bottom: calc({-OVER_HEIGHT / WIDTH:.5f} * (100% - 24px)) }}
-[{OVER}] svg {{ display: block }}
-{SLIDER} {{ padding: 0 12px !important; position: relative; container-type: inline-size }}
-{SLIDER} > .mantine-Flex-root {{
-  height: {UNIT * (OVER_HEIGHT - FOOT):.3f}cqw; margin-bottom: {UNIT * FOOT:.3f}cqw }}
-{SLIDER} :is(.mantine-Slider-bar, .mantine-Slider-markWrapper, .mantine-NumberInput-root),
-{SLIDER} div:has(> .mantine-Text-root) {{ display: none }}
-{SLIDER} .mantine-Slider-root {{ padding: 0 !important;
-  margin: 0 {UNIT * MARGIN:.3f}cqw 0 {UNIT * (LEFT + MARGIN):.3f}cqw }}
-{SLIDER} .mantine-Slider-trackContainer::before {{ content: ""; position: absolute;
-  inset: calc(4px - {UNIT * (OVER_HEIGHT - FOOT) / 2:.3f}cqw) 0; cursor: col-resize }}
-{SLIDER} .mantine-Slider-track::before {{ display: none }}
-{SLIDER} .mantine-Slider-thumb {{ border: 0; border-radius: 0;
-  width: 2px !important; height: {UNIT * (OVER_HEIGHT - FOOT):.3f}cqw !important }}
 .mantine-Modal-body div:has(> [accept]) {{ position: relative }}
 .mantine-Modal-body input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}

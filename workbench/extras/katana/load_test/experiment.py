@@ -49,14 +49,8 @@ from workbench.identification.problem import Noise
 
 REPEATS = 10
 """Readings of every posture, whose mean is taken."""
-FORCE = 40.0
-"""Maximum sideways pull at the tool [N]."""
-CLEARANCE = (0.015, 0.025)
-"""Range of a virtual arm's clearances [°] (Katana Tables 4.3 and 4.4)."""
-BACKLASH = (0.045, 0.065)
-"""Range of its backlashes [°] (ibid.)."""
-STIFFNESS = (70.0, 125.0)
-"""Range of its stiffnesses [kg m/°] (ibid.)."""
+CLEARANCE, BACKLASH, STIFFNESS = (0.015, 0.025), (0.045, 0.065), (70.0, 125.0)
+"""Ranges of a virtual arm's clearances and backlashes [°] and stiffnesses [kg m/°] (Tables 4.3 and 4.4)."""
 MIN_MASS = 0.1
 """Minimum share of its stated mass that a link of a virtual arm has."""
 SPARE = 4.0
@@ -93,43 +87,31 @@ class LoadTest:
 
 @one_thread()
 def run_load_test(
-    robot: Robot,
-    *,
-    joints: Sequence[int] | None = None,
-    added_mass: float = 0.0,
-    each: int = 4,
-    repeats: int = REPEATS,
-    force: float = FORCE,
-    centre_tolerance: float = CENTRE,
-    seed: int = 0,
+    robot: Robot, *, added_mass: float = 0.0, each: int = 4, centre_tolerance: float = CENTRE, seed: int = 0
 ) -> LoadTest:
     """Plan the load test of a robot, and simulate it on a virtual arm with hidden sizes.
 
     Args:
-        robot: Nominal arm with masses and limits; effects that it carries are left out.
-        joints: Joints to load by gravity, from 0; if None all that gravity turns, and the others by pulls.
+        robot: Nominal arm with masses and limits; effects that it carries are left out. Joints that gravity
+            does not turn are pulled.
         added_mass: Mass that can be hung onto the tool [kg].
         each: Pairs of postures for every joint and purpose.
-        repeats: Readings of every posture.
-        force: Maximum sideways pull at the tool for joints that gravity does not turn [N].
         centre_tolerance: How well the links' centres of mass are known along each axis [m]; their masses as
             the robot file states. More than a few mm take an added mass, else the loads' sides are in doubt.
         seed: Of postures, hidden arm and noise.
     """
-    if repeats < 1:
-        raise OptionError(f"--repeats must be at least 1, got {repeats}")
     if centre_tolerance < 0.0:
         raise OptionError(f"--centre-tolerance must be at least 0 mm, got {1e3 * centre_tolerance:g} mm")
     rng = np.random.default_rng(seed)
     robot = with_centre_tolerance(robot.with_effects(), centre_tolerance)
-    plan = plan_load_test(robot, joints=joints, added_mass=added_mass, each=each, rng=rng)
-    pulled_at = [j for j in plan.unturned if joints is None and pullable(robot, j, rng=rng)]
-    side = tuple(side_loads(robot, j, force=force, rng=rng) for j in pulled_at)
+    plan = plan_load_test(robot, added_mass=added_mass, each=each, rng=rng)
+    pulled_at = [j for j in plan.unturned if pullable(robot, j, rng=rng)]
+    side = tuple(side_loads(robot, j, rng=rng) for j in pulled_at)
     hidden = draw_joints(observable_sizes(plan, pulled_at), rng)
     actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE).with_effects(*tilting_effects(hidden))
     actual = with_other_masses(actual, np.random.default_rng((seed, 1)))
     inclinometer, tracker = INSTRUMENTS["inclinometer"], replace(INSTRUMENTS["optotrak"], sight=None)
-    meter, tracker = (replace(instrument, samples=repeats) for instrument in (inclinometer, tracker))
+    meter, tracker = (replace(instrument, samples=REPEATS) for instrument in (inclinometer, tracker))
     data = read_plan(actual, plan, instrument=meter, rng=rng)
     tilting = tilting_of(robot, plan, data, instrument=meter)
     pulled = tuple(
@@ -222,18 +204,12 @@ def observable_sizes(plan: LoadTestPlan, pulled: Sequence[int] = ()) -> tuple[Jo
 
 
 def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) -> Tilting:
-    """What poses under sideways pulls show of one joint about its axis, when all else is known.
+    """What poses under sideways pulls, a wrench in every row, show of one joint about its axis.
 
-    Args:
-        robot: Nominal arm.
-        known: The other joints, and how far this one tips.
-        loads: The pulls.
-        data: Measured poses, with the wrench of every row.
+    All else is known: the other joints, and how far this one tips.
     """
-    others = robot.with_effects(*known.effects)
-    return fit_tilting(
-        others, data, requested=(JointTilting(loads.joint, backlash=0.0, compliance=0.0),), noise=Noise()
-    )
+    wanted = (JointTilting(loads.joint, backlash=0.0, compliance=0.0),)
+    return fit_tilting(robot.with_effects(*known.effects), data, requested=wanted, noise=Noise())
 
 
 def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random.Generator) -> Dataset:
@@ -259,7 +235,8 @@ def draw_joints(requested: Sequence[JointTilting], rng: np.random.Generator) -> 
     out = []
     for joint in requested:
         clearance, backlash, stiffness = (rng.uniform(*s) for s in (CLEARANCE, BACKLASH, STIFFNESS))
-        compliance = np.deg2rad(1.0) / (9.81 * stiffness)
-        sizes = [float(v) for v in (np.deg2rad(clearance), np.deg2rad(backlash), compliance)]
-        out.append(JointTilting(joint.joint, *sizes).only(joint))
+        sizes = np.deg2rad(clearance), np.deg2rad(backlash), np.deg2rad(1.0) / (9.81 * stiffness)
+        wanted = (getattr(joint, word) for word in KINDS)
+        drawn = (float(v) if np.isfinite(w) else np.nan for v, w in zip(sizes, wanted, strict=True))
+        out.append(JointTilting(joint.joint, *drawn))
     return tuple(out)

@@ -61,11 +61,6 @@ class JointTilting:
     def stiffness_std(self) -> float:
         return np.inf if self.compliance <= 0.0 else self.compliance_std / self.compliance**2
 
-    def only(self, requested: "JointTilting") -> "JointTilting":
-        """The sizes that are finite in `requested`."""
-        sizes = {word: getattr(self, word) for word in KINDS if np.isfinite(getattr(requested, word))}
-        return JointTilting(self.joint, **sizes)
-
     def joined(self, other: "JointTilting") -> "JointTilting":
         """These sizes, completed by those of the other fit."""
         more = asdict(other)
@@ -126,8 +121,7 @@ def fit_tilting(
     problem = Problem.build(deflected, data, noise=noise, free=free, effects=names, inertia=inertia)
     considered = None
     if known:
-        constants = [n for n in known if n in robot.chain.index]
-        wide = problem.again(free=constants)
+        wide = problem.again(free=[n for n in known if n in robot.chain.index])
         left = [0.0 if n in problem.names else known[n] for n in wide.names]
         considered = Considered(wide, np.array(left))
     algorithm = Opt2(limit=MAX_STEPS)

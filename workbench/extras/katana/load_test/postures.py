@@ -15,7 +15,6 @@ table, and links that are not neighbours keep apart; the side from which any joi
 Source: Katana figs. 4.6 and 5.4, which show six of such postures for joint 3.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -33,32 +32,26 @@ from workbench.base.types import frozen
 from workbench.extras.katana.load_test.tolerance import constants_known, has_certain_load_sides
 from workbench.plate.poses.sampling import poses_satisfying
 
-RESOLUTION = float(np.deg2rad(0.001))
-"""What an inclinometer resolves [rad] (Katana §4.4.1)."""
+RESOLUTION, RESOLVED = float(np.deg2rad(0.001)), 10.0
+"""What an inclinometer resolves [rad] (Katana §4.4.1), and how many times as much a joint must bend by."""
 SOFT = 2e-5
 """Compliance that is expected of a joint [rad/(N m)]; 85 kg m/° are as much."""
-RESOLVED = 10.0
-"""Resolutions that a joint must bend by for a stiffness within a tenth."""
 FIRM = 0.1
 """Minimum moment that firmly presses a joint to one side of its play [N m]."""
 ROUND = np.cos(np.deg2rad(150.0))
 """Cosine of the minimum angle by which a moment across an axis must turn."""
-LEVER = 0.01
-"""Minimum lever of a level pull at the tool that turns a joint [m]."""
-POSTURES = 400
-"""Number of random postures."""
-MOVES = 4
-"""Random moves of each joint from each posture."""
+FORCE, LEVER = 40.0, 0.01
+"""Maximum level pull at the tool [N], and the minimum lever by which it turns a joint [m]."""
+POSTURES, MOVES, TRIES = 400, 4, 200
+"""Number of random postures, of moves of each joint from each, and of pairs that are looked at for one joint
+and purpose."""
+PULLED = 10
+"""Postures in which a joint is pulled."""
 SIZES = (1.0, 0.8, 0.65, 0.5)
 """Shares of the maximum moment that is reached, for pairs of one joint and purpose in turn."""
-MIN_GAP = 0.06
-"""Minimum distance of links that are not neighbours [m]."""
-POINTS = 5
-"""Points of each link between which it is taken."""
-ABOVE = 0.05
-"""Minimum height of the moving links over the base's foot [m]."""
-TRIES = 200
-"""Pairs that are looked at for one joint and purpose."""
+MIN_GAP, ABOVE, POINTS = 0.06, 0.05, 5
+"""Minimum distance of links that are not neighbours, and height of the moving links over the base's foot [m];
+points of each link between which it is taken."""
 SIDE_EFFECT_COST = 0.1
 """What a side effect on another joint, or a full turn of the joint that moves, costs a pair's rank."""
 
@@ -71,7 +64,7 @@ class PairPurpose(StrEnum):
     SIZE = "size"
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class PosturePair:
     """Two postures that load one joint differently.
 
@@ -80,16 +73,12 @@ class PosturePair:
         purpose: What changes.
         q: Joint positions [rad or m].
         added: Mass at the tool [kg].
-        about: Moments about the joint's axis, of the nominal arm [N m].
-        across: Moments across it [N m].
     """
 
     joint: int
     purpose: PairPurpose
     q: Float[np.ndarray, "2 n"]
     added: Float[np.ndarray, "2"]
-    about: Float[np.ndarray, "2"]
-    across: Float[np.ndarray, "2 2"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -139,45 +128,32 @@ class _Moves:
 
 
 def plan_load_test(
-    robot: Robot,
-    *,
-    joints: Sequence[int] | None = None,
-    added_mass: float = 0.0,
-    each: int = 4,
-    rng: np.random.Generator,
+    robot: Robot, *, added_mass: float = 0.0, each: int = 4, rng: np.random.Generator
 ) -> LoadTestPlan:
-    """Choose pairs of postures for some joints.
+    """Choose pairs of postures for all joints that gravity turns.
 
     Args:
-        joints: Joints to load, from 0; all that gravity turns if None.
         added_mass: Mass that can be hung onto the tool [kg].
         each: Pairs for every joint and purpose.
     """
-    if added_mass < 0.0 or each < 1:
-        bad = f"added mass must be at least 0 kg, got {added_mass:g}"
-        raise OptionError(
-            bad if added_mass < 0.0 else f"--pairs must be at least 1, got {each}",
-            option="added_mass" if added_mass < 0.0 else "--pairs",
-        )
+    if added_mass < 0.0:
+        raise OptionError(f"added mass must be at least 0 kg, got {added_mass:g}", option="added_mass")
+    if each < 1:
+        raise OptionError(f"--pairs must be at least 1, got {each}", option="--pairs")
     q, base = _moves(robot, rng)
     moves, heavy = (_loaded(robot, q, base, mass) for mass in (0.0, added_mass))
     unturned = tuple(np.flatnonzero(np.abs(heavy.moments[0].about).max(axis=0) < FIRM).tolist())
-    pairs: list[PosturePair] = []
-    missing: list[tuple[int, PairPurpose]] = []
-    for joint in _chosen_joints(robot, joints, unturned):
-        for purpose in PairPurpose:
-            try:
-                pairs += _pairs(robot, moves, heavy, joint, purpose, each)
-            except DataError:
-                if joints is not None:
-                    raise
-                missing.append((joint, purpose))
-    if not pairs:
+    turned = [j for j in range(robot.dof) if j not in unturned]
+    found = {(j, p): _pairs(robot, moves, heavy, j, p, each) for j in turned for p in PairPurpose}
+    if not any(found.values()):
         raise DataError(
-            f"no posture that robot '{robot.name}' reaches loads a joint in both directions, or lightly and "
-            "heavily; widen its limits, or add mass at the tool"
+            f"no posture that robot '{robot.name}' reaches surely loads a joint in both directions, or "
+            "lightly and heavily; widen its limits, or add mass at the tool"
         )
-    return LoadTestPlan(pairs=tuple(pairs), unturned=unturned, missing=tuple(missing))
+    pairs = tuple(pair for picked in found.values() for pair in picked)
+    return LoadTestPlan(
+        pairs=pairs, unturned=unturned, missing=tuple(key for key, picked in found.items() if not picked)
+    )
 
 
 def possible(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
@@ -234,49 +210,17 @@ def _loaded(robot: Robot, q: np.ndarray, base: np.ndarray, mass: float) -> _Move
     return _Moves(q, base, mass, (first, second))
 
 
-def _chosen_joints(robot: Robot, joints: Sequence[int] | None, unturned: tuple[int, ...]) -> tuple[int, ...]:
-    if joints is None:
-        return tuple(j for j in range(robot.dof) if j not in unturned)
-    for joint in joints:
-        if not 0 <= joint < robot.dof:
-            raise OptionError(
-                f"joint must be 1–{robot.dof}, got {joint + 1} (robot '{robot.name}')",
-                option="joints",
-                found=joint,
-            )
-        if joint in unturned:
-            raise OptionError(
-                f"joint {joint + 1} of '{robot.name}' has a vertical axis or carries its load on its axis: "
-                "gravity exerts no moment about it, so inclinometers can't test it; ask for all joints to "
-                "use side pulls at the tool instead",
-                option="joints",
-                found=joint,
-            )
-    return tuple(dict.fromkeys(joints))
-
-
 def _pairs(
     robot: Robot, moves: _Moves, heavy: _Moves, joint: int, purpose: PairPurpose, each: int
 ) -> list[PosturePair]:
-    """The best pairs for one joint and purpose, of several sizes and from different postures."""
+    """The best pairs for one joint and purpose, of several sizes and from different postures, if any."""
     is_weak = _value(moves, joint, PairPurpose.SIZE).max() * SOFT < RESOLVED * RESOLUTION
     first = _hung(moves, heavy) if purpose is PairPurpose.SIZE and heavy.mass and is_weak else moves
-    offered = [chosen for chosen in (first, heavy) if _value(chosen, joint, purpose).max() >= FIRM]
-    if not offered:
-        maximum = max(_value(chosen, joint, purpose).max() for chosen in (first, heavy))
-        raise DataError(
-            f"no posture that robot '{robot.name}' reaches loads joint {joint + 1} as '{purpose}' requires "
-            f"({maximum:.2g} N·m of {FIRM:g} N·m are reached); widen its limits, or add mass at the tool",
-            joint=joint,
-        )
-    for chosen in offered:  # the mass settles the side of a load that errors of the links leave in doubt
-        if picked := _picked(robot, chosen, heavy, joint, purpose, each):
+    for chosen in (first, heavy):  # the mass settles the side of a load that errors of the arm leave in doubt
+        strong = _value(chosen, joint, purpose).max() >= FIRM
+        if strong and (picked := _picked(robot, chosen, heavy, joint, purpose, each)):
             return picked
-    raise DataError(
-        f"in every posture in which robot '{robot.name}' loads joint {joint + 1} as '{purpose}' requires, "
-        "some joint's load is so small that errors of the arm may reverse it; "
-        "widen its limits, or add mass at the tool"
-    )
+    return []
 
 
 def _picked(
@@ -293,20 +237,8 @@ def _picked(
     picked: list[PosturePair] = []
     while len(free) and len(picked) < each:
         best = int(free[np.argmin(gaps_of[len(picked) % len(SIZES)][free])])
-        about, across = (
-            frozen(np.array([getattr(m, part)[best, joint] for m in chosen.moments]))
-            for part in ("about", "across")
-        )
-        picked.append(
-            PosturePair(
-                joint=joint,
-                purpose=purpose,
-                q=frozen(chosen.q[:, best].copy()),
-                added=frozen(np.array(added)),
-                about=about,
-                across=across,
-            )
-        )
+        q = frozen(chosen.q[:, best].copy())
+        picked.append(PosturePair(joint, purpose, q, frozen(np.array(added))))
         free = free[chosen.base[free] != chosen.base[best]]
     return picked
 
@@ -354,7 +286,7 @@ def _side_effects(moves: _Moves, joint: int) -> Float[np.ndarray, " pairs"]:
     return flipped.sum(axis=1) + np.abs(moves.q[1] - moves.q[0]).sum(axis=1) / (2.0 * np.pi)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class SideLoads:
     """Sideways pulls at the tool that turn one joint both ways, for measured poses.
 
@@ -362,43 +294,23 @@ class SideLoads:
         joint: The joint, from 0.
         q: Joint positions [rad or m].
         wrench: What pulls at the tool in each row, in the axes of the robot's gravity [N, N m].
-        about: Moments about the joint's axis, of the nominal arm [N m].
     """
 
     joint: int
     q: Float[np.ndarray, "rows n"]
     wrench: Float[np.ndarray, "rows 6"]
-    about: Float[np.ndarray, " rows"]
 
 
-def side_loads(
-    robot: Robot, joint: int, *, force: float, postures: int = 10, rng: np.random.Generator
-) -> SideLoads:
-    """Level pulls, full and half, to either side in several postures; those with the longest levers.
-
-    Args:
-        joint: Joint to turn, from 0.
-        force: Maximum pull [N].
-    """
-    if force <= 0.0:
-        raise OptionError(f"--force must be above 0 N, got {force:g}")
+def side_loads(robot: Robot, joint: int, *, rng: np.random.Generator) -> SideLoads:
+    """Level pulls, full and half, to either side in several postures; those with the longest levers."""
     q = np.unique(_moves(robot, rng)[0][0], axis=0)
     lever = _levers(robot, joint, q)
     length = np.linalg.norm(lever, axis=1)
-    best = np.argsort(-length)[:postures]
-    if force * length[best].min() < FIRM:
-        raise DataError(
-            f"a horizontal pull of {force:g} N at the tool loads joint {joint + 1} of '{robot.name}' with "
-            f"at most {force * length[best].min():.2g} N·m; pull harder",
-            joint=joint,
-            found=force,
-        )
-    pulls = np.array([1.0, -1.0, 0.5, -0.5]) * force
+    best = np.argsort(-length)[:PULLED]
+    pulls = np.array([1.0, -1.0, 0.5, -0.5]) * FORCE
     along = lever[best] / length[best, None]
     wrench = np.concatenate([pulls[None, :, None] * along[:, None], np.zeros((len(best), 4, 3))], axis=2)
-    rows, wrench = np.repeat(q[best], 4, axis=0), wrench.reshape(-1, 6)
-    about = joint_moments(robot, Motion(rows, wrench=wrench)).about[:, joint]
-    return SideLoads(joint=joint, q=frozen(rows), wrench=frozen(wrench), about=frozen(about))
+    return SideLoads(joint, frozen(np.repeat(q[best], 4, axis=0)), frozen(wrench.reshape(-1, 6)))
 
 
 def pullable(robot: Robot, joint: int, *, rng: np.random.Generator) -> bool:

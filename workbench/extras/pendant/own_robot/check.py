@@ -3,12 +3,11 @@
 A table is CSV: Denavit–Hartenberg constants of a joint in each row, with units in the headings or without.
 """
 
-import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,25 +15,20 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS, ORDERS
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
-from workbench.base.errors import FileError
 from workbench.base.files import read_bytes
 from workbench.base.types import Freedom
+from workbench.base.units import parse_heading
 from workbench.data.dataset import Dataset
-from workbench.extras.pendant.displayed import typed
+from workbench.data.readers.table import Grid
+from workbench.data.readers.text import read_text
+from workbench.extras.pendant.displayed import UNITS, typed
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
 from workbench.extras.pendant.own_robot.table_meanings import TableReading, table_readings
 
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
 """Other headings of the constants."""
-KINDS = {
-    "revolute": "revolute",
-    "r": "revolute",
-    "prismatic": "prismatic",
-    "p": "prismatic",
-    "fixed": "fixed",
-}
+KINDS = {"r": "revolute", "p": "prismatic"} | {k: k for k in ("revolute", "prismatic", "fixed")}
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
-HEADING = re.compile(r"\s*([^\[\(]+?)\s*(?:[\[\(]\s*([^\]\)]*?)\s*[\]\)])?\s*")
 DRIVE = re.compile(r"^(?:q|theta|θ)_?\d*(?=[+-]|$)")
 """The joint itself before its offset, as in `q2-90`."""
 SHARE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)?(?:e[+-]?\d+)?)\*?(pi)?(?:/([1-9]\d*))?")
@@ -42,8 +36,7 @@ MAX_FILE_BYTES = 2**20
 UNKNOWN = Frame(free=Freedom.AUTO)
 
 
-@dataclass(frozen=True)
-class JointTable:
+class JointTable(NamedTuple):
     """A table as it stands in its file.
 
     Args:
@@ -61,53 +54,39 @@ class JointTable:
 
 def read_joint_table(path: Path | str) -> JointTable:
     """Columns theta, d, a, alpha (beta, type) in any order; a line `# convention = dh` may tell which."""
-    text = read_bytes(path, wanted="a joint table (.csv)", maximum=MAX_FILE_BYTES).decode(
-        "utf-8-sig", errors="replace"
-    )
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
-    stated = [m[1] for _, line in lines if (m := re.match(r"#.*convention\s*=\s*([\w-]+)", line))]
-    lines = [(n, line) for n, line in lines if not line.startswith("#")]
+    path = Path(path)
+    grid = read_text(read_bytes(path, wanted="a joint table (.csv)", maximum=MAX_FILE_BYTES), path)
+    stated = tuple(m[1] for text in grid.comments if (m := re.match(r"\s*convention\s*=\s*([\w-]+)", text)))
     if stated and stated[0] not in ORDERS:
-        raise FileError(f"convention is '{stated[0]}'; known: {', '.join(ORDERS)}", path=str(path))
-    if len(lines) < 2:
-        raise FileError("has no joints; give a line of headings and one for each joint", path=str(path))
-    separator = max(",;\t", key=lines[0][1].count)
-    heads = [_heading(cell) for cell in next(csv.reader([lines[0][1]], delimiter=separator))]
-    missing = [c for c in CONSTANTS[:4] if c not in [name for name, _ in heads]]
-    if missing:
-        raise FileError(
-            f"has no column {', '.join(missing)}; give theta, d, a, alpha", path=str(path), line=lines[0][0]
-        )
-    rows = []
-    for number, line in lines[1:]:
-        cells = next(csv.reader([line], delimiter=separator))
-        rows.append(_row(dict(zip((name for name, _ in heads), cells, strict=False)), path, number))
-    units = {name: unit for name, unit in heads if unit}
-    return JointTable(
-        tuple(rows),
-        tuple(stated) or ("dh", "craig"),
-        _units(units, ("d", "a"), LENGTHS, path),
-        _units(units, ("theta", "alpha", "beta"), ANGLES, path),
-    )
+        raise grid.error(f"convention is '{stated[0]}'; known: {', '.join(ORDERS)}")
+    if len(grid.rows) < 2:
+        raise grid.error("has no joints; give a line of headings and one for each joint")
+    heads = [parse_heading(cell) for cell in grid.rows[0]]
+    names = [NAMES.get(head.name.lower(), head.name.lower()) for head in heads]
+    if missing := [name for name in CONSTANTS[:4] if name not in names]:
+        raise grid.error(f"has no column {', '.join(missing)}; give theta, d, a, alpha", 0)
+    rows = [
+        _row(dict(zip(names, cells, strict=False)), grid, k)
+        for k, cells in enumerate(grid.rows[1:], 1)
+        if any(cells)
+    ]
+    stands = {name: (head.unit or "").lower() for name, head in zip(names, heads, strict=True)}
+    units = {name: UNITS.get(unit, unit) for name, unit in stands.items() if unit}
+    lengths = _units(units, ("d", "a"), LENGTHS, grid)
+    angles = _units(units, ("theta", "alpha", "beta"), ANGLES, grid)
+    return JointTable(tuple(rows), stated[:1] or ("dh", "craig"), lengths, angles)
 
 
-def _heading(cell: str) -> tuple[str, str]:
-    found = HEADING.fullmatch(cell)
-    name, unit = (found[1].lower(), found[2] or "") if found else (cell, "")
-    return NAMES.get(name, name), unit.lower().replace("°", "deg")
-
-
-def _row(cells: dict[str, str], path: Path | str, line: int) -> dict[str, Any]:
+def _row(cells: dict[str, str], grid: Grid, number: int) -> dict[str, Any]:
     kind = KINDS.get(cells.get("type", "revolute").strip().lower())
     if kind is None:
-        raise FileError(f"type is '{cells['type']}'; known: {', '.join(KINDS)}", path=str(path), line=line)
+        raise grid.error(f"type is '{cells['type']}'; known: {', '.join(KINDS)}", number)
     row: dict[str, Any] = {"type": kind}
     for name in CONSTANTS:
         text = cells.get(name, "0").strip() or "0"
-        value = _number(text)
-        if value is None:
-            raise FileError(f"'{text}' is not a number", path=str(path), line=line, column=name)
-        row[name] = value
+        row[name] = _number(text)
+        if row[name] is None:
+            raise grid.error(f"{name} is '{text}', which is not a number", number)
     return row
 
 
@@ -124,17 +103,15 @@ def _number(text: str) -> float | None:
     return size * (np.pi if found[2] else 1.0) / float(found[3] or 1.0)
 
 
-def _units(given: dict[str, str], names: tuple[str, ...], known: tuple[str, str], path) -> tuple[str, ...]:
+def _units(
+    given: dict[str, str], names: tuple[str, ...], known: tuple[str, str], grid: Grid
+) -> tuple[str, ...]:
     found = {given[name] for name in names if name in given}
     if wrong := found - set(known):
-        raise FileError(f"has the unit '{sorted(wrong)[0]}'; give {' or '.join(known)}", path=str(path))
+        raise grid.error(f"has the unit '{sorted(wrong)[0]}'; give {' or '.join(known)}")
     if len(found) > 1:
-        raise FileError(f"mixes {' and '.join(sorted(found))}; give one unit", path=str(path))
+        raise grid.error(f"mixes {' and '.join(sorted(found))}; give one unit")
     return tuple(found) or known
-
-
-TABLES = (".csv",)
-"""Files that hold a joint table."""
 
 
 def check_robot(
@@ -151,24 +128,20 @@ def check_robot(
         name: Of the arm in what is found; its own, or that of the table's file, if empty.
     """
     readings = readings_of(source, tip=tip, name=name)
-    shown = poses if isinstance(poses, Dataset) else typed(poses, readings[0].robot.dof)
-    found = find_convention(readings, shown)
+    found = find_convention(
+        readings, poses if isinstance(poses, Dataset) else typed(poses, readings[0].robot.dof)
+    )
     return replace(found, robot=found.robot.with_frames(base=UNKNOWN, tool=UNKNOWN))
 
 
 def readings_of(source: Path | str, *, tip: str | None = None, name: str = "") -> list[TableReading]:
     """What a file or a built-in arm may mean: a table in several ways, everything else in one."""
     path = Path(source)
-    if path.suffix.lower() not in TABLES:
-        robot = load_robot(source, tip=tip)
-        return [TableReading(robot.bare)]
-    table = read_joint_table(path)
+    if path.suffix.lower() != ".csv":
+        return [TableReading(load_robot(source, tip=tip).bare)]
+    rows, conventions, lengths, angles = read_joint_table(path)
     return table_readings(
-        table.rows,
-        conventions=table.conventions,
-        lengths=table.lengths,
-        angles=table.angles,
-        name=name or path.stem,
+        rows, conventions=conventions, lengths=lengths, angles=angles, name=name or path.stem
     )
 
 

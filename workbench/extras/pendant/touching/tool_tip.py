@@ -1,13 +1,10 @@
-"""The tip of a tool from touching a point in several orientations (a pivot), its axes from two touches more.
+"""The tip of a tool from touching a point in several orientations (a pivot).
 
     R_i t + p_i = c,        i the touches, (R_i, p_i) the flange, t the tip in it, c the point
 
-is linear in t and c. With several points there are as many c. For the tool's axes the tip is moved straight
-away from the point, so that the point lies on the tool's own axis, ahead of the tip: R_jᵀ (c − p_j) − t is
-that axis.
+is linear in t and c. With several points there are as many c.
 """
 
-import re
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -33,11 +30,8 @@ from workbench.extras.pendant.touching.touches import (
     check_wanted,
     flanges,
     names_of,
-    numbered,
-    orientation_line,
     read_touches,
     solve_without_slipped,
-    squared,
 )
 from workbench.report.json import Json
 from workbench.report.numbers import signed
@@ -51,39 +45,36 @@ WEAK = 3.0
 """Ratio of the widest to the narrowest interval beyond which the orientations are called alike."""
 USABLE = 1e-3
 """Half width beyond which a tip should not be used, by default [m]."""
-NEAREST = 0.02
-"""Minimum distance of the tip from the point in touches of the tool's axes [m]."""
-AXIS = re.compile(r"([+-]?)([xyz])", re.IGNORECASE)
 
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class ToolTip(AbstractShown):
-    """A tool's tip, and its axes where they were touched.
+    """A tool's tip.
 
     Args:
         nominal: The arm as it was given.
         of: Touches of a point and their errors.
         xyz: The tip in the flange [m].
         half: Half of the 95 % interval along each axis of the flange [m].
-        rotation: The tool's axes in the flange; as the arm has them where none were touched.
-        turned: Half of the 95 % interval of their angles [rad]; None where none were touched.
         wanted: Required half width [m].
-        notes: What else should be known, one sentence each.
     """
 
     nominal: Robot
     of: TouchErrors
     xyz: Float[np.ndarray, "3"]
     half: Float[np.ndarray, "3"]
-    rotation: Float[np.ndarray, "3 3"]
-    turned: float | None
     wanted: float | None
-    notes: tuple[str, ...]
 
     @cached_property
     def robot(self) -> Robot:
-        return self.nominal.with_frames(tool=Frame(self.xyz, self.rotation))
+        """The arm with this tip; the tool's axes stay."""
+        return self.nominal.with_frames(tool=Frame(self.xyz, self.nominal.tool.rotation))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What else should be known, one sentence each."""
+        return (NOMINAL,) if self.nominal.calibration is None else ()
 
     @property
     def used(self) -> int:
@@ -123,8 +114,7 @@ class ToolTip(AbstractShown):
         return f"tip at {', '.join(parts)} mm in the flange (95 %); {meet}"
 
     def summary(self) -> RenderableType:
-        axes = [] if self.turned is None else [orientation_line("tool's axes", self.rotation, self.turned)]
-        return self.of.summary(f"{self.nominal.name}: {self.sentence}", axes, self.notes)
+        return self.of.summary(f"{self.nominal.name}: {self.sentence}", [], self.notes)
 
     def json(self) -> Json:
         return self.of.json(
@@ -134,8 +124,6 @@ class ToolTip(AbstractShown):
             robot=self.nominal.name,
             xyz=self.xyz,
             half_width=self.half,
-            rpy=None if self.turned is None else se3.matrix_to_rpy(self.rotation),
-            rotation_half_width=self.turned,
             more=self.more,
         )
 
@@ -146,8 +134,7 @@ def tcp(robot: RobotLike, touches: Path | Like[Dataset], *, wanted: Like[Length]
 
     Args:
         robot: The arm, calibrated or nominal; the tool in its file counts for nothing.
-        touches: Joint positions; `contact` names the point where there are several, and is `x`, `y` or `z`
-            in touches of the tool's axes: the tip moved straight away, the point ahead of it on that axis.
+        touches: Joint positions; `contact` names the point where there are several.
         wanted: Required half of the 95 % interval [m].
 
     Raises:
@@ -156,25 +143,20 @@ def tcp(robot: RobotLike, touches: Path | Like[Dataset], *, wanted: Like[Length]
     """
     check_wanted(wanted)
     given = read_touches(touches, robot)
-    of_points = given.take(np.array([AXIS.fullmatch(name) is None for name in names_of(given)]))
-    at, names = flanges(robot, of_points.q), names_of(of_points)
-    _check(of_points, at[:, :3, :3])
+    at, names = flanges(robot, given.q), names_of(given)
+    _check(given, at[:, :3, :3])
     solved, slipped = solve_without_slipped(
-        lambda rows: _solve(at[rows], [names[k] for k in rows]), len(of_points), given.source
+        lambda rows: _solve(at[rows], [names[k] for k in rows]), len(given), given.source
     )
     kept = [name for k, name in enumerate(names) if k not in slipped]
     points = dict(zip(dict.fromkeys(kept), solved.x[3:].reshape(-1, 3), strict=True))
     missed = se3.apply(at, solved.x[:3]) - [points.get(name, [np.nan] * 3) for name in names]
-    rotation, turned, notes = _axes(given, robot, solved)
     return ToolTip(
         nominal=robot,
-        of=TouchErrors(of_points, np.linalg.norm(missed, axis=1), slipped),
+        of=TouchErrors(given, np.linalg.norm(missed, axis=1), slipped),
         xyz=solved.x[:3],
         half=solved.half[:3],
-        rotation=rotation,
-        turned=turned,
         wanted=wanted,
-        notes=(*notes, *([NOMINAL] if robot.calibration is None else [])),
     )
 
 
@@ -213,41 +195,3 @@ def _solve(at: Float[np.ndarray, "rows 4 4"], names: list[str]) -> TouchSolution
     flat, right = flat.reshape(3 * len(at), -1), -at[:, :3, 3].ravel()
     x = np.linalg.lstsq(flat, right, rcond=None)[0]
     return TouchSolution(x, right - flat @ x, np.linalg.pinv(flat.T @ flat))
-
-
-def _axes(
-    touches: Dataset, robot: Robot, solved: TouchSolution
-) -> tuple[Float[np.ndarray, "3 3"], float | None, list[str]]:
-    """The tool's axes in the flange, how well they are known, and notes."""
-    tip, point, own = solved.x[:3], solved.x[3:6], robot.tool.rotation
-    seen: dict[str, list[np.ndarray]] = {}
-    for k, (name, flange) in enumerate(zip(names_of(touches), flanges(robot, touches.q), strict=True)):
-        if not (found := AXIS.fullmatch(name)):
-            continue
-        ahead = se3.apply(se3.inverse(flange), point) - tip
-        if (distance := float(np.linalg.norm(ahead))) < NEAREST:
-            raise DataError(
-                f"{touches.source}: {numbered(touches, [k])} is {in_mm(distance)} from the point; move it "
-                f"{1e3 * NEAREST:.0f} mm or more away along the tool's axis {name}"
-            )
-        seen.setdefault(found[2].lower(), []).append(-ahead if found[1] == "-" else ahead)
-    if not seen:
-        return own, None, []
-    mean = {axis: np.mean(ahead, axis=0) for axis, ahead in seen.items()}
-    first, *others = sorted(mean, key="zxy".index)
-    second = min(others, default=None)
-    other = second or next(axis for axis in "xyz" if axis != first)
-    rotation, angle = squared(first, mean[first], other, mean.get(other, own[:, "xyz".index(other)]))
-    notes = []
-    if second is None:
-        notes.append(
-            f"only the tool's {first} was touched: the rotation about it is taken from the robot's file"
-        )
-    elif abs(angle - 0.5 * np.pi) > np.deg2rad(5.0):
-        notes.append(
-            f"{first} and {second} are {np.rad2deg(angle):.1f}° apart; {second} was made perpendicular to "
-            f"{first}"
-        )
-    shortest = min(float(np.linalg.norm(ahead)) for ahead in mean.values())
-    unit = solved.half[0] / np.sqrt(solved.covariance[0, 0])
-    return rotation, float(unit * np.sqrt(2.0) / shortest), notes

@@ -19,7 +19,6 @@ from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
@@ -27,7 +26,6 @@ from workbench.data.readers import read_measurements
 from workbench.data.readers.assemble import joint_columns, joint_units
 from workbench.data.readers.read import read_fields
 from workbench.report.json import Json, plain
-from workbench.report.numbers import signed
 from workbench.report.tables import headed, line, new_table
 
 CHANCE = 0.01
@@ -193,25 +191,3 @@ class TouchErrors:
         ]
         head = {"schema": schema, "message": message, "scatter": self.scatter}
         return plain(head | found | {"touches": touches, "notes": list(notes)})
-
-
-def orientation_line(what: str, rotation: Float[np.ndarray, "3 3"], half: float) -> Text:
-    """An orientation as pendants take it."""
-    rpy, vector = np.rad2deg(se3.matrix_to_rpy(rotation)), se3.matrix_to_rotvec(rotation)
-    known = f" ± {np.rad2deg(half):.2g}°" if np.isfinite(half) else ""
-    return line(
-        what,
-        f"roll, pitch, yaw {', '.join(signed(v, 3) for v in rpy)}° (A, B, C in reverse order); rotation "
-        f"vector {', '.join(signed(v, 5) for v in vector)} rad{known}",
-    )
-
-
-def squared(first: str, along: np.ndarray, second: str, about: np.ndarray) -> tuple[np.ndarray, float]:
-    """Axes of which one is along a direction and another near a second; and the angle between the two."""
-    a, b = along / np.linalg.norm(along), about / np.linalg.norm(about)
-    i, j = "xyz".index(first), "xyz".index(second)
-    rotation = np.empty((3, 3))
-    rotation[:, i], across = a, b - (a @ b) * a
-    rotation[:, j] = across / np.linalg.norm(across)
-    rotation[:, 3 - i - j] = (1.0 if (j - i) % 3 == 1 else -1.0) * np.cross(rotation[:, i], rotation[:, j])
-    return rotation, float(np.arccos(np.clip(a @ b, -1.0, 1.0)))

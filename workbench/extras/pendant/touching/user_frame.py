@@ -11,16 +11,17 @@ by Gauss–Newton from a closed form, whichever of them were touched more often 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, final
+from typing import final
 
 import numpy as np
 import tomli_w
 from jaxtyping import Bool, Float
 from rich.console import RenderableType
 
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.arguments import Length, Like, checked_arguments
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.base.files import write_text
 from workbench.base.wording import in_mm
 from workbench.data.arguments import RobotLike
@@ -34,15 +35,14 @@ from workbench.extras.pendant.touching.touches import (
     check_wanted,
     flanges,
     names_of,
-    orientation_line,
     read_touches,
     solve_without_slipped,
-    squared,
     tips,
 )
 from workbench.report.json import Json
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
+from workbench.report.tables import line
 
 SCHEMA = "workbench.frame/1"
 MAX_ROUNDS = 30
@@ -60,11 +60,8 @@ KEEPS = {"origin": "xyz", "x": "yz", "xy": "z", "plane": "z", "line": "y", "end"
 """Coordinates that a touch of each kind keeps."""
 
 
-class _Kept(NamedTuple):
-    """What the touches keep: coordinates in the frame [m], and which of them count."""
-
-    target: Float[np.ndarray, "rows 3"]
-    counts: Bool[np.ndarray, "rows 3"]
+Begun = tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "rows 3"], Bool[np.ndarray, "rows 3"]]
+"""A first frame in closed form, coordinates in it that the touches keep [m], and which of them count."""
 
 
 @final
@@ -117,15 +114,19 @@ class UserFrame(AbstractShown):
     def _table(self) -> dict[str, list[float]]:
         return {"xyz": self.pose[:3, 3].tolist(), "rpy": se3.matrix_to_rpy(self.pose[:3, :3]).tolist()}
 
-    def toml(self) -> str:
-        """The frame as plates have them: `xyz` [m] and `rpy` [rad] in the robot's base."""
-        return tomli_w.dumps({"frame": self._table})
-
     def save(self, path: Path | str) -> Path:
-        return write_text(path, self.toml())
+        """Write the frame as plates have them (.toml): `xyz` [m] and `rpy` [rad] in the robot's base."""
+        return write_text(path, tomli_w.dumps({"frame": self._table}))
 
     def summary(self) -> RenderableType:
-        axes = orientation_line("axes", self.pose[:3, :3], float(self.half[3:].max()))
+        rpy = np.rad2deg(self._table["rpy"])
+        vector, half = se3.matrix_to_rotvec(self.pose[:3, :3]), float(self.half[3:].max())
+        axes = line(
+            "axes",
+            f"roll, pitch, yaw {', '.join(signed(v, 3) for v in rpy)}° (A, B, C in reverse order); rotation "
+            f"vector {', '.join(signed(v, 5) for v in vector)} rad"
+            + (f" ± {np.rad2deg(half):.2g}°" if np.isfinite(half) else ""),
+        )
         return self.of.summary(f"{self.robot}: {self.sentence}", [axes], self.notes)
 
     def json(self) -> Json:
@@ -139,8 +140,6 @@ def frame(
     touches: Path | Like[Dataset],
     *,
     cad: Path | Mapping[str, Sequence[float]] | None = None,
-    radius: Like[Length] = 0.0,
-    flange: bool = False,
     wanted: Like[Length] | None = None,
 ) -> UserFrame:
     """Find a user frame in the robot's base from touches with a tool whose tip is known.
@@ -150,32 +149,24 @@ def frame(
         touches: Joint positions, and in `contact` what was touched: `origin`, `x`, `xy`; or `plane`, `line`,
             `end` for 3-2-1; or the names of the drawing's points.
         cad: The points of a drawing in its own frame [m]: by name, or a file with point, x[mm], y[mm], z[mm].
-        radius: Of the ball that touches faces, for 3-2-1 [m].
-        flange: Whether the tool may be none: the flange itself touched.
         wanted: Required error of the touches [m].
 
     Raises:
         DataError: no tool, too few touches, unknown names, or points on one line.
-        OptionError: an accuracy or radius out of range.
+        OptionError: an accuracy out of range.
     """
     check_wanted(wanted)
-    if not 0.0 <= radius < 0.1:
-        raise OptionError(f"the radius must be 0–100 mm, got {radius:g} m")
     given = read_touches(touches, robot)
-    if not flange and np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
-        raise DataError(
-            f"{robot.name} has no tool: find its tip with 'workbench tcp … --save', or give it as --tool "
-            "x,y,z in mm; in Python, give the robot a tool, or flange=True if the flange itself touched"
-        )
+    if np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
+        raise DataError(f"{robot.name} has no tool: find its tip with 'workbench tcp … --save'")
     at = tips(robot, given.q)
-    points = None if cad is None else _drawing(cad)
-    begin, kept = _begin(given, at, flanges(robot, given.q)[:, :3, 3], points, radius)
+    begin, target, counts = _named(given, at, robot) if cad is None else _drawn(given, at, _drawing(cad))
     solved, slipped = solve_without_slipped(
-        lambda rows: _solve(begin, at[rows], kept.target[rows], kept.counts[rows].ravel()),
+        lambda rows: _solve(begin, at[rows], target[rows], counts[rows].ravel()),
         len(given),
         f"{given.source}: the touches do not determine a frame; {LABELS}",
     )
-    off = np.where(kept.counts, se3.apply(se3.inverse(solved.x), at) - kept.target, 0.0)
+    off = np.where(counts, se3.apply(se3.inverse(solved.x), at) - target, 0.0)
     return UserFrame(
         robot=robot.name,
         of=TouchErrors(given, np.linalg.norm(off, axis=1), slipped),
@@ -197,49 +188,44 @@ def _drawing(cad: Path | Mapping[str, Sequence[float]]) -> dict[str, np.ndarray]
     return {str(name).strip(): place for name, place in zip(names, xyz, strict=True)}
 
 
-def _begin(
-    touches: Dataset,
-    tips: np.ndarray,
-    flanges: np.ndarray,
-    points: Mapping[str, np.ndarray] | None,
-    radius: float,
-) -> tuple[np.ndarray, _Kept]:
-    """A first frame in closed form, and what every touch keeps of it."""
+def _drawn(touches: Dataset, tips: np.ndarray, points: Mapping[str, np.ndarray]) -> Begun:
     names = names_of(touches)
-    if points is not None:
-        if (strange := next((name for name in names if name not in points), None)) is not None:
-            raise DataError(
-                f"{touches.source}: '{strange}' is not a point of the drawing, which has {', '.join(points)}"
-            )
-        target = np.array([points[name] for name in names])
-        _require_spread(touches, target)
-        drawn, touched = (float(np.linalg.norm(np.ptp(p, axis=0))) for p in (target, tips))
-        if not 1.0 / MISREAD < drawn / max(touched, EXACT_SCATTER) < MISREAD:
-            raise DataError(
-                f"{touches.source}: the touches span {in_mm(touched)}, their points in the drawing "
-                f"{in_mm(drawn)}; check the units of both and the names"
-            )
-        return se3.best_fit(target, tips), _Kept(target, np.ones_like(target, bool))
+    if (strange := next((name for name in names if name not in points), None)) is not None:
+        raise DataError(
+            f"{touches.source}: '{strange}' is not a point of the drawing, which has {', '.join(points)}"
+        )
+    target = np.array([points[name] for name in names])
+    _require_spread(touches, target)
+    drawn, touched = (float(np.linalg.norm(np.ptp(p, axis=0))) for p in (target, tips))
+    if not 1.0 / MISREAD < drawn / max(touched, EXACT_SCATTER) < MISREAD:
+        raise DataError(
+            f"{touches.source}: the touches span {in_mm(touched)}, their points in the drawing "
+            f"{in_mm(drawn)}; check the units of both and the names"
+        )
+    return se3.best_fit(target, tips), target, np.ones_like(target, bool)
+
+
+def _named(touches: Dataset, tips: np.ndarray, robot: Robot) -> Begun:
+    names = names_of(touches)
     if (strange := next((name for name in names if name not in KEEPS), None)) is not None:
         raise DataError(f"{touches.source}: '{strange}' is not a kind of touch; {LABELS}")
-    where = {kind: [k for k, name in enumerate(names) if name == kind] for kind in KEEPS}
-    counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in names])
-    target = np.zeros((len(touches), 3))
-    if all(where[kind] for kind in ("origin", "x", "xy")):
+    at = {kind: tips[[name == kind for name in names]] for kind in KEEPS}
+    if all(len(at[kind]) for kind in ("origin", "x", "xy")):
         _require_spread(touches, tips)
-        origin, along, beside = (tips[where[kind]].mean(0) for kind in ("origin", "x", "xy"))
-        return _axes(origin, along - origin, np.cross(along - origin, beside - origin)), _Kept(target, counts)
-    if len(where["plane"]) < 3 or len(where["line"]) < 2 or not where["end"]:
+        origin, on_x, beside = (at[kind].mean(0) for kind in ("origin", "x", "xy"))
+        x, z = on_x - origin, np.cross(on_x - origin, beside - origin)
+    elif len(at["plane"]) > 2 and len(at["line"]) > 1 and len(at["end"]):
+        _require_spread(touches, at["plane"])
+        origin, x = at["end"].mean(0), at["line"][-1] - at["line"][0]
+        z = np.linalg.svd(at["plane"] - at["plane"].mean(0))[2][-1]
+        z *= np.sign(z @ (flanges(robot, touches.q)[:, :3, 3] - tips).mean(0)) or 1.0  # the arm is above
+    else:
         raise DataError(f"{touches.source}: {len(touches)} touches do not make a frame; {LABELS}")
-    face, edge = tips[where["plane"]], tips[where["line"]]
-    _require_spread(touches, face)
-    normal = np.linalg.svd(face - face.mean(0))[2][-1]
-    normal *= np.sign(normal @ (flanges[where["plane"]] - face).mean(0)) or 1.0
-    begin = _axes(tips[where["end"]].mean(0), edge[-1] - edge[0], normal)
-    middle, beside = se3.apply(se3.inverse(begin), np.stack([face.mean(0), edge[0]]))
-    for kind, axis, inside in (("plane", 2, -1.0), ("line", 1, middle[1] - beside[1]), ("end", 0, middle[0])):
-        target[where[kind], axis] = -radius * np.sign(inside)
-    return begin, _Kept(target, counts)
+    y = np.cross(z, x) / np.linalg.norm(np.cross(z, x))
+    z = z / np.linalg.norm(z)
+    begin = se3.pose(np.stack([np.cross(y, z), y, z], axis=1), origin)
+    counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in names])
+    return begin, np.zeros((len(touches), 3)), counts
 
 
 def _require_spread(touches: Dataset, points: np.ndarray) -> None:
@@ -250,10 +236,6 @@ def _require_spread(touches: Dataset, points: np.ndarray) -> None:
             f"{touches.source}: {len(points)} points on one line don't determine the rotation about it; "
             "touch three or more that span a plane"
         )
-
-
-def _axes(origin: np.ndarray, x: np.ndarray, z: np.ndarray) -> Float[np.ndarray, "4 4"]:
-    return se3.pose(squared("z", z, "x", x)[0], origin)
 
 
 def _solve(

@@ -15,8 +15,6 @@ from workbench.identification.problem import Problem
 BEST, NOMINAL = 1e-4, 5e-4
 """Standard deviations of a calibration's constants at best, unless its error was smaller, and of a data
 sheet's [rad or m]."""
-REPLACED = 10.0
-"""Times that standard deviation by which the geometry next to a replaced joint may differ."""
 HELD = 1e-5
 """Standard deviation of what a calibration held, as others took its place [rad or m]."""
 UNKNOWN = 0.05
@@ -31,23 +29,15 @@ class LastCalibration:
         robot: The arm as calibrated.
         begin: The same with zeros near those that the rows show: where a zero that was let go is sought.
         known: Of geometry and zeros, by the record in the arm's file, as if nothing had moved.
-        renewed: Of the geometry next to replaced joints [rad or m].
     """
 
     robot: Robot
     begin: Robot
     known: Prior
-    renewed: Mapping[str, float]
 
     @classmethod
-    def of(cls, robot: Robot, begin: Robot, replaced: Sequence[int]) -> "LastCalibration":
-        """Knowledge by an arm's file.
-
-        Args:
-            robot: The arm as calibrated.
-            begin: The same with zeros near those that the rows show.
-            replaced: Joints that were replaced, counted from 0.
-        """
+    def of(cls, robot: Robot, begin: Robot) -> "LastCalibration":
+        """Knowledge by an arm's file, zeros sought near those that the rows show."""
         record = robot.calibration
         recorded = {} if record is None else record.std
         identified = () if record is None else (e.name for e in robot.elements if e.name in record.nominal)
@@ -60,10 +50,7 @@ class LastCalibration:
             size, vectors = np.linalg.eigh(record.covariance)
             best = BEST if record.error is None else np.clip(record.error.position, HELD, BEST)
             covariance[np.ix_(at, at)] = (vectors * np.maximum(size, best**2)) @ vectors.T
-        known = Prior(names, robot.values(names), np.linalg.inv(covariance))
-        near = (n for joint in replaced for link in (joint - 1, joint) for n in link_constants(robot, link))
-        renewed = {n: REPLACED * float(np.sqrt(covariance[k, k])) for n in near for k in (names.index(n),)}
-        return cls(robot, begin, known, renewed)
+        return cls(robot, begin, Prior(names, robot.values(names), np.linalg.inv(covariance)))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -75,11 +62,10 @@ class LastCalibration:
 
     def without(self, *loose: str) -> Prior:
         """The knowledge but that of some constants, which are sought about where the rows show them."""
-        unknown = {**self.renewed, **dict.fromkeys(loose, UNKNOWN)}
-        kept = self.known.keep(lambda n: n not in unknown)
-        values = np.concatenate([kept.values, self.begin.values(tuple(unknown))])
-        own = np.diag([s**-2.0 for s in unknown.values()])
-        return Prior((*kept.names, *unknown), values, block_diag(kept.information, own))
+        kept = self.known.keep(lambda n: n not in loose)
+        values = np.concatenate([kept.values, self.begin.values(loose)])
+        own = np.eye(len(loose)) / UNKNOWN**2
+        return Prior((*kept.names, *loose), values, block_diag(kept.information, own))
 
     def shifts(
         self, loose: Sequence[str], values: Mapping[str, float], covariance: Float[np.ndarray, "p p"]
@@ -96,7 +82,7 @@ class LastCalibration:
             values: All unknowns as found now, by name.
             covariance: Theirs.
         """
-        known = self.known.keep(lambda n: n in values and (n in loose or n not in self.renewed))
+        known = self.known.keep(lambda n: n in values)
         mine = [known.names.index(n) for n in loose]
         others = [k for k, n in enumerate(known.names) if n not in loose]
         free = np.linalg.inv(known.information[np.ix_(mine, mine)])

@@ -1,4 +1,4 @@
-"""Joint zeros after a knock or a motor replacement: which moved, by how much, what is ambiguous.
+"""Joint zeros after a knock or with a new motor: which moved, by how much, what is ambiguous.
 
 The last calibration is prior knowledge: every constant of the geometry is an unknown that is known to its
 standard deviation, every joint's zero one of which nothing is known any more. Few poses then determine the
@@ -7,7 +7,7 @@ then held to the calibration again, which makes the others more certain.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import FRAMES
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Like, checked_arguments
-from workbench.base.errors import DataError, OptionError, WorkbenchError
+from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
 from workbench.data.arguments import DatasetLike, RobotLike
@@ -58,11 +58,9 @@ def rezero(
     robot: RobotLike,
     data: DatasetLike,
     *,
-    replaced: Sequence[int] = (),
     noise: Like[NoiseLike] | None = None,
     frames: Sessions | str = Sessions.AUTO,
     exclude: Excluded | None = None,
-    known: Mapping[str, float] | None = None,
 ) -> Rezero:
     """Find which joint's zero moved since the last calibration, from few poses.
 
@@ -70,33 +68,23 @@ def rezero(
         robot: The calibrated arm, whose file records how well its constants are known; its base and tool say
             whether they are known, free, or the data decide.
         data: Three poses or more, by any instrument; or touches of seats, joints alone (`contact`).
-        replaced: Joints that were replaced, counted from 1; the geometry next to them is let go as well.
         noise: Standard deviations of the instrument [m], [rad]; from repeats or the fit if None.
         frames: Whether sessions share base and tool.
         exclude: Rows to keep out, with the reason.
-        known: Known places of anchors or contacts [m].
 
     Raises:
         Cancelled: asked to stop.
         DataError: too few rows, or data that contradict the robot beyond doubt.
-        OptionError: a joint that the robot does not have.
     """
-    for joint in replaced:
-        if not 1 <= joint <= robot.dof:
-            raise OptionError(
-                f"replaced joints must be 1 to {robot.dof}, got {joint}", option="replaced", found=joint
-            )
     zeros = robot.joint_offsets
     progress(0.0, "fitting the zeros")
     check_enough(robot, data.take(data.included), zeros)
-    _check_counting(robot, data, [joint - 1 for joint in replaced])
+    _check_counting(robot, data)
     begin = _near(robot, data)
-    knowledge = LastCalibration.of(robot, begin, [joint - 1 for joint in replaced])
+    knowledge = LastCalibration.of(robot, begin)
     decides = preparation_of(data) is not None  # it lets zeros alone through; knowledge comes afterwards
     free = zeros if decides else knowledge.names
-    choices = FitChoices(
-        held_out=0.0, frames=frames, free=free, exclude=exclude or {}, noise=noise, known=known or {}
-    )
+    choices = FitChoices(held_out=0.0, frames=frames, free=free, exclude=exclude or {}, noise=noise)
     with part_of(0.1, 0.3):
         ready = prepare(begin, data, choices, prior=None if decides else knowledge.without(*zeros))
     progress(0.4, "fitting all zeros")
@@ -109,9 +97,8 @@ def rezero(
     shifts = tuple(own.get(s.name, s) for s in _shifts(knowledge, everything, zeros))
     shifts = tuple(replace(s, moved=s.name in moved and abs(s.shift) > s.half) for s in shifts)
     kept = {n: knowledge.value(n) for n in knowledge.names}
-    written = {n: best.values[n] for n in knowledge.renewed}
-    written |= {s.name: kept[s.name] + s.shift for s in shifts if s.moved}
-    found = _aligned(best, best.problem.robot_at(best.x).with_values(kept | written))
+    kept |= {s.name: kept[s.name] + s.shift for s in shifts if s.moved}
+    found = _aligned(best, best.problem.robot_at(best.x).with_values(kept))
     with part_of(0.6, 0.3):
         reasons = _astray(shifts, ready, everything) or doubts(knowledge, everything)
     if not reasons and (lost := [s for s in shifts if s.moved and not s.determined]):
@@ -129,7 +116,6 @@ def rezero(
         shifts=shifts,
         doubts=reasons,
         ambiguous=_ambiguous(knowledge, ready, shifts),
-        renewed=tuple((n, best.values[n] - kept[n], best.std[n]) for n in knowledge.renewed),
         error=error,
         noise=best.problem.noise,
         rows=len(ready.problem.data),
@@ -183,19 +169,14 @@ def _astray(shifts: tuple[JointShift, ...], ready: Prepared, fit: Optimum) -> tu
     return (f"{text}; {check}",)
 
 
-def _check_counting(robot: Robot, data: Dataset, replaced: Sequence[int]) -> None:
-    """Refuse rows whose joints count otherwise than the arm's, by more than a collision turns them."""
+def _check_counting(robot: Robot, data: Dataset) -> None:
+    """Refuse rows whose joints count otherwise than the arm's, but for the zero of one, as of a new motor."""
     robot.check_joints(data.q, data.source)
     found = None if preparation_of(data) is not None else read_rows(robot, data, likely=True)
     if found is None or not is_misread(found):
         return
-    best = found.best
-    off = {k for k in range(robot.dof) if best.zero[k] or not np.array_equal(best.w[k], np.eye(robot.dof)[k])}
-    if not (best.only_zeros and off <= set(replaced)):
-        raise DataError(
-            f"{data.source}: {misread_text(found)}; no collision does that: correct the rows, or name the "
-            "joint as replaced"
-        )
+    if not (found.best.only_zeros and np.count_nonzero(found.best.zero) == 1):
+        raise DataError(f"{data.source}: {misread_text(found)}; no collision does that: correct the rows")
 
 
 def _near(robot: Robot, data: Dataset) -> Robot:

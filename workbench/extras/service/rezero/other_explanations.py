@@ -11,13 +11,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from workbench.arm.robot import Robot
 from workbench.base.progress import progress
 from workbench.base.remedy import remedy
 from workbench.extras.service.rezero.last_calibration import LastCalibration, link_constants
 from workbench.extras.service.rezero.optimum import Optimum
-from workbench.extras.service.rezero.result import changed
+from workbench.extras.service.rezero.result import readable
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
+from workbench.report.numbers import with_error
 
 STRANGE = 1e-4
 """Probability of chance below which another cause is believed …"""
@@ -90,14 +92,14 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_OtherExplan
     problem, robot, offsets = zeros.problem, knowledge.robot, knowledge.robot.joint_offsets
     for joint in range(-1, robot.dof):
         progress(0.5 * (joint + 1) / (robot.dof + 1), "other explanations")
-        loose = [n for n in link_constants(robot, joint) if n not in knowledge.renewed]
+        loose = link_constants(robot, joint)
         if loose and not (joint < 0 and problem.frames.base):
             yield _OtherExplanation(
                 f"{f'link {joint + 1}' if joint >= 0 else 'the base link'} is not as calibrated",
                 "check it for damage, then recalibrate with 'workbench identify'",
                 knowledge.problem(problem, zeros.x, (*offsets, *loose)),
                 len(loose),
-                tuple(loose),
+                loose,
             )
     for frame, parts in zip(("base", "tool"), visible_parts(problem.data, problem.known), strict=True):
         if parts and not getattr(problem.frames, frame):
@@ -128,14 +130,11 @@ def _joints(knowledge: LastCalibration, zeros: Optimum, freed: int) -> Iterator[
     robot = knowledge.robot
     for joint in range(robot.dof):
         progress(0.7 + 0.3 * joint / robot.dof, "other explanations")
-        links = (n for k in (joint - 1, joint) for n in link_constants(robot, k))
-        loose = tuple(n for n in links if n not in knowledge.renewed)
-        again = f"run this again with --replaced {joint + 1}; else calibrate again with 'workbench identify'"
-        page = f"name joint {joint + 1} as replaced and find the zeros again; else calibrate again"
+        loose = (*link_constants(robot, joint - 1), *link_constants(robot, joint))
         if len(loose) > freed:
             yield _OtherExplanation(
                 f"joint {joint + 1} and the links next to it are not as calibrated",
-                f"if it was replaced, {remedy(again, page=page)}",
+                "it seems to be another one: calibrate again with 'workbench identify'",
                 knowledge.problem(zeros.problem, zeros.x, (*robot.joint_offsets, *loose)),
                 len(loose),
                 loose,
@@ -147,6 +146,12 @@ def _sentence(knowledge: LastCalibration, cause: _OtherExplanation, fit: Optimum
     sure = sorted(
         (n for n in off if abs(off[n]) > CERTAIN * fit.std[n]), key=lambda n: -abs(off[n]) / fit.std[n]
     )
-    sizes = [changed(knowledge.robot, n, off[n], fit.std[n]) for n in sure[:2]]
+    sizes = [_changed(knowledge.robot, n, off[n], fit.std[n]) for n in sure[:2]]
     shown = f" ({', '.join(sizes)})" if sizes else ""
     return f"{cause.text}{shown}: zeros alone leave {ratio:.1f} times as much; {cause.remedy}"
+
+
+def _changed(robot: Robot, name: str, change: float, std: float) -> str:
+    """`joint2.a by 0.80 ± 0.12 mm`: the change of a constant with its 95 % interval."""
+    factor, unit = readable(robot.chain.elements[robot.chain.index[name]].unit)
+    return f"{name} by {with_error(factor * change, 2.0 * factor * std)}{unit}"

@@ -2,7 +2,6 @@
 
 import viser
 
-from workbench.base.errors import OptionError
 from workbench.base.wording import capital
 from workbench.extras.service.rezero.result import RezeroVerdict
 from workbench.extras.service.rezero.session import FindZeros, rezeroed_toml, zeros_of
@@ -28,12 +27,9 @@ class RezeroPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Joint zeros after a collision", expand_by_default=False):
-            replaced = self.line(
-                "Replaced joints", "Such as 3, or 3, 4: the links next to them may differ too."
-            )
             self.button(
                 "Find moved joints",
-                lambda: _find(replaced.typed),
+                FindZeros,
                 viser.Icon.REFRESH_ALERT,
                 "Find which joint's zero moved since the robot of this session was calibrated.",
                 main=True,
@@ -47,13 +43,6 @@ class RezeroPanel(AbstractPanel):
             "The calibrated arm with the zeros found.",
             visible=lambda s: (found := zeros_of(s)) is not None and not found.doubts,
         )
-
-
-def _find(typed: str) -> FindZeros:
-    try:
-        return FindZeros(tuple(int(part) for part in typed.split(",") if part.strip()))
-    except ValueError:
-        raise OptionError(f"replaced joints must be numbers such as 3, 4, got '{typed}'") from None
 
 
 def _card(session: Session) -> str:

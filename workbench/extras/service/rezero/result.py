@@ -14,7 +14,7 @@ from workbench.identification.problem import Noise
 from workbench.identification.report.results_json import errors_json, excluded_json
 from workbench.identification.result import BeforeAfter
 from workbench.report.json import Json, document
-from workbench.report.numbers import signed, with_error
+from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
 from workbench.report.result_fields import JOINT, ResultField, ResultFields
 from workbench.report.tables import line, new_table
@@ -26,12 +26,6 @@ MOVED = "moved"
 def readable(unit: str) -> tuple[float, str]:
     """Factor and name of the unit in which people read a shift."""
     return (1e3, " mm") if unit == "m" else (float(np.rad2deg(1.0)), "°")
-
-
-def changed(robot: Robot, name: str, change: float, std: float) -> str:
-    """`joint2.a by 0.80 ± 0.12 mm`: the change of a constant with its 95 % interval."""
-    factor, unit = readable(robot.chain.elements[robot.chain.index[name]].unit)
-    return f"{name} by {with_error(factor * change, 2.0 * factor * std)}{unit}"
 
 
 class RezeroVerdict(StrEnum):
@@ -98,7 +92,6 @@ class Rezero(AbstractShown):
         shifts: One for each joint that moves.
         doubts: What else the rows show, one sentence each; any of them refuses the result.
         ambiguous: What the rows can't distinguish, one sentence each.
-        renewed: Geometry next to replaced joints: name, change and its standard deviation [rad or m].
         error: On the rows, with the old zeros and with the new ones.
         noise: Standard deviations that weighed the rows.
         excluded: Rows that were kept out, with the reason.
@@ -109,7 +102,6 @@ class Rezero(AbstractShown):
     shifts: tuple[JointShift, ...]
     doubts: tuple[str, ...]
     ambiguous: tuple[str, ...]
-    renewed: tuple[tuple[str, float, float], ...]
     error: BeforeAfter
     noise: Noise
     rows: int
@@ -158,8 +150,6 @@ class Rezero(AbstractShown):
             verdict = "" if self.doubts and shift.determined else verdict
             table.add_row(*cells, verdict, style="bold" if verdict == MOVED else "")
         parts: list[RenderableType] = [Text(f"{self.calibrated.name}: {self.sentence}", style="bold"), table]
-        changes = (changed(self.calibrated, *each) for each in self.renewed)
-        parts += [line("next to a replaced joint", text) for text in changes]
         parts.append(line("on these rows", repr(self.error)))
         parts += [line("warning", text) for text in self.doubts]
         parts += [line("can't be distinguished", text) for text in self.ambiguous]
@@ -175,7 +165,6 @@ class Rezero(AbstractShown):
             verdict=self.verdict,
             message=self.sentence,
             joints=SHIFT.each(self.shifts),
-            geometry=[{"name": n, "change": c, "std": s} for n, c, s in self.renewed],
             doubts=self.doubts,
             ambiguous=self.ambiguous,
             before=errors_json(before),

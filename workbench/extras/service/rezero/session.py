@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import final
 
 from workbench.arm.robot_toml import robot_text
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.extras.service.rezero.result import Rezero
 from workbench.session.command import AbstractTask
 from workbench.session.commands.data import check_unchanged, measurements
@@ -26,29 +26,19 @@ class FoundZeros(AbstractPart):
 
 
 class FindZeros(AbstractTask[tuple[Loaded, Rezero]]):
-    """Find which joints' zeros moved since the robot of the session was calibrated.
-
-    Args:
-        replaced: Joints that were replaced, counted from 1.
-    """
+    """Find which joints' zeros moved since the robot of the session was calibrated."""
 
     title = "Find moved joint zeros"
 
-    replaced: tuple[int, ...] = ()
-
     def check(self, session: Session) -> None:
-        if session.measurements.loaded is None:
-            raise DataError("there are no measurements yet; load a few poses measured after the collision")
-        for joint in self.replaced:
-            if not 1 <= joint <= session.robot.dof:
-                raise OptionError(f"replaced joints must be 1–{session.robot.dof}, got {joint}")
+        measurements(session)
 
     def compute(self, session: Session) -> tuple[Loaded, Rezero]:
         from workbench.extras.service.rezero.moved_joints import rezero
 
         loaded = measurements(session)
         left_out = dict.fromkeys(sorted(session.measurements.left_out), "excluded manually")
-        return loaded, rezero(session.robot, loaded.dataset, replaced=self.replaced, exclude=left_out)
+        return loaded, rezero(session.robot, loaded.dataset, exclude=left_out)
 
     def finish(self, session: Session, result: tuple[Loaded, Rezero]) -> Session:
         loaded, found = result

@@ -5,7 +5,7 @@ from rich.text import Text
 
 from workbench.arm.joint_units import shown_joints
 from workbench.base.wording import plural
-from workbench.extras.poses.clustering.search import Clustering
+from workbench.extras.poses.clustering import Clustering
 from workbench.plate.report.plates import number_or_open
 from workbench.report.json import Json, document
 from workbench.report.result_fields import ResultField, ResultFields

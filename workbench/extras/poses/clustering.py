@@ -11,6 +11,7 @@ Of the sets with equal O the one with full rank and the best index of the whole 
    median O, or where a pose can't get there within its cube and limits, the O at which such poses stop.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,25 +19,28 @@ from jaxtyping import Float, Int
 
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
+from workbench.base.arguments import Seed
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, part_of
+from workbench.base.threads import one_thread
 from workbench.base.types import Outcome, frozen
-from workbench.extras.poses.d_optimal import greedy_choice
-from workbench.extras.poses.pose_limits import PoseLimits, folded, sample_poses
+from workbench.extras.poses.greedy import greedy_choice
+from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
 from workbench.plate.collision import hits, mutually_blocking
 from workbench.plate.exchange import exchange
 from workbench.plate.observability import AbstractIndex, O
-from workbench.plate.optimality_criterion import criterion_of
+from workbench.plate.optimality_criterion import criterion_of, goal_index
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
+from workbench.plate.region_poses import PLATE_POSES, region_poses
 
 CANDIDATES = 6000
 """Random poses in the region."""
 CONED = 2000
 """Random poses within an orientation cone, which are harder to find."""
 ROOMY = PoseLimits(margin=0.2, dexterity=0.1)
-"""Limits where none are given: arms with errors of 5 mm and 5° in every constant reached all such poses."""
+"""Of every pose: arms with errors of 5 mm and 5° in every constant reached all such poses."""
 TOLERANCE = 0.01
 """Maximum relative difference of O within a set before it is made equal."""
 BANDS = 8
@@ -116,7 +120,7 @@ class Clustering:
 
 @dataclass(frozen=True, eq=False)
 class _PoseCandidates:
-    """Candidates: joint positions, O and cube of each."""
+    """Candidates: joint positions, O and cube of each, in the order of O."""
 
     robot: Robot
     region: Region
@@ -141,24 +145,46 @@ class _PoseCandidates:
         )
 
 
-def search_clusters(
+@one_thread()
+def cluster_region(
     robot: Robot,
     region: Region,
     *,
-    index: AbstractIndex,
-    rng: np.random.Generator,
     number: int = 10,
-    limits: PoseLimits | None = None,
-    candidates: int | None = None,
+    index: str = "I",
+    towards: Float[np.ndarray, "orientations 3 3"] | None = None,
+    cone: float = np.pi,
+    solid: Plate | None = None,
+    seed: Seed = 0,
 ) -> Clustering:
-    """Find poses with equal O in mutually different cubes of a region.
+    """Poses with equal O in mutually different cubes of a region, the best such set (ARIA §4.2).
 
     Args:
+        robot: Nominal arm.
         region: The cuboid; its `cube` is the side L of the cubes.
-        index: What is made large among the sets with equal O: an index of whole sets.
-        limits: What else is asked of single poses, such as an orientation cone; `ROOMY` if None.
-        candidates: How many random poses are tried; 6000 if None, 2000 within a cone.
+        number: How many poses.
+        index: What is made large among sets with equal O: `O1` … `O5`, `A`, `D`, or `I`, the predicted error.
+        towards: Orientations of the tool about which a cone opens; any orientation if None.
+        cone: Maximum angle from the nearest of them [rad].
+        solid: A plate that the arm must not run into, as long as there are such poses; none if None.
+        seed: Of the random candidates.
     """
+    goal: str | np.ndarray = index
+    if index == "I":
+        rng = np.random.default_rng(0)
+        goal = region_poses(robot, region, PLATE_POSES, rng=rng, towards=towards, cone=cone)
+    aim = goal_index(goal, robot, linearise(robot, robot.search_limits.mean(axis=1)[None]))
+    limits = replace(ROOMY, region=region, towards=towards, cone=cone)
+    if solid is not None and solid.size is not None:
+        clear = replace(limits, solid=solid)
+        with suppress(DataError):  # too few poses are clear of it: others are better than none, and are named
+            return _search(robot, aim, number, clear, np.random.default_rng(seed))
+    return _search(robot, aim, number, limits, np.random.default_rng(seed))
+
+
+def _search(robot: Robot, index: AbstractIndex, number: int, limits: PoseLimits, rng) -> Clustering:
+    region = limits.region
+    assert region is not None
     if number < 2:
         raise OptionError(f"clustering needs at least 2 poses, got {number}", option="number", found=number)
     if number > region.cubes:
@@ -167,9 +193,7 @@ def search_clusters(
             f"{region.cube:g} m; ask for fewer poses or smaller cubes",
             found=region.cubes,
         )
-    limits = replace(limits or ROOMY, region=region)
-    size = candidates or (CANDIDATES if limits.towards is None else CONED)
-    pool = _pool(robot, region, limits, index, size, rng)
+    pool = _pool(robot, region, limits, index, rng)
     bands = _bands(pool, number)
     best, outcome = None, Outcome.CONVERGED
     for done, band in enumerate(bands):
@@ -192,15 +216,11 @@ def search_clusters(
     )
 
 
-def _pool(robot, region, limits, index, candidates, rng) -> _PoseCandidates:
-    q = folded(robot, sample_poses(robot, candidates, limits, rng=rng))
-    linearisation = linearise(robot, q)
-    o = O().per_pose(linearisation)
-    order = np.argsort(o, kind="stable")
-    cubes = region.cells(in_base(robot, q)[:, :3, 3])
-    blocks = linearisation.jacobian.reshape(len(q), -1, len(linearisation.names))[order]
-    sorted_ones = replace(linearisation, jacobian=blocks.reshape(linearisation.jacobian.shape))
-    return _PoseCandidates(robot, region, limits, index, q[order], o[order], cubes[order], sorted_ones)
+def _pool(robot, region, limits, index, rng) -> _PoseCandidates:
+    q = sample_poses(robot, CANDIDATES if limits.towards is None else CONED, limits, rng=rng)
+    q = q[np.argsort(O().per_pose(linearise(robot, q)), kind="stable")]
+    linearisation, cubes = linearise(robot, q), region.cells(in_base(robot, q)[:, :3, 3])
+    return _PoseCandidates(robot, region, limits, index, q, O().per_pose(linearisation), cubes, linearisation)
 
 
 def _bands(pool: _PoseCandidates, number: int) -> list[np.ndarray]:
@@ -234,17 +254,14 @@ def _best_of_band(pool: _PoseCandidates, band: np.ndarray, number: int) -> np.nd
 
     Where a plate's blocks would stand in the arm's way, none that does so is chosen, if enough are left.
     """
-    size = len(pool.linearisation.names)
-    cubes = _first_of_each_cube(pool, band)
-    band = np.union1d(cubes, band[:: max(len(band) // MAX_BAND_POSES, 1)])
-    blocks = pool.linearisation.scaled.reshape(len(pool.q), -1, size)[band]
+    band = np.union1d(_first_of_each_cube(pool, band), band[:: max(len(band) // MAX_BAND_POSES, 1)])
+    blocks = pool.linearisation.scaled.reshape(len(pool.q), -1, len(pool.linearisation.names))[band]
     clash = together = pool.cubes[band][:, None] == pool.cubes[band]
     if (solid := pool.limits.solid) is not None:
         clash = together | mutually_blocking(pool.robot, solid, pool.q[band])
     start = greedy_choice(blocks, number, clash=clash)
     if len(start) < number:
-        clash = together
-        start = greedy_choice(blocks, number, clash=clash)
+        clash, start = together, greedy_choice(blocks, number, clash=together)
     found = exchange(
         blocks.transpose(0, 2, 1) @ blocks,
         np.ones((number, len(band)), bool),

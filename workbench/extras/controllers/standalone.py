@@ -30,60 +30,54 @@ def forward(q, **state):
 def correct_poses(poses, near, **state):
     """Joint positions (rows, n) that bring this arm to poses (rows, 4, 4), and the remaining errors.
 
-    Newton's method, damped as far as something is missing.
+    Newton's method within the joint limits, damped as far as something is missing; the best step counts.
     """
     near = np.atleast_2d(np.asarray(near, float))
     poses, given = np.reshape(np.asarray(poses, float), (-1, 4, 4)), _state(near, **state)
-    limits, n, going = np.array(ARM["limits"]).T, near.shape[1], np.arange(len(near))
-    _, _, before, first = _linear(poses, near, given)
-    x, q, left, cost = np.clip(near, *limits), near.copy(), before.copy(), np.full(len(near), np.inf)
+    limits = np.array(ARM["limits"]).T
+    r, _, left = _missing(poses, near, given)
+    q, x, cost = near.copy(), np.clip(near, *limits), (r**2).sum(1)
+    worst = np.maximum(left[:, 0], 1e-9)
     for _ in range(ROUNDS):
-        r, jacobian, miss, here = _linear(poses[going], x[going], [part[going] for part in given])
-        better = here < cost[going]
-        lower = going[better]
-        q[lower], left[lower], cost[lower] = x[lower], miss[better], here[better]
-        h, g = jacobian.transpose(0, 2, 1) @ jacobian, (r[:, None] @ jacobian)[:, 0]
-        damping = np.clip(here, *(np.array([[1e-11], [1e-3]]) * np.trace(h, axis1=1, axis2=2) / n))
-        held = ((x[going] <= limits[0]) & (g < 0.0)) | ((x[going] >= limits[1]) & (g > 0.0))
-        h = np.where(held[:, :, None] | held[:, None, :], 0.0, h) + damping[:, None, None] * np.eye(n)
-        step = np.linalg.solve(h, np.where(held, 0.0, g)[..., None])[..., 0]
-        x[going] = np.clip(x[going] + step, *limits)
-        going = going[cost[going] > DONE**2]
-        if not len(going):
+        r, jacobian, miss = _missing(poses, x, given)
+        now = (r**2).sum(1)
+        better = (now < cost) & (miss[:, 0] <= worst)
+        q[better], left[better], cost[better] = x[better], miss[better], now[better]
+        if cost.max() < DONE**2:
             break
-    worse = (cost > first) | (left[:, 0] > np.maximum(before[:, 0], 1e-9))
-    return np.where(worse[:, None], near, q), np.where(worse[:, None], before, left)
+        h, g = jacobian.transpose(0, 2, 1) @ jacobian, (r[:, None] @ jacobian)[:, 0]
+        damping = np.clip(now, *(np.outer([1e-11, 1e-3], np.trace(h, axis1=1, axis2=2)) / h.shape[1]))
+        held = ((x <= limits[0]) & (g < 0.0)) | ((x >= limits[1]) & (g > 0.0))
+        h = np.where(held[:, :, None] | held[:, None], 0.0, h) + damping[:, None, None] * np.eye(h.shape[1])
+        x = np.clip(x + np.linalg.solve(h, np.where(held, 0.0, g)[..., None])[..., 0], *limits)
+    return q, left
 
 
 def _state(q, payload=0.0, temperature=None, direction=None):
     """What drives effects beside the joints, for each row."""
-    out = []
-    for name, value, shape in (
-        ("payload", payload, len(q)),
-        ("temperature", temperature, len(q)),
-        ("direction", direction, q.shape),
-    ):
-        if value is None and name in ARM["needs"]:
-            raise ValueError(f"effects of this arm depend on the {name}; give {name}=…")
-        out.append(np.broadcast_to(np.asarray(0.0 if value is None else value, float), shape))
-    return out
+    given = {"temperature": temperature, "direction": direction}
+    if missing := [name for name in ARM["needs"] if given[name] is None]:
+        raise ValueError(f"effects of this arm depend on the {missing[0]}; give {missing[0]}=…")
+    parts = ((payload, len(q)), (temperature, len(q)), (direction, q.shape))
+    return [np.broadcast_to(np.asarray(0.0 if v is None else v, float), shape) for v, shape in parts]
 
 
-def _linear(poses, q, state):
-    """What is missing at q as a vector (rows, 6), its Jacobian (rows, 6, n), its lengths and its cost.
+def _missing(poses, q, state):
+    """What is missing at q as a vector (rows, 6), its Jacobian (rows, 6, n), and as length and angle.
 
     Angles count by the arm's weight, and as far as its joints can meet them.
     """
     frames = _deflected(q, *state)
-    tool, z, wanted = frames[-1], frames[-1][:, :3, 2], poses[:, :3, 2]
+    tool = frames[-1]
     slides = np.array([ARM["chain"][k][0] >= 3 for k in ARM["driven"]])
     axes = np.stack([frames[k][:, :3, ARM["chain"][k][0] % 3] for k in ARM["driven"]], 2)
     points = np.stack([frames[k][:, :3, 3] for k in ARM["driven"]], 2)
-    levers = np.cross(axes, tool[:, :3, 3:] - points, axis=1)
+    moves = np.where(slides, axes, np.cross(axes, tool[:, :3, 3:] - points, axis=1))
     turns, turn, cosine = np.where(slides, 0.0, axes), np.zeros((len(q), 3)), np.ones(len(q))
     if ARM["task"] == 3:  # position
-        turns = np.zeros_like(turns)
+        turns = 0.0 * turns
     elif ARM["task"] == 5:  # position and direction of the tool's z
+        z, wanted = tool[:, :3, 2], poses[:, :3, 2]
         turn, cosine = np.cross(z, wanted), (z * wanted).sum(1)
         turns = turns - z[:, :, None] * (z[:, None] @ turns)
     else:
@@ -94,8 +88,8 @@ def _linear(poses, q, state):
     angle = np.arctan2(sine, cosine)
     turn = turn * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 1.0)[:, None]
     r = np.concatenate([move, ARM["weight"] * turn], 1)
-    jacobian = np.concatenate([np.where(slides, axes, levers), ARM["weight"] * turns], 1)
-    return r, jacobian, np.stack([np.linalg.norm(move, axis=1), angle], 1), (r**2).sum(1)
+    jacobian = np.concatenate([moves, ARM["weight"] * turns], 1)
+    return r, jacobian, np.stack([np.linalg.norm(move, axis=1), angle], 1)
 
 
 def _frames(chain, q, shift):

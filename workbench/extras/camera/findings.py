@@ -1,7 +1,7 @@
-"""Steps of identification from pictures: benefit, reasons for rejection, advice, and what the last gives."""
+"""What pictures identified, for people and for files: the steps of the decision, zeros, poses, lenses."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -9,7 +9,6 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, plural
-from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import INTRINSICS
 from workbench.extras.camera.observation import POSE, Placed
 from workbench.extras.camera.rig import owner_in, rig_of
@@ -19,24 +18,10 @@ from workbench.identification.problem import Noise
 from workbench.report.json import Json
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 
-ZEROS, GEOMETRY, EFFECTS = "joint zeros", "geometry", "geometry and effects"
 NEARBY = 0.15
 """Distance from the measured places [m] within which the error is expected."""
-CLEARLY = 2.0
-"""A step that moves the tool by less, times what it is uncertain, in squares, needs more pictures."""
-NEEDED = {ZEROS: 1.0, GEOMETRY: 2.0, EFFECTS: 0.0}
-"""Evidence for a step (twice the gain in log likelihood) that each picture must add on average …"""
-MIN_EVIDENCE = 12.0
-"""… and all of them together."""
-WORTHWHILE = 0.9
-"""Part of the expected error that effects may leave."""
-HINTED = 0.5
-"""More pictures are advised for a step that moves the tool by this part of what it is uncertain."""
 MOVED_FROM, MIN_MOVED = 3.0, np.deg2rad(0.03)
 """Standard errors, and an angle [rad], beyond which a joint's zero is said to have moved."""
-WOULD_DISTORT = (
-    "the given target's size is wrong, or the lens, and the geometry would be distorted to compensate"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,13 +31,11 @@ class Step:
     Args:
         name: What it frees beside camera and target.
         free: Constants of the arm that it frees.
-        pixel: Error of corners in blocks that were not fitted [px, root mean square distance].
+        pixel: Error of corners [px, root mean square distance].
         moved: Distance that it moves the tool [m], from the step before that was taken.
         uncertainty: Of the tool's position from the uncertainty of its constants [m].
         turned: Of the tool's orientation [rad].
         lack: Distance of the tool [m] that the model leaves unexplained in a picture.
-        lack_seen: The same with the tool's orientation, at the lever at which cameras see it.
-        uncertainty_seen: Likewise the tool's uncertainty.
         evidence: Twice the gain in log likelihood by its constants.
         weakest: The constant whose uncertainty moves the tool most.
         expected: Error of the tool's position [m] within `NEARBY` in any orientation, with what
@@ -67,17 +50,10 @@ class Step:
     uncertainty: float
     turned: float
     lack: float
-    lack_seen: float
-    uncertainty_seen: float
-    evidence: float = 0.0
-    weakest: str = ""
+    evidence: float
+    weakest: str
+    refused: str
     expected: float = np.nan
-    refused: str = ""
-
-    @property
-    def expected_seen(self) -> float:
-        """What it leaves with the tool's orientation, by which effects are judged [m]."""
-        return float(np.hypot(self.uncertainty_seen, self.lack_seen))
 
 
 STEP = ResultFields(
@@ -85,7 +61,7 @@ STEP = ResultFields(
     ResultField("taken", of=lambda step: not step.refused),
     ResultField("reason", of="refused"),
     "free",
-    ResultField("left_out_px", of="pixel"),
+    ResultField("fitted_px", of="pixel"),
     "evidence",
     ResultField("moved", MM),
     ResultField("uncertainty", MM),
@@ -152,7 +128,7 @@ class Identifiability(AbstractIdentifiability):
     @classmethod
     def of(
         cls,
-        steps: Sequence[Step],
+        steps: tuple[Step, ...],
         taken: int,
         noise: Noise,
         *,
@@ -160,15 +136,23 @@ class Identifiability(AbstractIdentifiability):
         doubts: tuple[str, ...],
         **more: Any,
     ) -> "Identifiability":
-        step = steps[taken]
+        step, lack = steps[taken], f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
+        notes = [
+            f"{step.name}: expected error of the tool within {100 * NEARBY:g} cm of the measured places, in "
+            f"any orientation, {in_mm(step.expected)}; errors of these pictures are those at their own poses",
+            *(f"{each.name} not taken: {each.refused}" for each in steps if each.refused),
+            *([advice] if advice else []),
+            f"noise from the pictures: corners {np.sqrt(2.0) * noise.own:.2f} px; what the model lacks of "
+            f"the tool's pose {lack} about each axis",
+        ]
         return cls(
             title=step.name,
             refused="" if taken else _refused(steps, advice, doubts),
             advice=advice,
             uncertainty=(step.uncertainty, step.turned),
-            notes=(*_decisions(steps, step, advice), f"noise from the pictures: {_noise_text(noise)}"),
+            notes=tuple(notes),
             doubts=doubts,
-            steps=tuple(steps),
+            steps=steps,
             taken=taken,
             noise=noise,
             **more,
@@ -195,7 +179,6 @@ class Identifiability(AbstractIdentifiability):
             yield f"{plural(len(points), 'point')} of the target placed to ±{worst:.2g} mm or better"
 
     def json(self, fit: Fit) -> Json:
-        noise = self.noise
         return {
             "camera": {
                 "step": self.title,
@@ -203,7 +186,7 @@ class Identifiability(AbstractIdentifiability):
                 "refused": self.refused,
                 "measure_next": self.advice,
                 "steps": STEP.each(self.steps),
-                "noise": {"pixel_px": np.sqrt(2.0) * noise.own, **noise.json()},
+                "noise": {"pixel_px": np.sqrt(2.0) * self.noise.own, **self.noise.json()},
                 "poses": _poses(fit),
                 "zeros": [{**zero._asdict(), "moved": zero.moved} for zero in zeros(fit)],
                 "points": _points(fit),
@@ -214,73 +197,9 @@ class Identifiability(AbstractIdentifiability):
 
 def _refused(steps: Sequence[Step], advice: str, doubts: tuple[str, ...]) -> str:
     """Why nothing of the arm is taken."""
-    if doubts:
-        return doubts[0]
     reasons = [f"{step.name}: {step.refused}" for step in steps[1:]]
-    if not reasons:
-        return "it has no constant that these pictures could determine"
-    return "; ".join([*reasons, advice] if advice else reasons)
-
-
-def _decisions(steps: Sequence[Step], step: Step, advice: str) -> Iterator[str]:
-    yield (
-        f"{step.name}: expected error of the tool within {100 * NEARBY:g} cm of the measured places, in any "
-        f"orientation, {in_mm(step.expected)}; left-out pictures {step.pixel:.2f} px"
-    )
-    yield from (f"{step.name} not taken: {step.refused}" for step in steps if step.refused)
-    if advice:
-        yield advice
-
-
-def _noise_text(noise: Noise) -> str:
-    lack = f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
-    pixel = np.sqrt(2.0) * noise.own
-    return f"corners {pixel:.2f} px; what the model lacks of the tool's pose {lack} about each axis"
-
-
-def judged(step: Step, steps: Sequence[Step], pictures: int) -> Step:
-    """The step, with the reason where it is not taken."""
-    before = [s for s in steps if not s.refused][-1]
-    needed = max(NEEDED[step.name] * pictures, MIN_EVIDENCE)
-    reason = ""
-    if step.name != EFFECTS and step.evidence < needed:
-        reason = (
-            f"weak evidence in the pictures: twice the log likelihood rises by {step.evidence:.1f}, "
-            f"{needed:.0f} are needed; it would move the tool by {in_mm(step.moved)}, known to "
-            f"±{in_mm(step.uncertainty)}"
-        )
-    elif step.pixel >= before.pixel:
-        reason = (
-            f"left-out pictures are not predicted better: {step.pixel:.2f} px, {before.pixel:.2f} px before"
-        )
-    elif step.name == EFFECTS and step.expected_seen >= WORTHWHILE * before.expected_seen:
-        reason = (
-            f"the expected error of the tool stays {in_mm(step.expected_seen)}, "
-            f"{in_mm(before.expected_seen)} before"
-        )
-    return replace(step, refused=reason)
-
-
-def advised(steps: Sequence[Step], taken: int, data: Dataset) -> str:
-    """What to measure so that the next step could be taken."""
-    step = next((s for s in steps[taken + 1 :] if s.moved**2 <= CLEARLY * s.uncertainty**2), None)
-    if step is None and (last := steps[-1]).name == EFFECTS and last.refused:
-        return (
-            "to see whether an effect of the arm causes this, take about "
-            f"{max(len(data), 30)} more pictures, with the arm folded and stretched out and every joint "
-            "turned over its whole range"
-        )
-    if step is None or (taken and step.moved < HINTED * step.uncertainty):
-        return ""
-    more = len(data) * (CLEARLY * step.uncertainty**2 / max(step.moved, 1e-9) ** 2 - 1.0)
-    count = int(np.clip(np.ceil(more), 5, 300))
-    digits = "".join(c for c in step.weakest.split(".")[0] if c.isdigit())
-    joint = min(int(digits or 1), data.joints) - 1
-    turned = np.rad2deg(np.ptp(data.q[:, joint]))
-    return (
-        f"to decide, take about {count} more pictures, with joint {joint + 1} turned beyond the "
-        f"{turned:.0f}° so far and the target near the camera, tilted and in all parts of the picture"
-    )
+    reasons = list(doubts[:1]) or [*reasons, *([advice] if advice else [])]
+    return "; ".join(reasons) or "it has no constant that these pictures could determine"
 
 
 def _points(fit: Fit) -> list[dict[str, Any]]:
@@ -288,17 +207,16 @@ def _points(fit: Fit) -> list[dict[str, Any]]:
     found = []
     for target in rig_of(fit.problem.data).targets:
         for name, k in target.own_places.items():
-            at = [fit.problem.names.index(f"{name}.{axis}") for axis in POSE[:3]]
-            std = np.sqrt(np.maximum(np.diag(fit.covariance)[at], 0.0))
+            at = [k for k, of in enumerate(fit.problem.names) if of.startswith(f"{name}.")]
             own = {"id": int(target.ids[k]), "corner": int(target.corners[k])}
-            found.append({"target": target.name, **own, "xyz": fit.x[at], "xyz_std_mm": 1e3 * std})
+            found.append({"target": target.name, **own, "xyz": fit.x[at], "xyz_std_mm": 1e3 * fit.std[at]})
     return found
 
 
 def _poses(fit: Fit) -> Json:
     """Pose of every camera and of the target in what carries it, standard errors about that one's axes."""
     rig, names = rig_of(fit.problem.data), fit.problem.names
-    values = fit.problem.named(fit.x)
+    values, std = fit.problem.named(fit.x), dict(zip(names, fit.std.tolist(), strict=True))
     found: Json = {}
     sessions = fit.problem.data.sessions
     owners = {owner_in(part, s): (part, s) for part in rig.posed for s in sessions}
@@ -307,19 +225,17 @@ def _poses(fit: Fit) -> Json:
             continue
         places = [names.index(f"{name}.{axis}") for axis in POSE]
         placed = Placed.at(fit.x[places])
-        covariance = fit.covariance[np.ix_(places, places)]
-        turn = placed.turning @ covariance[3:, 3:] @ placed.turning.T
+        turn = placed.turning @ fit.covariance[np.ix_(places[3:], places[3:])] @ placed.turning.T
         found[name] = {
             "mounted": str(part.mounted),
             **({"session": session} if name != part.owner else {}),
             "xyz": placed.pose[:3, 3],
             "rpy_deg": np.rad2deg(se3.matrix_to_rpy(placed.pose[:3, :3])),
             "quat_wxyz": se3.matrix_to_quaternion(placed.pose[:3, :3]),
-            "xyz_std_mm": 1e3 * np.sqrt(np.diag(covariance)[:3]),
+            "xyz_std_mm": 1e3 * fit.std[places[:3]],
             "rotation_std_deg": np.rad2deg(np.sqrt(np.maximum(np.diag(turn), 0.0))),
         }
         if f"{part.owner}.fx" in values:
-            lens = [names.index(f"{part.owner}.{k}") for k in INTRINSICS]
-            found[name]["intrinsics"] = dict(zip(INTRINSICS, fit.x[lens].tolist(), strict=True))
-            found[name]["intrinsics_std"] = dict(zip(INTRINSICS, fit.std[lens].tolist(), strict=True))
+            found[name]["intrinsics"] = {k: values[f"{part.owner}.{k}"] for k in INTRINSICS}
+            found[name]["intrinsics_std"] = {k: std[f"{part.owner}.{k}"] for k in INTRINSICS}
     return found

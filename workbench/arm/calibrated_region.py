@@ -1,0 +1,62 @@
+"""Where a calibrated arm was measured, and how well it is known elsewhere, by the covariance on record."""
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.joint_units import sliding
+from workbench.arm.kinematics.forward import identification_jacobian
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.usable_arm import sampled
+from workbench.base.types import JointRows
+from workbench.base.wording import in_mm
+
+WARNING_RATIO = 2.0
+"""Ratio of expected errors, elsewhere to near the measured poses, above which the user is warned."""
+OUTSIDE = float(np.radians(3.0))
+"""Distance of a joint from its measured range [rad or m] from which a pose lies outside."""
+
+
+def region_text(robot: Robot, q: JointRows | None = None) -> tuple[str, ...]:
+    """`this path leaves the calibrated region by 46° (joint 1); expect 0.64 mm there`; empty where the arm is
+    about as good as near its measured poses, or where its record doesn't tell.
+
+    Args:
+        robot: As calibrated.
+        q: Joint positions of a path; anywhere within the limits if None.
+    """
+    found = robot.calibration
+    if found is None or found.observed is None or (near := _uncertainty(robot, found.observed.q)) is None:
+        return ()
+    measured, known = found.observed.q, 0.0 if found.error is None else np.nan_to_num(found.error.position)
+
+    def size(spread: np.ndarray) -> float:
+        return float(np.sqrt((spread**2).mean()))
+
+    asked = sampled(robot) if q is None else q
+    away = np.maximum(measured.min(0) - asked, asked - measured.max(0))
+    outside = away.max(1) > OUTSIDE
+    spread = _uncertainty(robot, asked[outside])
+    if spread is None or not outside.any() or size(spread) < WARNING_RATIO * size(near):
+        return ()
+    there = in_mm(float(np.hypot(known, size(spread))))
+    if q is None:
+        here = in_mm(float(np.hypot(known, size(near))))
+        return (f"expect {here} near the measured poses, but {there} elsewhere within the joint limits",)
+    joint = int(np.argmax(away.max(0)))
+    farthest = float(away[:, joint].max())
+    by = in_mm(farthest) if sliding(robot)[joint] else f"{np.rad2deg(farthest):.0f}°"
+    return (f"this path leaves the calibrated region by {by} (joint {joint + 1}); expect {there} there",)
+
+
+def _uncertainty(robot: Robot, q: JointRows) -> Float[np.ndarray, " rows"] | None:
+    """Standard deviation of the tool's position [m] by that of the arm's constants; None if not on record."""
+    found = robot.calibration
+    if found is None or found.covariance is None:
+        return None
+    arm = {e.name for e in robot.elements}
+    names = tuple(n for n in found.nominal if n in arm)
+    if len(names) != len(found.covariance):
+        return None
+    twists = identification_jacobian(robot.in_first_session.with_effects(), Motion(q), names)[1][:, :3]
+    return np.sqrt(np.maximum(((twists @ found.covariance) * twists).sum((1, 2)), 0.0))

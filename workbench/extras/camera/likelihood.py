@@ -1,0 +1,282 @@
+"""One likelihood of pictures: corner noise, what the arm's model lacks, and how far what is given may be off.
+
+What the model lacks moves all corners of a picture together. With B the derivative of these corners by the
+tool's twist, their residuals have the covariance
+
+    V = σ² I + B D Bᵀ,      D = diag(s_p², s_p², s_p², s_r², s_r², s_r²)
+
+with σ in px, s_p in m and s_r in rad. Without the second part 40 corners would count as 80 independent
+numbers. Groups of unknowns (joint zeros, geometry, intrinsics, size) scatter about what is given by a width τ
+each. All are those of maximum restricted likelihood, the unknowns averaged out,
+
+    min  Σ log|V| + log|H| − log|P| + rᵀV⁻¹r + dᵀP d − gᵀH⁻¹g,      H = JᵀV⁻¹J + P,   g = JᵀV⁻¹r − P d
+
+linearised at a fit's answer: r and J its residuals and Jacobian, P and d the prior's information and pull.
+A group is let go if that is far likelier than τ → 0: its evidence is the difference.
+
+Source: Patterson, Thompson, Recovery of inter-block information when block sizes are unequal, Biometrika 58,
+1971.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import minimize
+
+from workbench.identification.problem import Noise, Problem
+
+MIN_SIZE, MAX_SIZE = np.array([0.01, 1e-7, 1e-7, 1e-7]), np.array([50.0, 0.05, 0.2, 0.02])
+"""Bounds of σ [px], s_p [m], s_r [rad] and every τ [m]."""
+FIRST, UNCALIBRATED = np.array([0.5, 3e-4, 3e-4, 3e-4]), np.array([0.5, 2e-3, 2e-3, 3e-4])
+"""Sizes from which the likeliest are sought: those of an arm that is calibrated, and of one that is not."""
+GRID = np.geomspace(5e-6, 5e-3, 13)
+"""Values [m] over which the likelihood of a size is averaged."""
+FAR = 10.0
+"""Standard deviation of unknowns without any knowledge [natural units], so that H can be inverted."""
+LACK, WIDTH = 1, 3
+"""Places of s_p and of the first τ among the sizes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pictures:
+    """What the likelihood needs of every picture, whatever the sizes are.
+
+    Args:
+        count: Numbers that were measured.
+        square: rᵀr.
+        pull: Bᵀr.
+        normal: BᵀB.
+        cross: BᵀJ.
+        information: JᵀJ of all pictures.
+        gradient: Jᵀr of all pictures.
+    """
+
+    count: Float[np.ndarray, " rows"]
+    square: Float[np.ndarray, " rows"]
+    pull: Float[np.ndarray, "rows 6"]
+    normal: Float[np.ndarray, "rows 6 6"]
+    cross: Float[np.ndarray, "rows 6 p"]
+    information: Float[np.ndarray, "p p"]
+    gradient: Float[np.ndarray, " p"]
+
+    @classmethod
+    def of(
+        cls, residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray, jacobian: np.ndarray
+    ) -> "Pictures":
+        """Sums over each row's components [px]; jacobian (rows, m, p)."""
+        swapped = np.swapaxes(by_twist, 1, 2)
+        flat = jacobian.reshape(residual.size, jacobian.shape[2])
+        return cls(
+            seen.sum(1).astype(float),
+            (residual**2).sum(1),
+            (swapped @ residual[..., None])[..., 0],
+            swapped @ by_twist,
+            swapped @ jacobian,
+            flat.T @ flat,
+            flat.T @ residual.ravel(),
+        )
+
+    @classmethod
+    def at(cls, problem: Problem, x: Float[np.ndarray, " p"]) -> "Pictures":
+        """Those of a problem's residuals at x."""
+        plain = problem.with_noise(Noise(0.0, 0.0, (), 1.0)).with_row_weights(None)
+        parts = []
+        for block, piece in plain.pieces(x):
+            if block is not None:
+                shape = block.inverse_sigma.shape
+                by_twist = block.observation.linearise(block.poses(x), plain.unknown(block, x)).by_twist
+                jacobian = piece.jacobian.reshape(*shape, -1)
+                parts.append(
+                    cls.of(piece.residual.reshape(shape), by_twist, block.inverse_sigma > 0.0, jacobian)
+                )
+        columns = [[getattr(p, f.name) for p in parts] for f in fields(cls)]
+        return cls(*map(np.concatenate, columns[:5]), *(np.sum(column, axis=0) for column in columns[5:]))
+
+    @property
+    def pixel(self) -> float:
+        """Error of corners [px, root mean square distance]."""
+        return float(np.sqrt(2.0 * self.square.sum() / self.count.sum()))
+
+    @property
+    def off(self) -> Float[np.ndarray, " rows"]:
+        """How far every picture's corners are off where the target is [m, root mean square]."""
+        slope = np.einsum("rii->r", self.normal[:, :3, :3])
+        return np.sqrt(2.0 * self.square / np.maximum(slope, 1e-12))
+
+    def compressed(self, sizes: Float[np.ndarray, " k"]) -> tuple[Float[np.ndarray, "rows 6 6"], float]:
+        """C with V⁻¹ = (I − B C Bᵀ)/σ² for every picture, and Σ log|V|."""
+        size = np.repeat(sizes[1:3], 3) / sizes[0]
+        k = np.eye(6) + size[:, None] * self.normal * size
+        c = size[:, None] * np.linalg.inv(k) * size
+        return c, float(2.0 * self.count.sum() * np.log(sizes[0]) + np.linalg.slogdet(k)[1].sum())
+
+    def tool_errors(
+        self, sizes: Float[np.ndarray, " k"]
+    ) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]:
+        """Expected error of the tool [m], [rad] in every picture, given its residuals."""
+        c, _ = self.compressed(sizes)
+        twist = (c @ self.pull[..., None])[..., 0]
+        square = twist**2 + sizes[0] ** 2 * np.einsum("rii->ri", c)
+        return np.sqrt(square[:, :3].sum(1)), np.sqrt(square[:, 3:].sum(1))
+
+
+class Likeliest(NamedTuple):
+    """The likeliest sizes.
+
+    Args:
+        sizes: σ [px], s_p [m], s_r [rad], and τ of each group.
+        cost: Twice the negative log likelihood.
+        x: The unknowns that they lead to, by the linearised problem …
+        covariance: … and theirs.
+    """
+
+    sizes: Float[np.ndarray, " k"]
+    cost: float
+    x: Float[np.ndarray, " p"]
+    covariance: Float[np.ndarray, "p p"]
+
+    @property
+    def noise(self) -> Noise:
+        """σ, s_p and s_r; 0 for what the pictures do not show."""
+        own, position, rotation = np.where(self.sizes[:3] < 2.0 * MIN_SIZE[:3], 0.0, self.sizes[:3]).tolist()
+        return Noise(position, rotation, (), max(own, MIN_SIZE[0]))
+
+
+@dataclass(frozen=True, eq=False)
+class Likelihood:
+    """Restricted likelihood at a fit's answer.
+
+    Args:
+        pictures: Sums there.
+        x: The answer.
+        off: x less what is given.
+        information: P without the groups'.
+        pull: P d of it.
+        groups: Of each unknown of a group, its standard deviation for τ = 1; 0 of the others.
+    """
+
+    pictures: Pictures
+    x: Float[np.ndarray, " p"]
+    off: Float[np.ndarray, " p"]
+    information: Float[np.ndarray, "p p"]
+    pull: Float[np.ndarray, " p"]
+    groups: tuple[Float[np.ndarray, " p"], ...] = ()
+
+    @classmethod
+    def at(
+        cls, problem: Problem, x: Float[np.ndarray, " p"], *groups: Float[np.ndarray, " p"]
+    ) -> "Likelihood":
+        """Of a problem without prior knowledge of the groups."""
+        information, pull = np.diag((FAR * problem.units) ** -2), np.zeros(len(x))
+        if problem.prior is not None:
+            own = problem.prior.T @ problem.prior
+            information, pull = information + own, own @ (x - problem.prior_centre)
+        return cls(Pictures.at(problem, x), x, x - problem.start, information, pull, groups)
+
+    def likeliest(self, pinned: Mapping[int, float] | None = None) -> Likeliest:
+        """The likeliest sizes; some may be pinned, by their place: τ → 0 holds a group, inf lets it go."""
+        found = [self._sought(dict(pinned or {}), begin) for begin in (FIRST, UNCALIBRATED)]
+        sizes = min(found, key=lambda each: each[1])[0]
+        value, _, step, covariance = self.cost(np.log(sizes))
+        return Likeliest(sizes, value, self.x + step, covariance)
+
+    def _sought(self, pinned: dict[int, float], begin: np.ndarray) -> tuple[np.ndarray, float]:
+        """The likeliest sizes from those where the search begins, and their cost."""
+        index = np.array([*range(WIDTH), *([WIDTH] * len(self.groups))])
+        rest = [k for k in range(len(index)) if k not in pinned]
+        sizes = np.array([pinned.get(k, 1.0) for k in range(len(index))])
+        bounds = np.log(np.array([MIN_SIZE, MAX_SIZE]).T[index[rest]])
+
+        def cost(logs: np.ndarray) -> tuple[float, np.ndarray]:
+            sizes[rest] = np.exp(logs)
+            value, gradient, *_ = self.cost(np.log(sizes))
+            return value, gradient[rest]
+
+        start = np.log(begin[index[rest]])
+        found = minimize(cost, start, method="L-BFGS-B", jac=True, bounds=bounds, options={"ftol": 1e-9})
+        sizes[rest] = np.exp(found.x)
+        return sizes, float(found.fun)
+
+    def evidence(self, group: int = 0) -> float:
+        """Twice the gain in log likelihood where a group is not held at what is given."""
+        held = self.likeliest({WIDTH + group: MIN_SIZE[WIDTH]}).cost
+        return max(held - self.likeliest().cost, 0.0)
+
+    def mean(self, place: int) -> float:
+        """Root mean square of a size over its likelihood, every size alike likely beforehand.
+
+        Few pictures leave a size open by a factor of two or three: the likeliest one alone would promise too
+        much.
+
+        Source: Gelman, Prior distributions for variance parameters in hierarchical models, Bayesian Analysis
+        1, 2006.
+        """
+        costs = np.array([self._sought({place: size}, UNCALIBRATED)[1] for size in GRID])
+        return float(np.sqrt(np.average(GRID**2, weights=GRID * np.exp(-0.5 * (costs - costs.min())))))
+
+    def largest(self, found: Likeliest, place: int) -> float:
+        """A size as large as the pictures allow it, alone (1 σ)."""
+        sizes = found.sizes.copy()
+        while sizes[place] < MAX_SIZE[place] and self.cost(np.log(sizes))[0] < found.cost + 1.0:
+            sizes[place] *= 1.2
+        return float(sizes[place])
+
+    def cost(self, logs: Float[np.ndarray, " k"]) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+        """Twice the negative log likelihood at logarithms of the sizes, its gradient, H⁻¹g and H⁻¹.
+
+        With S = diag(s)/σ and C = (S⁻² + BᵀB)⁻¹, ∂C/∂log s_k = 2 F_k F_kᵀ, F = C S⁻¹; the quadratic part is
+        smallest at the step δ = H⁻¹g, which therefore counts as fixed.
+        """
+        pictures, sizes = self.pictures, np.exp(logs)
+        sigma, spread = sizes[0], sizes[1:3]
+        c, log_v = pictures.compressed(sizes)
+        mixed, weigh = c @ pictures.cross, 1.0 / sigma**2
+        measured = weigh * (pictures.information - np.tensordot(pictures.cross, mixed, ([0, 1], [0, 1])))
+        g = weigh * (pictures.gradient - np.tensordot(mixed, pictures.pull, ([0, 1], [0, 1]))) - self.pull
+        precision = self._precision(sizes[WIDTH:])
+        whole = precision.sum(0)
+        p = self.information + np.diag(whole)
+        h, g = measured + p, g - whole * self.off
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(h), np.diag(p)))  # rounding may leave less
+        scaled = scale[:, None] * h * scale
+        inverse = scale[:, None] * np.linalg.inv(scaled) * scale
+        step = inverse @ g
+        square = float(pictures.square.sum() - np.einsum("ri,rij,rj->", pictures.pull, c, pictures.pull))
+        log_h = np.linalg.slogdet(scaled)[1] - 2.0 * np.log(scale).sum() - np.linalg.slogdet(p)[1]
+        cost = log_v + log_h + weigh * square + float(whole @ self.off**2) - float(g @ step)
+
+        size = np.repeat(spread, 3) / sigma
+        f = np.swapaxes(c / size, 1, 2)
+        left = pictures.pull - pictures.cross @ step
+        seen = f @ pictures.cross
+        by_h = ((seen @ inverse) * seen).sum(2)
+        by_square = (f @ left[..., None])[..., 0] ** 2
+        by_v = 1.0 - np.einsum("rii->ri", c) / size**2
+        shared = 2.0 * (by_v - weigh * (by_h + by_square)).sum(0)
+        rest = pictures.square.sum() - 2.0 * step @ pictures.gradient + step @ pictures.information @ step
+        rest -= np.einsum("ri,rij,rj->", left, c, left)
+        of_sigma = pictures.count.sum() - (inverse * measured).sum() - weigh * rest
+        gained = np.diag(np.linalg.inv(p)) - np.diag(inverse) - (self.off + step) ** 2
+        gradient = [2.0 * of_sigma - shared.sum(), shared[:3].sum(), shared[3:].sum()]
+        return cost, np.array([*gradient, *(2.0 * precision @ gained)]), step, inverse
+
+    def _precision(self, widths: Float[np.ndarray, " groups"]) -> Float[np.ndarray, "groups p"]:
+        """What every group adds to the diagonal of P."""
+        shares = np.reshape(self.groups, (len(widths), len(self.x)))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(shares > 0.0, (shares * widths[:, None]) ** -2.0, 0.0)
+
+
+def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, np.ndarray]:
+    """Sums and sizes of the residuals of a model that was not fitted to them.
+
+    Where corners show nothing of s_p or s_r, it is not 0 but as large as they leave it (1 σ).
+    """
+    pictures, none = Pictures.of(residual, by_twist, seen, np.zeros((*residual.shape, 0))), np.zeros(0)
+    likelihood = Likelihood(pictures, none, none, np.zeros((0, 0)), none)
+    found = likelihood.likeliest()
+    shown = [s if s > 0.0 else likelihood.largest(found, k + 1) for k, s in enumerate(found.noise[:2])]
+    return pictures, np.array([found.sizes[0], *shown])

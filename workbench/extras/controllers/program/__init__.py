@@ -1,1 +1,0 @@
-"""A Python file that computes with the whole calibrated model, effects included, and needs numpy alone."""
