@@ -24,9 +24,8 @@ from jaxtyping import Float
 from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import BASE, Insertion, across, driven_names, inserted_names, own, turns
-from workbench.arm.effects.base_drift import MIN_MIXED_SHARE, mixed_share
+from workbench.arm.effects.base_drift import mixed_share
 from workbench.arm.effects.effect import moved_joints
-from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list
@@ -58,7 +57,11 @@ SLIPS = np.array([0.1, 0.3, 1.0])
 """Ways until joints are wound up, in standard deviations of their positions."""
 MAX_MOTION = 3.0
 """Motions above this are alike [rad or m]."""
+MIN_MIXED = 0.3
+"""Share of rows whose nearest posture must be much earlier or later for time to be a driver: 0.64 in no
+order."""
 TIME = "the time"
+"""It in words."""
 AGREES = 0.9
 """Share of motions whose directions must be those from the row before for their sizes to be known."""
 
@@ -127,11 +130,7 @@ class Follower:
 
 
 def followers(
-    problem: Problem,
-    x: Float[np.ndarray, " p"],
-    path: "Path | None",
-    events: Sequence[AbstractEvent],
-    drivers: Collection[Driver],
+    problem: Problem, x: Float[np.ndarray, " p"], path: "Path | None", drivers: Collection[Driver]
 ) -> tuple[Follower, ...]:
     """All processes that the rows of a problem may show.
 
@@ -139,11 +138,15 @@ def followers(
         problem: The problem.
         x: Its solution.
         path: How the joints came to the rows; None if unknown.
-        events: Events at whose times any constant may have changed instead.
         drivers: Which ones are tried.
     """
-    rows = _Rows(problem, x, path, events)
+    rows = _Rows(problem, x, path)
     return tuple(found for driver in drivers for found in _PROCESSES[driver](rows))
+
+
+def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterator[Follower]:
+    """A process of all constants of the arm over time, also on a path; none without unknown constants."""
+    return _constants(_Rows(problem, x, None))
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,9 +194,8 @@ def path_of(data: Dataset, whole: Dataset) -> Path | None:
 class _Rows:
     """Rows of a problem at its solution, with what drives them."""
 
-    def __init__(self, problem: Problem, x: np.ndarray, path: Path | None, events: Sequence[AbstractEvent]):
-        self.problem, self.x, self.path, self.events = problem, x, path, events
-        self.data = problem.data
+    def __init__(self, problem: Problem, x: np.ndarray, path: Path | None):
+        self.problem, self.x, self.path, self.data = problem, x, path, problem.data
         self.order = np.argsort(self.data.row, kind="stable")
         self.motion = Motion.of(self.data)
         self.alive = moved_joints(self.motion)
@@ -331,15 +333,19 @@ def _motions(rows: _Rows) -> Iterator[Follower]:
 
 def _times(rows: _Rows) -> Iterator[Follower]:
     clock, _ = clock_of(rows.data)
-    if mixed_share(rows.motion.q, clock) > MIN_MIXED_SHARE:
+    if mixed_share(rows.motion.q, clock) > MIN_MIXED:
         t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
         yield from _through_all(rows, Driver.TIME, TIME, wandering(t))
-        yield from _through_constants(rows, TIME, wandering(t))
         yield from _payloads(rows, wandering(t))
-    for event in rows.events:
-        if (at := event.clock(rows.motion)) is not None:
-            shape, tag = event.weight(at)[:, None], f" at row {event.row}"
-            yield from _through_constants(rows, TIME, shape, tag)
+        yield from _constants(rows)
+
+
+def _constants(rows: _Rows) -> Iterator[Follower]:
+    clock, _ = clock_of(rows.data)
+    free = tuple(p.name for p in rows.problem.parameters if p.is_geometry and p.name in rows.chain.index)
+    if free:
+        t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
+        yield rows.follower(Driver.TIME, f"{TIME}, in the arm's constants", free, wandering(t))
 
 
 def _payloads(rows: _Rows, shape: Features) -> Iterator[Follower]:
@@ -374,12 +380,6 @@ def _through_all(rows: _Rows, driver: Driver, name: str, shape: Features) -> Ite
     values = np.array([[chain.values[chain.index[e.name]]] for e in lengths])
     moved = tuple(e.name for e in lengths)
     yield rows.follower(driver, f"{name}, in the arm's lengths", moved, shape, together=values)
-
-
-def _through_constants(rows: _Rows, name: str, shape: Features, tag: str = "") -> Iterator[Follower]:
-    free = tuple(p.name for p in rows.problem.parameters if p.is_geometry and p.name in rows.chain.index)
-    if free:
-        yield rows.follower(Driver.TIME, f"{name}, in the arm's constants", free, shape, tag=tag)
 
 
 def _places(rows: _Rows) -> Iterator[Follower]:

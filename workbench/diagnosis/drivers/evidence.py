@@ -12,13 +12,19 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.arm.effects.events import AbstractEvent
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.contributions import remaining
 from workbench.diagnosis.claims.reduced_models import left_of, own_offers, with_one_more
 from workbench.diagnosis.confidence import PROBABLE, Confidence
-from workbench.diagnosis.drivers.driver import Driver, Follower, driver_of, followers, path_of
+from workbench.diagnosis.drivers.driver import (
+    Driver,
+    Follower,
+    constants_over_time,
+    driver_of,
+    followers,
+    path_of,
+)
 from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, drop, offers, solve
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.rounds import Searched
@@ -177,8 +183,7 @@ class DriverEvidence:
         stage = searched.stage
         problem, x = stage.problem.with_noise(stage.geometric_problem.noise), stage.fit.x
         effects = [t.candidate.effect for t in searched.found.model]
-        events = [e for e in effects if isinstance(e, AbstractEvent)]
-        found = followers(problem, x, path_of(problem.data, whole), events, drivers)
+        found = followers(problem, x, path_of(problem.data, whole), drivers)
         rows = np.unique(np.linspace(0, len(problem.data) - 1, MAX_ROWS).round().astype(int))
         if len(rows) < len(problem.data):
             fewer = problem.again(data=problem.data.take(rows))
@@ -214,6 +219,11 @@ class DriverEvidence:
         left = left_of(self.grams, drop(self._model, (*law, *kin)))
         own, most = group_evidence(left, (*law, *kin)), sum(max(len(_joints(g)), 1) for g in groups)
         found = [self._described(left, self._over(d), most) for d in Driver]
+        if driver is Driver.TIME:
+            stage = self.searched.stage
+            for process in constants_over_time(stage.problem, stage.fit.x):
+                by_step, step = self._stepped(left.model, process)
+                found.append((by_step, (step,)))
         gain, rivals = max(found, key=lambda each: each[0])
         alike = [f for f in self._over(driver) if joints & {*f.joints} or not joints or not f.joints]
         beside = max((o for f in alike if (o := self._beside.get(f))), key=_gain, default=None)
@@ -259,21 +269,24 @@ class DriverEvidence:
 
     def _dated(self, model: Model, process: Follower, gain: float) -> Follower:
         """A process over time as a step between two rows, if that is likelier beside a model."""
+        by_step, step = self._stepped(model, process)
+        return step if by_step > gain + np.log(PROBABLE) else process
+
+    def _stepped(self, model: Model, process: Follower) -> tuple[float, Follower]:
+        """The best step of what a process over time moves, beside a model, less the log number of places."""
         data = self.searched.stage.problem.data
         order = np.argsort(data.row, kind="stable")
         clock, row = clock_of(data)[0][order], data.row[order]
         moments = np.unique(clock)[MIN_SIDE:-MIN_SIDE]
-        minimum = gain + np.log(PROBABLE * max(len(moments), 1))
-        step, apart = process, len(moments) + 1
-        while apart > 1:  # ever closer about the best one
-            apart = max(1, -(-len(moments) // MAX_STEPS))
+        places, apart, best = np.log(max(len(moments), 1)), len(moments) + 1, (-np.inf, process)
+        while apart > 1 and len(moments):  # ever closer about the best one
+            apart = -(-len(moments) // MAX_STEPS)
             steps = [process.as_step(clock, row, moment) for moment in moments[::apart]]
             gains = self._gains(model, steps)
-            if max(gains, default=-np.inf) < minimum:
-                return process
             top = int(np.argmax(gains))
-            step, moments = steps[top], moments[max(apart * (top - 1), 0) : apart * (top + 1) + 1]
-        return step
+            best = (gains[top] - places, steps[top])
+            moments = moments[max(apart * (top - 1), 0) : apart * (top + 1) + 1]
+        return best
 
     def _gains(self, model: Model, some: Sequence[Follower]) -> list[float]:
         """Contributions of processes that have no columns yet."""
