@@ -55,7 +55,7 @@ BUDGETS = {
     "data": 6_198,
     "plate": 6_651,
     "identification": 9_792,
-    "diagnosis": 7_448,
+    "diagnosis": 7_461,
     "exports": 354,
     "session": 7_341,
     "views": 8_990,

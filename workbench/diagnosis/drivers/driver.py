@@ -96,12 +96,14 @@ class Follower:
         phrase: It in words, `{}` for the joints: `the last motion of {}`.
         joints: These joints, counted from 0.
         candidate: The process, its weights with one variance.
+        richer: Number of its weights beyond those of a law through the same elements.
     """
 
     driver: Driver
     phrase: str
     joints: tuple[int, ...]
     candidate: Candidate
+    richer: int = 0
 
     @property
     def what(self) -> str:
@@ -297,14 +299,18 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
         c, s = np.cos(angle), np.sin(angle)
         here = beside[:, k]
         there = np.stack([c * here[:, 0] + s * here[:, 1], c * here[:, 1] - s * here[:, 0]], 1)
-        for kind, load, part in ((Insertion.TILT, here, "bearing"), (Insertion.BEND, there, "link")):
+        for kind, load, part, more in (
+            (Insertion.TILT, here, "bearing", 3),
+            (Insertion.BEND, there, "link", 2),
+        ):
             what, names = f"the load across {{}}, in its {part}", inserted_names(chain, [j], kind)
             scaled = load / max(float(np.sqrt((load**2).mean())), 1e-300)
             free = np.column_stack([smooth_plane(scaled, ACROSS_LENGTH), jump(scaled)])
-            for tag, shape in (("", free), (" line", scaled)):
-                yield rows.follower(
+            for tag, shape, richer in (("", free, 0), (" line", scaled, more)):
+                found = rows.follower(
                     Driver.LOAD, what, names, shape, joints=(j,), kind=kind, by_load=True, tag=tag
                 )
+                yield replace(found, richer=richer)
 
 
 def _motions(rows: _Rows) -> Iterator[Follower]:

@@ -218,7 +218,7 @@ class DriverEvidence:
         kin = tuple(t for t in self._model if _is_nameless(t) and self._is_kin(t, driver, joints))
         left = left_of(self.grams, drop(self._model, (*law, *kin)))
         own, most = group_evidence(left, (*law, *kin)), sum(max(len(_joints(g)), 1) for g in groups)
-        found = [self._described(left, self._over(d), most) for d in Driver]
+        found = [self._described(left, self._over(d), most, law) for d in Driver]
         if driver is Driver.TIME:
             stage = self.searched.stage
             for process in constants_over_time(stage.problem, stage.fit.x):
@@ -319,17 +319,24 @@ class DriverEvidence:
         return offers(left, [f.candidate for f in some])
 
     def _described(
-        self, left: Remainder, some: Sequence[Follower], most: int
+        self, left: Remainder, some: Sequence[Follower], most: int, law: Model
     ) -> tuple[float, tuple[Follower, ...]]:
-        """Evidence of the best processes beside a model, one after the other, and these.
+        """Evidence of the best processes in the place of a law, one after the other, and these.
 
-        What each of them adds to the whole model doesn't count: it is another error.
+        What each of them adds to the whole model doesn't count: it is another error. A line through a bearing
+        is as simple as the law of a link, and the other way round: they move the tool nearly alike.
         """
+
+        def extra(process: Follower) -> float:
+            own = {t.candidate.effect.insertion for t in law}
+            is_own = process.candidate.effect.insertion in own
+            return 0.0 if is_own else 0.5 * process.richer * float(np.log(self.grams.count))
+
         total, chosen, term = 0.0, list[Follower](), None
         while len(chosen) < most:
             left = left if term is None else with_one_more(left, (*left.model, term))
             gains = {self._follower(o): o for o in self._offers(left, some)}
-            more = {f: o.gain - max(self._gain_beside(f), 0.0) for f, o in gains.items()}
+            more = {f: o.gain + extra(f) - max(self._gain_beside(f), 0.0) for f, o in gains.items()}
             best = max(more, key=more.__getitem__, default=None)
             if best is None or more[best] <= 0.0:
                 break
