@@ -7,26 +7,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 from arms import make
-from problems import fitted, geometric
+from problems import geometric
 
 from workbench.arm.effects import Candidate
 from workbench.arm.effects.base_drift import BaseDrift
-from workbench.arm.effects.joint_coupling import JointCoupling
+from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.diagnosis.cause_search import search_causes
 from workbench.diagnosis.claims import claimed_causes
-from workbench.diagnosis.claims.accepted_terms import place_of
+from workbench.diagnosis.claims.accepted_terms import _same_claim, place_of
+from workbench.diagnosis.claims.claimed_causes import tempered
 from workbench.diagnosis.claims.contributions import explained
-from workbench.diagnosis.claims.position_laws import lead_over_map
-from workbench.diagnosis.claims.smooth_part import smooth_part
-from workbench.diagnosis.claims.structure import Structure
 from workbench.diagnosis.claims.survival import Survival, survival
 from workbench.diagnosis.confidence import CERTAIN, Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.search.candidates import Catalogue
-from workbench.diagnosis.search.evidence import Term, validated
+from workbench.diagnosis.search.evidence import Term, standard_error, validated
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import refit
 from workbench.diagnosis.search.rounds import Searched, Stage
@@ -61,36 +58,6 @@ def test_a_certain_cause_names_joints_that_differ_clearly_from_zero(soft):
     assert found.calibrated.coefficients["joint1.compliance"] == sizes["joint1.compliance"]
 
 
-def test_a_cause_is_not_certain_while_more_than_a_third_of_it_is_left_smooth(soft, monkeypatch):
-    case, _ = soft
-    monkeypatch.setattr(claimed_causes, "smooth_part", lambda *fitted: 1e3)
-    found = diagnose(case.robot, case.data, held_out=0.0)
-    assert [c.confidence for c in found.causes] == [Confidence.PROBABLE]
-
-
-@pytest.mark.parametrize("ordered", ["posture", "time"])
-def test_the_smooth_part_is_what_neighbours_share(ordered):
-    """A wave over a joint, or over time, beside noise of one standard deviation."""
-    case = make("none", 3)
-    fit = fitted(case).fit
-    assert smooth_part(fit, fit.problem.noise, Structure()) == 0.0
-    along = case.data.time if ordered == "time" else case.data.q[:, 0]
-    wave = 1e-4 * np.sqrt(2.0) * np.sin(2.0 * np.pi * np.argsort(np.argsort(along)) / len(along))
-    data = replace(case.data, position=case.data.position + wave[:, None])
-    left = replace(fit, problem=fit.problem.again(data=data))
-    assert smooth_part(left, fit.problem.noise, Structure()) == pytest.approx(np.sqrt(0.5 * 2.0**2), rel=0.35)
-
-
-def test_a_cause_is_not_certain_while_what_it_leaves_follows_a_joint():
-    """A wave in the room that no effect has: neighbours in posture and in time share little of it."""
-    case = make("compliance", 2)
-    position = case.data.position.copy()
-    position[:, 2] += 3e-4 * np.sin(5.0 * case.data.q[:, 0])
-    waved = diagnose(case.robot, replace(case.data, position=position, rotation=None), held_out=0.0)
-    assert {c.kind: c.confidence for c in waved.causes} == {"joint-compliance": Confidence.PROBABLE}
-    assert waved.structure.found[0].name == "the angle of joint 1"
-
-
 def test_drift_is_certain_only_where_postures_come_again_later():
     """Elsewhere it may stand for anything that differs from row to row."""
     rng = np.random.default_rng(0)
@@ -116,11 +83,11 @@ def test_a_cause_is_certain_only_if_it_survives_and_names_the_joints_that_do(sof
     assert weaker.confidence is Confidence.PROBABLE
 
 
-def searched_with(problem, candidate, others=(), folds=5):
+def searched_with(problem, candidate):
     """A search that found one effect."""
-    rows, offered = len(problem.data), (candidate, *others)
+    rows, offered = len(problem.data), (candidate,)
     geometry = refit(problem, None, ())
-    fold = np.arange(rows) % folds
+    fold = np.arange(rows) % 5
     grams = compress(problem, geometry.fit.x, [c.effect for c in offered], fold)
     stage = Stage(problem.data, np.ones(rows, bool), problem, geometry, np.zeros(rows, bool))
     return Searched(stage, Catalogue(offered, ()), grams, as_found(grams, (Term(candidate),)), fold)
@@ -142,20 +109,31 @@ def test_an_effect_that_a_tenth_of_the_rows_makes_does_not_survive(everywhere):
     assert kept.holds is everywhere
 
 
-@pytest.mark.parametrize("folds", [5, 1])
-def test_a_law_of_a_joints_position_leads_only_where_it_stands_out_of_a_smooth_error(folds):
-    """Also on a single fold, which leaves no part; not where no smooth error of the joint can be tried."""
-    case = make("none", 3)
-    problem = geometric(case)
-    arm, motion = problem.robot, Motion.of(case.data)
-    maps = [c for c in LocalJointError.offers(arm, motion) if c.effect.joints == (1,)]
-    searched = searched_with(problem, ECCENTRIC, maps, folds)
-    assert maps
-    assert lead_over_map(searched, searched.found.model) < np.log(CERTAIN)  # nothing is hidden
-    untried = replace(searched, offered=Catalogue((ECCENTRIC,), ()))
-    assert lead_over_map(untried, searched.found.model) < np.log(CERTAIN)
-    other = searched_with(problem, Candidate(JointCoupling((1, 2))), maps, folds)
-    assert lead_over_map(other, other.found.model) == np.inf
+def test_one_fold_where_a_linear_fit_fails_has_no_veto():
+    falls = tempered(np.array([[2700.0, 2650.0, -107_779.0, 2800.0, 2750.0]]))[0]
+    assert falls[2] > 2000.0
+    assert falls.mean() > standard_error(falls)
+    even = np.array([[1.0, 2.0, 3.0, 4.0, 5.0]])
+    np.testing.assert_array_equal(tempered(even), even)
+
+
+def test_a_laws_size_is_estimated_without_the_prior_that_selected_it():
+    """It came out 5 % low, down to 17 %, and masses made up for it."""
+    problem = geometric(make("none", 3))
+    searched = searched_with(problem, ECCENTRIC)
+    grams, model = searched.grams, searched.found.model
+    known, flat = (refit(problem, grams, model, flat=f).fit.problem for f in (False, True))
+    mine = [known.names.index(n) for n in ECCENTRIC.names]
+    sizes = [np.linalg.norm(p.prior[:, mine]) for p in (known, flat)]
+    assert sizes[1] == pytest.approx(1e-2 * sizes[0])
+
+
+def test_a_claim_in_fewer_joints_is_the_same_claim():
+    """`joint-compliance; or joint-compliance (cannot tell)` was said."""
+    both = (Term(Candidate(JointCompliance((1, 2)), np.eye(2), alike=True), 1.0),)
+    assert _same_claim(Candidate(JointCompliance((1,))), both)
+    assert not _same_claim(Candidate(JointCompliance((3,))), both)
+    assert not _same_claim(Candidate(JointHarmonic((1,))), both)
 
 
 @pytest.mark.parametrize("turned", [True, False])

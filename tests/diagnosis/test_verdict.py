@@ -6,17 +6,30 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.arm.effects.base_drift import BaseDrift
 from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_coupling import JointCoupling
+from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.local_joint_error import LocalJointError
+from workbench.arm.effects.uneven_compliance import UnevenCompliance
+from workbench.arm.gravity import tilted
+from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
+from workbench.diagnosis import gravity_direction
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.result import Verdict
+from workbench.diagnosis.remaining_error import RemainingError
+from workbench.diagnosis.result import Verdict, harm_done
+from workbench.diagnosis.two_places import two_places
+from workbench.identification.checks.gravity_direction import GravityTilt
+from workbench.identification.errors.row_errors import RowErrors
 from workbench.identification.problem import Noise
 from workbench.plate.simulated_measurement import measure_poses
 
+NOISE_ONLY = RemainingError(
+    noise=Noise(1e-4, 1e-3), known_noise=None, joint_noise=None, followed=(), places=None, distrusted=()
+)
 SLIDING = """
 name = "column"
 convention = "dh"
@@ -103,3 +116,67 @@ def test_all_arms_are_compared_on_the_same_rows(soft):
     assert {len(each.position) for each in compared} == {len(rows) - len(found.outliers)}
     for errors, each in zip((found.nominal, found.before, found.after), compared, strict=True):
         assert errors.train.position_mm.mean == pytest.approx(1e3 * each.position.mean())
+
+
+def test_errors_of_orientation_are_compared_with_the_known_noise_too():
+    """The joints' scatter was taken off first, and orientations weren't compared at all."""
+    turned = replace(NOISE_ONLY, known_noise=Noise(1e-4, 2e-4))
+    assert turned.noise_ratio == pytest.approx(5.0)
+    assert turned.is_more_than_noise
+    assert "of unknown origin" in turned.text(wb.load_robot("aria").chain)
+    assert not replace(NOISE_ONLY, known_noise=Noise(1e-4, 1e-3)).is_more_than_noise
+
+
+def row_errors(position, rotation):
+    return RowErrors(np.asarray(position), np.asarray(rotation), np.full(len(position), np.nan))
+
+
+def test_rows_are_judged_by_positions_and_orientations_together():
+    """Positions alone decided: a third of the orientation error was no gain, and twice of it no harm."""
+    rng, noise = np.random.default_rng(0), Noise(1e-4, 1e-3)
+    near, turned = 1e-4 * rng.uniform(0.5, 1.5, 30), 1e-3 * rng.uniform(0.5, 1.5, 30)
+    before = row_errors(near, 3.0 * turned)
+    assert harm_done(before, row_errors(1.05 * near, turned), noise) is None
+    assert "°" in harm_done(row_errors(near, turned), row_errors(0.95 * near, 3.0 * turned), noise)
+    assert "mm" in harm_done(row_errors(near, turned), row_errors(3.0 * near, turned), noise)
+
+
+def test_a_tilt_is_not_claimed_where_the_measuring_frame_agrees_with_the_file(monkeypatch):
+    fit = wb.identify(wb.load_robot("aria"), measure_poses(wb.load_robot("aria"), 40, seed=3)[1]).best.fit
+    tilt = GravityTilt("", np.array([0.05, 0.0]), 1e-8 * np.eye(2), 1e-3)
+    for upright, claims in ((False, 1), (True, 0)):
+        found = replace(tilt, is_upright=upright)
+        monkeypatch.setattr(gravity_direction, "tilts_of_gravity", lambda *a, found=found: [found])
+        given = wb.load_robot("aria").under(tilted(wb.load_robot("aria").gravity, np.array([0.05, 0.0])))
+        assert len([*gravity_direction.gravity_direction_causes(fit, given, Noise(0.0, 0.0))]) == claims
+    assert "state whether the instrument is level" in found.text
+
+
+def test_look_alikes_are_listed_with_their_order_and_nothing_drifts_by_zero():
+    assert JointHarmonic((4,), order=2).phrase == "joint-harmonic at joint 5, order 2"
+    drift = BaseDrift((), (0.0, 0.0, 0.0, 1e-7, 0.0, 0.0))
+    chain, motion = wb.load_robot("aria").chain, Motion(np.zeros((2, 6)), time=np.zeros(2))
+    assert drift.sentence(chain, motion) == "The measuring frame drifts with time: 0.0206 °/h"
+
+
+def test_terms_that_cancel_are_sized_by_what_they_leave():
+    """19 mrad were said of each term, 2.4 mrad are the most that the joint deflects."""
+    uneven = UnevenCompliance((1,), (0.0, 0.019, -0.019), load=10.0)
+    motion = Motion(np.column_stack([np.zeros(5), np.linspace(0.9, 1.0, 5), *np.zeros((4, 5))]))
+    assert "up to 4." in uneven.sentence(wb.load_robot("aria").chain, motion)
+
+
+@pytest.mark.parametrize("axes", ["tool", "frame"])
+def test_two_seats_of_a_reflector_are_no_noise(axes):
+    """No driver explains them: the residuals have two centres."""
+    robot, rows = wb.load_robot("aria"), measure_poses(wb.load_robot("aria"), 60, seed=3)[1]
+    assert two_places(wb.identify(robot, rows, held_out=0.0).best.fit) is None
+    away = 4e-4 * np.array([0.6, 0.0, 0.8]) * (np.random.default_rng(0).random(len(rows)) < 0.4)[:, None]
+    turn = tool_poses(robot, Motion.of(rows))[:, :3, :3] if axes == "tool" else np.eye(3)[None]
+    moved = replace(rows, position=rows.position + (turn @ away[:, :, None])[:, :, 0])
+    found = two_places(wb.identify(robot, moved, held_out=0.0).best.fit)
+    assert axes in found.axes
+    assert found.apart_mm == pytest.approx(0.4, rel=0.15)
+    told = replace(NOISE_ONLY, places=found)
+    assert told.is_more_than_noise
+    assert "two places" in told.text(robot.chain)

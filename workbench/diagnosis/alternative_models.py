@@ -8,7 +8,7 @@ from workbench.arm.robot import Robot
 from workbench.diagnosis.claims.accepted_terms import distinct, place_of
 from workbench.diagnosis.result import Ranked
 from workbench.diagnosis.search.evidence import Model, Offer, Term, left_by, offers
-from workbench.diagnosis.search.refit import large, linear_answer, refit, robot_with
+from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.preparation import Prepared
@@ -37,16 +37,6 @@ class ModelComparison:
         fitted = self.searched.stage.fitted
         found = fitted.problem.instrument(fitted.fit.x)
         return self._errors(robot_with(fitted, self.searched.grams, model), found)
-
-    def refitted(self, model: Model) -> Errors:
-        """The same, refitted unless the problem is too large."""
-        stage, grams = self.searched.stage, self.searched.grams
-        if large(stage.problem):
-            return self.errors(model)
-        begin = linear_answer(stage.fitted, grams, model)
-        data = stage.data.take(stage.keep)
-        fit = refit(stage.geometric_problem, grams, model, data=data, begin=begin).fit
-        return self._errors(fit.arm, fit.problem.instrument(fit.x))
 
     def alternatives(self, term: Term) -> tuple[Ranked, ...]:
         """Rivals of a term of the search's model, with the remaining error in its place."""

@@ -13,9 +13,8 @@ from jaxtyping import Bool
 
 from workbench.arm.robot import Robot
 from workbench.base.progress import progress
-from workbench.diagnosis.claims.claimed_causes import odds_of_events
-from workbench.diagnosis.claims.structure import structure_of
-from workbench.diagnosis.confidence import CERTAIN, PROBABLE
+from workbench.diagnosis.claims.claimed_causes import odds_over_time
+from workbench.diagnosis.confidence import PROBABLE
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
@@ -106,20 +105,19 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
 
 
 def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:
-    """The search for events and effects, repeated without uncertain events.
+    """The search for events and effects, repeated without uncertain events and drifts.
 
     Consecutive rows often have similar postures, so an event that is less than certain may be an effect of
-    posture.
+    posture; and what follows the time by no law is no law for the time to come.
     """
-    found = rounds(first, rng, tried=tried)
-    while odds := odds_of_events(found[-1]):
-        needed = PROBABLE
-        if min(odds.values()) < CERTAIN and structure_of(found[-1].stage.fit, rng).found:
-            needed = CERTAIN
-        sure = [event for event, its_odds in odds.items() if its_odds >= needed]
+    found, refused = rounds(first, rng, tried=tried), set[str]()
+    while odds := odds_over_time(found[-1]):
+        sure = [candidate for candidate, its_odds in odds.items() if its_odds >= PROBABLE]
         if len(sure) == len(odds):
             break
-        found = rounds(first, rng, tried=tried, events=sure)
+        events = [c for c in sure if c.effect.is_event]
+        refused |= {c.effect.name for c in odds if c not in sure and not c.effect.is_event}
+        found = rounds(first, rng, tried=tried, events=events, without=refused)
     return found
 
 

@@ -23,7 +23,7 @@ from workbench.diagnosis.alternative_models import ModelComparison
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import find_causes
-from workbench.diagnosis.claims.structure import Structure, structure_of
+from workbench.diagnosis.drivers.evidence import Correction, DriverEvidence, FollowedDriver
 from workbench.diagnosis.final_fit import best_geometry
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
@@ -32,6 +32,7 @@ from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Diagnosis, Verdict, harm_done, judged
 from workbench.diagnosis.saved_model import SavedModel, saved_model
 from workbench.diagnosis.search.backlash_flanks import open_flanks
+from workbench.diagnosis.two_places import two_places
 from workbench.diagnosis.undetectable import open_flanks_text
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
@@ -83,7 +84,7 @@ def diagnose(
     with failures() as failed:
         search = search_causes(massed, ready, rng)
         saved = saved_model(search)
-        claims = _claims(search, saved, given=robot, known=choices.noise, rng=rng)
+        claims = _claims(search, saved, given=robot, known=choices.noise)
         progress(0.9, "choosing poses to measure next")
         next_ones = _measured_next(search, saved, claims, rng=rng, measurable=measurable)
         result = _diagnosis(search, saved, claims, next_ones, given=robot, gross=gross)
@@ -96,35 +97,35 @@ class _Claims:
     """Claims of the diagnosis; fields as in `Diagnosis`."""
 
     causes: tuple[Cause, ...]
+    followed: tuple[FollowedDriver, ...]
     residual_map: ResidualMap | None
     remaining: RemainingError
     verdict: Verdict
     message: str
 
 
-def _claims(
-    search: CauseSearch, saved: SavedModel, *, given: Robot, known: Noise | None, rng: np.random.Generator
-) -> _Claims:
-    """Causes, residual map, what remains, and the verdict.
+def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Noise | None) -> _Claims:
+    """Causes, drivers without a law, residual map, what remains, and the verdict.
 
     Args:
         given: The robot as given.
         known: Noise known beforehand.
     """
-    structure: Structure | None = Structure()  # None: the test failed
+    drivers: DriverEvidence | None = None
     if search.too_few is None:
-        structure = ask(
-            "the structure of the residuals", lambda: structure_of(search.last.stage.fit, rng), None
-        )
-    remaining = _remaining_error(search, known, structure)
-    causes = largest_first(
-        *_found_causes(search, saved, remaining), *gravity_direction_causes(saved.fit, given, remaining.noise)
-    )
+        drivers = ask("the drivers", lambda: DriverEvidence.of(search.last, search.ready.data), None)
+    remaining = _remaining_error(search, known, drivers)
+    causes = () if drivers is None else _found_causes(search, saved, remaining, drivers)
+    followed, correction = _followed(search, drivers, causes, remaining)
+    tilted = gravity_direction_causes(saved.fit, given, remaining.noise)
+    causes = largest_first(*causes, *tilted)
     residual_map = _residual_map(search, saved, causes)
     verdict, message = Verdict.NO_EFFECT, search.too_few or ""
     if search.too_few is None:
         verdict, message = conclude(
             causes,
+            followed,
+            correction,
             residual_map,
             remaining,
             robot=search.robot,
@@ -132,40 +133,52 @@ def _claims(
             before=judged(search.before.errors),
             after=judged(search.after.errors),
         )
-    message = " ".join(filter(None, (message, *_additions(search, saved))))
-    return _Claims(causes, residual_map, remaining, verdict, message)
+    message = " ".join(filter(None, (message, *_additions(search, saved, remaining.noise))))
+    return _Claims(causes, followed, residual_map, remaining, verdict, message)
 
 
-def _remaining_error(search: CauseSearch, known: Noise | None, structure: Structure | None) -> RemainingError:
-    """Noise and structure of the residuals; noise stated in the rows comes before `known`, then repeats."""
+def _remaining_error(
+    search: CauseSearch, known: Noise | None, drivers: DriverEvidence | None
+) -> RemainingError:
+    """Noise and drivers of the residuals; noise stated in the rows comes before `known`, then repeats."""
     fit, geometric, problem = search.last.stage.fit, search.last.stage.geometric_problem, search.ready.problem
+    followed: tuple[FollowedDriver, ...] = ()
+    if drivers is not None:
+        followed = ask("what the rest follows", lambda: drivers.followed(search.last.found.model), ())
+    noise = noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise
     return RemainingError(
-        noise=noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise,
+        noise=noise if fit.problem.sees_rotation else noise._replace(rotation=np.nan),
         known_noise=noises.stated(problem) or known or noises.from_repeats(problem.data),
         joint_noise=ask(
             "the noise of joint readings", lambda: readings(fit.problem.with_noise(geometric.noise)), None
         ),
-        structure=structure,
+        followed=followed,
+        places=None if followed else two_places(fit),
         distrusted=search.last.found.distrusted,
     )
 
 
-def _found_causes(search: CauseSearch, saved: SavedModel, remaining: RemainingError) -> tuple[Cause, ...]:
+def _found_causes(
+    search: CauseSearch, saved: SavedModel, remaining: RemainingError, drivers: DriverEvidence
+) -> tuple[Cause, ...]:
     """The causes among the accepted effects."""
     if not saved.effects:
         return ()
-    alone_mm, all_mm = (v.errors.train.position_mm.rms for v in (search.before, search.after))
-    together_mm = float(np.sqrt(max(alone_mm**2 - all_mm**2, 0.0)))
     motion = search.last.stage.motion
-    return find_causes(
-        search.last,
-        saved.fit.arm,
-        motion,
-        remaining.known_noise,
-        saved.std,
-        remaining.structure,
-        together_mm=together_mm,
-    )
+    return find_causes(search.last, saved.fit.arm, motion, remaining.known_noise, saved.std, drivers)
+
+
+def _followed(
+    search: CauseSearch, drivers: DriverEvidence | None, causes: Sequence[Cause], remaining: RemainingError
+) -> tuple[tuple[FollowedDriver, ...], Correction | None]:
+    """Drivers that the error follows beside causes that have a law, and what a correction would reduce."""
+    if drivers is None:
+        return (), None
+    laws = {e.names for c in causes if c.is_law for e in c.effects}
+    sure = tuple(t for t in search.last.found.model if t.candidate.names in laws)
+    found = ask("what the error follows", lambda: drivers.followed(sure), ())
+    rest = remaining.followed
+    return found, ask("a correction", lambda: drivers.correction(rest) if rest else None, None)
 
 
 def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause]) -> ResidualMap | None:
@@ -177,7 +190,7 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
     named = tuple(t for t in search.last.found.model if t.candidate.names in claimed)
     alone, after = (judged(v.errors) for v in (search.before, search.after))
     with_causes = (
-        ask("the error with causes alone", lambda: saved.trial.refitted(named), alone) if named else alone
+        ask("the error with causes alone", lambda: saved.trial.errors(named), alone) if named else alone
     )
     is_better = with_causes.main.mean < alone.main.mean
     return ResidualMap(
@@ -188,13 +201,13 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
     )
 
 
-def _additions(search: CauseSearch, saved: SavedModel) -> Iterator[str]:
+def _additions(search: CauseSearch, saved: SavedModel, noise: Noise) -> Iterator[str]:
     """Sentences that follow the verdict: undecided flanks, degradation, which arm is saved."""
     if missing := ask("undecided flanks", lambda: open_flanks(saved.fit), {}):
         yield open_flanks_text(missing, search.robot.chain)
     if worse := degradation_warning(search.nominal.rows, search.after.rows):
         yield f"Warning: {worse}."
-    if saved.effects and (worse := harm_done(search.before.rows[1], search.after.rows[1])):
+    if saved.effects and (worse := harm_done(search.before.rows[1], search.after.rows[1], noise)):
         yield f"Warning: {worse}."
     if saved.now:
         yield saved.now.sentence
@@ -210,7 +223,9 @@ def _measured_next(
 ) -> tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]:
     """Poses that reduce the uncertainty of accepted effects and separate them from look-alikes."""
     fit = search.last.stage.fit
-    requested = [a.effect for a in saved.effects] + [e for c in claims.causes for e in c.look_alikes]
+    refused = {e.names for c in claims.causes if not c.is_law for e in c.effects}
+    requested = [a.effect for a in saved.effects if a.effect.names not in refused]
+    requested += [e for c in claims.causes if c.is_law for e in c.look_alikes]
     return ask(
         "poses to measure next",
         lambda: next_poses(fit.problem, fit.x, requested, rng=rng, measurable=measurable),
@@ -231,7 +246,6 @@ def _diagnosis(
     ready, stage, fit = search.ready, search.last.stage, search.judged_fit
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
     rest = claims.remaining
-    noise = rest.noise if fit.problem.sees_rotation else rest.noise._replace(rotation=np.nan)
     poses, reasons = next_ones
     texts = {c.effects[0].names: c.text for c in claims.causes if len(c.effects) == 1}
     return Diagnosis(
@@ -268,10 +282,10 @@ def _diagnosis(
         ranking=ask(
             "the ranking of candidates", lambda: ModelComparison(ready, search.rounds[0]).ranking(), ()
         ),
-        noise=noise,
+        noise=rest.noise,
         known_noise=rest.known_noise,
         joint_noise=rest.joint_noise,
-        structure=rest.structure or Structure(),
+        followed=claims.followed,
         now=saved.now,
         verdict=claims.verdict,
         message=claims.message,

@@ -126,6 +126,7 @@ def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
             begin=before.problem.named(before.x),
             steps=MAX_LAST_STEPS,
             holds=holds,
+            flat=True,
         ).fit
 
     held = fitted(holds=True)

@@ -43,9 +43,10 @@ class GravityDirection(AbstractEffect):
 
 @beside("notes on the direction of gravity", ())
 def standing_notes(fit: Fit, given: Robot) -> list[str]:
-    """Notes on arms tilted significantly from the file, though within its tolerance."""
+    """Notes on arms tilted significantly, but within the file's tolerance or against the measuring frame."""
     found = tilts_of_gravity(fit, given)
-    return [s.text for s in found if s.size > MIN_MENTIONED_ERRORS * s.error and not s.is_contradicted]
+    clear = (s for s in found if s.size > MIN_MENTIONED_ERRORS * s.error)
+    return [s.text for s in clear if s.is_upright or not s.is_contradicted]
 
 
 @beside("the direction of gravity as a cause", ())
@@ -58,7 +59,7 @@ def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[C
     """
     arm, motion = fit.calibrated, Motion.of(fit.problem.data)
     for found in tilts_of_gravity(fit, given):
-        if not found.is_contradicted:
+        if found.is_upright or not found.is_contradicted:
             continue
         here = arm.in_session(found.session) if found.session else arm
         rows = motion.take(fit.problem.data.in_session(found.session)) if found.session else motion

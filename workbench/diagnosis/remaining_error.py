@@ -1,4 +1,4 @@
-"""The error that a diagnosed arm leaves: how much of it is noise, of the instrument or of joint readings."""
+"""The error that a diagnosed arm leaves: what it follows, and how much of it is known to be noise."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,8 +7,9 @@ import numpy as np
 
 from workbench.arm.chain import Chain
 from workbench.base.advice import beside
-from workbench.diagnosis.claims.structure import Structure
+from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.search.evidence import Offer
+from workbench.diagnosis.two_places import TwoPlaces
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 
@@ -31,43 +32,38 @@ class RemainingError:
         known_noise: Noise known beforehand: as stated in the rows, else as given, else from repeats; None if
             unknown.
         joint_noise: Noise of joint readings, as far as they show any; None if the readings seem exact.
-        structure: Axes along which neighbouring rows have similar residuals; None if the test failed.
+        followed: Drivers that they follow.
+        places: Two places in which they lie instead; None without.
         distrusted: Significant candidates that cross-validation did not confirm.
     """
 
     noise: Noise
     known_noise: Noise | None
     joint_noise: Readings | None
-    structure: Structure | None
+    followed: Sequence[FollowedDriver]
+    places: TwoPlaces | None
     distrusted: Sequence[Offer]
 
     @property
-    def is_structured(self) -> bool:
-        """Whether there is structure apart from joints whose readings scatter."""
-        scatter = self.joint_noise is not None and self.joint_noise.joints_that_scatter
-        axes = () if self.structure is None else self.structure.found
-        return any(not (scatter and axis.is_of_joint) for axis in axes)
-
-    @property
     def noise_ratio(self) -> float:
-        """Ratio of the instrument's part to the known noise; NaN if none is known."""
-        of_instrument = self.noise.position
-        if self.joint_noise is not None and not self.is_structured:
-            of_instrument *= np.sqrt(1.0 - self.joint_noise.share)
-        return np.nan if self.known_noise is None else of_instrument / self.known_noise.position
+        """Ratio of the residuals to the known noise, of positions or orientations; NaN if unknown."""
+        if self.known_noise is None:
+            return np.nan
+        ratios = np.array(self.noise[:2]) / np.array(self.known_noise[:2])
+        return float(np.max(ratios, initial=0.0, where=np.isfinite(ratios)))
 
     @property
     def is_more_than_noise(self) -> bool:
         """Whether something is left to explain."""
         if np.isnan(self.noise_ratio):
-            return bool(self.is_structured or self.distrusted)
+            return bool(self.followed or self.distrusted or self.places)
         return self.noise_ratio > MAX_NOISE_RATIO
 
     @beside("the note on joint readings", "")
     def joint_noise_warning(self, chain: Chain) -> str:
         """A sentence if noise of the joint readings dominates; empty otherwise."""
         noise = self.joint_noise
-        if noise is None or self.is_structured or noise.share <= MIN_MAJOR_SHARE:
+        if noise is None or self.followed or self.places or noise.share <= MIN_MAJOR_SHARE:
             return ""
         advice = CHECK_DRIVES if noise.joints_that_scatter else LET_SETTLE
         if noise.digit:
@@ -76,34 +72,31 @@ class RemainingError:
         return f"The joint readings scatter by {size}, {part} of the remaining error: {advice}. "
 
     @beside("the text on the remaining error", "was not described")
-    def text(self, chain: Chain) -> str:
-        """Description that continues a sentence: `agrees with the known noise (0.05 mm per axis)`."""
-        text = self._compared()
-        if self.structure is not None and self.is_structured:
-            text += f": it {self.structure.sentence}"
-        if self.joint_noise is None or (not self.is_structured and self.joint_noise.share > MIN_MAJOR_SHARE):
+    def text(self, chain: Chain, said: Sequence[FollowedDriver] = ()) -> str:
+        """Description that continues a sentence: `agrees with the known noise (0.05 mm per axis)`.
+
+        Args:
+            said: Drivers that were named before.
+        """
+        text, drivers = self._compared(), {f.driver for f in said}
+        if self.followed:
+            more = [f.text for f in self.followed if f.driver not in drivers]
+            text += f": it {' and '.join(more) or 'still does'}"
+        if self.places is not None:
+            return f"{text}: it {self.places.text}"
+        if self.joint_noise is None or (not self.followed and self.joint_noise.share > MIN_MAJOR_SHARE):
             return text
         size, part = self.joint_noise.text(chain), f"{100 * self.joint_noise.share:.0f} %"
-        if self.is_structured:
-            return (
-                f"{text}; {part} of it resembles joint-reading noise ({size}) or an effect that was not found"
-            )
-        return f"{text}; noise of the joint readings ({size}) accounts for {part} of it"
+        return f"{text}; {part} of it resembles noise of the joint readings ({size})"
 
     def _compared(self) -> str:
-        """The remainder compared with the known noise, or with chance."""
-        ratio = self.noise_ratio
-        if self.known_noise is not None and np.isfinite(ratio):
-            known = f"the known noise ({1e3 * self.known_noise.position:.2g} mm per axis)"
+        """The remainder compared with the known noise, if any."""
+        size = f"{self.noise.text} per axis"
+        if self.known_noise is None:
             if self.is_more_than_noise:
-                return f"is {ratio:.1f} times what {known} explains"
-            return f"agrees with {known}" if ratio * MAX_NOISE_RATIO > 1.0 else f"is less than {known}"
+                return "has structure that no known effect explains"
+            return f"follows nothing that was tried: {size} of unknown origin"
+        known = f"the known noise ({self.known_noise.text} per axis)"
         if self.is_more_than_noise:
-            return "has structure that no known effect explains"
-        if self.structure is None:
-            return "is attributed to noise, as its structure could not be tested"
-        if self.structure.found:
-            return f"{self.structure.sentence} in the readings of joints that scatter"
-        if self.structure.tests:
-            return "shows no structure and is attributed to noise"
-        return "is attributed to noise: too few rows to test for structure"
+            return f"is {self.noise_ratio:.1f} times what {known} explains, {size} of unknown origin"
+        return f"agrees with {known}" if self.noise_ratio * MAX_NOISE_RATIO > 1.0 else f"is less than {known}"

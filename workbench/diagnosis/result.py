@@ -16,14 +16,14 @@ from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.claims.cause import Cause, ResidualMap
-from workbench.diagnosis.claims.structure import Structure
 from workbench.diagnosis.confidence import Confidence
+from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.errors.row_errors import Errors, RowErrors
 from workbench.identification.fit import Fit
-from workbench.identification.joint_reading_noise import Readings
+from workbench.identification.joint_reading_noise import STUDENT_FREEDOM, Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged
 from workbench.report.result_display import AbstractPlotted
@@ -79,8 +79,8 @@ class Accepted:
         std: Their standard errors, SI, including possible bias by undetectable effects.
         gain: Log evidence that it adds to the others [nat].
         p_value: Probability that chance would add as much, for one try; 0 below the smallest float.
-        before: Held-out errors of the final model without it, refitted; of the fitted rows if none was held
-            out.
+        before: Held-out errors of the final model without it, by the linear solution; of the fitted rows if
+            none was held out.
         after: Of the final model with all effects, on the same rows.
         alternatives: Effects that would do nearly as well in its place, best first.
         text: Description in one sentence.
@@ -97,29 +97,35 @@ class Accepted:
 
 
 @beside("whether the effects do harm", None)
-def harm_done(before: RowErrors, after: RowErrors) -> str | None:
-    """A warning if a model makes rows worse than another by more than the standard error of the mean.
+def harm_done(before: RowErrors, after: RowErrors, noise: Noise) -> str | None:
+    """A warning if a model predicts rows worse than another, by more than the mean score's standard error.
+
+    A row's score is the log density of its errors of position and orientation by Student's law, each in its
+    noise.
 
     Args:
         before: Errors of the one.
         after: Of the other, on the same rows.
+        noise: Noise per axis.
     """
-    for old, new, scale, unit in (
-        (before.position, after.position, 1e3, " mm"),
-        (before.rotation, after.rotation, float(np.rad2deg(1.0)), "°"),
+    gain, worse = np.zeros(len(before.position)), []
+    for old, new, sigma, scale, unit in (
+        (before.position, after.position, noise.position, 1e3, " mm"),
+        (before.rotation, after.rotation, noise.rotation, float(np.rad2deg(1.0)), "°"),
     ):
         seen = np.isfinite(old) & np.isfinite(new)
-        rise = (new - old)[seen]
-        if len(rise) < 2:
+        if not (seen.any() and np.isfinite(sigma) and sigma > 0.0):
             continue
-        if rise.mean() <= rise.std(ddof=1) / np.sqrt(len(rise)):
-            return None
+        room = (STUDENT_FREEDOM * 3.0 * sigma**2, 0.5 * (STUDENT_FREEDOM + 3.0))
+        gain[seen] += room[1] * (np.log1p(old[seen] ** 2 / room[0]) - np.log1p(new[seen] ** 2 / room[0]))
         was, now = (scale * float(errors[seen].mean()) for errors in (old, new))
-        return (
-            f"the added effects make the held-out error worse: {now:.3g} instead of {was:.3g}{unit} with the "
-            "geometry alone; use the geometry alone"
-        )
-    return None
+        worse += [f"{now:.3g} instead of {was:.3g}{unit}"] if now > was else []
+    if len(gain) < 2 or not worse or gain.mean() >= -gain.std(ddof=1) / np.sqrt(len(gain)):
+        return None
+    return (
+        f"the added effects make the held-out error worse: {', '.join(worse)} with the geometry alone; "
+        "use the geometry alone"
+    )
 
 
 @final
@@ -156,7 +162,7 @@ class Diagnosis(AbstractPlotted):
         noise: Standard deviation of the residuals per axis [m], [rad]; NaN for rotations not measured.
         known_noise: Noise known beforehand, from repeats or as given; None if unknown.
         joint_noise: Of joint readings, used as weights; None if they seem exact.
-        structure: Tests of the residuals along all axes.
+        followed: Drivers that the error follows without a law.
         now: The saved arm, if there were events during the measurements.
         verdict: The verdict.
         is_tried: Whether effects were tried: the rows were enough for that.
@@ -195,7 +201,7 @@ class Diagnosis(AbstractPlotted):
     noise: Noise
     known_noise: Noise | None
     joint_noise: Readings | None
-    structure: Structure
+    followed: tuple[FollowedDriver, ...]
     now: Now | None
     verdict: Verdict
     message: str
@@ -220,8 +226,8 @@ class Diagnosis(AbstractPlotted):
     @property
     @beside("whether the effects do harm", None)
     def harm(self) -> str | None:
-        """A warning if held-out rows are worse with the effects than without, beyond a standard error."""
-        return harm_done(self.before_rows[1], self.after_rows[1]) if self.effects else None
+        """A warning if held-out rows are predicted worse with the effects than without."""
+        return harm_done(self.before_rows[1], self.after_rows[1], self.noise) if self.effects else None
 
     @property
     def events(self) -> tuple[AbstractEvent, ...]:

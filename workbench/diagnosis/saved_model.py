@@ -93,7 +93,7 @@ def _accepted(
                 std=tuple(std[n] for n in effect.names),
                 gain=offered.gain,
                 p_value=float(np.exp(offered.log_p)),
-                before=ask(without, partial(trial.refitted, rest), UNKNOWN) if rest else alone,
+                before=ask(without, partial(trial.errors, rest), UNKNOWN) if rest else alone,
                 after=after,
                 alternatives=alternatives,
                 text=sentence_of(effect, (), std, final.arm, Motion.of(final.problem.data)),

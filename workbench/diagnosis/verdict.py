@@ -8,6 +8,7 @@ from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.base.wording import capital
 from workbench.diagnosis.claims.cause import Cause, ResidualMap
+from workbench.diagnosis.drivers.evidence import Correction, FollowedDriver
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict
 from workbench.identification.errors.row_errors import Errors, explains_little
@@ -19,6 +20,8 @@ MAX_STATED_CAUSES = 3
 @beside("the verdict", (Verdict.UNEXPLAINED, "No verdict."))
 def conclude(
     causes: Sequence[Cause],
+    followed: Sequence[FollowedDriver],
+    correction: Correction | None,
     residual_map: ResidualMap | None,
     remaining: RemainingError,
     *,
@@ -31,6 +34,8 @@ def conclude(
 
     Args:
         causes: Claimed causes, largest first.
+        followed: Drivers that the error follows beside them.
+        correction: What a correction by those that the effects leave would reduce; None without any.
         residual_map: Other added effects, which only predict.
         remaining: The error that is left.
         robot: The nominal arm.
@@ -41,22 +46,32 @@ def conclude(
     is_added = residual_map is not None or any(c.is_added for c in causes)
     if explains_little(nominal, after, robot.reach):
         return Verdict.UNEXPLAINED, _explains_little_text(is_added, nominal, after)
-    warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain)
-    if not causes and residual_map is None:
+    warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain, followed)
+    more = f" {correction.sentence}." if correction is not None and correction.is_material else ""
+    if not causes and residual_map is None and not followed:
         verdict = Verdict.UNEXPLAINED if remaining.is_more_than_noise else Verdict.NO_EFFECT
         left = _remaining_text(after, rest)
         return verdict, f"{warning}No effect was found beside the geometry; {left}."
     verdict = Verdict.PARTLY if remaining.is_more_than_noise else Verdict.EXPLAINED
-    claims = _claims(causes, residual_map)
+    claims = _claims(causes, followed, residual_map)
+    if not causes and residual_map is None:
+        return Verdict.UNEXPLAINED, f"{warning}{claims}{more} {capital(_remaining_text(after, rest))}."
     if not causes:
-        return verdict, f"{warning}{claims} What remains {rest}."
+        return verdict, f"{warning}{claims}{more} What remains {rest}."
     if not is_added:
-        return verdict, f"{warning}{claims} {capital(_remaining_text(after, rest))}."
-    fall = "reduces the error" if after.main.mean < before.main.mean else "does not reduce the error"
+        return verdict, f"{warning}{claims}{more} {capital(_remaining_text(after, rest))}."
+    fall = f"{_change(before, after)} the error"
     if np.isfinite(after.main.mean):
         fall += f" from {before.text('mean')} to {after.text('mean')}"
     subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding the effects"
-    return verdict, f"{warning}{claims} {subject} {fall}; what remains {rest}."
+    return verdict, f"{warning}{claims} {subject} {fall}; what remains {rest}.{more}"
+
+
+def _change(before: Errors, after: Errors) -> str:
+    """What becomes of the errors of positions and orientations, as far as they were measured."""
+    pairs = ((before.main, after.main), (before.orientation_deg, after.orientation_deg))
+    falls = {new.mean < old.mean for old, new in pairs if old is not None and new is not None}
+    return "changes" if len(falls) > 1 else "reduces" if True in falls else "does not reduce"
 
 
 def _remaining_text(after: Errors, rest: str) -> str:
@@ -66,16 +81,27 @@ def _remaining_text(after: Errors, rest: str) -> str:
 
 
 @beside("the text of the claims", "")
-def _claims(causes: Sequence[Cause], residual_map: ResidualMap | None) -> str:
-    """Sentences on the causes and on the residual map."""
-    sentences = [f"{c.stated}." for c in causes[:MAX_STATED_CAUSES]]
-    if len(causes) > MAX_STATED_CAUSES:
-        sentences.append(f"{len(causes) - MAX_STATED_CAUSES} more causes are in the table.")
-    sentences += doubts(causes)
+def _claims(
+    causes: Sequence[Cause], followed: Sequence[FollowedDriver], residual_map: ResidualMap | None
+) -> str:
+    """Sentences on causes that have a law, on drivers without one, and on the residual map."""
+    laws = [c for c in causes if c.is_law]
+    sentences = [f"{c.stated}." for c in laws[:MAX_STATED_CAUSES]]
+    if len(laws) > MAX_STATED_CAUSES:
+        sentences.append(f"{len(laws) - MAX_STATED_CAUSES} more causes are in the table.")
+    sentences += doubts(laws)
+    sentences += [_driver_text(f, [c for c in causes if not c.is_law]) for f in followed]
     if residual_map is not None:
         in_full = residual_map.beside_causes or not causes  # else the decrease is stated for both together
         sentences.append(f"{residual_map.sentence if in_full else residual_map.claim}.")
     return " ".join(sentences)
+
+
+def _driver_text(followed: FollowedDriver, refused: Sequence[Cause]) -> str:
+    """A sentence on a driver without a law, and on laws of it that aren't all."""
+    kinds = dict.fromkeys(c.kind for c in refused if c.driver == followed.driver)
+    law = f"it isn't simply {' or '.join(kinds)}" if kinds else "no known law of it explains the error"
+    return f"The error {followed.text}; {law}."
 
 
 def doubts(causes: Sequence[Cause]) -> list[str]:

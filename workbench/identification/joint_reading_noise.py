@@ -267,7 +267,7 @@ def _fit(tables: Sequence[_Residuals], members: np.ndarray, size: np.ndarray, st
     minimum = np.append(np.zeros(2) if stated else np.full(2, MIN_VARIANCE_SHARE), np.zeros(len(size) - 2))
     size = np.maximum(size, minimum)
     cost, slope, information = _cost(tables, members @ size)
-    for _ in range(MAX_SCORING_STEPS):
+    for _ in range(MAX_SCORING_STEPS if np.isfinite(cost) else 0):
         down, curved = members.T @ slope, members.T @ information @ members
         curved[np.diag_indices(len(size))] += 1e-9 * max(float(np.trace(curved)), 1e-300)
         root = np.linalg.cholesky(curved).T
@@ -288,7 +288,11 @@ def _fit(tables: Sequence[_Residuals], members: np.ndarray, size: np.ndarray, st
 
 
 def _whitened(table: _Residuals, variances: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Inverse lower roots of the covariances, their log determinants, whitened residuals."""
+    """Inverse lower roots of the covariances, their log determinants, whitened residuals.
+
+    Raises:
+        LinAlgError: a covariance is indefinite in floating point.
+    """
     alone = np.where(table.live, np.maximum(table.stated + variances[table.channel], 1e-300), 1.0)
     scaled = table.by_joint * np.sqrt(variances[2:])
     covariance = scaled @ scaled.transpose(0, 2, 1)
@@ -301,11 +305,15 @@ def _whitened(table: _Residuals, variances: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Negative log likelihood, its gradient in the variances, and their Fisher information."""
+    """Negative log likelihood, its gradient in the variances, and their Fisher information; infinite for
+    variances whose covariances are indefinite in floating point."""
     value, slope = 0.0, np.zeros(len(variances))
     information = np.zeros((len(variances), len(variances)))
-    for table in tables:
-        inverse, log_det, white = _whitened(table, variances)
+    try:
+        whitened = [_whitened(table, variances) for table in tables]
+    except np.linalg.LinAlgError:
+        return np.inf, slope, information
+    for table, (inverse, log_det, white) in zip(tables, whitened, strict=True):
         square, count, room = (white**2).sum(1), table.live.sum(1), table.room
         value += 0.5 * float((log_det + (STUDENT_FREEDOM + count) * np.log1p(square / room)).sum())
         weight = (STUDENT_FREEDOM + count) / (room + square)

@@ -41,7 +41,7 @@ def _returns(q: Float[np.ndarray, "rows n"], time: Float[np.ndarray, " rows"]) -
     return len(np.unique(np.where(time[first] > time[second], first, second)))
 
 
-def _mixed(q: Float[np.ndarray, "rows n"], time: Float[np.ndarray, " rows"]) -> float:
+def mixed_share(q: Float[np.ndarray, "rows n"], time: Float[np.ndarray, " rows"]) -> float:
     """Share of rows whose nearest posture is much earlier or later: 0.64 in random order."""
     place = q / np.maximum(np.ptp(q, axis=0), 1e-9)
     nearest = cKDTree(place).query(place, k=2)[1][:, 1] if len(q) > 1 else np.zeros(len(q), int)
@@ -89,16 +89,15 @@ class BaseDrift(AbstractEffect):
     def sentence(self, chain: Chain, motion: Motion) -> str:
         if self.by_row:
             rows = float(np.ptp(self._clock(motion)))
-            moved, turned = (
-                rows * float(np.linalg.norm(c)) for c in np.split(np.array(self.coefficients), 2)
-            )
-            return (
-                f"The measuring frame drifts from row to row: {1e3 * moved:.3g} mm and "
-                f"{np.rad2deg(turned):.2g}° over the {rows + 1:.0f} rows"
-            )
-        speed, turning = np.linalg.norm(self.coefficients[:3]), np.linalg.norm(self.coefficients[3:])
-        turned = np.rad2deg(HOUR * turning)
-        return f"The measuring frame drifts with time: {1e3 * HOUR * speed:.3g} mm/h and {turned:.2g} °/h"
+            over = f" over the {rows + 1:.0f} rows"
+            return f"The measuring frame drifts from row to row: {self._sizes(rows, ' mm', '°')}{over}"
+        return f"The measuring frame drifts with time: {self._sizes(HOUR, ' mm/h', ' °/h')}"
+
+    def _sizes(self, span: float, *units: str) -> str:
+        """How far it moves and turns meanwhile, as far as it does."""
+        moved, turned = (span * float(np.linalg.norm(c)) for c in np.split(np.array(self.coefficients), 2))
+        parts = zip((1e3 * moved, np.rad2deg(turned)), units, strict=True)
+        return " and ".join(f"{size:.3g}{unit}" for size, unit in parts if size > 0.0) or f"0{units[0]}"
 
     def doubt(self, motion: Motion) -> str | None:
         """Only repeated postures separate time from posture."""
@@ -116,7 +115,7 @@ class BaseDrift(AbstractEffect):
         yield from found
         if any(isinstance(f, Candidate) for f in found) or motion.row is None:
             return
-        if _mixed(motion.q, motion.row.astype(float)) > MIN_MIXED_SHARE:
+        if mixed_share(motion.q, motion.row.astype(float)) > MIN_MIXED_SHARE:
             yield Candidate(cls(reference=float(np.min(motion.row)), by_row=True))
 
     @classmethod

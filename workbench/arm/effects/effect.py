@@ -340,8 +340,9 @@ class AbstractEffect(ABC):
 
     @property
     def phrase(self) -> str:
-        """Within a sentence: `joint-compliance at joint 2`."""
-        return f"{self.name} at {self.where.lower()}" if self.joints else self.name
+        """Within a sentence: `joint-harmonic at joint 2, order 1`."""
+        text = f"{self.name} at {self.where.lower()}" if self.joints else self.name
+        return f"{text}, {self.variant}" if self.variant else text
 
     @property
     def plain(self) -> str:

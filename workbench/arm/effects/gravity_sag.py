@@ -134,9 +134,8 @@ class GravitySag(AbstractEffect):
         return None
 
     def sentence(self, chain: Chain, motion: Motion) -> str:
-        pairs = zip(self._terms, np.abs(self.coefficients).tolist(), strict=True)
-        largest = readable(max((v for term, v in pairs if term[-1] in "xyz"), default=0.0), "rad")
-        return f"{self.where} deflects under the weight it carries, by up to {largest} per term"
+        largest = readable(float(np.abs(self.increments(chain, motion)).max(initial=0.0)), "rad")
+        return f"{self.where} deflects under the weight it carries, by up to {largest}"
 
     @classmethod
     def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:

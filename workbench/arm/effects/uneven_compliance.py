@@ -22,6 +22,7 @@ from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, m
 from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
 from workbench.arm.effects.valid_range import range_problem
 from workbench.arm.motion import Motion
+from workbench.report.numbers import readable
 
 SHAPES = ("along", "along2", "load2")
 """Names of the coefficients of a joint."""
@@ -79,7 +80,12 @@ class UnevenCompliance(AbstractEffect):
         return range_problem(self.range) or (None if self.range else "needs the range of its joint")
 
     def sentence(self, chain: Chain, motion: Motion) -> str:
-        return f"{self.where} deflects nonlinearly, by up to {self.size(chain)} beyond other effects"
+        u, _, _ = self._driven(chain, motion, np.zeros((*motion.q.shape, 6)))
+        a, b, c = self.coefficients  # they may cancel
+        load = np.linspace(0.0, 1.0, 11)
+        largest = float(np.abs(load * ((a * u + b * u**2)[:, None] + c * load)).max(initial=0.0))
+        size = readable(largest, self.units(chain)[0])
+        return f"{self.where} deflects nonlinearly, by up to {size} beyond other effects"
 
     @classmethod
     def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:

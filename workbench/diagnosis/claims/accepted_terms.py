@@ -43,11 +43,11 @@ def place_of(searched: Searched, group: Model) -> Place:
 
 
 def _same_claim(other: Candidate, group: Model) -> bool:
-    """Whether another candidate would make the same claim as some terms."""
+    """Whether another candidate would make the same claim as some terms, of these joints or of fewer."""
     if kind_of(Term(other)) != kind_of(group[0]):
         return False
     joints = {j for t in group for j in t.candidate.effect.joints}
-    return other.alike or len(group) > 1 or set(other.effect.joints) == joints
+    return other.alike or len(group) > 1 or set(other.effect.joints) <= joints
 
 
 def best_of(rivals: Sequence[Offer]) -> float:

@@ -12,6 +12,7 @@ from workbench.base.advice import beside
 from workbench.base.wording import joint_list
 from workbench.diagnosis.claims.named_joints import without_joints
 from workbench.diagnosis.confidence import Confidence
+from workbench.diagnosis.drivers.driver import Driver
 from workbench.identification.errors.row_errors import Errors
 
 
@@ -30,6 +31,8 @@ class Cause:
         doubt: Why it can't be certain, as a clause; empty if it can.
         contribution_deg: What it explains of orientations [deg]; NaN where none were measured.
         is_added: Whether its effects were added to the geometry; the direction of gravity is part of that.
+        driver: What its law depends on.
+        is_law: Whether that law is more than any smooth dependence on a driver.
     """
 
     effects: tuple[AbstractEffect, ...]
@@ -41,6 +44,8 @@ class Cause:
     doubt: str = ""
     contribution_deg: float = float("nan")
     is_added: bool = True
+    driver: Driver = Driver.LOAD
+    is_law: bool = True
 
     @property
     def claim(self) -> str:

@@ -29,18 +29,22 @@ def explained(searched: Searched, groups: Sequence[Model]) -> list[Explained]:
     if not groups:
         return []
     model = searched.found.model
-    solutions = np.stack(
-        [without_each_fold(searched.grams, m) for m in (model, *(drop(model, g) for g in groups))], axis=2
-    )
+    left = remaining(searched, [model, *(drop(model, g) for g in groups)])
+    return [Explained(*pair) for pair in np.sqrt(np.maximum(left[1:] ** 2 - left[0] ** 2, 0.0)).tolist()]
+
+
+def remaining(searched: Searched, models: Sequence[Model]) -> Float[np.ndarray, "models 2"]:
+    """Cross-validated rms errors that models of a search's terms leave [mm, deg]; NaN as in `Explained`."""
+    solutions = np.stack([without_each_fold(searched.grams, m) for m in models], axis=2)
     remainders = np.concatenate(list(_remainders(searched, solutions)))
     problem = searched.stage.problem.with_noise(searched.stage.geometric_problem.noise)
     straight, turned, _ = channels(problem)
-    sizes = np.stack([problem.physical(each) for each in remainders.T]) ** 2
-    falls = []
-    for mine, unit in ((straight, 1e3), (turned, float(np.rad2deg(1.0)))):
-        squares = 3.0 * sizes[:, mine].mean(1) if mine.any() else np.full(len(sizes), np.nan)
-        falls.append(unit * np.sqrt(np.maximum(squares[1:] - squares[0], 0.0)))
-    return [Explained(*pair) for pair in np.transpose(falls).tolist()]
+    squares = np.stack([problem.physical(each) for each in remainders.T]) ** 2
+    errors = [
+        unit * np.sqrt(3.0 * squares[:, mine].mean(1)) if mine.any() else np.full(len(models), np.nan)
+        for mine, unit in ((straight, 1e3), (turned, float(np.rad2deg(1.0))))
+    ]
+    return np.stack(errors, axis=1)
 
 
 def _remainders(

@@ -5,9 +5,6 @@ The rows are evaluated again with the linear solution at the fit,
 - without each tenth of them, in the order of measurement;
 - with Student's t for errors: rows with large errors have less weight.
 
-If no effect of load was fitted, one that acts against its load is a rival too: loads due to a base's tilt
-only change sign with a small error of gravity's direction.
-
 If an effect of load was fitted, masses, centres and the direction of gravity are unknowns: its odds and
 standard errors then include their uncertainty. A claim survives if its odds against every rival, and the
 significance of its coefficients, remain. For an effect of several joints this must hold for every named
@@ -76,10 +73,6 @@ def survival(
     widest = max(kinds, key=lambda c: len(c.names), default=None)
     place, others = place_of(searched, group), [o.term.candidate for o in rivals[:MAX_RIVALS]]
     left = place.left
-    if not any(t.candidate.effect.loads for t in searched.found.model):
-        loads = [c for c in searched.offered.candidates if c.effect.loads and not c.shrunk]
-        if _best_gain(offers(left, loads, pushing=True)) > place.own - minimum:
-            return Survival(False, frozenset())
     weak = _weak_joints(left, group, widest, minimum)
     if widest is not None:
         weak |= _replaceable(left, group, widest, searched.offered.candidates, minimum)

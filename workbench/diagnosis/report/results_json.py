@@ -7,7 +7,7 @@ from workbench.arm.effects.axes import turns
 from workbench.arm.effects.events import AbstractEvent
 from workbench.base.advice import beside
 from workbench.diagnosis.claims.cause import Cause, ResidualMap
-from workbench.diagnosis.claims.structure import FALSE_ALARM_SHARE, Structure
+from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.errors.row_errors import Errors
@@ -41,7 +41,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
         noise_floor=None if result.known_noise is None else result.known_noise.json(),
         **_joint_noise(result),
         saved_arm=None if result.now is None else {"from_row": result.now.row, "mean_mm": result.now.mean_mm},
-        structure=lambda: _structure(result.structure),
+        follows=lambda: [_followed(f) for f in result.followed],
         not_identifiable=lambda: [_undetectable(u, result) for u in result.undetectable],
         suspects=result.held_out_data.row[result.suspects],
         verdict=result.verdict,
@@ -133,15 +133,12 @@ def _held_out(which: str, errors: Errors | None) -> Json:
     }
 
 
-def _structure(found: Structure) -> Json:
-    """Axes along which residuals were tested, and those with structure."""
+def _followed(found: FollowedDriver) -> Json:
     return {
-        "level": FALSE_ALARM_SHARE,
-        "tests": found.tests,
-        "axes": [{"axis": a.name, "view": a.view, "p_value": a.p} for a in found.axes],
-        "found": list(dict.fromkeys(a.name for a in found.found)),
-        "sentence": found.sentence,
-        "drifts": [{"session": name, "mm": size} for name, size in found.drifts.items()],
+        "driver": str(found.driver),
+        "joints": [j + 1 for j in found.joints],
+        "confidence": str(found.confidence),
+        "sentence": f"The error {found.text}",
     }
 
 

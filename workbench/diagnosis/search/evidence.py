@@ -127,9 +127,7 @@ def offer(left: Remainder, candidate: Candidate) -> Offer | None:
     return next(iter(offers(left, [candidate])), None)
 
 
-def offers(
-    left: Remainder, candidates: Sequence[Candidate], *, group: Model = (), pushing: bool = False
-) -> list[Offer]:
+def offers(left: Remainder, candidates: Sequence[Candidate], *, group: Model = ()) -> list[Offer]:
     """Contributions of candidates to a model, each alone; unobservable ones are omitted.
 
     Args:
@@ -137,7 +135,6 @@ def offers(
         candidates: The candidates.
         group: Terms that they would replace. Masses and centres that act through these also act through the
             replacement, so both are evaluated with them.
-        pushing: Whether free coefficients may act against their load.
     """
     alike: dict[tuple[str, ...], list[Candidate]] = {}
     for c in candidates:
@@ -145,7 +142,7 @@ def offers(
     return [
         o
         for names, ones in alike.items()
-        for o in (_weighed(left, ones, names, pushing) if names else _offers(left, ones, pushing))
+        for o in (_weighed(left, ones, names) if names else _offers(left, ones))
     ]
 
 
@@ -155,22 +152,21 @@ def _inertia(grams: Grams, candidate: Candidate, group: Model) -> tuple[str, ...
     They act through every effect of load, and through other joints of the same kind of effect; backlash
     depends only on the load's sign.
     """
-    if candidate.names in grams.inertia:
-        return grams.inertia[candidate.names]
-    return tuple(
+    shared = tuple(
         n
         for t in group
         if (_follows_load(candidate) and _follows_load(t.candidate))
         or candidate.effect.name == t.candidate.effect.name
         for n in grams.inertia.get(t.candidate.names, ())
     )
+    return shared or grams.inertia.get(candidate.names, ())
 
 
 def _follows_load(candidate: Candidate) -> bool:
     return bool(candidate.effect.loads and not candidate.effect.has_play)
 
 
-def _offers(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> list[Offer]:
+def _offers(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
     """The same with fixed masses."""
     found = [o for c in candidates if c.shrunk and (o := _shrunk(left, c)) is not None]
     sizes: dict[int, list[Candidate]] = {}
@@ -178,13 +174,11 @@ def _offers(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> 
         if not c.shrunk:
             sizes.setdefault(len(c.names), []).append(c)
     for alike in sizes.values():
-        found += _free(left, alike, pushing)
+        found += _free(left, alike)
     return found
 
 
-def _weighed(
-    left: Remainder, candidates: Sequence[Candidate], names: Sequence[str], pushing: bool
-) -> list[Offer]:
+def _weighed(left: Remainder, candidates: Sequence[Candidate], names: Sequence[str]) -> list[Offer]:
     """Effects of load, each together with the masses and centres that act through it.
 
     Without the effect they would not act, so chance is computed for both together: evidence of e^g occurs by
@@ -201,7 +195,7 @@ def _weighed(
     beside = replace(left, inner=inner)
     charge = np.log(np.diagonal(factor)).sum() - 0.5 * np.log(np.diagonal(precision)).sum()
     taken = 0.5 * left.freedom * np.log(left.square / beside.square) - float(charge)
-    gains = [(o, o.gain + taken) for o in _offers(beside, candidates, pushing)]
+    gains = [(o, o.gain + taken) for o in _offers(beside, candidates)]
     return [replace(o, gain=gain, log_p=min(o.log_p, -gain)) for o, gain in gains]
 
 
@@ -210,7 +204,7 @@ def _known(grams: Grams, inertia: Sequence[str]) -> np.ndarray:
     return np.array([grams.known[n] for n in inertia]) ** -2.0
 
 
-def _free(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> list[Offer]:
+def _free(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
     """Candidates with the same number of free coefficients."""
     columns = np.stack([left.grams.columns(c.names) for c in candidates])
     inner = left.inner[columns[:, :, None], columns[:, None, :]]
@@ -223,7 +217,7 @@ def _free(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> li
     rest = np.maximum(left.square - taken, 1e-300)
     gain = 0.5 * left.freedom * np.log(left.square / rest) - 0.5 * rank * np.log(left.grams.count)
     size = np.where(seen, along / np.where(seen, value, 1.0), 0.0)
-    refused = _refused(candidates, value, vectors, size, rest, left, pushing)
+    refused = _refused(candidates, value, vectors, size, rest, left)
     usable = (rank > 0) & (left.freedom > rank + 1) & ~refused
     searched = np.log([c.tries for c in candidates])
     return [
@@ -236,12 +230,12 @@ def _free(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> li
     ]
 
 
-def _refused(candidates, value, vectors, size, rest, left, pushing) -> np.ndarray:
+def _refused(candidates, value, vectors, size, rest, left) -> np.ndarray:
     """Candidates that exceed their bounds, or act against their load beyond noise although they may not."""
     found = (vectors @ size[..., None])[..., 0]
     inverse = np.where(value > MIN_INDEPENDENT_SHARE, 1.0 / np.maximum(value, MIN_INDEPENDENT_SHARE), 0.0)
     spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / max(left.freedom, 1))[:, None])
-    gives_way = np.array([c.effect.gives_way and not pushing for c in candidates])
+    gives_way = np.array([c.effect.gives_way for c in candidates])
     pushes = gives_way & (found < -SIGN_TOLERANCE * spread).any(1)
     largest = np.array([left.grams.bounds(c.names) for c in candidates])
     return pushes | (np.abs(found) > largest + SIGN_TOLERANCE * spread).any(1)

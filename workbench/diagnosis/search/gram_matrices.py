@@ -142,12 +142,17 @@ class Coefficients:
 
     @classmethod
     def of(
-        cls, problem: Problem, x: Float[np.ndarray, " p"], effects: Sequence[AbstractEffect]
+        cls,
+        problem: Problem,
+        x: Float[np.ndarray, " p"],
+        effects: Sequence[AbstractEffect],
+        *,
+        masses: bool = True,
     ) -> "Coefficients":
-        """At a problem's solution."""
+        """At a problem's solution, with or without masses, centres and angles of gravity."""
         arm, named = problem.robot_at(x), list(zip(problem.parameters, x.tolist(), strict=True))
         offsets = {p.name: v - p.nominal for p, v in named if p.is_inertia}
-        loaded = _loaded(problem, arm)
+        loaded = _loaded(problem, arm) if masses else []
         inertia = {e.names: tuple(f"{n} by {' '.join(e.names)}" for n in offsets) for e in loaded}
         values = {p.name: v for p, v in named if p.is_coefficient}
         for each in (e.names for e in loaded if e in arm.effects):
@@ -176,6 +181,7 @@ def compress(
     *,
     changed: Sequence[AbstractEffect] = (),
     pieces: Int[np.ndarray, " rows"] | None = None,
+    masses: bool = True,
 ) -> Grams:
     """Inner products at a problem's solution.
 
@@ -186,8 +192,9 @@ def compress(
         fold: Fold of every row, counted from 0.
         changed: Effects whose columns form its history.
         pieces: Piece of time of every row, counted from 0.
+        masses: Whether masses, centres and angles of gravity have columns; else they stay as in the solution.
     """
-    coefficients = Coefficients.of(problem, x, effects)
+    coefficients = Coefficients.of(problem, x, effects, masses=masses)
     names, own = coefficients.names, len(coefficients.of_effects)
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     parts = [piece for block, piece in problem.pieces(x, only=plain) if block is not None]

@@ -42,6 +42,9 @@ NULL_SPACE_SIGMA = 1e-3
 unobservable frames would drift with the masses to fit inaccuracies of an effect's law."""
 MIN_CONSTANTS_SHARE = 1e-3
 """Minimum share of the arm's constants in such a direction."""
+FLAT = 1e-4
+"""Share of a law's prior precision that is kept to estimate its size: it would be pulled towards zero, and
+masses would make up for it."""
 STEP_TOLERANCE = 1e-3
 """The search ends when the predicted step is below this many standard errors."""
 
@@ -78,6 +81,7 @@ def refit(
     begin: Mapping[str, float] | None = None,
     steps: int = MAX_STEPS,
     holds: bool = False,
+    flat: bool = False,
 ) -> FittedModel:
     """Fit geometry and a model's effects, with the noise estimated from the residuals.
 
@@ -90,6 +94,7 @@ def refit(
         steps: Maximum number of steps.
         holds: Whether constants that are unobservable for a rigid arm are held near nominal if masses are
             unknown.
+        flat: Whether sizes of laws are estimated without the prior about zero by which they were selected.
     """
     own = problem.robot.effects
     robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
@@ -99,7 +104,7 @@ def refit(
         built = built.again(inertia=False)
     built = built.with_deviation(CONSTANT_SIGMA)
     if grams is not None and model:
-        built = _expected(built, grams, model)
+        built = _expected(built, grams, model, FLAT if flat else 1.0)
     here = built.at(begin or {})
     free = built
     if holds and any(p.unit == "kg" for p in built.parameters):
@@ -232,12 +237,13 @@ def _held(problem: Problem, rigid: Problem, begin: Mapping[str, float]) -> Probl
     return problem.with_prior(names, np.array([at[n] for n in names]), held / NULL_SPACE_SIGMA)
 
 
-def _expected(problem: Problem, grams: Grams, model: Model) -> Problem:
-    """The problem with the coefficients' prior variances about zero."""
+def _expected(problem: Problem, grams: Grams, model: Model, share: float) -> Problem:
+    """The problem with the coefficients' prior variances about zero; laws with a share of that precision."""
     names = [n for t in model for n in t.candidate.names]
     blocks = []
     for term in model:
         scale = grams.scales(term.candidate.names)
-        precision = precision_of(grams, term) * np.outer(scale, scale)
+        is_law = not term.candidate.shrunk or term.candidate.alike
+        precision = (share if is_law else 1.0) * precision_of(grams, term) * np.outer(scale, scale)
         blocks.append(np.linalg.cholesky(precision).T)
     return problem.with_prior(names, np.zeros(len(names)), linalg.block_diag(*blocks))

@@ -4,7 +4,7 @@ A stage is the state after a fit. Rounds end when a search finds the fitted mode
 the fit with the shortest description length is kept.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -133,7 +133,12 @@ def geometry_first(problem: Problem) -> Stage:
 
 
 def rounds(
-    stage: Stage, rng: np.random.Generator, *, tried: Tried, events: Sequence[Candidate] | None = None
+    stage: Stage,
+    rng: np.random.Generator,
+    *,
+    tried: Tried,
+    events: Sequence[Candidate] | None = None,
+    without: Collection[str] = (),
 ) -> tuple[Searched, ...]:
     """Search and fit until nothing new is found.
 
@@ -141,6 +146,7 @@ def rounds(
         stage: The geometry alone.
         tried: Effects to try; events only beside all of them.
         events: Possible events; searched if None.
+        without: Names of effects that are not tried.
 
     Returns:
         The searches, the last of them at the final fit.
@@ -150,12 +156,12 @@ def rounds(
     seen: set[frozenset[str]] = set()
     for number in range(MAX_ROUNDS):
         progress(0.5, f"round {number + 1}: trying every effect on every joint")
-        last = _search(stage, fold, tried, events=events)
+        last = _search(stage, fold, tried, events, without)
         if stage.spared.any():
             stage = replace(stage, spared=np.zeros(len(stage.data), bool))
             if not any(t.candidate.effect.is_event for t in last.found.model):
                 stage = _without_outliers(_fit(stage, None, ()), None)
-                last = _search(stage, fold, tried, events=events)
+                last = _search(stage, fold, tried, events, without)
         done.append(last)
         key = frozenset(_key(t.candidate) for t in last.found.model)
         over = cancelled() or number == (MAX_LARGE_ROUNDS if large(stage.problem) else MAX_ROUNDS) - 1
@@ -268,11 +274,15 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
     return (np.argsort(order) % count)[groups]
 
 
-def _search(stage: Stage, fold: np.ndarray, tried: Tried, *, events: Sequence[Candidate] | None) -> Searched:
+def _search(
+    stage: Stage, fold: np.ndarray, tried: Tried, events: Sequence[Candidate] | None, without: Collection[str]
+) -> Searched:
     """Search for effects and for events at their best times, until no time improves."""
     if tried is Tried.NONE:
         return _unsearched(stage, fold)
     offered = catalogue(stage.geometric_problem.robot, Motion.of(stage.data))
+    kept = tuple(c for c in offered.candidates if c.effect.name not in without)
+    offered = replace(offered, candidates=kept)
     if tried is Tried.LOADS:
         offered, events = offered.of_loads, ()
     kinds = changeable(stage.problem) if events is None else ()

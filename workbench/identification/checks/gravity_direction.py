@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.gravity import angles_between
+from workbench.arm.gravity import angles_between, levelled
 from workbench.arm.joint import MIN_DEVIATION
 from workbench.arm.robot import Robot
 from workbench.identification.fit import Fit
@@ -26,6 +26,8 @@ MIN_MENTIONED_ERRORS = 4.0
 """Differences above this many standard errors are mentioned."""
 WIDE_SIGMA = 0.5
 """Standard deviation of gravity's direction if the file is wrong [rad]."""
+UPRIGHT = float(np.deg2rad(1.0))
+"""Angle between the file's gravity and the measuring frame's vertical up to which these agree."""
 MAX_ODDS = 1e12
 
 
@@ -38,12 +40,15 @@ class GravityTilt:
         angles: Estimated tilt [rad].
         covariance: Of the angles.
         tolerance: Standard deviation in the file [rad].
+        is_upright: Whether the file's gravity is along the z axis of the measuring frame, as if the file were
+            right and the instrument level.
     """
 
     session: str
     angles: Float[np.ndarray, "2"]
     covariance: Float[np.ndarray, "2 2"]
     tolerance: float
+    is_upright: bool = False
 
     @property
     def size(self) -> float:
@@ -75,7 +80,8 @@ class GravityTilt:
     def text(self) -> str:
         where = f"in session {self.session} the arm" if self.session else "the arm"
         size, error = np.rad2deg([self.size, self.error])
-        return f"{where} is tilted {size:.3g} ± {error:.2g}° from what its file states"
+        asks = "; state whether the instrument is level: its frame agrees with the file" * self.is_upright
+        return f"{where} is tilted {size:.3g} ± {error:.2g}° from what its file states{asks}"
 
 
 def freed(problem: Problem, fit: Fit) -> Problem:
@@ -96,7 +102,9 @@ def tilts_of_gravity(fit: Fit, given: Robot) -> Iterator[GravityTilt]:
     for session, mine in _angles(fit):
         stated, found = (r.in_session(session).gravity for r in (given, arm))
         covariance = fit.covariance[np.ix_(mine, mine)]
-        yield GravityTilt(session, angles_between(stated, found), covariance, tolerance)
+        level = levelled(stated, arm.in_session(session).base.rotation)
+        is_upright = float(np.linalg.norm(angles_between(stated, level))) < UPRIGHT
+        yield GravityTilt(session, angles_between(stated, found), covariance, tolerance, is_upright)
 
 
 def _angles(fit: Fit) -> Iterator[tuple[str, list[int]]]:

@@ -1,0 +1,151 @@
+"""Which driver an error follows, and whether a law of it is more than a smooth dependence on it."""
+
+import re
+import sys
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+import pytest
+from arms import make
+from real_arms import load
+
+from workbench.arm.effects import EFFECTS, Candidate
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.diagnosis.confidence import Confidence
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.drivers.driver import Driver, driver_of, path_of
+from workbench.diagnosis.drivers.process import smooth, smooth_plane, wandering
+from workbench.diagnosis.search.evidence import Term, _inertia
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
+import strangers
+
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
+
+
+@pytest.mark.parametrize(("features", "numbers"), [(smooth, 1), (smooth_plane, 2)])
+def test_features_span_a_smooth_process(features, numbers):
+    """Beside those of a line, their products are the kernel, as far as the knots reach."""
+    u = np.random.default_rng(0).uniform(-1.5, 1.5, (40, numbers))
+    found = features(u[:, 0] if numbers == 1 else u, 1.2)[:, numbers:]
+    dense = np.exp(-0.5 * ((u[:, None] - u) ** 2).sum(2) / 1.2**2)
+    np.testing.assert_allclose(found @ found.T, dense, atol=0.06)
+
+
+def test_a_walk_over_time_has_the_covariance_of_brownian_motion():
+    t = np.linspace(0.0, 1.0, 30)
+    walk = wandering(t, 400)[:, 1:]
+    np.testing.assert_allclose(walk @ walk.T, np.minimum.outer(t, t), atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "driver"),
+    [
+        ("joint-compliance", {}, Driver.LOAD),
+        ("backlash", {}, Driver.LOAD),
+        ("backlash", {"by": "motion"}, Driver.MOTION),
+        ("joint-harmonic", {}, Driver.ANGLE),
+        ("thermal-growth", {}, Driver.TEMPERATURE),
+        ("frame-step", {}, Driver.TIME),
+    ],
+)
+def test_every_law_has_its_driver(name, settings, driver):
+    kind = EFFECTS[name]
+    assert driver_of(kind(() if kind.whole_arm else (0,), **settings)) is driver
+
+
+def test_sizes_of_motions_are_known_only_where_rows_followed_each_other():
+    case = make("none", 3)
+    whole = case.data
+    path = path_of(whole.take(np.arange(5, 9)), whole)
+    np.testing.assert_allclose(path.moves, np.diff(whole.q, axis=0)[4:8])
+    assert path_of(whole, replace(whole, time=None)) is None
+    turned = replace(whole, direction=-whole.direction)
+    assert path_of(turned, turned) is None
+
+
+def test_a_joint_that_goes_far_is_wound_up_and_one_that_returns_is_not():
+    case = make("none", 3)
+    q = np.zeros((6, 6))
+    q[:, 0] = [0.0, 1.0, 2.0, 3.0, 2.9, 2.8]
+    sign = np.sign(np.diff(q, axis=0, prepend=q[:1]))
+    data = replace(case.data.take(np.arange(6)), q=q, direction=sign, time=np.arange(6.0))
+    wound = path_of(data, data).wound[:, 0]
+    slips = q[:, 0].std() * np.array([0.1, 0.3, 1.0])
+    np.testing.assert_allclose(wound[3], 1.0)
+    np.testing.assert_allclose(wound[4], np.maximum(1.0 - 0.1 / slips, -1.0))
+
+
+def test_masses_act_through_a_law_and_its_rivals_alike():
+    """A joint's own law was weighed with masses through that joint, its rivals with masses through all."""
+    both = Candidate(JointCompliance((1, 2)), np.eye(2), alike=True)
+    alone = Candidate(JointCompliance((1,)))
+    grams = mock.Mock(inertia={both.names: ("through both",), alone.names: ("through one",)})
+    assert _inertia(grams, alone, (Term(both, 1.0),)) == ("through both",)
+    assert _inertia(grams, alone, ()) == ("through one",)
+
+
+@cache
+def met(kind, seed):
+    """A diagnosed arm with a trouble that the catalogue lacks."""
+    stranger = strangers.STRANGERS[kind]
+    robot, data, _ = strangers.rows_of(kind, seed)
+    rest = {name: effect for name, effect in EFFECTS.items() if name not in stranger.out}
+    with mock.patch("workbench.diagnosis.search.candidates.EFFECTS", rest):
+        return diagnose(robot, data)
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("settling", 0), ("bent-link", 0), ("without-clearance", 0), ("warming", 0)]
+)
+def test_an_error_without_a_law_is_said_to_follow_its_driver(kind, seed):
+    found = met(kind, seed)
+    assert all(c.confidence is Confidence.OPEN for c in found.causes)
+    assert strangers.STRANGERS[kind].driver in [str(f.driver) for f in found.followed]
+    assert not found.is_good
+    assert "The error follows" in found.message
+
+
+def test_a_change_of_any_constant_is_said_to_lie_between_two_rows():
+    found = met("bent-link", 1)
+    rows = re.search(r"a step between rows (\d+) and (\d+), in the arm's constants", found.message)
+    first, second = map(int, rows.groups())
+    assert 0.3 * strangers.ROWS < first < second < min(0.7 * strangers.ROWS, first + 4)
+    assert "A correction from your rows would reduce" in found.message
+
+
+def test_a_law_that_is_not_all_is_refused_and_a_correction_is_offered():
+    found = met("settling", 0)
+    assert "it isn't simply backlash" in found.message
+    assert "A correction from your rows would reduce" in found.message
+
+
+@pytest.mark.parametrize("kind", ["backlash-motion", "compliance", "clearance", "scale"])
+def test_a_law_that_is_there_wins(kind):
+    case = make(kind, 20, "aria")
+    (cause,) = diagnose(case.robot, case.data, held_out=0.0).causes
+    assert (cause.kind, cause.joints) == (case.truth[0].name, case.truth[0].joints)
+    assert cause.confidence is not Confidence.OPEN
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_follows_nothing(seed):
+    case = make("none", seed, "katana")
+    assert diagnose(case.robot, case.data, held_out=0.0).followed == ()
+
+
+@pytest.mark.data
+def test_a_step_hidden_in_measured_rows_is_certain_though_other_events_are_doubted():
+    """All events were dropped where one of them was doubtful."""
+    robot, data = load(SHARED, "ur5")
+    data = data.take(np.arange(200))
+    q = np.array(data.q)
+    q[100:, 2] -= 1e-3
+    found = diagnose(robot, replace(data, q=q, direction=None), held_out=0.2)
+    (zero,) = (c for c in found.causes if c.kind == "zero-step")
+    assert zero.joints == (2,)
+    assert abs(zero.row - 100) <= 2
+    assert zero.confidence is Confidence.CERTAIN

@@ -1,0 +1,411 @@
+"""Drivers that an error may follow, each as a process through the elements of the arm that it may move.
+
+| driver | of | through |
+|---|---|---|
+| angle | a joint | the joint, its bearing, another joint |
+| load | a joint's moment about its axis, also with its angle | the joint |
+| | its moments across its axis | its bearing, its link |
+| motion | a joint's last motion, also with its load or its angle | the joint |
+| time, temperature | all rows | frame, tool, joints, lengths; for time, any constant |
+| place | where the tool is | frame |
+
+Time is a driver only where postures come in no order: on a path it can't be told from them.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import cached_property
+from itertools import permutations
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.chain import Axis, Chain
+from workbench.arm.effects import AbstractEffect, Candidate
+from workbench.arm.effects.axes import BASE, Insertion, across, driven_names, inserted_names, own, turns
+from workbench.arm.effects.base_drift import mixed_share
+from workbench.arm.effects.effect import moved_joints
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base.wording import joint_list
+from workbench.data.dataset import Dataset
+from workbench.data.measuring_order import clock_of
+from workbench.diagnosis.drivers.process import (
+    DriverProcess,
+    Features,
+    jump,
+    smooth,
+    smooth_plane,
+    wandering,
+    with_one,
+)
+from workbench.diagnosis.search.candidate_columns import known_wrenches
+from workbench.identification.problem import Problem
+
+ANGLE_LENGTHS, OTHER_LENGTH, MOTION_LENGTH = (0.25, 0.6, 1.5), 1.2, 0.5
+"""Correlation lengths over a joint's own angle, another's, and the size of a motion [rad or m]."""
+LOAD_LENGTHS, ACROSS_LENGTH, WARM_LENGTH = (0.5, 1.5), 0.9, 0.35
+"""Likewise over loads [in their standard deviations], and over a temperature [in its range]."""
+MIN_LOAD, MIN_VARIATION = 1e-3, 0.03
+"""Size of a load relative to the largest, and variation relative to its size, below which it is no driver."""
+MIN_WARMING = 0.5
+"""Range of temperatures below which they drive nothing [K]."""
+MIN_PLACES, MIN_SPREAD = 20, 1e-3
+"""Minimum number of places, and their spread [m]: the distance of a few alone fixes the scale."""
+SLIPS = np.array([0.1, 0.3, 1.0])
+"""Ways until joints are wound up, in standard deviations of their positions."""
+MAX_MOTION = 3.0
+"""Motions above this are alike [rad or m]."""
+MIN_MIXED = 0.3
+"""Share of rows whose nearest posture must be much earlier or later for time to be a driver: 0.64 in no
+order."""
+TIME = "the time"
+"""It in words."""
+AGREES = 0.9
+"""Share of motions whose directions must be those from the row before for their sizes to be known."""
+
+
+class Driver(StrEnum):
+    """What an error may follow."""
+
+    ANGLE = "angle"
+    LOAD = "load"
+    MOTION = "motion"
+    TIME = "time"
+    TEMPERATURE = "temperature"
+    PLACE = "place"
+
+
+def driver_of(effect: AbstractEffect) -> Driver:
+    """The driver of an effect's law."""
+    for driver, column in ((Driver.MOTION, "direction"), (Driver.TEMPERATURE, "temperature")):
+        if column in effect.needs:
+            return driver
+    if effect.is_event or "time" in effect.needs:
+        return Driver.TIME
+    return Driver.LOAD if effect.loads else Driver.ANGLE
+
+
+@dataclass(frozen=True, eq=False)
+class Follower:
+    """A process over one driver.
+
+    Args:
+        driver: The driver.
+        phrase: It in words, `{}` for the joints: `the last motion of {}`.
+        joints: These joints, counted from 0.
+        candidate: The process, its weights with one variance.
+        richer: Number of its weights beyond those of a law through the same elements.
+    """
+
+    driver: Driver
+    phrase: str
+    joints: tuple[int, ...]
+    candidate: Candidate
+    richer: int = 0
+
+    @property
+    def what(self) -> str:
+        return self.phrase.format(joint_list(self.joints) if self.joints else "")
+
+    def as_step(self, clock: Float[np.ndarray, " rows"], row: np.ndarray, moment: float) -> "Follower":
+        """The same elements, changed once at a moment of the clock: what a process over time may be.
+
+        Args:
+            clock: Clock of some rows …
+            row: … and their numbers in the file, ascending.
+        """
+        assert isinstance(self.candidate.effect, DriverProcess), "followers are processes"
+        before, after = row[clock < moment], row[clock >= moment]
+        shape = (clock >= moment).astype(float)[:, None]
+        key = f"{self.candidate.effect.key} at {moment}"
+        effect = replace(self.candidate.effect, coefficients=(), key=key, features=shape, row=row)
+        last = before[np.argmax(clock[clock < moment])], after[np.argmin(clock[clock >= moment])]
+        phrase = self.phrase.replace(TIME, "a step between rows {} and {}".format(*last))
+        return Follower(self.driver, phrase, self.joints, Candidate(effect, np.eye(len(effect.names))))
+
+    def text(self, beside: Sequence["Follower"]) -> str:
+        """The same with the joints of all that are of its kind."""
+        joints = sorted({j for f in beside if f.phrase == self.phrase for j in f.joints})
+        return self.phrase.format(joint_list(joints) if joints else "")
+
+
+def followers(
+    problem: Problem, x: Float[np.ndarray, " p"], path: "Path | None", drivers: Collection[Driver]
+) -> tuple[Follower, ...]:
+    """All processes that the rows of a problem may show.
+
+    Args:
+        problem: The problem.
+        x: Its solution.
+        path: How the joints came to the rows; None if unknown.
+        drivers: Which ones are tried.
+    """
+    rows = _Rows(problem, x, path)
+    return tuple(found for driver in drivers for found in _PROCESSES[driver](rows))
+
+
+def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterator[Follower]:
+    """A process of all constants of the arm over time, also on a path; none without unknown constants."""
+    return _constants(_Rows(problem, x, None))
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """How joints came to some rows.
+
+    Args:
+        moves: By how far each moved from the row before [rad or m].
+        wound: How far each is wound up, from −1 to 1: a spring that drags a block, which slips after `SLIPS`.
+    """
+
+    moves: Float[np.ndarray, "rows n"]
+    wound: Float[np.ndarray, "rows n slips"]
+
+
+def path_of(data: Dataset, whole: Dataset) -> Path | None:
+    """How the joints came to some rows of a file; None where the file doesn't tell.
+
+    Args:
+        data: Some of its rows.
+        whole: All of them, which came one after the other if they have times.
+    """
+    if data.direction is None or whole.time is None or not np.isfinite(whole.time).all():
+        return None
+    session = np.zeros(len(whole), int)
+    if whole.session is not None:
+        session = np.unique(whole.session, return_inverse=True)[1]
+    order = np.lexsort((whole.time, session))
+    steps = np.diff(whole.q[order], axis=0, prepend=whole.q[order[:1]])
+    begins = np.diff(session[order], prepend=-1) != 0
+    steps[begins] = 0.0
+    slips = np.multiply.outer(np.maximum(whole.q.std(0), 1e-9), SLIPS)
+    now, wound = np.zeros(slips.shape), np.zeros((len(whole), *slips.shape))
+    for row, step, is_first in zip(order, steps, begins, strict=True):
+        now = np.zeros(slips.shape) if is_first else np.clip(now + step[:, None], -slips, slips)
+        wound[row] = now / slips
+    moves = np.empty_like(steps)
+    moves[order] = steps
+    place = np.argsort(whole.row, kind="stable")
+    mine = place[np.searchsorted(whole.row[place], data.row)]
+    agrees = (np.sign(moves[mine]) == data.direction) | (data.direction == 0.0) | (moves[mine] == 0.0)
+    return Path(moves[mine], wound[mine]) if agrees.mean() > AGREES else None
+
+
+class _Rows:
+    """Rows of a problem at its solution, with what drives them."""
+
+    def __init__(self, problem: Problem, x: np.ndarray, path: Path | None):
+        self.problem, self.x, self.path, self.data = problem, x, path, problem.data
+        self.order = np.argsort(self.data.row, kind="stable")
+        self.motion = Motion.of(self.data)
+        self.alive = moved_joints(self.motion)
+
+    @cached_property
+    def arm(self) -> Robot:
+        return self.problem.frames.placed(self.problem.robot_at(self.x), self.data.sessions)
+
+    @cached_property
+    def chain(self) -> Chain:
+        return self.arm.chain
+
+    @cached_property
+    def wrenches(self) -> np.ndarray:
+        """Through every joint in every row; empty where neither masses nor torques are known."""
+        return self.wrenches_with(0.0)
+
+    def wrenches_with(self, payload: float) -> np.ndarray:
+        """The same with a payload more [kg]."""
+        heavy = np.zeros(len(self.data)) if self.motion.payload is None else self.motion.payload
+        motion, out = replace(self.motion, payload=heavy + payload), np.zeros((0, 0, 6))
+        for block in self.problem.blocks:
+            mine = known_wrenches(self.arm.in_session(block.session), motion.take(block.rows))
+            if not len(mine):
+                return mine
+            out = out if len(out) else np.full((len(self.data), *mine.shape[1:]), np.nan)
+            out[block.rows] = mine
+        return np.nan_to_num(out)
+
+    def varied(self, loads: Float[np.ndarray, "rows j d"]) -> list[int]:
+        """Which of some loads of d numbers vary."""
+        size, spread = (np.sqrt((v**2).sum(2).mean(0)) for v in (loads, loads - loads.mean(0)))
+        felt = size > MIN_LOAD * max(float(size.max(initial=0.0)), 1e-9)
+        return np.flatnonzero(felt & (spread > MIN_VARIATION * size)).tolist()
+
+    def follower(
+        self,
+        driver: Driver,
+        phrase: str,
+        moved: tuple[str, ...],
+        features: Features,
+        *,
+        joints: tuple[int, ...] = (),
+        together: np.ndarray | None = None,
+        kind: Insertion = Insertion.NONE,
+        by_load: bool = False,
+        tag: str = "",
+    ) -> Follower:
+        """A process that moves some elements by features of these rows."""
+        effect = DriverProcess(
+            joints,
+            key=f"{driver} {phrase} {' '.join(moved)}{tag}",
+            moved=moved,
+            together=np.eye(len(moved)) if together is None else together,
+            features=features[self.order],
+            row=self.data.row[self.order],
+            kind=kind,
+            by_load=by_load,
+        )
+        return Follower(driver, phrase, joints, Candidate(effect, np.eye(len(effect.names))))
+
+
+def _angles(rows: _Rows) -> Iterator[Follower]:
+    for j in rows.alive:
+        mine, joint = rows.motion.q[:, j], driven_names(rows.chain, [j])
+        what = f"the {'angle' if turns(rows.chain, j) else 'position'} of {{}}"
+        for length in ANGLE_LENGTHS:
+            yield rows.follower(
+                Driver.ANGLE, what, joint, smooth(mine, length), joints=(j,), tag=f" {length}"
+            )
+        if turns(rows.chain, j):
+            tilts = inserted_names(rows.chain, [j], Insertion.TILT)
+            text = f"{what}, in its bearing"
+            wave = smooth(mine, ANGLE_LENGTHS[1])
+            yield rows.follower(Driver.ANGLE, text, tilts, wave, joints=(j,), kind=Insertion.TILT)
+    for j, k in permutations(range(rows.chain.dof), 2):
+        if k in rows.alive:
+            text = f"the angle of {joint_list((k,))}, in {{}}"
+            wave = smooth(rows.motion.q[:, k], OTHER_LENGTH)
+            yield rows.follower(Driver.ANGLE, text, driven_names(rows.chain, [j]), wave, joints=(j,))
+
+
+def _loads(rows: _Rows) -> Iterator[Follower]:
+    if not len(rows.wrenches):
+        return
+    chain, q = rows.chain, rows.motion.q
+    mine = own(chain, range(chain.dof), rows.wrenches)
+    for j in rows.varied(mine[:, :, None]):
+        load, joint, what = mine[:, j] / mine[:, j].std(), driven_names(chain, [j]), "the load of {}"
+        shapes = [np.column_stack([smooth(load, length), jump(load[:, None])]) for length in LOAD_LENGTHS]
+        shapes += [load[:, None] * with_one(smooth(q[:, j], OTHER_LENGTH))] if j in rows.alive else []
+        for k, shape in enumerate(shapes):
+            yield rows.follower(Driver.LOAD, what, joint, shape, joints=(j,), by_load=True, tag=f" {k}")
+    turning = [j for j in range(chain.dof) if turns(chain, j)]
+    beside = across(chain, turning, rows.wrenches)
+    for k in rows.varied(beside):
+        j = turning[k]
+        angle = q[:, j] + chain.values[chain.driven[j]]
+        c, s = np.cos(angle), np.sin(angle)
+        here = beside[:, k]
+        there = np.stack([c * here[:, 0] + s * here[:, 1], c * here[:, 1] - s * here[:, 0]], 1)
+        for kind, load, part, more in (
+            (Insertion.TILT, here, "bearing", 3),
+            (Insertion.BEND, there, "link", 2),
+        ):
+            what, names = f"the load across {{}}, in its {part}", inserted_names(chain, [j], kind)
+            scaled = load / max(float(np.sqrt((load**2).mean())), 1e-300)
+            free = np.column_stack([smooth_plane(scaled, ACROSS_LENGTH), jump(scaled)])
+            for tag, shape, richer in (("", free, 0), (" line", scaled, more)):
+                found = rows.follower(
+                    Driver.LOAD, what, names, shape, joints=(j,), kind=kind, by_load=True, tag=tag
+                )
+                yield replace(found, richer=richer)
+
+
+def _motions(rows: _Rows) -> Iterator[Follower]:
+    """Motions back and forth act oppositely; without their sizes, only with load or angle."""
+    if rows.motion.direction is None:
+        return
+    sign, q = np.nan_to_num(rows.motion.direction), rows.motion.q
+    loads = own(rows.chain, range(rows.chain.dof), rows.wrenches) if len(rows.wrenches) else np.zeros(q.shape)
+    heavy = rows.varied(loads[:, :, None])
+    for j in (j for j in rows.alive if np.ptp(sign[:, j]) > 0.0):
+        moved = driven_names(rows.chain, [j])
+        if rows.path is not None:
+            way = np.column_stack([sign[:, j], rows.path.wound[:, j]])
+            yield rows.follower(Driver.MOTION, "the way by which {} came", moved, way, joints=(j,))
+        shapes = {" angle": smooth(q[:, j], OTHER_LENGTH)}
+        if rows.path is not None:
+            size = np.minimum(np.abs(rows.path.moves[:, j]), MAX_MOTION)
+            shapes[""] = smooth(size, MOTION_LENGTH)
+        if j in heavy:
+            shapes[" load"] = smooth(loads[:, j] / loads[:, j].std(), LOAD_LENGTHS[1])
+        for tag, shape in shapes.items():
+            what = f"the last motion of {{}}{f' and its{tag}' if tag else ''}"
+            shape = sign[:, j, None] * with_one(shape)
+            yield rows.follower(Driver.MOTION, what, moved, shape, joints=(j,))
+
+
+def _times(rows: _Rows) -> Iterator[Follower]:
+    clock, _ = clock_of(rows.data)
+    if mixed_share(rows.motion.q, clock) > MIN_MIXED:
+        t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
+        yield from _through_all(rows, Driver.TIME, TIME, wandering(t))
+        yield from _payloads(rows, wandering(t))
+        yield from _constants(rows)
+
+
+def _constants(rows: _Rows) -> Iterator[Follower]:
+    clock, _ = clock_of(rows.data)
+    free = tuple(p.name for p in rows.problem.parameters if p.is_geometry and p.name in rows.chain.index)
+    if free:
+        t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
+        yield rows.follower(Driver.TIME, f"{TIME}, in the arm's constants", free, wandering(t))
+
+
+def _payloads(rows: _Rows, shape: Features) -> Iterator[Follower]:
+    """A payload that changes with time acts through soft joints."""
+    if rows.arm.has_masses:
+        more = rows.wrenches_with(1.0) - rows.wrenches
+        loads = own(rows.chain, range(rows.chain.dof), more)
+        for j in rows.varied(loads[:, :, None]):
+            heavy = loads[:, j, None] / np.abs(loads[:, j]).max()
+            what, moved = f"{TIME}, as under a payload that changes, in {{}}", driven_names(rows.chain, [j])
+            yield rows.follower(Driver.TIME, what, moved, heavy * shape, joints=(j,))
+
+
+def _temperatures(rows: _Rows) -> Iterator[Follower]:
+    warm = rows.motion.temperature
+    if warm is not None and np.isfinite(warm).all() and np.ptp(warm) > MIN_WARMING:
+        t = (warm - warm.min()) / np.ptp(warm)
+        yield from _through_all(rows, Driver.TEMPERATURE, "the temperature", smooth(t, WARM_LENGTH))
+
+
+def _through_all(rows: _Rows, driver: Driver, name: str, shape: Features) -> Iterator[Follower]:
+    """A driver of all rows through everything that it may move."""
+    chain = rows.chain
+    frame, tool = Insertion.DRIFT.frame, Insertion.SLIP.frame
+    seen = tool if rows.problem.sees_rotation else tool[:3]
+    yield rows.follower(driver, f"{name}, in the measuring frame", frame, shape, kind=Insertion.DRIFT)
+    yield rows.follower(driver, f"{name}, in the tool", seen, shape, kind=Insertion.SLIP)
+    for j in range(chain.dof):
+        what = f"{name}, in {{}}"
+        yield rows.follower(driver, what, driven_names(chain, [j]), shape, joints=(j,))
+    lengths = [e for e in chain.elements if Axis.TX <= e.axis <= Axis.TZ and e.link != BASE]
+    values = np.array([[chain.values[chain.index[e.name]]] for e in lengths])
+    moved = tuple(e.name for e in lengths)
+    yield rows.follower(driver, f"{name}, in the arm's lengths", moved, shape, together=values)
+
+
+def _places(rows: _Rows) -> Iterator[Follower]:
+    """Measured places: predicted ones would be a function of the residuals."""
+    place = rows.data.position
+    if place is None or not np.isfinite(place).all() or place.std() < MIN_SPREAD:
+        return
+    if len(np.unique(np.round(place, 4), axis=0)) > MIN_PLACES:
+        p = (place - place.mean(0)) / place.std()
+        squares = np.stack([p[:, i] * p[:, k] for i in range(3) for k in range(i, 3)], 1)
+        shape = np.concatenate([p, squares - squares.mean(0)], 1)
+        frame = Insertion.DRIFT.frame
+        yield rows.follower(Driver.PLACE, "the tool's place", frame, shape, kind=Insertion.DRIFT)
+
+
+_PROCESSES = {
+    Driver.ANGLE: _angles,
+    Driver.LOAD: _loads,
+    Driver.MOTION: _motions,
+    Driver.TIME: _times,
+    Driver.TEMPERATURE: _temperatures,
+    Driver.PLACE: _places,
+}

@@ -1,0 +1,372 @@
+"""Which driver an error follows, and whether a law of it is more than a smooth dependence on it.
+
+A law is named if it is better than every process in its place, over its own driver and over any other; and if
+no process over its driver explains a noticeable part beside it. All are columns of the same inner products:
+each comparison is a difference of two log evidences [nat]. Masses are those of the fit, for laws as for
+processes.
+"""
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from workbench.data.dataset import Dataset
+from workbench.data.measuring_order import clock_of
+from workbench.diagnosis.claims.contributions import remaining
+from workbench.diagnosis.claims.reduced_models import left_of, own_offers, with_one_more
+from workbench.diagnosis.confidence import PROBABLE, Confidence
+from workbench.diagnosis.drivers.driver import (
+    Driver,
+    Follower,
+    constants_over_time,
+    driver_of,
+    followers,
+    path_of,
+)
+from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, drop, offers, solve
+from workbench.diagnosis.search.gram_matrices import Grams, compress
+from workbench.diagnosis.search.rounds import Searched
+from workbench.diagnosis.search.stepwise_search import group_evidence
+from workbench.identification.problem import Problem
+
+SURE = 100.0
+"""Odds against every process from which a law, or a driver, is certain."""
+MIN_GAIN = 8.0
+"""Log evidence from which an error follows a driver at all [nat]."""
+MAX_REST = 0.05
+"""Share of an error that a process may explain beside its law."""
+MIN_GAIN_SHARE = 0.01
+"""Share of the largest law's evidence below which a process may be what its linear model leaves."""
+MAX_FOLLOWERS = 6
+"""Maximum number of processes by which an error is described."""
+MIN_SIDE, MAX_STEPS = 3, 40
+"""Minimum number of rows on either side of a step, and maximum number of steps that are tried at once."""
+MAX_LEFT = 0.95
+"""Share of an error that a correction may leave to be worth a word."""
+MAX_ROWS = 600
+"""Maximum number of rows, evenly spread over those that were fitted."""
+
+
+@dataclass(frozen=True, eq=False)
+class Challenge:
+    """A law in its place, against processes.
+
+    Args:
+        lead: Its log odds against the best process.
+        rivals: These processes: of any driver, together as many as the law has joints.
+        rest: Share of the error that processes over its own driver explain beside it.
+        driver: Its driver.
+    """
+
+    lead: float
+    rivals: tuple[Follower, ...]
+    rest: float
+    driver: Driver
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the law is all that the error has of its driver."""
+        return self.rest <= MAX_REST
+
+    @property
+    def odds(self) -> float:
+        """Odds that the law may have at most."""
+        if self.lead < np.log(PROBABLE) or not self.is_complete:
+            return 1.0
+        return np.inf if self.lead >= np.log(SURE) else PROBABLE
+
+    @property
+    def doubt(self) -> str:
+        """Why it isn't certain, as a clause; empty if nothing speaks against it."""
+        if not self.is_complete:
+            return f"{100 * self.rest:.0f} % of the error over its driver is something else"
+        if self.odds < np.inf and not self.rivals:
+            return "it adds little to the other effects"
+        if self.odds < np.inf:
+            return f"a smooth dependence on {followed_text(self.rivals)} explains as much"
+        return ""
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedDriver:
+    """A driver that an error follows without a law.
+
+    Args:
+        driver: The driver.
+        parts: Processes over it, the largest first.
+        lead: Log odds against the best process over another driver …
+        rival: … and that process; None without one.
+    """
+
+    driver: Driver
+    parts: tuple[Follower, ...]
+    lead: float
+    rival: Follower | None
+
+    @property
+    def confidence(self) -> Confidence:
+        if self.lead >= np.log(SURE):
+            return Confidence.CERTAIN
+        return Confidence.PROBABLE if self.lead >= np.log(PROBABLE) else Confidence.OPEN
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Joints that move with it, counted from 0."""
+        return tuple(sorted({j for part in self.parts for j in part.joints}))
+
+    @property
+    def text(self) -> str:
+        """Clause that continues `The error`."""
+        is_open = self.confidence is Confidence.OPEN and self.rival is not None
+        other = f", or {self.rival.what}" if is_open and self.rival is not None else ""
+        return f"follows {followed_text(self.parts)}{other} ({self.confidence})"
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What processes would reduce, cross-validated.
+
+    Args:
+        before: Rms error with the saved model [mm, deg]; NaN for what was not measured.
+        after: With the processes besides.
+    """
+
+    before: tuple[float, float]
+    after: tuple[float, float]
+
+    @property
+    def is_material(self) -> bool:
+        """Whether it is worth a word."""
+        return any(b < MAX_LEFT * a for a, b in zip(self.before, self.after, strict=True))
+
+    @property
+    def sentence(self) -> str:
+        k = 0 if np.isfinite(self.before[0]) else 1
+        before, after = (f"{size[k]:.2g}{(' mm', '°')[k]}" for size in (self.before, self.after))
+        return f"A correction from your rows would reduce {before} to {after}"
+
+
+def followed_text(parts: Sequence[Follower]) -> str:
+    """Several processes in words: those of one kind with all their joints."""
+    texts = list(dict.fromkeys(part.text(parts) for part in parts))
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
+
+
+@dataclass(frozen=True, eq=False)
+class DriverEvidence:
+    """What processes would add to a search's model, or in the place of parts of it, at its final fit.
+
+    Args:
+        searched: The search.
+        problem: Its problem, on at most `MAX_ROWS` rows.
+        followers: The processes.
+        grams: Inner products of the columns of both.
+    """
+
+    searched: Searched
+    problem: Problem
+    followers: tuple[Follower, ...]
+    grams: Grams
+
+    @classmethod
+    def of(
+        cls, searched: Searched, whole: Dataset, drivers: Collection[Driver] = tuple(Driver)
+    ) -> "DriverEvidence":
+        """At a search's final fit.
+
+        Args:
+            whole: All rows of the file, which tell how far the joints moved.
+            drivers: Which ones are tried.
+        """
+        stage = searched.stage
+        problem, x = stage.problem.with_noise(stage.geometric_problem.noise), stage.fit.x
+        effects = [t.candidate.effect for t in searched.found.model]
+        found = followers(problem, x, path_of(problem.data, whole), drivers)
+        rows = np.unique(np.linspace(0, len(problem.data) - 1, MAX_ROWS).round().astype(int))
+        if len(rows) < len(problem.data):
+            fewer = problem.again(data=problem.data.take(rows))
+            problem = fewer if fewer.names == problem.names else problem
+        fold = np.zeros(len(problem.data), np.int64)
+        processes = (f.candidate.effect for f in found)
+        grams = compress(problem, x, [*effects, *processes], fold, masses=False)
+        return cls(searched, problem, found, grams)
+
+    @cached_property
+    def _by_candidate(self) -> dict[int, Follower]:
+        return {id(f.candidate): f for f in self.followers}
+
+    def challenges(self, groups: Sequence[Model]) -> list[Challenge]:
+        """Every claim's terms against processes: alone, and with all other claims over its driver."""
+        alone = [self._challenge((group,)) for group in groups]
+        drivers = [driver_of(group[0].candidate.effect) for group in groups]
+        for driver in dict.fromkeys(d for d in drivers if drivers.count(d) > 1):
+            mine = [k for k, d in enumerate(drivers) if d == driver]
+            whole = self._challenge([groups[k] for k in mine])
+            for k in mine:
+                alone[k] = min(alone[k], whole, key=lambda c: c.odds)
+        return alone
+
+    def _challenge(self, groups: Sequence[Model]) -> Challenge:
+        """Laws over one driver against as many processes in their place as they have joints.
+
+        Terms of the model without a name over the same driver and joints are such a process beside them.
+        """
+        law = tuple(t for group in groups for t in group)
+        joints, driver = _joints(law), driver_of(law[0].candidate.effect)
+        kin = tuple(t for t in self._model if _is_nameless(t) and self._is_kin(t, driver, joints))
+        left = left_of(self.grams, drop(self._model, (*law, *kin)))
+        own, most = group_evidence(left, (*law, *kin)), sum(max(len(_joints(g)), 1) for g in groups)
+        found = [self._described(left, self._over(d), most, law) for d in Driver]
+        if driver is Driver.TIME:
+            stage = self.searched.stage
+            for process in constants_over_time(stage.problem, stage.fit.x):
+                by_step, step = self._stepped(left.model, process)
+                found.append((by_step, (step,)))
+        gain, rivals = max(found, key=lambda each: each[0])
+        alike = [f for f in self._over(driver) if joints & {*f.joints} or not joints or not f.joints]
+        beside = max((o for f in alike if (o := self._beside.get(f))), key=_gain, default=None)
+        rest, more = 0.0, kin
+        if beside is not None and beside.gain > max(MIN_GAIN, MIN_GAIN_SHARE * own):
+            more = (*kin, beside.term)
+        if more:
+            rest = self._share(left, law, more)
+        return Challenge(own - gain, rivals, rest, driver)
+
+    @property
+    def _model(self) -> Model:
+        return self.searched.found.model
+
+    def _is_kin(self, term: Term, driver: Driver, joints: set[int]) -> bool:
+        effect = term.candidate.effect
+        return driver_of(effect) == driver and bool(joints & {*effect.joints})
+
+    @cached_property
+    def _beside(self) -> dict[Follower, Offer]:
+        """Contributions of processes to the whole model."""
+        whole = left_of(self.grams, self._model)
+        return {self._follower(o): o for o in self._offers(whole, self.followers)}
+
+    def followed(self, sure: Model) -> tuple[FollowedDriver, ...]:
+        """What the error follows that some terms of the model leave."""
+        laws = (o.gain for o in own_offers(self.grams, sure)) if sure else ()
+        minimum = max(MIN_GAIN, MIN_GAIN_SHARE * max(laws, default=0.0))
+        left, found = left_of(self.grams, sure), dict[Driver, FollowedDriver]()
+        for _ in range(MAX_FOLLOWERS):
+            tried = sorted(self._offers(left, self.followers), key=_gain, reverse=True)
+            if not tried or tried[0].gain < minimum:
+                break
+            best = self._follower(tried[0])
+            other = next((o for o in tried if self._follower(o).driver != best.driver), None)
+            lead = tried[0].gain - (0.0 if other is None else max(other.gain, 0.0))
+            rival = None if other is None else self._follower(other)
+            before = found.get(best.driver, FollowedDriver(best.driver, (), lead, rival))
+            shown = self._dated(left.model, best, tried[0].gain) if best.driver is Driver.TIME else best
+            found[best.driver] = replace(before, parts=(*before.parts, shown))
+            left = with_one_more(left, (*left.model, tried[0].term))
+        return tuple(found.values())
+
+    def _dated(self, model: Model, process: Follower, gain: float) -> Follower:
+        """A process over time as a step between two rows, if that is likelier beside a model."""
+        by_step, step = self._stepped(model, process)
+        return step if by_step > gain + np.log(PROBABLE) else process
+
+    def _stepped(self, model: Model, process: Follower) -> tuple[float, Follower]:
+        """The best step of what a process over time moves, beside a model, less the log number of places."""
+        data = self.searched.stage.problem.data
+        order = np.argsort(data.row, kind="stable")
+        clock, row = clock_of(data)[0][order], data.row[order]
+        moments = np.unique(clock)[MIN_SIDE:-MIN_SIDE]
+        places, apart, best = np.log(max(len(moments), 1)), len(moments) + 1, (-np.inf, process)
+        while apart > 1 and len(moments):  # ever closer about the best one
+            apart = -(-len(moments) // MAX_STEPS)
+            steps = [process.as_step(clock, row, moment) for moment in moments[::apart]]
+            gains = self._gains(model, steps)
+            top = int(np.argmax(gains))
+            best = (gains[top] - places, steps[top])
+            moments = moments[max(apart * (top - 1), 0) : apart * (top + 1) + 1]
+        return best
+
+    def _gains(self, model: Model, some: Sequence[Follower]) -> list[float]:
+        """Contributions of processes that have no columns yet."""
+        candidates = [f.candidate for f in some]
+        effects = [c.effect for c in (*(t.candidate for t in model), *candidates)]
+        fold = np.zeros(len(self.problem.data), np.int64)
+        grams = compress(self.problem, self.searched.stage.fit.x, effects, fold, masses=False)
+        found = {id(o.term.candidate): o.gain for o in offers(left_of(grams, model), candidates)}
+        return [found.get(id(c), -np.inf) for c in candidates]
+
+    def correction(self, followed: Sequence[FollowedDriver]) -> Correction:
+        """What processes would reduce beside the saved model."""
+        model, stage = self._model, self.searched.stage
+        parts = [part.candidate for each in followed for part in each.parts]
+        effects = [c.effect for c in (*(t.candidate for t in model), *parts)]
+        problem = stage.problem.with_noise(stage.geometric_problem.noise)
+        grams = compress(problem, stage.fit.x, effects, self.searched.fold[stage.keep])
+        more = (*model, *(o.term for o in offers(left_of(grams, model), parts)))
+        whole = replace(self.searched, grams=grams, found=replace(self.searched.found, model=more))
+        before, after = remaining(whole, [model, more]).tolist()
+        return Correction(tuple(before), tuple(after))
+
+    def _over(self, driver: Driver) -> list[Follower]:
+        return [f for f in self.followers if f.driver == driver]
+
+    def _follower(self, offered: Offer) -> Follower:
+        return self._by_candidate[id(offered.term.candidate)]
+
+    def _offers(self, left: Remainder, some: Iterable[Follower]) -> list[Offer]:
+        return offers(left, [f.candidate for f in some])
+
+    def _described(
+        self, left: Remainder, some: Sequence[Follower], most: int, law: Model
+    ) -> tuple[float, tuple[Follower, ...]]:
+        """Evidence of the best processes in the place of a law, one after the other, and these.
+
+        What each of them adds to the whole model doesn't count: it is another error. A line through a bearing
+        is as simple as the law of a link, and the other way round: they move the tool nearly alike.
+        """
+
+        def extra(process: Follower) -> float:
+            own = {t.candidate.effect.insertion for t in law}
+            is_own = process.candidate.effect.insertion in own
+            return 0.0 if is_own else 0.5 * process.richer * float(np.log(self.grams.count))
+
+        total, chosen, term = 0.0, list[Follower](), None
+        while len(chosen) < most:
+            left = left if term is None else with_one_more(left, (*left.model, term))
+            gains = {self._follower(o): o for o in self._offers(left, some)}
+            more = {f: o.gain + extra(f) - max(self._gain_beside(f), 0.0) for f, o in gains.items()}
+            best = max(more, key=more.__getitem__, default=None)
+            if best is None or more[best] <= 0.0:
+                break
+            total, term = total + more[best], gains[best].term
+            chosen.append(best)
+        return total, tuple(chosen)
+
+    def _gain_beside(self, follower: Follower) -> float:
+        return self._beside[follower].gain if follower in self._beside else 0.0
+
+    def _share(self, left: Remainder, law: Model, more: Model) -> float:
+        """Share of the error of some terms and more of them that is of these."""
+        rest = tuple(t for t in more if t not in self._model)
+        solution = solve(self.grams, (*self._model, *rest), self.grams.total)
+
+        def size(terms: Model) -> float:
+            mine = self.grams.columns([n for t in terms for n in t.candidate.names])
+            return float(solution[mine] @ left.inner[np.ix_(mine, mine)] @ solution[mine])
+
+        return size(more) / max(size(law) + size(more), 1e-300)
+
+
+def _gain(offered: Offer) -> float:
+    return offered.gain
+
+
+def _joints(model: Model) -> set[int]:
+    return {j for t in model for j in t.candidate.effect.joints}
+
+
+def _is_nameless(term: Term) -> bool:
+    effect = term.candidate.effect
+    return effect.is_nameless or (term.candidate.shrunk and effect.maps_joint)
