@@ -5,13 +5,14 @@ Poses come from `generator`, pictures from `rendered_boards`; neither shares cod
 
 import cv2
 import numpy as np
-from camera_arms import pixels
 from generator import VirtualArm, four, rotation
 from rendered_boards import render
 
 LENS = np.array([780.0, 778.0, 322.0, 238.0, -0.11, 0.05, 8e-4, -5e-4, 0.0])
 SIZE = (640, 480)
 SQUARES, SQUARE, MARKER, DOT = (5, 7), 0.03, 0.0225, 0.25e-3
+PRINTED = 1.003
+"""Size of the print, relative to what target.toml says."""
 CAMERA = """[[camera]]
 name = "cell"
 size = [640, 480]
@@ -55,7 +56,7 @@ def table_of(robot):
     return table
 
 
-def photograph(robot, shifts, folder, *, count, seed=0, scale=1.003, blur=0.7, noise=2.0, fine=2):
+def photograph(robot, shifts, folder, *, count, fine=2):
     """Pictures `0.png` …, `joints.csv`, `camera.toml` and `target.toml` of an arm with shifted zeros.
 
     Args:
@@ -63,35 +64,14 @@ def photograph(robot, shifts, folder, *, count, seed=0, scale=1.003, blur=0.7, n
         shifts: By which its zeros are off [rad].
         folder: Where.
         count: How many pictures.
-        seed: Of poses and noise.
-        scale: Size of the print, relative to what target.toml says.
-        blur: Of the pictures [px].
-        noise: Of the pictures [grey values].
         fine: Rays a pixel and direction.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     sheet, rows = paper(), []
     for k, (row, target) in enumerate(_shots(robot, shifts, count, rng)):
-        picture = render(sheet, DOT * scale, target, LENS, SIZE, rng=rng, blur=blur, noise=noise, fine=fine)
+        picture = render(sheet, DOT * PRINTED, target, LENS, SIZE, rng=rng, fine=fine)
         cv2.imwrite(str(folder / f"{k}.png"), picture)
         rows.append(row)
-    _write_beside(folder, rows)
-
-
-def tabulate(robot, shifts, folder, *, count, seed=0, noise=0.1):
-    """The same with a table of corners in place of pictures, noise in px; one picture to look at."""
-    rng = np.random.default_rng(seed)
-    across, down = SQUARES[0] - 1, SQUARES[1] - 1
-    corners = [[SQUARE * (k % across + 1), SQUARE * (k // across + 1), 0.0] for k in range(across * down)]
-    lines, rows = ["image,id,u[px],v[px]"], []
-    for k, (row, target) in enumerate(_shots(robot, shifts, count, rng)):
-        uv = pixels(np.array(corners) @ target[:3, :3].T + target[:3, 3], LENS[:4], LENS[4:])
-        uv += noise * rng.normal(size=uv.shape)
-        lines += [f"{k}.png,{i},{u:.4f},{v:.4f}" for i, (u, v) in enumerate(uv)]
-        if not k:
-            cv2.imwrite(str(folder / "0.png"), render(paper(), DOT, target, LENS, SIZE, rng=rng, fine=1))
-        rows.append(row)
-    (folder / "corners.csv").write_text("\n".join(lines) + "\n")
     _write_beside(folder, rows)
 
 

@@ -1,6 +1,6 @@
 """Saved arms evaluated by a stranger: numpy and scipy on the numbers of the file, nothing of the package.
 
-    arm = read_arm(Path("calibrated.toml"))      # or .urdf, .xml (MJCF)
+    arm = read_arm(Path("calibrated.toml"))      # or .urdf
     flange, tool = arm(rows)                     # in the arm's own base; in the measuring frame
     errors(arm, rows)                            # mean distance and angle from what was measured [m], [rad]
 
@@ -514,7 +514,7 @@ def toml_arm(text: str) -> TomlArm:
     return TomlArm(table, steps, driven, bodies if known and bodies else None, effects)
 
 
-# URDF, MJCF, tables -------------------------------------------------------------------------------------
+# URDF, tables --------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -580,25 +580,6 @@ def urdf_arm(text: str) -> FrameArm:
     return FrameArm(base, found, tool)
 
 
-def mjcf_arm(text: str) -> FrameArm:
-    """Bodies in one another with a joint each, and the sites of flange and tool."""
-
-    def pose(node: ET.Element) -> np.ndarray:
-        out = np.eye(4)
-        out[:3, :3] = rotated(*(float(v) for v in node.get("quat").split()))
-        out[:3, 3] = [float(v) for v in node.get("pos").split()]
-        return out
-
-    node = ET.fromstring(text).find("worldbody/body")
-    base, joints = pose(node), []
-    while (inner := node.find("body")) is not None:
-        node, joint = inner, inner.find("joint")
-        joints.append((pose(node), np.array(joint.get("axis").split(), float), joint.get("type") == "hinge"))
-    sites = {site.get("name"): pose(site) for site in node.findall("site")}
-    joints.append((sites["flange"], np.array([0.0, 0.0, 1.0]), None))
-    return FrameArm(base, joints, inverse(sites["flange"]) @ sites["tool"])
-
-
 def in_sessions(arm: FrameArm, toml: TomlArm) -> Arm:
     """An arm of one session on the bases, and with the tools, of all sessions of a TOML."""
     alone = toml.table.get("calibration", {}).get("geometry", toml.table)
@@ -625,7 +606,7 @@ def frames_arm(flange: Callable[[np.ndarray], np.ndarray], like: FrameArm) -> Ar
     return poses
 
 
-READERS: dict[str, Callable[[str], Arm]] = {".toml": toml_arm, ".urdf": urdf_arm, ".xml": mjcf_arm}
+READERS: dict[str, Callable[[str], Arm]] = {".toml": toml_arm, ".urdf": urdf_arm}
 
 
 def read_arm(path: Path) -> Arm:

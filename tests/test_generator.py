@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from checks import joint_wrenches
-from generator import ARMS, VirtualArm, aria, katana, move, turn
+from generator import ARMS, VirtualArm, move, turn
 
 from workbench import Motion, load_robot, tool_poses
 
@@ -14,37 +14,6 @@ def as_robot(arm, folder):
     path = folder / "arm.toml"
     path.write_text(arm.toml())
     return load_robot(path)
-
-
-def test_aria_at_zero_by_hand():
-    # up 0.205; out 0.41; joint 3 turns its x up: 0.03 up, 4.8 mm to the left; forearm 0.336 out;
-    # wrist 49 mm to the left; tool 0.202 out
-    expected = [0.41 + 0.336 + 0.202, 0.0048 + 0.049, 0.205 + 0.03]
-    pose = aria().pose(np.zeros(6))[0]
-    np.testing.assert_allclose(pose[:3, 3], expected, atol=1e-15)
-    np.testing.assert_allclose(pose[:3, :3], [[0, 0, 1], [0, -1, 0], [1, 0, 0]], atol=1e-15)
-
-
-def test_katana_at_zero_by_hand():
-    # stretched along x: 0.19 + 0.139, then joint 5's axis points down from the wrist, 0.1473 along it
-    pose = katana().pose(np.zeros(5))[0]
-    np.testing.assert_allclose(pose[:3, 3] - [0.055, 0.055, 0.2015], [0.329, -0.2, 0.1473], atol=1e-15)
-
-
-def test_moment_of_a_level_arm_by_hand():
-    # one link of 2 kg, its centre 0.3 m out on a horizontal axis: 2 · 9.81 · 0.3 held upwards
-    arm = VirtualArm(
-        "hayati",
-        np.array([[0, 0, 0, np.pi / 2, 0], [0, 0, 0.5, 0, 0]]),
-        masses=np.array([1.0, 2.0]),
-        coms=np.array([[0, 0, 0], [-0.2, 0, 0.0]]),
-    )
-    moments = arm.moments(np.zeros((1, 2)))
-    # joint 2's axis, z of frame 1, points along −y of the base; a moment about −y lifts +x
-    np.testing.assert_allclose(moments[0, 1], [0, 0, 2 * 9.81 * 0.3], atol=1e-12)
-    np.testing.assert_allclose(moments[0, 0], [0, -2 * 9.81 * 0.3, 0], atol=1e-12)
-    loaded = arm.moments(np.zeros((1, 2)), payload=3.0)
-    np.testing.assert_allclose(loaded[0, 1, 2] - moments[0, 1, 2], 3 * 9.81 * 0.5, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ARMS)

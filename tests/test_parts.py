@@ -247,30 +247,15 @@ LAYOUT = """
         def read(self, table):
             return None
 """
-BLIND = """
-    from workbench.data.observations.observation import AbstractObservation
-
-    class Blind(AbstractObservation):
-        channels = ()
-
-        @classmethod
-        def of(cls, data):
-            return cls()
-
-        def linearise(self, poses, unknown):
-            return None
-"""
 START = "from workbench.parts import Parts\nPARTS = "
 BROKEN = {
     "no record": ("import json\nPARTS = json.loads('x')", "", ("theirs.record", "line 2")),
-    "another record": ("PARTS = {}", "", ("theirs.record:PARTS",)),
     "a field that is none": (f"{START}Parts(effect=())", "", ("effect", "line 2")),
     "a licence": (
         f"{START}Parts(effects=('theirs.part:Sag',))",
         "raise SystemExit('no')",
         ("theirs.part:Sag",),
     ),
-    "not of its kind": (f"{START}Parts(exports=('math:cos',))", "", ("math:cos",)),
     "not whole": (
         f"from workbench.arm.effects import AbstractEffect\n{START}Parts(effects=(AbstractEffect,))",
         "",
@@ -278,12 +263,6 @@ BROKEN = {
     ),
     "a law that raises": (f"{START}Parts(effects=('theirs.part:Sag',))", LAW, ("Sag", "line 10")),
     "a layout that raises": (f"{START}Parts(layouts=('theirs.part:Log',))", LAYOUT, ("theirs", "line 8")),
-    "no rows": (f"{START}Parts(observations=('theirs.part:Blind',))", BLIND, ("theirs.part:Blind",)),
-    "a column of ours": (
-        f"from workbench.base.columns import Column\n{START}Parts(columns=(Column(name='q2'),))",
-        "",
-        ("q2", "theirs.record"),
-    ),
 }
 
 

@@ -7,8 +7,6 @@ import pytest
 
 import workbench as wb
 from workbench.base import threads
-from workbench.base.errors import OptionError, ShapeError
-from workbench.data.readers.trajectory import Trajectory
 
 TABLE = [
     [0.0, 0.1, 0.0, np.pi / 2],
@@ -33,25 +31,7 @@ def fit(rows):
     return wb.identify(wb.load_robot("aria"), rows)
 
 
-@pytest.fixture
-def unchecked(request):
-    """Skips where arguments are checked against their annotations, which name arrays and no lists."""
-    if request.config.getoption("--jaxtyping-packages", None):
-        pytest.skip("annotations are checked in this run")
-
-
 # -- results --------------------------------------------------------------------------------------
-
-
-@pytest.mark.extra("trajectories")
-def test_a_plate_and_a_corrected_path_print_in_a_few_lines(fit):
-    text = "targets made exactly, no play in the seats"
-    assert repr(wb.load_plate("table2")) == f"<Plate Table 2: 10 targets; {text}>"
-    q = np.linspace(np.full(6, 0.2), np.full(6, 0.3), 20)
-    path = Trajectory(time=None, q=q, position=None, rotation=None, source="table", notes=())
-    found = str(wb.compensate(fit.robot, path, nominal=fit.nominal_robot))
-    assert "as commanded" in found
-    assert len(found) < 2000
 
 
 def test_an_evaluation_prints_and_is_drawn(fit, rows):
@@ -94,35 +74,10 @@ def test_arrays_make_a_dataset_that_numbers_its_rows(rows, fit):
     assert repr(data) == "<Dataset data: 40 rows of 6 joints; position, rotation>"
 
 
-@pytest.mark.usefixtures("unchecked")
-def test_lists_and_whole_numbers_are_welcome(rows):
-    data = wb.Dataset(rows.q.tolist(), rows.position.tolist(), rows.rotation.tolist(), time=[*range(40)])
-    assert data.time.dtype == float
-    np.testing.assert_array_equal(data.q, rows.q)
-    for values, error in (
-        (([1, 2, 3],), OptionError),
-        (([[1, 2]], [[1, 2]]), OptionError),
-        (([[1, "a"]],), OptionError),
-        (([[1, 2], [2, 3]], [[1, 2, 3]]), ShapeError),
-    ):
-        with pytest.raises(error):
-            wb.Dataset(*values)
-
-
-def frame_of(path) -> dict[str, list]:
-    """A written file's columns."""
-    head, *lines = [line.split(",") for line in path.read_text().splitlines() if not line.startswith("#")]
-    return {
-        name: [float(cell) for cell in column]
-        for name, column in zip(head, zip(*lines, strict=True), strict=True)
-    }
-
-
 @pytest.mark.parametrize("library", ["pandas", "polars"])
 def test_a_frame_is_read_by_its_columns_with_units(library, rows, tmp_path):
     path = wb.write_measurements(rows, tmp_path / "rows.csv")
-    columns = frame_of(path)
-    frame = pytest.importorskip(library).DataFrame(columns)
+    frame = pytest.importorskip(library).read_csv(path)
     read, wanted = wb.read_measurements(frame), wb.read_measurements(path)
     np.testing.assert_array_equal(read.q, wanted.q)
     np.testing.assert_array_equal(read.position, wanted.position)

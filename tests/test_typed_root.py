@@ -31,31 +31,6 @@ GIVEN_BY_NAME = {
 
 
 @pytest.mark.slow
-def test_a_type_checker_knows_the_names_and_their_types(tmp_path):
-    pytest.importorskip("mypy")
-    (tmp_path / "script.py").write_text(
-        "import workbench as wb\n"
-        + "".join(f"reveal_type(wb.{name})\n" for name in dir(wb))
-        + "arm, rows = wb.load_robot('aria'), wb.read_measurements('x')\n"
-        "fit = wb.identify(arm, rows, held_out=0.2, noise=(1e-4, 1e-4))\n"
-        "reveal_type(fit)\n"
-        "wb.identify(arm, rows, held=0.2)\n"
-        "wb.no_such_name\n"
-    )
-    # with the project's settings and cache: where its types have been checked, little is left to do
-    command = [sys.executable, "-m", "mypy", tmp_path / "script.py"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
-    notes = [line for line in done.stdout.splitlines() if "Revealed type" in line]
-    assert len(notes) == len(dir(wb)) + 1, done.stdout
-    assert not [line for line in notes if '"Any"' in line or "*args: Any" in line]
-    assert notes[-1].endswith('Identification"')
-    errors = [line for line in done.stdout.splitlines() if ": error:" in line]
-    assert len(errors) == 2, done.stdout
-    assert "held" in errors[0]
-    assert "no_such_name" in errors[1]
-
-
-@pytest.mark.slow
 def test_calls_of_the_documentation_are_typed(tmp_path):
     pytest.importorskip("mypy")
     pages = [ROOT / "README.md", *sorted((ROOT / "assets" / "docs").rglob("*.md"))]

@@ -60,7 +60,6 @@ LINKS = {
     "three-rotation": (xyz, True, ""),
     "three-rotation zyx": (zyx, True, 'order = "zyx"'),
 }
-KINDS = ["revolute", "prismatic", "fixed"]
 
 
 def write(folder, name, tables, kinds):
@@ -133,21 +132,6 @@ def test_katana_in_three_rotations_is_the_thesis():
     q = np.random.default_rng(4).uniform(robot.limits[:, 0], robot.limits[:, 1], (20, 5))
     expected = [corner @ katana_4_6(row) for row in q]
     np.testing.assert_allclose(tool_poses(robot, Motion(q)), expected, atol=1e-14)
-
-
-def test_tilting_of_the_three_rotation_model():
-    # eqs. (4.3)–(4.5): three rotations at joints 3, 4 and 5; a tilt moves what the equations move
-    robot = load_robot("katana450-three-rotation")
-    values = {"joint3.alpha": 0.02, "joint3.beta": -0.01, "joint4.beta": 0.03, "joint5.alpha": 1.6}
-    q = np.array([0.3, 0.5, -0.4, 0.2, 0.9])
-    t30 = turn("z", q[0]) @ turn("x", np.pi / 2) @ turn("z", q[1]) @ move("x", 0.19)
-    t43 = turn("x", 0.02) @ turn("y", -0.01) @ turn("z", q[2]) @ move("x", 0.139)
-    t54 = turn("z", q[3]) @ turn("y", 0.03) @ turn("x", -np.pi / 2) @ move("z", 0.1473)
-    t65 = turn("z", q[4]) @ turn("y", 0.0) @ turn("x", 1.6) @ move("z", 0.2)
-    expected = move("x", 0.055) @ move("y", 0.055) @ move("z", 0.2015) @ t30 @ t43 @ t54 @ t65
-    np.testing.assert_allclose(
-        tool_poses(robot.with_values(values), Motion(q[None]))[0], expected, atol=1e-14
-    )
 
 
 def entry(alpha=0.0, kind=JointKind.REVOLUTE, free=None):

@@ -3,18 +3,15 @@
 import numpy as np
 import pytest
 from checks import check_forward, check_jacobian, pose_change
-from generator import turn
 
-from workbench import Frame, Motion, identification_jacobian, link_frames, load_robot, tool_poses
+from workbench import Frame, Motion, identification_jacobian, load_robot, tool_poses
 from workbench.arm.chain import Axis
-from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics.forward import geometric_jacobian, joint_elements
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.types import frozen
 
 CONVENTIONS = ["hayati", "dh", "craig", "craig-hayati", "three-rotation xyz", "three-rotation zyx"]
-FRAMES = tuple(f"{owner}.{part}" for owner in ("base", "tool") for part in FRAME_PARTS)
 
 URDF_JOINT = """<joint name="j{i}" type="{kind}"><parent link="l{i}"/><child link="l{j}"/>
 <origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{axis}"/>
@@ -150,59 +147,3 @@ def test_joint_columns_are_the_derivative_by_the_joints(tmp_path):
                 difference=pose_change,
             )
         assert [robot.chain.elements[k].joint for k in joint_elements(robot)] == list(range(robot.dof))
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_hayati_columns_are_aria_13(seed, tmp_path):
-    # eqs. (13a–e) from the link frames alone; the remark: the printed (13d) takes x_i after the β rotation
-    rng = np.random.default_rng(seed)
-    lines = ['convention = "hayati"']
-    table = rng.uniform(-1, 1, (6, 5))
-    for row in table:
-        lines.append("[[joint]]")
-        lines += [
-            f"{c} = {float(v)!r}" for c, v in zip(("theta", "d", "a", "alpha", "beta"), row, strict=True)
-        ]
-    path = tmp_path / "arm.toml"
-    path.write_text("\n".join(lines))
-    robot = framed(load_robot(path), rng)
-    q = rows(robot, 1)
-    frames = link_frames(robot, Motion(q))[0]
-    end = tool_poses(robot, Motion(q))[0, :3, 3]
-
-    def column(name):
-        return identification_jacobian(robot, Motion(q), (name,))[1][0, :, 0]
-
-    for i in range(1, 7):
-        beta = table[i - 1, 4]
-        before, after = frames[i - 1], frames[i]
-        z, y = before[:3, 2], after[:3, 1]
-        printed_x = after[:3, 0]
-        x = after[:3, :3] @ turn("y", -beta)[:3, 0]  # before the β rotation
-        name = f"joint{i}."
-        zero = np.zeros(3)
-        theta = np.r_[np.cross(z, end - before[:3, 3]), z]
-        np.testing.assert_allclose(column(name + "theta"), theta, atol=1e-13)  # (13a)
-        np.testing.assert_allclose(column(name + "d"), np.r_[z, zero], atol=1e-13)  # (13b)
-        np.testing.assert_allclose(column(name + "a"), np.r_[x, zero], atol=1e-13)  # (13c)
-        lever = end - after[:3, 3]
-        np.testing.assert_allclose(column(name + "alpha"), np.r_[np.cross(x, lever), x], atol=1e-13)  # (13d)
-        np.testing.assert_allclose(column(name + "beta"), np.r_[np.cross(y, lever), y], atol=1e-13)  # (13e)
-        printed = np.r_[np.cross(printed_x, lever), printed_x]
-        off = np.linalg.norm(column(name + "alpha")[3:] - printed[3:])
-        np.testing.assert_allclose(off, 2 * abs(np.sin(beta / 2)), atol=1e-13)
-
-
-def test_moving_a_frame_by_its_parts_is_exact(tmp_path):
-    robot = table_arm("hayati", tmp_path, 3)
-    rng = np.random.default_rng(9)
-    values = dict(zip(FRAMES, rng.uniform(-1, 1, len(FRAMES)), strict=True))
-    moved = robot.with_values(values)
-    q = rows(robot)
-    vector = robot.chain.values.copy()
-    vector[robot.chain.indices(FRAMES)] = list(values.values())
-    from workbench.arm import chain as chains
-
-    np.testing.assert_allclose(
-        tool_poses(moved, Motion(q)), chains.poses(robot.chain, q, values=vector), atol=1e-14
-    )

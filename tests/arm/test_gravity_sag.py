@@ -2,13 +2,11 @@
 
 from dataclasses import replace
 
-import checks
 import generator
 import numpy as np
 import pytest
 
 from workbench.arm.effects.gravity_sag import GravitySag, terms_of
-from workbench.arm.kinematics import forward
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 
@@ -69,20 +67,3 @@ def test_any_masses_are_held_and_no_term_is_superfluous(pair):
         np.testing.assert_allclose(law @ sizes, -moments[:, effect.joints[0]], atol=1e-10)
         assert rank == len(effect.names)
         assert sizes[-1] == pytest.approx(9.81)
-
-
-def test_the_total_derivative(pair):
-    robot = pair[1]
-    rng, motion = np.random.default_rng(2), motion_of(robot, 6)
-    sized = [replace(e, coefficients=tuple(rng.normal(0.0, 1e-3, len(e.names)))) for e in sags(robot)]
-    deflected = robot.with_effects(*sized)
-    names = (*deflected.default_free, *deflected.coefficients, "base.x", "base.pitch", "tool.z", "tool.roll")
-    known = dict(zip(deflected.chain.index, deflected.chain.values, strict=True)) | deflected.coefficients
-
-    def poses(x):
-        moved = deflected.with_values(dict(zip(names, x.tolist(), strict=True)))
-        return forward.tool_poses(moved, motion)
-
-    _, twists = forward.identification_jacobian(deflected, motion, names)
-    x = np.array([known[n] for n in names])
-    checks.check_jacobian(poses, twists, x, difference=checks.pose_change, tolerance=1e-6)

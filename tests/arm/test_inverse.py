@@ -125,7 +125,6 @@ def test_branches_reach_the_target_and_contain_the_origin(name):
         assert np.abs(poses[:, :3, part] - target[:3, part]).max() < 2e-9
         assert wrapped(ours - own).max(1).min() < 1e-5
         assert len(set(result.names)) == len(result.branches) <= 16
-        assert result.finite
         assert result.reachable
 
 
@@ -203,7 +202,7 @@ def test_reasons():
     robot = load_robot("aria")
     far = inverse.solve(robot, down(2.0, 0.0, 0.205))
     assert not far.reachable
-    assert "beyond the arm's maximum reach" in far.reason
+    assert "out of the arm's reach" in far.reason
     assert far.nearest.position_error > 0.9
     askew = inverse.solve(robot, down(0.75, 0.2, 0.1))
     assert "not in this orientation" in askew.reason

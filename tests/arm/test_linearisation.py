@@ -65,11 +65,3 @@ def test_covariance_is_the_inverse_normal_matrix_and_scales_with_the_noise(aria,
     assert np.allclose(linearisation.covariance, direct, rtol=1e-6, atol=1e-20)
     double = linearise(aria, q, sigma_position=2e-4, sigma_rotation=2 * np.deg2rad(0.02))
     assert np.allclose(double.covariance, 4 * linearisation.covariance)
-
-
-def test_base_columns_with_joint_1_are_unidentifiable(aria, q):
-    names = (*aria.default_free, "base.yaw")
-    linearisation = linearise(aria, q, names=names)
-    assert linearisation.rank() == 24
-    blind = linearisation.unidentifiable[:, 0]
-    assert set(np.array(names)[np.abs(blind) > 1e-6]) == {"joint1.theta", "base.yaw"}

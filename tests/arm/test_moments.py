@@ -6,8 +6,6 @@ import pytest
 from rigid_body import rigid_body
 
 from workbench import Motion, load_robot
-from workbench.arm.effects import EFFECTS
-from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.moments import joint_moments
 
 ROWS = 12
@@ -52,15 +50,3 @@ def test_a_wrench_at_the_tool_is_held_by_the_transposed_jacobian(katana):
             body.model, data, q[row], body.tool, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         )
         np.testing.assert_allclose(found[row], -jacobian.T @ wrench[row], atol=1e-10)
-
-
-def test_the_arm_bends_under_its_motion(katana):
-    motion = swing(katana)
-    soft = katana.with_effects(
-        EFFECTS["joint-compliance"]((1, 2), (1e-3, 1e-3)), EFFECTS["clearance-tilt"]((2,), (1e-3,))
-    )
-    deflected = deflect(soft, motion)
-    about = joint_moments(soft, motion).about
-    place = soft.chain.indices(["joint2.theta", "joint3.theta"])
-    np.testing.assert_allclose(deflected.shift[:, place], -1e-3 * about[:, 1:3], atol=1e-12)
-    assert np.abs(deflected.shift[:, place] - deflect(soft, Motion(motion.q)).shift[:, place]).max() > 1e-4

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from checks import holding, joint_wrenches
+from checks import joint_wrenches
 from rigid_body import rigid_body
 
-from workbench import Frame, Motion, link_frames, load_robot
-from workbench.arm.statics.wrenches import inertia_regressor, masses, own_axis
+from workbench import Frame, Motion, load_robot
+from workbench.arm.statics.wrenches import inertia_regressor, masses
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.types import frozen
@@ -62,31 +62,6 @@ def test_built_in_arms_agree_with_pinocchio(name):
 
 def test_sliding_and_turning_about_every_axis_agree_with_pinocchio(mixed):
     check_against_pinocchio(mixed)
-
-
-def test_own_component_is_the_holding_torque_of_rnea(mixed):
-    import pinocchio as pin
-
-    q = rows(mixed, 5)
-    body = rigid_body(mixed)
-    data = body.model.createData()
-    expected = [pin.computeGeneralizedGravity(body.model, data, row[body.columns]) for row in q]
-    found = holding(joint_wrenches(mixed, q), mixed)
-    np.testing.assert_allclose(found[:, body.columns], expected, atol=1e-10)
-    assert own_axis(mixed).tolist() == [3, 1, 4, 2]
-
-
-def test_holding_torques_are_the_gradient_of_the_potential(mixed):
-    weights = [(k + 1, joint.mass, joint.com) for k, joint in enumerate(mixed.joints)]
-    up = -mixed.base.rotation @ mixed.gravity
-
-    def potential(q):
-        frames = link_frames(mixed, Motion(q))
-        return sum(m * se3.apply(frames[:, k], np.broadcast_to(c, (len(q), 3))) @ up for k, m, c in weights)
-
-    q, step = rows(mixed, 3), 1e-5
-    slopes = [(potential(q + step * e) - potential(q - step * e)) / (2 * step) for e in np.eye(mixed.dof)]
-    np.testing.assert_allclose(holding(joint_wrenches(mixed, q), mixed), np.transpose(slopes), atol=1e-7)
 
 
 def test_level_arm_by_hand(tmp_path):

@@ -32,10 +32,10 @@ from real_arms import SETS, load, splits
 from workbench.arm.built_in_arms import load_robot
 from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.identify import identify
+from workbench.plate.design import optimise_plate
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.drag import GrabTarget
-from workbench.session.commands.plate import ImprovePlate
 
 DATA = TESTS.parents[1] / "shared" / "data"
 DIGITS = 12
@@ -155,7 +155,10 @@ def shown(session: Session) -> Numbers:
 
 def improve() -> Numbers:
     """What the page's Improve makes of Table 2."""
-    design = ImprovePlate().compute(table2())
+    session = table2()
+    sigma = session.noise.position, session.noise.rotation
+    made = session.plate.production
+    design = optimise_plate(session.robot, session.plate, production=made, sigma=sigma, moves=True)
     keys = ("cost", "rotation", "start_cost", "clearance", "limit_margin", "spacing")
     poses = np.array([target.pose[:3, 3] for target in design.plate.targets])
     return {key: getattr(design, key) for key in keys} | {"targets": poses, "outcome": str(design.outcome)}

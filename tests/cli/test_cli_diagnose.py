@@ -73,9 +73,6 @@ def test_found_saved_and_used(run, soft):
         (("--save", "c.txt"), ".toml"),
         (("--report", "file"), "file: "),
         (("--exclude", "70"), "70"),
-        (("--exclude", "a"), "whole numbers"),
-        (("--held-out", "1.5"), "held"),
-        (("--frames", "some"), "shared"),
         (("--noise", "-1mm"), "must be positive"),
     ],
 )

@@ -5,6 +5,8 @@ import json
 import pytest
 from refusals import mentions
 
+from tests.arm.test_urdf import with_jaw
+
 FEW = ("--algorithm", "opt2", "--json", "r.json")
 
 
@@ -30,45 +32,15 @@ def test_rows_of_another_arm_give_no_result_unless_forced(run, rows, tmp_path):
     assert not any("fits to" in text for text in json.loads((tmp_path / "r.json").read_text())["warnings"])
 
 
-JAW = """<robot name="desk"><link name="base"/><link name="l1"/><link name="l2"/><link name="l3"/>
-<link name="hand"/><link name="jaw"/><link name="tip"/>
-{joints}
-<joint name="open" type="revolute"><origin xyz="0.02 0.01 0.03"/><parent link="hand"/><child link="jaw"/>
-<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-<joint name="end" type="fixed"><origin xyz="0 0 0.09"/><parent link="hand"/><child link="tip"/></joint>
-</robot>"""
-
-
 def test_of_an_arm_with_a_jaw_the_chain_is_named_and_holds(run, tmp_path):
-    """Rows have the arm's four joints; the longest chain of its URDF has five."""
-    joints = "\n".join(
-        f'<joint name="j{k}" type="revolute"><origin xyz="0.1 0 {z}"/><parent link="{a}"/><child link="{b}"/>'
-        f'<axis xyz="{axis}"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>'
-        for k, (a, b, z, axis) in enumerate(
-            (
-                ("base", "l1", 0.2, "0 0 1"),
-                ("l1", "l2", 0.1, "0 1 0"),
-                ("l2", "l3", 0.2, "0 1 0"),
-                ("l3", "hand", 0.1, "1 0 0"),
-            )
-        )
-    )
-    (tmp_path / "arm.urdf").write_text(JAW.format(joints=joints))
-    run("export", "arm.urdf", "--tip", "tip", "--toml", "short.toml", "--urdf", "short.urdf")
-    for robot in ("short.toml", "short.urdf"):
-        status, _, err = run("simulate", "--robot", robot, "--poses", 30, "--out", "rows.csv")
-        assert status == 0, err
-        assert (tmp_path / "rows.csv").read_text().count("q5") == 0
+    """Rows have the arm's two joints; the longest chain of its URDF has three."""
+    urdf = with_jaw(tmp_path)
+    assert run("export", urdf, "--tip", "e", "--toml", "short.toml")[0] == 0
+    assert run("simulate", "--robot", "short.toml", "--poses", 30, "--out", "rows.csv")[0] == 0
     for command in ("identify", "diagnose", "evaluate"):
-        status, _, err = run(command, "rows.csv", "--robot", "arm.urdf")
+        status, _, err = run(command, "rows.csv", "--robot", urdf)
         assert status == 1
-        assert mentions(err, "--tip tip")
-    status, _, err = run("identify", "rows.csv", "--robot", "arm.urdf", "--tip", "tip", "--save", "cal.urdf")
+        assert mentions(err, "--tip e")
+    status, _, err = run("identify", "rows.csv", "--robot", urdf, "--tip", "e", "--save", "cal.urdf")
     assert status == 0, err
     assert run("evaluate", "rows.csv", "--robot", "cal.urdf")[0] == 0
-
-
-def test_the_layouts_are_listed(run):
-    status, out, _ = run("preview", "--layout", "list")
-    assert status == 0
-    assert {"plain", "matlab", "mocap"} <= set(out.split())

@@ -27,14 +27,3 @@ def test_level_1_frees_the_offsets_alone(run, refused, tmp_path, rows):
     assert errors[0] > 10.0 * errors[1]
     options = ("--robot", "katana450", "--level", 1, "--free", "joint1.theta")
     refused(["--level 1"], "identify", rows, *options, status=64)
-
-
-def test_influence_is_an_algorithm(run, tmp_path, rows):
-    found, out = identified(run, tmp_path, "--algorithm", "ols,influence")
-    assert set(found) == {"ols", "influence"}
-    assert "INFLUENCE" in out
-    assert found["influence"]["converged"]
-    everything, _ = identified(run, tmp_path, "--algorithm", "all")
-    assert set(everything) == {"ols", "opt1", "opt2", "influence"}
-    usual, _ = identified(run, tmp_path)
-    assert set(usual) == {"ols", "opt1", "opt2"}

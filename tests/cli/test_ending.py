@@ -82,17 +82,8 @@ def test_the_status_tells_wrong_usage_from_no_result_and_from_a_bad_one(command,
     assert bool(out) == (status in (0, 2))
 
 
-def test_a_share_may_be_given_in_per_cent(run):
-    run("simulate", "--robot", "aria", "--poses", "40", "--out", "rows.csv")
-    found = []
-    for share in ("25%", "0.25"):
-        options = ("rows.csv", "--robot", "aria", "--algorithm", "ols", "--held-out", share, "--json", "-")
-        found.append(json.loads(run("identify", *options)[1])["measurements"])
-    assert found[0] == found[1]
-    assert found[0]["held_out"] == 10
-
-
 SIMULATED = "simulate --robot aria --poses 30 --seed 1 --out rows.csv"
+IDENTIFIED = "identify rows.csv --robot aria --algorithm ols --save arm.toml"
 HOSTILE = {
     "German, no home": {
         "HOME": "/dev/null",
@@ -108,7 +99,7 @@ HOSTILE = {
 def written(folder, **more: str) -> dict[str, bytes]:
     """Files of a calibration at the command line."""
     folder.mkdir()
-    found = commands(SIMULATED, "identify rows.csv --robot aria --save arm.toml", folder=folder, **more)
+    found = commands(SIMULATED, IDENTIFIED, folder=folder, **more)
     assert [(end.status, end.err) for end in found] == [(0, ""), (0, "")]
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
 

@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import load_robot
+from workbench.data.dataset import Dataset
 from workbench.diagnosis import final_fit
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.search.refit import refit
 from workbench.identification.evaluate import evaluate
+from workbench.identification.identify import identify
 from workbench.plate.simulated_measurement import measure_poses
 
 
@@ -95,3 +98,17 @@ def test_an_outlier_among_the_held_out_rows_is_a_suspect(clean, spoilt):
     errors = diagnosis_json(spoilt)["after"]["held_out"]["position_mm"]
     assert errors["median"] < 0.5 * errors["mean"]
     assert f"the median {errors['median']:.3g} mm" in note
+
+
+def test_where_nothing_is_found_the_geometry_is_that_of_identify():
+    """An exact arm lost 0.02 mm to a geometry without expectations: its file was refused."""
+    rng, arm = np.random.default_rng(0), load_robot("ur5e")
+    q = rng.uniform(-1.8, 1.8, (40, 6))
+    flange = arm.predict(q)
+    points = flange[:, :3, 3] + flange[:, :3, :3] @ [0.05, 0.02, 0.12]
+    rows = Dataset(q=q, position=points + rng.normal(0.0, 5e-5, (40, 3)))
+    found, alone = diagnose(arm, rows), identify(arm, rows)
+    assert not found.effects
+    after, identified = (f.error.after.position_mm.mean for f in (found, alone))
+    assert after == pytest.approx(identified, rel=0.02)
+    assert not found.robot.calibration.refused

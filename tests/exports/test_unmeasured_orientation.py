@@ -3,23 +3,17 @@
 The arm, its errors and every judge are plain numpy; of the package's own code only files come here.
 """
 
-import json
-import re
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 import round_trip as trip
-import tomli_w
 from generator import three_parallel
 from refusals import refuses
 
 import workbench as wb
 from tests.exports import readers
-from workbench.arm.robot_toml import robot_text
-from workbench.arm.usable_arm import off_nominal, unobserved_text, usable_arm
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.readers.trajectory import Trajectory
@@ -136,53 +130,9 @@ def test_a_joint_table_is_no_worse_at_the_flange(cell, tmp_path):
     cell.judge(np.array([pose(row) for row in cell.q]))
 
 
-def turned_in_file(table: dict) -> float:
-    """Mean angle between the flanges of a saved UR5 and of its nominal constants on the best base [°]."""
-    found, q = table["calibration"], np.array(table["calibration"]["observed"]["q"])
-    nominal = [
-        {k: found["nominal"].get(f"joint{i + 1}.{k}", v) for k, v in joint.items() if isinstance(v, float)}
-        for i, joint in enumerate(table["joint"])
-    ]
-    arms = (trip.toml_arm(tomli_w.dumps(table | {"joint": joints})) for joints in (table["joint"], nominal))
-    turns = [arm(trip.rows_of(q))[0][:, :3, :3] for arm in arms]
-    u, _, vt = np.linalg.svd(np.einsum("rij,rkj->ik", *turns))
-    return angles(turns[0], u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt @ turns[1])
-
-
-def test_how_far_the_flange_is_from_nominal_is_that_of_the_file(cell):
-    arm = wb.load_robot(cell.saved)
-    own = turned_in_file(tomllib.loads(Path(cell.saved).read_text()))
-    nominal = wb.load_robot("ur5")
-    poses = arm.calibration.observed.q
-    assert np.rad2deg(off_nominal(arm, nominal, poses).rotation) == pytest.approx(own, abs=1e-4)
-    assert own > 1e-3
-    used = usable_arm(arm).robot
-    table = tomllib.loads(robot_text(used)) | {"calibration": tomllib.loads(robot_text(arm))["calibration"]}
-    assert np.rad2deg(off_nominal(used, nominal, poses).rotation) == pytest.approx(
-        turned_in_file(table), abs=1e-4
-    )
-    message = [*unobserved_text(arm), *usable_arm(arm).notes, *usable_arm(arm, effects=False).notes]
-    sizes = [float(re.search(r"([\d.e-]+)°", text)[1]) for text in message]
-    assert sizes == pytest.approx([own, *2 * [turned_in_file(table)]], rel=0.06)
-
-
 def test_controller_numbers_that_turn_an_unmeasured_tool_are_not_advised(cell):
     arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
     for variant in use_of(arm, nominal).variants:
         noticed = variant.after.rotation_mean > 1.02 * variant.before.rotation_mean + 3.4e-4
         assert not (noticed and variant.is_better)
         assert any("not measured" in note for note in variant.notes)
-
-
-def test_controller_numbers_that_are_advised_help(cell, run, tmp_path):
-    status, out, _ = run("export", cell.saved, "--controller", "c.json", "--nominal", "ur5")
-    variants = json.loads((tmp_path / "c.json").read_text())["controller"]
-    assert status == (0 if any(v["advised"] for v in variants) else 2)
-    for variant in variants:
-        mean = [variant[key]["position_mm"]["mean"] for key in ("without", "remains")]
-        assert mean[1] < mean[0] or not variant["advised"]
-        if variant["advised"]:
-            base = trip.placed(variant["base"]["xyz"], variant["base"]["rpy"])
-            at = base @ flanges(cell.q + variant["offsets"]) @ np.append(variant["tool"]["xyz"], 1.0)
-            assert distances(at[:, :3], cell.points(cell.q)) == pytest.approx(mean[1], abs=0.1)
-    assert out

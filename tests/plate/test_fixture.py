@@ -10,10 +10,9 @@ from refusals import refuses
 
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.plate.optimiser.capsules import capsule_arm, capsule_to_hull
+from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.plate.optimiser.search import gains
-from workbench.plate.optimiser.segments import segment_distances
-from workbench.plate.optimiser.shapes import block_hulls, line_distances, plate_hull
+from workbench.plate.optimiser.shapes import block_hulls, hull_bounds, plate_hull, segment_distances
 from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle, tool_poses_at
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.tolerances import PIN_PLAY, Production
@@ -66,35 +65,35 @@ def test_segments_are_as_far_apart_as_their_samples_say(seed):
     assert found >= sampled - 0.02
 
 
-def test_a_segment_is_as_far_from_a_hull_as_coal_says(aria, plate):
-    """Blocks of every kind and the plate; a line that enters one is said to, and what is far is far."""
+def test_no_bound_is_above_a_distance(plate):
+    """Of lines near blocks of every kind and near the plate, from points of the line and corners alone."""
     bodies = [*block_hulls(plate, plate.poses), plate_hull(plate)]
     lines = np.stack([hull.corners.mean(0) + rng(3).normal(0.0, 0.1, (20, 2, 3)) for hull in bodies])
-    far = np.full(20, 0.08)
-    found = line_distances(lines, bodies, far)
-    entered = np.isneginf(found)
-    assert 0.1 < entered.mean() < 0.9
-    for row, hull in enumerate(bodies):
-        exact = np.array([capsule_to_hull(line, 1e-6, hull) for line in lines[row]]) + 1e-6
-        assert (exact[entered[row]] < 1e-9).all()
-        near = ~entered[row] & (exact < far)
-        assert np.allclose(found[row, near], exact[near], atol=1e-9)
-        assert (found[row, exact >= far] >= far[0]).all()
+    bounds = hull_bounds(lines, bodies)
+    share = np.linspace(0.0, 1.0, 60)[:, None]
+    mixes = rng(4).dirichlet(np.full(8, 0.1), 300)
+    for hull, own, bound in zip(bodies, lines, bounds, strict=True):
+        inside = np.concatenate([hull.corners, mixes @ hull.corners])
+        for line, least in zip(own, bound, strict=True):
+            points = line[0] + share * (line[1] - line[0])
+            assert least <= np.linalg.norm(points[:, None] - inside[None], axis=2).min() + 1e-12
+    assert 0.4 < (bounds > 0.0).mean() < 1.0
 
 
 def test_an_arm_is_as_far_from_a_hull_as_its_samples_say(aria, plate):
     """Distance of a box: largest excess beyond its faces, in its own frame."""
     arm = capsule_arm(aria)
     q = rng(5).uniform(*aria.limits.T, (30, 6))
-    lines = arm.placements(q)
+    placements = arm.placements(q)
     hull = plate_hull(plate)
-    every = np.ones(len(arm.radii), bool)
-    found = arm.hull_distances(lines, [hull], checked=every, far=5.0)
+    found = arm.hull_distances(placements, [hull], checked=np.ones(len(arm.pieces), bool), far=5.0)
     share = np.linspace(0.0, 1.0, 1500)[:, None]
-    for row, distance in zip(lines, found, strict=True):
+    for row, distance in zip(placements, found, strict=True):
         gaps = []
-        for line, radius in zip(row, arm.radii, strict=True):
-            points = se3.apply(se3.inverse(plate.pose), line[0] + share * (line[1] - line[0]))
+        for piece in arm.pieces:
+            (start, end), radius = piece.capsule
+            line = se3.apply(se3.inverse(plate.pose) @ row[piece.frame], np.stack([start, end]))
+            points = line[0] + share * (line[1] - line[0])
             points[:, 2] += 0.5 * plate.size[2]
             beyond = np.maximum(np.abs(points) - 0.5 * plate.size, 0.0)
             gaps.append(np.linalg.norm(beyond, axis=1).min() - radius)
@@ -110,7 +109,7 @@ def test_a_stretched_arm_is_clear_of_itself_and_a_folded_one_is_not(aria):
     folded = np.array([[0.0, 1.2, 2.2 - 2.0 * np.pi, 0.0, 0.3, 0.0]])
     assert arm.own_distances(arm.placements(stretched)).min() > 0.02
     assert arm.own_distances(arm.placements(folded)).min() < 0.0
-    assert not {tuple(pair) for pair in arm.bodies[arm.checked.pairs]} & {(k, k) for k in range(7)}
+    assert all(one.body < other.body for one, other in arm.pairs)
 
 
 def test_gains_are_what_another_candidate_brings():

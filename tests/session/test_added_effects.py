@@ -1,17 +1,12 @@
 """Effects that something beside the joint positions drives: found, added and compared in the app."""
 
 import csv
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from driven_effects import DRIVEN, driven_file
 
-from workbench import Dataset, Motion, evaluate, load_robot, read_measurements, write_measurements
-from workbench.arm.effects.backlash import Backlash
-from workbench.data.directions import with_directions
-from workbench.data.simulation.instruments import instrument_named
-from workbench.data.simulation.simulate import simulate, virtual_arm
+from workbench import evaluate, read_measurements
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
@@ -77,34 +72,3 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     assert saved.position_mm.rms < expected.errors.position_mm.rms
     if name == "joint-compliance":
         assert (1e3 * errors.mean(), 1e3 * errors.max()) == pytest.approx((0.0746, 0.1347), rel=5e-3)
-
-
-@pytest.fixture(scope="module")
-def timed(tmp_path_factory) -> bytes:
-    """90 rows of an arm with play at joint 2; the file has the times of the rows, but no directions."""
-    arm, rng = load_robot("aria"), np.random.default_rng(3)
-    play = Backlash((1,), (1.5e-3,), by="motion")
-    actual = virtual_arm(arm, rng=rng, length=1e-3, angle=0.01).with_effects(play)
-    q = rng.uniform(*np.clip(arm.limits, -2.0, 2.0).T, (90, 6))
-    time = 20.0 * np.arange(90)
-    motion = Motion.of(with_directions(Dataset(q=q, time=time)))
-    rows = simulate(actual, motion, instrument=instrument_named("tracker-6d"), rng=rng)
-    rows = replace(rows, direction=None, time=time)
-    return write_measurements(rows, tmp_path_factory.mktemp("timed") / "timed.csv").read_bytes()
-
-
-@pytest.mark.parametrize("before", [(), (Identify(),)])
-def test_play_that_was_found_from_the_times_of_the_rows_is_compared(timed, before, do):
-    session = do(LoadData("timed.csv", timed), *before, Diagnose())
-    assert session.results.diagnosis is not None, [m.text for m in session.page.messages]
-    assert "backlash" in {accepted.effect.name for accepted in session.results.diagnosis.effects}
-    rows = session.results.comparison
-    assert rows.stages == STAGES
-    _, geometry, causes = 1e3 * rows.stage_errors[rows.held_out if before else ~rows.held_out].mean(0)
-    assert causes < 0.3 * geometry
-    if before:
-        assert causes == pytest.approx(judged_errors(session.results.diagnosis.after), rel=1e-9)
-    session = do(AddEffects())
-    assert [effect.name for effect in session.results.accepted] == ["backlash"]
-    shown = session.results.comparison
-    assert 1e3 * shown.errors[shown.held_out, 1].mean() < 0.3 * geometry

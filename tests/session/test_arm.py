@@ -80,15 +80,6 @@ def test_rows_left_out_and_parameters_held_are_not_used(do):
     assert "joint2.alpha" not in [p.name for p in found.runs["ols"].fit.parameters]
 
 
-def test_a_surprise_is_no_geometry(do):
-    """The fitted geometry leaves much more than noise, on rows that it was fitted to."""
-    plain = do(MeasureVirtualArm(5, more=60), Identify(("opt2",))).results.identification.runs["opt2"]
-    odd = do(MeasureVirtualArm(5, surprise=True, more=60), Identify(("opt2",))).results.identification.runs[
-        "opt2"
-    ]
-    assert odd.held_out.position_mm.mean > 2.0 * plain.held_out.position_mm.mean
-
-
 def test_a_urdf_from_the_page_is_corrected_in_a_copy(do, tmp_path):
     """The uploaded file is there as long as its robot, whose calibrated copies are made of it."""
     path = write_urdf(load_robot("aria"), tmp_path / "own.urdf")

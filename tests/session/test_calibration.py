@@ -1,5 +1,7 @@
 """Measurements, identification, comparison and export, as commands."""
 
+import zipfile
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowRow
-from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
+from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm, load_command
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import Dismiss
@@ -82,17 +84,6 @@ def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_i
         assert back.results.identification is before.results.identification
 
 
-@pytest.mark.parametrize(("name", "millimetres"), [("laser-tracker", 0.02), ("optotrak", 0.00577)])
-def test_an_instrument_measures_a_virtual_arm_as_well_as_it_sees(name, millimetres, do):
-    session = do(MeasureVirtualArm(3, more=20, instrument=name))
-    data, actual = session.measurements.loaded.dataset, session.measurements.loaded.actual
-    assert dict(session.measurements.loaded.facts)["Noise"].startswith(f"{millimetres:g} mm")
-    off = np.linalg.norm(data.position - tool_poses(actual, Motion(data.q))[:, :3, 3], axis=1)
-    assert 1e3 * off.mean() == pytest.approx(1.6 * millimetres, rel=0.3)  # of three normal coordinates
-    found = do(Identify(("opt2",))).results.identification
-    assert found.runs["opt2"].held_out.position_mm.mean < 0.01 * found.nominal.held_out.position_mm.mean
-
-
 def test_a_file_is_read_identified_and_looked_at(do, file):
     session = do(LoadData("../../etc/a.csv", file))
     assert session.measurements.loaded.name == "a.csv"
@@ -141,3 +132,6 @@ def test_a_saved_choice_of_columns_is_one_for_the_command_line(do, file, tmp_pat
     (tmp_path / "a.csv").write_bytes(file)
     again = preview(tmp_path / "a.csv", columns=read_mapping(tmp_path / name).columns)
     assert np.array_equal(again.dataset.q, session.measurements.loaded.dataset.q)
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.write(tmp_path / "a.csv", "a/a.csv")
+    assert load_command("a.zip", (tmp_path / "a.zip").read_bytes()) == LoadData("a.csv", file)

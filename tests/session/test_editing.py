@@ -49,12 +49,6 @@ def test_added_targets_stand_in_free_places_of_the_region(do, first):
     assert (added[:, :2] <= region.max[:2]).all()
 
 
-def test_the_last_target_stays(do):
-    session = do(*(DeleteTarget(0) for _ in range(10)))
-    assert len(session.plate) == 1
-    assert session.page.messages[-1].severity is Severity.ERROR
-
-
 def test_a_locked_target_stays_in_place_through_everything(do, first, tmp_path):
     held = do(LockTarget(3, True))
     rpy = (-2.6, 0.0, 0.0)

@@ -8,8 +8,6 @@ from refusals import mentions
 
 from workbench import load_robot, measure_poses, write_measurements
 from workbench.identification.checks.arm_match import arm_match
-from workbench.identification.identify import identify
-from workbench.identification.report.results_json import identification_json
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.identify import Identify
@@ -82,17 +80,6 @@ def test_what_was_fitted_all_the_same_is_called_implausible(do, ur5_file):
     assert next_step(session).sentence.startswith("Implausible")
 
 
-def test_a_constant_that_no_arm_can_have_is_called_implausible():
-    aria = load_robot("aria")
-    longer = aria.with_values({"joint2.a": float(aria.values(["joint2.a"])[0]) + 0.06})
-    found = identify(aria, measure_poses(aria, 40, actual=longer, seed=4)[1], algorithms=("opt2",))
-    assert found.best.implausible == ("joint2.a +60 mm",)
-    assert found.warnings[0].startswith("implausible: joint2.a +60 mm")
-    assert identification_json(found)["algorithms"]["opt2"]["implausible"] == ["joint2.a +60 mm"]
-    own = identify(aria, measure_poses(aria, 40, seed=4)[1], algorithms=("opt2",))
-    assert not own.best.implausible
-
-
 def test_another_robot_has_its_own_plate_and_undo_brings_everything_back(do):
     before = do(MeasureVirtualArm(3), Identify(("opt2",)))
     other = do(ChooseRobot("ur5"))
@@ -130,9 +117,8 @@ def test_rows_of_an_arm_with_more_joints_offer_that_arm_too(do):
     assert next_step(own).other.command == ChooseRobot("panda", keep=True)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_a_row_that_no_arm_explains_is_red_in_the_scene(do, seed, tmp_path):
-    _, rows = measure_poses(load_robot("aria"), 60, seed=seed)
+def test_a_row_that_no_arm_explains_is_red_in_the_scene(do, tmp_path):
+    _, rows = measure_poses(load_robot("aria"), 60, seed=0)
     position = rows.position.copy()
     position[17] += [0.0, 0.05, 0.0]
     path = write_measurements(replace(rows, position=position), tmp_path / "rows.csv")

@@ -604,5 +604,5 @@ def test_fields_of_earlier_journals_come_back_by_their_names_of_today():
     assert (region.low, region.high) == ((0, 0, 0), (1, 1, 1))
     view = codec.decode("ShowCubes", {"view": {"least": 0.2, "greatest": 0.6, "asked": False}}, bytes).view
     assert (view.low, view.high, view.is_chosen) == (0.2, 0.6, False)
-    overlay = codec.decode("SetOverlay", {"overlay": {"bent": True, "bending": 7.0}}, bytes).overlay
-    assert (overlay.is_deflected, overlay.deflection) == (True, 7.0)
+    former = {"arrows": False, "bent": True, "bending": 7.0, "exaggeration_after": 2000.0}
+    assert codec.decode("SetOverlay", {"overlay": former}, bytes).overlay == Overlay(arrows=False)

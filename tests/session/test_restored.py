@@ -14,7 +14,6 @@ from workbench.session.command import UnknownCommand
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
-from workbench.session.commands.edit import CopyTarget, LockTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.journal.folder import begin, go_on
 from workbench.session.journal.reader import JOURNAL, read_recording
@@ -130,18 +129,6 @@ def test_a_command_of_another_version_is_named_and_skipped(plain, change):
         assert {d.step for d in found.differences} == {2}
         assert name in found.warning
         assert [m.text for m in found.session.page.messages] == [note]
-
-
-def test_what_needs_a_skipped_command_is_left_out_and_the_rest_is_done(tmp_path):
-    """As older versions arranged targets in patterns, and then moved them."""
-    folder, plate = tmp_path / "session", load_plate("table2")
-    last = plate.targets[-1]
-    run = Run(begin(load_robot("aria"), plate, folder=folder))
-    run(CopyTarget(0), MoveTarget(len(plate), tuple(last.xyz + 0.01), tuple(last.rpy)), LockTarget(0, True))
-    run.worker.close()
-    recording = read_recording(rewrite(folder, 1, lambda line: line.update(command="ApplyPattern")))
-    for found in (restore(recording), restore(recording, is_computed=True)):
-        assert [t.locked for t in found.session.plate.targets] == [True, *[False] * (len(plate) - 1)]
 
 
 def test_the_same_numbers_go_on_in_the_same_folder(plain):

@@ -14,7 +14,7 @@ from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.writer import write_measurements
 from workbench.session import Worker, replay, start
-from workbench.session.commands.data import LoadData, MeasureVirtualArm
+from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.commands.sessions import MakeSession, new_frames
@@ -84,10 +84,3 @@ def a_known_base_becomes_no_sessions_own(session, row):
     base = replace(session.robot.base, free=Freedom.FIXED)
     with refuses(DataError, "[base]"):
         MakeSession(row).check(replace(session, robot=session.robot.with_frames(base=base)))
-
-
-def test_rows_that_are_sessions_already_are_refused(first):
-    session = done(first, MeasureVirtualArm(3), MakeSession(4))
-    for row in (4, 10**6, -1):
-        with pytest.raises(DataError):
-            MakeSession(row).check(session)

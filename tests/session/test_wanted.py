@@ -22,7 +22,7 @@ from workbench.session.next_step import Tone, next_step
 from workbench.session.page_state import Severity
 from workbench.session.start import default_circle
 from workbench.session.state import UndoStep
-from workbench.views.page.first_view import first_view
+from workbench.views.drawables.viewpoint import first_view
 from workbench.views.page.panels.fit import _requirement
 from workbench.views.page.scene.scene import _has_other_rows
 

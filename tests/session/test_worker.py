@@ -6,7 +6,6 @@ from collections.abc import Hashable
 
 import pytest
 from refusals import mentions
-from threadpoolctl import threadpool_info
 
 from workbench.base.progress import check_cancelled, progress
 from workbench.session import AbstractChange, AbstractTask, replay
@@ -28,16 +27,6 @@ class Broken(AbstractChange):
 
     def apply(self, session):
         raise ZeroDivisionError("oh")
-
-
-class Counted(AbstractChange):
-    """Says how many threads linear algebra has."""
-
-    title: str = "Counted"
-
-    def apply(self, session):
-        threads = {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
-        return session.with_message(Severity.INFO, str(threads))
 
 
 class Slow(AbstractTask):
@@ -71,11 +60,6 @@ def test_a_bug_is_a_message_and_the_session_stands(worker, do, first, caplog):
     assert "unchanged" in session.page.messages[-1].text
     assert [e.ending for e in worker.journal] == [Ending.FAILED, Ending.DONE]
     assert mentions(caplog.text, "Broken")
-
-
-def test_a_step_has_one_thread_of_linear_algebra(do):
-    """Beside a page that is drawn, a drag's step takes 75 ms of processor with two threads, with one 27."""
-    assert do(Counted()).page.messages[-1].text == "{1}"
 
 
 def test_waiting_drags_give_way_to_the_newest(worker, view, first):

@@ -10,7 +10,6 @@ from generator import move, turn
 
 from studies import katana_printed as printed
 from studies.katana_generator import NOMINAL, VirtualKatana
-from workbench.base import se3
 
 
 def arm(**changes):
@@ -66,18 +65,3 @@ def test_tilting_is_that_of_the_other_generator(q):
     assert plain.sum() > 120
     assert distance[plain].max() < 1e-8
     assert np.abs(actual.poses(q) - arm().poses(q)).max() > 5e-4
-
-
-def test_the_fifth_joint_tips_about_its_place_behind_the_fifth_offset(q):
-    """Eq. (4.4): the turn has the clearance's size, lies across the joint, and leaves a point of it still."""
-    straight = arm()
-    tipped = replace(straight, clearance=printed.CLEARANCE * [0, 0, 0, 0, 1])
-    here, there = straight.poses(q), tipped.poses(q)
-    turned = se3.matrix_to_rotvec(there[:, :3, :3] @ np.swapaxes(here[:, :3, :3], 1, 2))
-    assert np.allclose(np.linalg.norm(turned, axis=1), printed.CLEARANCE[4], rtol=1e-9)
-    alpha, a, beta, theta, d = straight.table[5]
-    after = turn("x", alpha) @ turn("y", beta) @ move("x", a) @ move("z", d) @ turn("z", theta)
-    joint = here @ np.linalg.inv(after)
-    assert np.abs((turned * joint[:, :3, 2]).sum(axis=1)).max() < 1e-9
-    pivot = se3.apply(np.linalg.inv(here), joint[:, :3, 3])
-    assert np.abs(se3.apply(there, pivot) - joint[:, :3, 3]).max() < 1e-12

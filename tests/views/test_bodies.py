@@ -7,7 +7,7 @@ from workbench import Motion, load_robot, tool_poses
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.views.appearance.bodies import body_frames, make_bodies
-from workbench.views.appearance.shapes import ball, box, cuboid_edges, cylinder, target_block
+from workbench.views.appearance.shapes import target_block
 
 
 @pytest.mark.parametrize("name", built_in_robots())
@@ -21,27 +21,6 @@ def test_the_last_body_ends_at_the_tool(name):
     assert np.linalg.norm(vertices - tool, axis=1).min() < 0.06 * robot.reach
 
 
-def test_bodies_move_with_their_joint_only():
-    robot = load_robot("aria")
-    still, moved = body_frames(robot, np.zeros(6)), body_frames(robot, np.eye(6)[3])
-    assert np.allclose(still[:4], moved[:4])
-    assert not np.allclose(still[4], moved[4])
-
-
-@pytest.mark.parametrize(
-    ("solid", "volume"),
-    [
-        (cylinder(0.5, 0.0, 2.0, bevel=0.1), np.pi * 0.25 * 2.0),
-        (ball(0.5, np.array([1.0, 2.0, 3.0])), np.pi / 6.0),
-        (box(np.array([1.0, 2.0, 3.0])), 6.0),
-    ],
-)
-def test_solids_face_outwards(solid, volume):
-    corners = solid.vertices[solid.faces]
-    inside = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
-    assert inside == pytest.approx(volume, rel=0.09)
-
-
 @pytest.mark.parametrize("roll", [-180.0, -150.0, -90.0, 0.0])
 def test_a_block_has_the_target_on_its_face_and_its_faces_outwards(roll):
     place = np.array([0.3, 0.4, 0.25])
@@ -52,8 +31,3 @@ def test_a_block_has_the_target_on_its_face_and_its_faces_outwards(roll):
     heights = (solid.vertices - place) @ pose[:3, 2]
     assert np.sort(np.abs(heights))[:4] == pytest.approx(0.0, abs=1e-12)
     assert heights.min() > -1e-9  # the block lies behind the face, where the tool's z axis points
-
-
-def test_a_cuboid_has_twelve_edges():
-    edges = cuboid_edges(np.zeros(3), np.array([1.0, 2.0, 3.0]))
-    assert np.sort(np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)).tolist() == [1] * 4 + [2] * 4 + [3] * 4

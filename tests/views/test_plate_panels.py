@@ -17,7 +17,7 @@ from workbench.session.state import Drag
 from workbench.session.target_steps import score_as_drawn
 from workbench.views.drawables.region import envelope
 from workbench.views.page.panels.history import plot
-from workbench.views.page.panels.index import predicted
+from workbench.views.page.panels.index import _details, headline
 
 
 @pytest.fixture(scope="module")
@@ -41,11 +41,18 @@ def test_a_plate_that_states_no_tolerances_shows_its_error_as_drawn_beside_the_e
     )
     assert drawn == pytest.approx(sheet.measured.error.position_rms)
     assert drawn > 1.1 * first.score.position
-    assert f"as drawn {1e3 * drawn:.3f} mm" in predicted(first)
-    assert "as drawn" not in predicted(replace(first, drag=Drag(1, 0)))  # a drag waits for nothing
+    assert f"{1e3 * drawn:.3f} mm if it is only made" in _details(first)
+    assert "only made" not in _details(replace(first, drag=Drag(1, 0)))  # a drag waits for nothing
     stated = replace(first, plate=first.plate.made_as_drawn)
     assert score_as_drawn(stated) is None
     assert default_circle(load_robot("ur5")).production == stated.plate.production
+
+
+def test_error_and_index_of_the_plate_stand_side_by_side_with_their_curves(first):
+    shown = headline(first, [(1e-3, 0.6), (2e-3, 0.5), (np.inf, 0.4)])
+    assert f">{1e3 * first.score.position:.3f} mm<" in shown
+    assert f">O {first.score.per_target.mean():.4f}<" in shown
+    assert shown.count("<polyline") == shown.count("<svg") == headline(first, []).count("<svg") == 2
 
 
 def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):

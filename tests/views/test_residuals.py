@@ -12,7 +12,6 @@ from workbench.session.joint_errors import along_joints
 from workbench.session.state import Focus
 from workbench.views.appearance.colours import EXCLUDED, ErrorScale
 from workbench.views.drawables.measured import error_scale, measured, selected_row_marks
-from workbench.views.page.panels.joints import joint_plots
 from workbench.views.page.panels.legend import colour_bar
 from workbench.views.page.scene.picking import nearest_to_ray
 
@@ -37,13 +36,15 @@ def comparison(stages=3) -> Comparison:
         nominal=poses,
         calibrated=after if stages > 1 else None,
         residuals=residuals,
+        models=dict.fromkeys(STAGES[:stages], load_robot("aria")),
     )
 
 
 def drawn(rows, *, overlay=None, focus=Focus.ROW, left_out=frozenset(), row=0):
     """What the page shows of the rows, by path."""
     session = SimpleNamespace(
-        results=SimpleNamespace(comparison=rows, row=row),
+        robot=load_robot("aria"),
+        results=SimpleNamespace(comparison=rows, row=row, accepted=len(rows.stages) > 2),
         choices=SimpleNamespace(overlay=overlay or Overlay()),
         measurements=SimpleNamespace(left_out=left_out),
         playback=SimpleNamespace(focus=focus),
@@ -127,17 +128,3 @@ def test_vectors_are_laid_along_what_a_joint_moves():
         along = along_joints(robot, q, (robot.base.pose[:3, :3].T @ shift)[None, None])
         assert along.shape == (1, 6, 1)
         assert along[0, joint, 0] == pytest.approx(np.linalg.norm(shift), rel=1e-4)
-
-
-def test_a_joint_whose_axis_the_nominal_tool_lies_on_is_plotted_with_the_tool_that_was_measured():
-    """A target beside the flange: the last joint moves it, though not the nominal tool."""
-    robot, rng = load_robot("aria"), np.random.default_rng(3)
-    measured = robot.with_frames(tool=replace(robot.tool, xyz=np.array([0.0, 0.09, 0.1])))
-    q = rng.uniform(-1.0, 1.0, (30, 6))
-    residuals = 1e-4 * rng.standard_normal((30, 3, 3))
-    rows = SimpleNamespace(q=q, residuals=residuals, stages=(ModelStage.NOMINAL,))
-    results = SimpleNamespace(diagnosis=None, identification=SimpleNamespace(aligned=measured))
-    choices = SimpleNamespace(overlay=Overlay())
-    assert "does not move" not in joint_plots(
-        SimpleNamespace(robot=robot, results=results, choices=choices), rows
-    )

@@ -10,7 +10,6 @@ was not measured, or is more uncertain than manufacturing errors, the nominal ar
 """
 
 import base64
-import binascii
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,7 +18,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, UInt32
 
-from workbench.base.toml import AbstractTableReader
 from workbench.base.types import frozen
 
 if TYPE_CHECKING:
@@ -165,90 +163,17 @@ def pose_keys(q: Float[np.ndarray, "rows n"]) -> UInt32[np.ndarray, " rows"]:
     return frozen(np.array([zlib.crc32(row.tobytes()) for row in rounded], np.uint32))
 
 
-def poses_of(text: str) -> UInt32[np.ndarray, " rows"] | None:
-    """Pose keys as `Calibration.table` wrote them; None for anything else."""
-    try:
-        return frozen(np.frombuffer(base64.b64decode(text, validate=True), "<u4").astype(np.uint32))
-    except (binascii.Error, ValueError):
-        return None
+def poses_of(text: str) -> UInt32[np.ndarray, " rows"]:
+    """Pose keys as `Calibration.table` wrote them; a ValueError for anything else."""
+    return frozen(np.frombuffer(base64.b64decode(text, validate=True), "<u4").astype(np.uint32))
 
 
-def covariance_of(text: str) -> Float[np.ndarray, "k k"] | None:
-    """A covariance as `Calibration.table` wrote it, its lower half; None for anything else."""
-    try:
-        half = np.frombuffer(base64.b64decode(text, validate=True), "<f4").astype(float)
-    except (binascii.Error, ValueError):
-        return None
+def covariance_of(text: str) -> Float[np.ndarray, "k k"]:
+    """A covariance as `Calibration.table` wrote it, its lower half; a ValueError for anything else."""
+    half = np.frombuffer(base64.b64decode(text, validate=True), "<f4").astype(float)
     size = int(np.sqrt(2 * len(half)))
     if len(half) != size * (size + 1) // 2 or not np.isfinite(half).all():
-        return None
+        raise ValueError("no lower half of a covariance")
     table = np.zeros((size, size))
     table[np.tril_indices(size)] = half
     return frozen(table + np.tril(table, -1).T)
-
-
-def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | None:
-    """The record in a robot's file; None if there is none."""
-    if table is None:
-        return None
-    what = "[calibration]"
-    reader.keys(
-        table,
-        {
-            "source",
-            "poses",
-            "std",
-            "nominal",
-            "covariance",
-            "error",
-            "reading",
-            "refused",
-            "observed",
-            "geometry",
-        },
-        what,
-    )
-    poses = poses_of(str(table.get("poses", "")))
-    covariance = covariance_of(str(table["covariance"])) if "covariance" in table else None
-    if poses is None or ("covariance" in table and covariance is None):
-        raise reader.fail(f"{what} poses or covariance are damaged; use the file written by the calibration")
-
-    def named(key: str) -> dict[str, float]:
-        values = reader.table(table.get(key, {}), f"{what} {key}")
-        return {name: reader.number(value, f"{what} {key} of {name}") for name, value in values.items()}
-
-    return Calibration(
-        source=str(table.get("source", "")),
-        poses=poses,
-        std=named("std"),
-        nominal=named("nominal"),
-        covariance=covariance,
-        error=_expected(table, "error", what, reader) if "error" in table else None,
-        observed=_observed(table["observed"], reader) if "observed" in table else None,
-        reading=str(table.get("reading", "")),
-        refused={k: str(v) for k, v in reader.table(table.get("refused", {}), f"{what} refused").items()},
-    )
-
-
-def _observed(table: Any, reader: AbstractTableReader) -> Observed:
-    what = "[calibration.observed]"
-    reader.keys(table, {"position", "rotation", "tool", "flange", "q"}, what)
-    rows = table.get("q")
-    if not isinstance(rows, list) or not rows:
-        raise reader.fail(f"{what} q must be a list of joint positions, not {rows!r}")
-    first = len(rows[0]) if isinstance(rows[0], list) else 0
-    return Observed(
-        position=int(reader.number(table.get("position"), f"{what} position")),
-        rotation=int(reader.number(table.get("rotation"), f"{what} rotation")),
-        tool=_expected(table, "tool", what, reader),
-        flange=_expected(table, "flange", what, reader),
-        q=frozen(np.array([reader.numbers(row, first, f"{what} q") for row in rows])),
-    )
-
-
-def _expected(table: dict, key: str, what: str, reader: AbstractTableReader) -> Expected:
-    """Errors of position and orientation; NaN for none."""
-    pair = table.get(key)
-    if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(v, int | float) for v in pair):
-        raise reader.fail(f"{what} {key} must be two numbers [m, rad], not {pair!r}")
-    return Expected(float(pair[0]), float(pair[1]))

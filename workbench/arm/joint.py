@@ -3,9 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import Annotated, Any
 
 import numpy as np
 
+from workbench.base.arguments import Reads, not_negative
 from workbench.base.types import Vector3, frozen
 
 MASS_TOLERANCE, COM_TOLERANCE = 0.1, 0.015
@@ -15,6 +17,17 @@ INERTIA = ("mass", "com_x", "com_y", "com_z")
 """Fields about the weight of a link."""
 MIN_DEVIATION = 1e-6
 """Minimum standard deviation of a mass [kg] or centre [m]."""
+
+
+def _ordered(value: Any, given: Any) -> Any:
+    low, high = value
+    if low >= high:
+        raise ValueError
+    return value
+
+
+NotNegative = Annotated[float, Reads("a finite number of at least 0", not_negative)]
+Limits = Annotated[tuple[float, float], Reads("two finite numbers, the smaller one first", _ordered)]
 
 
 class JointKind(StrEnum):
@@ -43,12 +56,12 @@ class Joint:
 
     name: str
     kind: JointKind = JointKind.REVOLUTE
-    limits: tuple[float, float] = (-np.inf, np.inf)
-    mass: float | None = None
+    limits: Limits = (-np.inf, np.inf)
+    mass: NotNegative | None = None
     com: Vector3 = field(default_factory=lambda: np.zeros(3))
-    mass_tolerance: float = MASS_TOLERANCE
-    com_tolerance: float = COM_TOLERANCE
-    max_moment: float | None = None
+    mass_tolerance: NotNegative = MASS_TOLERANCE
+    com_tolerance: NotNegative = COM_TOLERANCE
+    max_moment: NotNegative | None = None
     label: str = ""
 
     @property

@@ -133,20 +133,6 @@ class Linearisation:
         vt = self.factors[2] if rows >= columns else np.linalg.svd(self.scaled, full_matrices=True)[2]
         return frozen(vt[self.rank() :].T)
 
-    def without(self, measurement: int) -> "Linearisation":
-        """The linearisation with one measurement left out."""
-        keep = self.measurement != measurement
-        later = self.measurement[keep] > measurement
-        return Linearisation(
-            jacobian=self.jacobian[keep],
-            names=self.names,
-            units=self.units,
-            sigma=self.sigma[keep],
-            measurement=self.measurement[keep] - later,
-            length=self.length,
-            residual=None if self.residual is None else self.residual[keep],
-        )
-
 
 def linearise(
     robot: Robot,

@@ -7,6 +7,7 @@ import numpy as np
 
 from workbench.arm.frame import Frame
 from workbench.arm.gravity import TOLERANCE, tilted
+from workbench.arm.joint import NotNegative
 from workbench.base.arguments import admit
 from workbench.base.types import Matrix4, Vector3, frozen
 
@@ -28,7 +29,7 @@ class Mounting:
     base: Frame = field(default_factory=Frame)
     tool: Frame = field(default_factory=Frame)
     gravity: Vector3 = field(default_factory=lambda: DOWN)
-    gravity_tolerance: float = TOLERANCE
+    gravity_tolerance: NotNegative = TOLERANCE
 
     def __post_init__(self):
         admit(self)

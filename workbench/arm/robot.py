@@ -18,8 +18,7 @@ from jaxtyping import Float
 from workbench.arm.calibration_record import Calibration
 from workbench.arm.chain import Chain, Element
 from workbench.arm.effects import AbstractEffect, extrapolation_notes
-from workbench.arm.effects.effect import flattened
-from workbench.arm.effects.law import check_together, turned, with_insertions
+from workbench.arm.effects.effect import check_together, flattened, turned, with_insertions
 from workbench.arm.frame import BASE, TOOL, Frame
 from workbench.arm.gravity import GRAVITY
 from workbench.arm.joint import Joint, JointKind
@@ -278,15 +277,7 @@ class Robot:
 
     def with_frames(self, *, base: Frame | None = None, tool: Frame | None = None) -> "Robot":
         """The same arm on another base or with another tool; itself if they are unchanged."""
-        for name, frame in (("base", base), ("tool", tool)):
-            if not isinstance(frame, Frame | None):
-                raise OptionError(
-                    f"{name} must be a Frame, got {type(frame).__name__}; Frame.from_pose makes one of a 4×4 "
-                    "matrix",
-                    option=name,
-                    found=frame,
-                )
-        base, tool = base or self.base, tool or self.tool
+        base, tool = self.base if base is None else base, self.tool if tool is None else tool
         if base is self.base and tool is self.tool:
             return self
         return replace(self, mounting=replace(self.mounting, base=base, tool=tool))
@@ -355,18 +346,12 @@ class Robot:
     def check_joints(self, q: np.ndarray, source: str = "joint positions") -> None:
         """Refuse rows with another number of joints than the robot has."""
         q = np.asarray(q)
-        if q.ndim != 2:
+        if q.ndim != 2 or q.shape[1] != self.dof:
             raise ShapeError(
-                f"{source} must be a row for each pose, got an array of shape {q.shape}",
-                expected=2,
-                found=q.ndim,
-            )
-        if (found := q.shape[1]) != self.dof:
-            raise ShapeError(
-                f"{source}: rows of {found} numbers, but robot '{self.name}' has {self.dof} joints; give one "
-                "for each joint, or choose the robot that was measured",
-                expected=self.dof,
-                found=found,
+                f"{source}: robot '{self.name}' has {self.dof} joints, got an array of shape {q.shape}; "
+                "give a row of joints for each pose, or choose the robot that was measured",
+                expected=self.dof if q.ndim == 2 else 2,
+                found=q.shape[1] if q.ndim == 2 else q.ndim,
             )
 
 
@@ -379,12 +364,7 @@ def _numbers_by_name(values: Mapping[str, float]) -> Mapping[str, float]:
             found=values,
         )
     for name, value in values.items():
-        if not isinstance(value, Real) or isinstance(value, bool):
-            raise OptionError(
-                f"the value of {name} must be a number in rad, m or its own SI unit, got {value!r}",
-                option=str(name),
-                found=value,
-            )
-        if not isfinite(value):
-            raise OptionError(f"the value of {name} must be finite, got {value}", option=name, found=value)
+        if not isinstance(value, Real) or isinstance(value, bool) or not isfinite(value):
+            text = f"the value of {name} must be a finite number in rad, m or its own SI unit, got {value!r}"
+            raise OptionError(text, option=str(name), found=value)
     return values

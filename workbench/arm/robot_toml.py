@@ -1,14 +1,14 @@
 """Robots as TOML files: the tables of `formats.md`, with one clear sentence for each error."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import MISSING, fields, replace
 from pathlib import Path
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 import numpy as np
 import tomli_w
 
-from workbench.arm.calibration_record import calibration_of
+from workbench.arm.calibration_record import Calibration, Expected, Observed, covariance_of, poses_of
 from workbench.arm.chain import Axis, Element
 from workbench.arm.conventions import (
     CONSTANTS,
@@ -18,7 +18,7 @@ from workbench.arm.conventions import (
     build_elements,
     joint_names,
 )
-from workbench.arm.effect_tables import effect_of, effect_table
+from workbench.arm.effects import EFFECTS, AbstractEffect
 from workbench.arm.frame import Frame
 from workbench.arm.gravity import TOLERANCE
 from workbench.arm.joint import COM_TOLERANCE, MASS_TOLERANCE, Joint, JointKind
@@ -27,8 +27,9 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.arguments import admitted
 from workbench.base.array_checks import numbers
-from workbench.base.errors import RobotError
+from workbench.base.errors import OptionError, RobotError
 from workbench.base.files import check_ending, write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
@@ -36,12 +37,13 @@ from workbench.base.types import Freedom, frozen
 CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
 PLACES = {"base", "tool", "session", "gravity", "gravity_tolerance"}
 ROBOT_KEYS = {"name", "convention", "joint", "element", "effect", "calibration", *PLACES}
-LINK_KEYS = {"mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
-JOINT_KEYS = {"type", "free", "limits", *LINK_KEYS, "order", "name", "follows", "ratio", *CONSTANTS}
+FACTS = {"name", "limits", "mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
+JOINT_KEYS = {"type", "free", "order", "follows", "ratio", *FACTS, *CONSTANTS}
 ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
 ELEMENT_KEYS = {"axis", "value", "joint", "follows", "ratio", "free", "name"}
-FACT_KEYS = {"type", "limits", *LINK_KEYS, "name"}
 FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
+
+Kind = TypeVar("Kind")
 
 
 @final
@@ -50,6 +52,18 @@ class _RobotReader(AbstractTableReader):
 
     wanted = "a robot TOML"
     otherwise = "a robot TOML, a URDF, or a built-in name"
+
+    def record(self, kind: type[Kind], given: Mapping[str, Any], what: str) -> Kind:
+        """A dataclass of these fields, checked by their annotations; numbers are finite."""
+        known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
+        self.keys(given, set(known), what)
+        for name, f in known.items():
+            if f.default is f.default_factory is MISSING and name not in given:
+                raise self.fail(f"{what} lacks '{name}'; add it")
+        try:
+            return kind(**admitted(kind, given, is_finite=True))
+        except OptionError as error:
+            raise self.fail(f"{what} {error}") from None
 
     def frame(self, value: Any, what: str, default: Freedom) -> Frame:
         table = self.table(value, f"[{what}]")
@@ -77,40 +91,9 @@ class _RobotReader(AbstractTableReader):
         return replace(common, **own)
 
     def joint(self, table: dict, name: str) -> Joint:
-        limits = (-np.inf, np.inf)
-        if "limits" in table:
-            low, high = self.numbers(table["limits"], 2, f"{name} limits")
-            if low >= high:
-                raise self.fail(f"{name} limits [{low:g}, {high:g}] are empty; give the smaller one first")
-            limits = (float(low), float(high))
-        mass = self.number(table["mass"], f"{name} mass") if "mass" in table else None
-        if mass is not None and mass < 0:
-            raise self.fail(f"{name} mass is {mass:g} kg; it can't be negative")
-        moment = self.number(table["max_moment"], f"{name} max_moment") if "max_moment" in table else None
-        if moment is not None and moment < 0:
-            raise self.fail(f"{name} max_moment is {moment:g} N m; it can't be negative")
-        com = frozen(self.numbers(table.get("com", [0, 0, 0]), 3, f"{name} com"))
-        label = table.get("name", "")
-        if not isinstance(label, str):
-            raise self.fail(f"{name} has the name {label!r}; put it in quotes")
-        return Joint(
-            name=name,
-            kind=self.kind(table, name),
-            limits=limits,
-            mass=mass,
-            com=com,
-            mass_tolerance=self.tolerance(table, name, "mass_tolerance", MASS_TOLERANCE),
-            com_tolerance=self.tolerance(table, name, "com_tolerance", COM_TOLERANCE),
-            max_moment=moment,
-            label=label,
-        )
-
-    def tolerance(self, table: dict, name: str, key: str, default: float) -> float:
-        what = f"{name} {key}".strip()
-        value = self.number(table.get(key, default), what)
-        if value < 0:
-            raise self.fail(f"{what} is {value:g}; a standard deviation can't be negative")
-        return value
+        facts = {"label" if key == "name" else key: table[key] for key in table.keys() & FACTS}
+        facts["com"] = frozen(self.numbers(table.get("com", [0, 0, 0]), 3, f"{name} com"))
+        return self.record(Joint, {"name": name, "kind": self.kind(table, name), **facts}, name)
 
     def kind(self, table: dict, name: str) -> JointKind:
         try:
@@ -126,16 +109,9 @@ class _RobotReader(AbstractTableReader):
         order = table.get("order", "xyz")
         if not isinstance(order, str) or order not in THREE_ROTATION:
             raise self.fail(f'{name} order must be "xyz" or "zyx", not {order!r}')
-        free = table.get("free")
-        if free is not None and not (isinstance(free, list) and all(isinstance(f, str) for f in free)):
-            raise self.fail(f'{name} free must be a list of names, such as ["theta", "a"], not {free!r}')
-        return JointEntry(
-            self.kind(table, name),
-            constants,
-            None if free is None else tuple(free),
-            order,
-            self.followed(table, name),
-        )
+        given = {"constants": constants, "order": order, "follows": self.followed(table, name)}
+        free = {"free": table["free"]} if "free" in table else {}
+        return self.record(JointEntry, {"kind": self.kind(table, name), **given, **free}, name)
 
     def followed(self, table: dict, name: str) -> tuple[tuple[int, float], ...]:
         """Columns that a joint follows beside its own, and the ratios; one of each or lists."""
@@ -198,8 +174,9 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
     if convention not in CONVENTIONS:
         raise reader.fail(f"convention is {convention!r}; known: {', '.join(CONVENTIONS)}")
     tables = reader.tables(data, "joint")
-    unknown, tolerance = Frame(free=Freedom.AUTO), reader.tolerance(data, "", "gravity_tolerance", TOLERANCE)
-    mounting = Mounting(base=unknown, tool=unknown, gravity_tolerance=tolerance)
+    own = {key: data[key] for key in ("gravity_tolerance",) if key in data}
+    unknown = Frame(free=Freedom.AUTO)
+    mounting = reader.record(Mounting, {"base": unknown, "tool": unknown, **own}, "the robot's")
     mounting = reader.mounting(data, "", mounting, Freedom.AUTO)
     kinds = [reader.kind(t, f"[[joint]] {i + 1}") for i, t in enumerate(tables)]
     names = joint_names([JointEntry(k) for k in kinds])
@@ -221,16 +198,78 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
             link_ends=ends,
             mounting=mounting,
         )
-        effects = [effect_of(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
+        effects = [_effect(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
         robot = with_plausible_units(replace(robot, effects=tuple(effects)))
     except RobotError as error:
         raise reader.fail(str(error)) from None
     robot = replace(robot, sessions=_sessions(reader.tables(data, "session"), mounting, reader))
-    record = calibration_of(data.get("calibration"), reader)
+    record = _calibration(data.get("calibration"), reader)
     if record is not None and "geometry" in data["calibration"]:
         record = replace(record, geometry=_geometry(data["calibration"]["geometry"], robot, reader))
     loads = [t["loads"] for t in reader.tables(data, "effect") if "loads" in t]
     return replace(_loaded(robot, loads[0], reader) if loads else robot, calibration=record)
+
+
+def _effect(table: dict, number: int, reader: _RobotReader) -> AbstractEffect:
+    """An effect; settings other than joints and coefficients are keys of the same name."""
+    what = f"[[effect]] {number + 1}"
+    name = table.get("name")
+    if not isinstance(name, str) or name not in EFFECTS:
+        raise reader.fail(f"{what} has the name {name!r}; known: {', '.join(EFFECTS)}")
+    kind, what = EFFECTS[name], f"{what} ({name})"
+    reader.keys(table, {"name", "joints", "coefficients", "loads", *kind.settings()}, what)
+    joints = table.get("joints", [])
+    if not isinstance(joints, list) or not all(type(j) is int for j in joints):
+        raise reader.fail(f"{what} joints must be a list of whole numbers from 1, not {joints!r}")
+    if not isinstance(table.get("coefficients"), list) or not table["coefficients"]:
+        raise reader.fail(f"{what} has no coefficients; give a list of numbers, their sizes in SI units")
+    given = {key: table[key] for key in ("coefficients", *kind.settings()) if key in table}
+    return reader.record(kind, {"joints": [j - 1 for j in joints], **given}, what)
+
+
+def _calibration(table: Any, reader: _RobotReader) -> Calibration | None:
+    """The record in a robot's file; None if there is none."""
+    if table is None:
+        return None
+    what = "[calibration]"
+    reader.keys(table, {f.name for f in fields(Calibration)}, what)
+    try:
+        poses = poses_of(str(table.get("poses", "")))
+        covariance = covariance_of(str(table["covariance"])) if "covariance" in table else None
+    except ValueError:
+        text = f"{what} poses or covariance are damaged; use the file written by the calibration"
+        raise reader.fail(text) from None
+
+    def named(key: str) -> dict[str, float]:
+        values = reader.table(table.get(key, {}), f"{what} {key}")
+        return {name: reader.number(value, f"{what} {key} of {name}") for name, value in values.items()}
+
+    return Calibration(
+        source=str(table.get("source", "")),
+        poses=poses,
+        std=named("std"),
+        nominal=named("nominal"),
+        covariance=covariance,
+        error=_expected(table, "error", what, reader) if "error" in table else None,
+        observed=_observed(table["observed"], reader) if "observed" in table else None,
+        reading=str(table.get("reading", "")),
+        refused={k: str(v) for k, v in reader.table(table.get("refused", {}), f"{what} refused").items()},
+    )
+
+
+def _observed(table: Any, reader: _RobotReader) -> Observed:
+    what = "[calibration.observed]"
+    errors = {key: _expected(reader.table(table, what), key, what, reader) for key in ("tool", "flange")}
+    found = reader.record(Observed, {**table, **errors}, what)
+    return replace(found, q=frozen(found.q))
+
+
+def _expected(table: dict, key: str, what: str, reader: _RobotReader) -> Expected:
+    """Errors of position and orientation; NaN for none."""
+    pair = table.get(key)
+    if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(v, int | float) for v in pair):
+        raise reader.fail(f"{what} {key} must be two numbers [m, rad], not {pair!r}")
+    return Expected(float(pair[0]), float(pair[1]))
 
 
 def _geometry(data: Any, robot: Robot, reader: _RobotReader) -> Robot:
@@ -298,7 +337,7 @@ def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader
             f"{len(joints)} [[joint]] tables but {len(ends)} driven elements; give one for each"
         )
     for k, table in enumerate(facts):
-        reader.keys(table, FACT_KEYS, f"{names[k]} of an elementary robot")
+        reader.keys(table, {"type", *FACTS}, f"{names[k]} of an elementary robot")
         if table.get("type", kinds[k]) != kinds[k]:
             axis = elements[ends[k]].axis.name.lower()
             raise reader.fail(f"{names[k]} is '{table['type']}' but drives {axis}; make it '{kinds[k]}'")
@@ -322,29 +361,15 @@ def _element(table: dict, number: int, link: int, reader: _RobotReader) -> Eleme
     if letters not in ELEMENT_AXES:
         raise reader.fail(f"{what} axis is {table.get('axis')!r}; known: {', '.join(ELEMENT_AXES)}")
     axis = Axis[letters.upper()]
-    free = table.get("free", False)
-    if not isinstance(free, bool):
-        raise reader.fail(f"{what} free must be true or false, not {free!r}")
     name = str(table.get("name", f"element{number + 1}.{axis.name.lower()}"))
     if name.split(".")[0] in ("base", "tool"):
         raise reader.fail(f"{what} is named '{name}', which is reserved for [base] and [tool]; rename it")
-    value = reader.number(table.get("value", 0.0), f"{what} value")
-    joint = table["joint"] - 1 if "joint" in table else None
-    follows = table.get("follows")
-    if follows is not None and (type(follows) is not int or joint is not None):
-        raise reader.fail(
-            f"{what} follows must be a joint's number, without joint beside it, not {follows!r}"
-        )
-    return Element(
-        axis,
-        name,
-        value,
-        joint=joint,
-        free=free,
-        link=link,
-        follows=None if follows is None else follows - 1,
-        ratio=reader.number(table.get("ratio", 1.0), f"{what} ratio"),
-    )
+    if "follows" in table and (type(table["follows"]) is not int or "joint" in table):
+        found = table["follows"]
+        raise reader.fail(f"{what} follows must be a joint's number, without joint beside it, not {found!r}")
+    driven = {key: table[key] - 1 for key in ("joint", "follows") if key in table}
+    own = {key: table[key] for key in ("value", "ratio", "free") if key in table}
+    return reader.record(Element, {"axis": axis, "name": name, "link": link, **driven, **own}, what)
 
 
 def _sessions(tables: list[dict], common: Mounting, reader: _RobotReader) -> dict[str, Mounting]:
@@ -368,7 +393,7 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
     alone = None if robot.calibration is None else robot.calibration.geometry
     table = _arm_table(robot if alone is None else robot.weighed_as(alone))
     if robot.effects:
-        table["effect"] = [effect_table(e) for e in robot.effects]
+        table["effect"] = [_effect_table(e) for e in robot.effects]
     if robot.calibration is not None:
         table["calibration"] = robot.calibration.table()
     if alone is not None:
@@ -377,6 +402,19 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
             if own.loads and loads != given:
                 effect["loads"] = loads
         table["calibration"]["geometry"] = _geometry_table(alone, robot)
+    return table
+
+
+def _effect_table(effect: AbstractEffect) -> dict[str, Any]:
+    """An effect as its table."""
+    table: dict[str, Any] = {"name": str(effect.name)}
+    if effect.joints:
+        table["joints"] = [j + 1 for j in effect.joints]
+    table["coefficients"] = list(effect.coefficients)
+    for key in effect.settings():
+        value = getattr(effect, key)
+        if value != ():
+            table[key] = list(value) if isinstance(value, tuple) else value
     return table
 
 

@@ -5,9 +5,10 @@ Each joint on the path from root to tip becomes: its origin (a constant), six co
 joint's axis. `urdf_writer.py` multiplies the corrections into the origins again.
 """
 
-import contextlib
 import xml.etree.ElementTree as ET
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -45,8 +46,22 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
         FileError: no URDF, no such link, several equally long chains, or an unsupported joint.
     """
     path = Path(path)
+    with _naming(path):
+        return _read(path, tip)
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Errors name the file."""
+    try:
+        yield
+    except RobotError as error:
+        raise FileError(str(error), path=str(path)) from None
+
+
+def _read(path: Path, tip: str | None) -> Robot:
     model = _parse(path)
-    joints = _chain_to(model, path, tip)
+    joints = _chain_to(model, tip)
     elements: list[Element] = []
     infos: list[Joint] = []
     ends: list[int] = []
@@ -55,37 +70,35 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
     beside = side_branches(model, joints, notes)
     for link, joint in enumerate(joints):
         if joint.type not in KINDS:
-            raise FileError(
+            raise RobotError(
                 f"joint '{joint.name}' is of type '{joint.type}', which a serial chain can't contain; "
-                "choose another tip",
-                path=str(path),
+                "choose another tip"
             )
         if joint.child not in model.link_map:
-            raise FileError(
+            raise RobotError(
                 f"joint '{joint.name}' leads to link '{joint.child}', which is not declared; add a <link> of "
-                "that name",
-                path=str(path),
+                "that name"
             )
         turning = KINDS[joint.type]
         kind = turning if joint.mimic is None else JointKind.FIXED  # a follower has no coordinate
         name = f"fixed{link + 1 - len(names)}" if kind is JointKind.FIXED else f"joint{len(names) + 1}"
         origin = np.eye(4) if joint.origin is None else np.array(joint.origin, float)
         if not np.isfinite(origin).all():
-            raise FileError(f"joint '{joint.name}' has an <origin> that is not a number", path=str(path))
+            raise RobotError(f"joint '{joint.name}' has an <origin> that is not a number")
         elements.append(Element(Axis.CONSTANT, f"{name}.origin", link=link, matrix=frozen(origin)))
         if turning is not JointKind.FIXED:
             elements += [
                 Element(axis, f"{name}.{part}", free=True, link=link)
                 for axis, part in zip(CORRECTION_AXES, FRAME_PARTS, strict=True)
             ]
-            drive = driven_elements(name, turning, _unit_axis(joint, path), len(names), link)
+            drive = driven_elements(name, turning, _unit_axis(joint), len(names), link)
             if kind is JointKind.FIXED:
-                drive = [_following(e, joint, names, path, notes) for e in drive]
+                drive = [_following(e, joint, names, notes) for e in drive]
             else:
                 names.append(joint.name)
             elements += drive
         ends.append(len(elements) - 1)
-        info = _joint_info(joint, name, kind, model, path, notes)
+        info = _joint_info(joint, name, kind, model, notes)
         infos.append(with_bodies(info, beside.get(joint.child, [])))
     robot = Robot(
         name=model.robot.name or path.stem,
@@ -101,35 +114,31 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
             *notes,
         ),
     )
-    try:
-        return with_plausible_units(robot)
-    except RobotError as error:
-        raise FileError(str(error), path=str(path)) from None
+    return with_plausible_units(robot)
 
 
 def _parse(path: Path) -> "yourdfpy.URDF":
     if not path.is_file():
-        raise FileError("no such file; give a URDF", path=str(path))
+        raise RobotError("no such file; give a URDF")
     root = xml_root(path)
     if root.tag != "robot":
-        raise FileError(f"is not a URDF: its root is <{root.tag}>, not <robot>", path=str(path))
+        raise RobotError(f"is not a URDF: its root is <{root.tag}>, not <robot>")
     if not root.findall("joint"):
-        raise FileError("has no joints; give a URDF that describes an arm", path=str(path))
+        raise RobotError("has no joints; give a URDF that describes an arm")
     for kind in ("joint", "link"):
         names = Counter(str(node.get("name")) for node in root.findall(kind))
         if names.total() > MAX_PARTS:
-            raise FileError(f"has {names.total()} {kind}s; give at most {MAX_PARTS}", path=str(path))
+            raise RobotError(f"has {names.total()} {kind}s; give at most {MAX_PARTS}")
         if double := next((name for name, count in names.items() if count > 1), None):
-            raise FileError(f"has two {kind}s called '{double}'; rename one", path=str(path))
+            raise RobotError(f"has two {kind}s called '{double}'; rename one")
     for joint in root.findall("joint"):
-        _check_angles(joint, path)
+        _check_angles(joint)
         if joint.get("type") in ("revolute", "prismatic"):
             limit = joint.find("limit")
             if limit is None or limit.get("lower") is None or limit.get("upper") is None:
-                raise FileError(
+                raise RobotError(
                     f"joint '{joint.get('name')}' has no limits; add <limit lower=… upper=…/>, or make "
-                    "its type 'continuous' if it can turn without end",
-                    path=str(path),
+                    "its type 'continuous' if it can turn without end"
                 )
     import yourdfpy  # imports trimesh, which most sessions don't need
 
@@ -139,18 +148,17 @@ def _parse(path: Path) -> "yourdfpy.URDF":
         )
     except Exception as error:  # yourdfpy raises many types for a malformed file
         why = f"{type(error).__name__}: {error}"
-        raise FileError(f"can't be read as a URDF ({why}); correct the file", path=str(path)) from None
+        raise RobotError(f"can't be read as a URDF ({why}); correct the file") from None
 
 
-def _check_angles(joint: ET.Element, path: Path) -> None:
+def _check_angles(joint: ET.Element) -> None:
     """Refuse an origin rotated by degrees; invalid numbers are left to the parser."""
     origin = joint.find("origin")
     rpy = "" if origin is None else origin.get("rpy", "")
-    with contextlib.suppress(ValueError):
+    with suppress(ValueError):
         if any(is_whole_degrees(float(v)) for v in rpy.split()):
-            raise FileError(
-                f"joint '{joint.get('name')}' has rpy=\"{rpy}\", which looks like degrees; give radians",
-                path=str(path),
+            raise RobotError(
+                f"joint '{joint.get('name')}' has rpy=\"{rpy}\", which looks like degrees; give radians"
             )
 
 
@@ -158,23 +166,22 @@ def xml_root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
     """The file's <robot>, comments included."""
     parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
     content = read_bytes(path, wanted=wanted, maximum=MAX_FILE_BYTES)
-    try:
-        return ET.fromstring(content, parser=parser)
-    except ET.ParseError as error:
-        raise FileError(f"is not a URDF: {error}", path=str(path)) from None
-    except (LookupError, ValueError) as error:  # an unknown encoding, or a wrong one
-        raise FileError(f"is not a URDF: {error}; save it as UTF-8", path=str(path)) from None
+    with _naming(path):
+        try:
+            return ET.fromstring(content, parser=parser)
+        except ET.ParseError as error:
+            raise RobotError(f"is not a URDF: {error}") from None
+        except (LookupError, ValueError) as error:  # an unknown encoding, or a wrong one
+            raise RobotError(f"is not a URDF: {error}; save it as UTF-8") from None
 
 
 def tip_of(robot: Robot, joints: int) -> str | None:
     """Last link of the only chain with so many moving joints in the file of a robot, if there is one."""
     if robot.urdf is None:
         return None
-    chains = {
-        link: c
-        for link, c in _chains(_parse(robot.urdf.path), robot.urdf.path).items()
-        if _moving(c) == joints
-    }
+    with _naming(robot.urdf.path):
+        every = _chains(_parse(robot.urdf.path))
+    chains = {link: c for link, c in every.items() if _moving(c) == joints}
     last = {next(j for j in reversed(chain) if _moves(j)).child for chain in chains.values()}
     ends = set(chains) - {chain[-1].parent for chain in chains.values()}
     return None if len(last) != 1 else (ends if len(ends) == 1 else last).pop()
@@ -189,15 +196,14 @@ def _moving(chain: list) -> int:
     return sum(map(_moves, chain))
 
 
-def _chains(model: "yourdfpy.URDF", path: Path) -> dict[str, list]:
+def _chains(model: "yourdfpy.URDF") -> dict[str, list]:
     """Joints from the root to every link."""
     into: dict = {}
     for joint in model.robot.joints:
         if joint.child in into:
-            raise FileError(
+            raise RobotError(
                 f"link '{joint.child}' has two parent joints, '{into[joint.child].name}' and '{joint.name}'; "
-                "a serial chain is needed",
-                path=str(path),
+                "a serial chain is needed"
             )
         into[joint.child] = joint
     chains = {}
@@ -207,19 +213,19 @@ def _chains(model: "yourdfpy.URDF", path: Path) -> dict[str, list]:
             chain.append(into[parent])
             parent = into[parent].parent
             if len(chain) > len(into):
-                raise FileError("its joints form a loop; a serial chain is needed", path=str(path))
+                raise RobotError("its joints form a loop; a serial chain is needed")
         chains[link] = chain[::-1]
     return chains
 
 
-def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
+def _chain_to(model: "yourdfpy.URDF", tip: str | None) -> list:
     """Joints from the root to the tip, or to a calibrated tool, or along the most moving joints."""
-    chains = _chains(model, path)
+    chains = _chains(model)
     if tip is not None:
         if tip not in chains:
-            raise FileError(f"has no link '{tip}'; its links are {', '.join(chains)}", path=str(path))
+            raise RobotError(f"has no link '{tip}'; its links are {', '.join(chains)}")
         if not _moving(chains[tip]):
-            raise FileError(f"has no joint that moves on the path to link '{tip}'", path=str(path))
+            raise RobotError(f"has no joint that moves on the path to link '{tip}'")
         return chains[tip]
     parents = {j.parent for j in model.robot.joints}
     ends = [link for link in chains if link not in parents]
@@ -227,28 +233,24 @@ def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
         return chains[ours[-1]]
     leaves = [chains[link] for link in ends]
     if not leaves:
-        raise FileError("has no link at which a chain ends; a serial chain is needed", path=str(path))
+        raise RobotError("has no link at which a chain ends; a serial chain is needed")
     maximum = max(map(_moving, leaves))
     if maximum == 0:
-        raise FileError("has no joint that moves", path=str(path))
+        raise RobotError("has no joint that moves")
     best = [joints for joints in leaves if _moving(joints) == maximum]
     last_moving = [max(i for i, j in enumerate(joints) if j.type != "fixed") for joints in best]
     if len({joints[i].name for joints, i in zip(best, last_moving, strict=True)}) > 1:
         tips = ", ".join(joints[-1].child for joints in best)
-        raise FileError(
-            f"has several chains of {maximum} moving joints; choose a tip: {tips}", path=str(path)
-        )
+        raise RobotError(f"has several chains of {maximum} moving joints; choose a tip: {tips}")
     if len(best) > 1:  # several tools on one flange: stop at the flange
         return best[0][: last_moving[0] + 1]
     return best[0]
 
 
-def _unit_axis(joint, path: Path) -> Vector3:
+def _unit_axis(joint) -> Vector3:
     axis = np.array(joint.axis, float)
     if axis.shape != (3,) or not np.isfinite(axis).all() or np.linalg.norm(axis) < 1e-9:
-        raise FileError(
-            f"joint '{joint.name}' has the <axis> {axis.tolist()}; give a direction", path=str(path)
-        )
+        raise RobotError(f"joint '{joint.name}' has the <axis> {axis.tolist()}; give a direction")
     return axis / np.linalg.norm(axis)
 
 
@@ -271,15 +273,14 @@ def driven_elements(name: str, kind: JointKind, axis: Vector3, joint: int, link:
     ]
 
 
-def _following(element: Element, joint, names: list[str], path: Path, notes: list[str]) -> Element:
+def _following(element: Element, joint, names: list[str], notes: list[str]) -> Element:
     """The driven element of a mimic joint, which follows a joint nearer to the root; others unchanged."""
     if element.joint is None:
         return element
     if joint.mimic.joint not in names:
-        raise FileError(
+        raise RobotError(
             f"joint '{joint.name}' follows '{joint.mimic.joint}', which isn't a moving joint before it "
-            "in the chain; choose another tip",
-            path=str(path),
+            "in the chain; choose another tip"
         )
     ratio = 1.0 if joint.mimic.multiplier is None else float(joint.mimic.multiplier)
     offset = 0.0 if joint.mimic.offset is None else float(joint.mimic.offset)
@@ -290,15 +291,12 @@ def _following(element: Element, joint, names: list[str], path: Path, notes: lis
     return replace(element, joint=None, follows=follows, ratio=ratio, value=offset)
 
 
-def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: list[str]) -> Joint:
+def _joint_info(joint, name: str, kind: JointKind, model, notes: list[str]) -> Joint:
     limits = (-np.inf, np.inf)
     if kind is not JointKind.FIXED and joint.type != "continuous":
         limits = (float(joint.limit.lower), float(joint.limit.upper))
         if not limits[0] < limits[1]:
-            raise FileError(
-                f"joint '{joint.name}' has the empty limits {list(limits)}; correct its <limit>",
-                path=str(path),
-            )
+            raise RobotError(f"joint '{joint.name}' has the empty limits {list(limits)}; correct its <limit>")
     elif kind is not JointKind.FIXED:
         notes.append(f"joint '{joint.name}' is continuous: searches use half a turn either way")
     inertial = model.link_map[joint.child].inertial
@@ -307,9 +305,8 @@ def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: lis
         mass = float(inertial.mass)
         com = np.zeros(3) if inertial.origin is None else np.array(inertial.origin[:3, 3], float)
         if not (mass >= 0.0 and np.isfinite([mass, *com]).all()):
-            raise FileError(
-                f"link '{joint.child}' has the mass {mass} at {com.tolist()}; correct its <inertial>",
-                path=str(path),
+            raise RobotError(
+                f"link '{joint.child}' has the mass {mass} at {com.tolist()}; correct its <inertial>"
             )
     effort = joint.limit.effort if joint.limit is not None else None
     return Joint(

@@ -11,7 +11,7 @@ from enum import Enum
 from functools import cache, wraps
 from inspect import Parameter, cleandoc, signature
 from math import isfinite
-from numbers import Integral, Real
+from numbers import Real
 from pathlib import Path
 from types import UnionType
 from typing import (
@@ -100,7 +100,7 @@ def checked_arguments(record: type | None = None) -> Callable[[Callable[P, Resul
             except TypeError as error:
                 raise TypeError(f"{verb.__name__}() {error}") from None
             single = {n: v for n, v in given.arguments.items() if own.parameters[n].kind not in _SEVERAL}
-            given.arguments.update(_admitted(verb, single))
+            given.arguments.update(admitted(verb, single))
             return verb(*given.args, **given.kwargs)
 
         call.__signature__ = shown  # type: ignore[attr-defined]
@@ -117,7 +117,7 @@ def admit(record: Any, *, is_finite: bool = True) -> None:
         is_finite: Whether all numbers must be.
     """
     values = {f.name: getattr(record, f.name) for f in fields(record)}
-    for name, value in _admitted(type(record), values, is_finite).items():
+    for name, value in admitted(type(record), values, is_finite).items():
         object.__setattr__(record, name, value)
 
 
@@ -141,8 +141,8 @@ def with_fields(kind: type[Kind], record: Kind | None, given: Mapping[str, Any])
     return both
 
 
-def _admitted(of: Callable[..., Any], values: Mapping[str, Any], is_finite: bool = False) -> dict[str, Any]:
-    """Values by name, each of the type that its annotation says."""
+def admitted(of: Callable[..., Any], values: Mapping[str, Any], is_finite: bool = False) -> dict[str, Any]:
+    """Some arguments or fields by name, each of the type that its annotation says."""
     from pydantic import ValidationError
 
     try:
@@ -243,13 +243,13 @@ def _array_reader(kind: Any, is_finite: bool) -> Reads:
     return Reads(f"an array of shape ({kind.dim_str}){finite}" if kind.dim_str else "a number", read)
 
 
-def _seed(value: Any, given: Given) -> Any:
-    if isinstance(value, Integral) and value < 0:
+def not_negative(value: Any, given: Given) -> Any:
+    if isinstance(value, Real) and value < 0:
         raise ValueError
     return value
 
 
-Seed = Annotated[int, Reads("a whole number of at least 0", _seed)]
+Seed = Annotated[int, Reads("a whole number of at least 0", not_negative)]
 """Where random numbers begin."""
 
 

@@ -17,7 +17,7 @@ from workbench.diagnosis.claims.claimed_causes import odds_over_time
 from workbench.diagnosis.confidence import PROBABLE
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
 from workbench.diagnosis.event_notes import without_undecided
-from workbench.diagnosis.final_fit import fit_with_constants_held
+from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
 from workbench.diagnosis.search.rounds import Searched, Stage, Tried, geometry_first, rounds
 from workbench.identification.errors.row_errors import Errors, RowErrors, explains_little
 from workbench.identification.fit import Fit
@@ -65,6 +65,11 @@ class CauseSearch:
     def last(self) -> Searched:
         """The last round, at the final fit to the fitted rows."""
         return self.rounds[-1]
+
+    @property
+    def geometry(self) -> Fit:
+        """The geometry alone: what is saved where nothing else was found."""
+        return self.first.fit if self.last.found.model else self.judged_fit
 
     @property
     def has_diverged(self) -> bool:
@@ -122,8 +127,10 @@ def _validated_search(
     """A search with its errors on rows that lie on a known side of its events."""
     ready = without_undecided(ready, found[-1])
     fit = found[-1].stage.fit if len(ready.held_out_rows) else fit_with_constants_held(found[-1])
-    keep = found[-1].stage.keep
-    before, after = (_judged(_row_errors(ready, f), keep) for f in (first.fit, fit))
+    keep, geometry = found[-1].stage.keep, first.fit
+    if not found[-1].found.model:
+        geometry = fit = geometry_as_identified(fit)
+    before, after = (_judged(_row_errors(ready, f), keep) for f in (geometry, fit))
     return CauseSearch(
         robot, ready, first, found, fit, too_few, before, after, _judged(ready.nominal_rows, keep)
     )

@@ -266,7 +266,7 @@ def _diagnosis(
         ),
         suspects=np.flatnonzero(saved.suspects),
         nominal=search.nominal.errors,
-        before_fit=search.first.fit,
+        before_fit=search.geometry,
         after_fit=fit,
         final_fit=saved.fit,
         geometries=(best_geometry(fit, search.first.fit), best_geometry(saved.fit, search.first.fit)),

@@ -37,6 +37,13 @@ def fit_with_constants_held(last: Searched) -> Fit:
     return before if before.outcome.ok and not found.outcome.ok else found
 
 
+def geometry_as_identified(fit: Fit) -> Fit:
+    """Geometry alone with constants expected near nominal, as `identify` fits it; itself if that fails."""
+    problem, algorithm = with_expected_deviation(fit.problem), Opt2(limit=MAX_LAST_STEPS)
+    found = Fit.of(algorithm, problem, algorithm.search(problem))
+    return found if found.outcome.ok else fit
+
+
 def fitted_on_all(
     ready: Prepared, last: Searched, before: Fit, left_out: Bool[np.ndarray, " rows"]
 ) -> tuple[Fit, str | None]:
@@ -64,6 +71,8 @@ def fitted_on_all(
     if before.outcome.ok and not found.outcome.ok:
         text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is saved"
         return fit_with_constants_held(last), text
+    if not last.found.model:
+        found = geometry_as_identified(found)
     out = ", except suspects" if left_out.any() else ""
     return found, (
         f"the saved arm was refitted to all {len(data)} rows, held-out ones included{out}; held-out errors "

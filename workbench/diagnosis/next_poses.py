@@ -26,7 +26,6 @@ from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.candidate_columns import candidate_columns, carriers
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import observed_kinds
-from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.report.numbers import readable_unit
 
 CANDIDATE_POSES = 400
@@ -265,9 +264,9 @@ def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Which poses keep the links apart, at least as far as in the measured poses."""
+    from workbench.plate.optimiser.capsules import capsule_arm  # coal takes long to load
+
     shape = capsule_arm(arm)
-    if not len(shape.checked.pairs) or not len(q):
-        return np.ones(len(q), bool)
     closest = float(shape.own_distances(shape.placements(measured)).min())
     return shape.own_distances(shape.placements(q)) >= min(MIN_CLEARANCE, closest)
 

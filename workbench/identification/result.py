@@ -34,6 +34,7 @@ from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.excluded_outliers import suspect_note
+from workbench.identification.rows.two_clusters import together_off
 from workbench.report.result_display import AbstractPlotted, AbstractShown
 
 if TYPE_CHECKING:
@@ -147,6 +148,12 @@ class Run(AbstractShown):
         if self.new_sessions:
             return {"TOML": judged(self)}
         return SavedArm(self.as_measured, self.fit.problem.data).format_errors(self.judging, self.places)
+
+    def refusals(self, nominal: Errors, reach: float, *, rows: int) -> dict[str, str]:
+        """Why files should not be used, by format: those worse than nominal, whose errors on so many judging
+        rows are given."""
+        found = {name: refusal(e, nominal, reach, rows=rows) for name, e in self.file_errors.items()}
+        return {name: f"the {name} is {text}" for name, text in found.items() if text}
 
     @property
     def places(self) -> dict[str, float]:
@@ -310,10 +317,7 @@ class Identification(AbstractPlotted):
         rows, shown = self.nominal_rows[held], run.judging
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
-        nominal, reach = Errors.of(rows), self.nominal_robot.reach
-        count = len(rows.position)
-        found = {name: refusal(e, nominal, reach, rows=count) for name, e in run.file_errors.items()}
-        return {name: f"the {name} is {text}" for name, text in found.items() if text}
+        return run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))
 
     @property
     def error(self) -> BeforeAfter:
@@ -392,6 +396,8 @@ class Identification(AbstractPlotted):
                 f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; check "
                 "robot, frames and sessions"
             )
+        if self.identifiability is None:
+            found.append(together_off(self.best.fit))
         unchanged = self.identifiability is not None and bool(self.identifiability.refused)
         if not unchanged and (
             text := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))

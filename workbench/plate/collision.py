@@ -7,7 +7,6 @@ clear here too.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -16,8 +15,8 @@ from jaxtyping import Bool, Float
 from workbench.arm.inverse.branch import Branch
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.plate.optimiser.capsules import CapsuleArm, capsule_arm
-from workbench.plate.optimiser.shapes import Hull, Placements, block_hulls, plate_hull
+from workbench.plate.optimiser.capsules import capsule_arm
+from workbench.plate.optimiser.shapes import ArmShape, Hull, Placements, block_hulls, plate_hull
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
@@ -59,10 +58,8 @@ def solid_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> B
     """Which postures are free of collisions with the plate's solid, whatever blocks it has."""
     if plate.size is None:
         return np.ones(len(q), bool)
-    shape = shape_of(robot)
-    return np.asarray(
-        (~touches(shape, shape.placements(q), bodies_of(replace(plate, targets=(), anchors=None)))).all(1)
-    )
+    shape, alone = shape_of(robot), bodies_of(plate)[:1]
+    return np.asarray(~touches(shape, shape.placements(q), alone)[:, 0])
 
 
 def unobstructed(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:
@@ -97,7 +94,7 @@ def allows_target(
         fine[rows] = ~touches(shape, shape.placements(q[rows]), bodies_of(plate)).any(1)
     rows = np.flatnonzero(fine)
     if len(rows) and len(postures):
-        blocks = block_hulls(_bare(plate.xyz.tobytes(), plate.rpy.tobytes()), poses[rows])
+        blocks = block_hulls(plate, poses[rows])
         fine[rows] = ~touches(shape, shape.placements(postures), blocks).any(0)
     return fine
 
@@ -114,14 +111,13 @@ def mutually_blocking(
     """
     if plate.size is None or plate.anchors is not None:
         return np.zeros((len(q), len(q)), bool)
-    shape, poses = shape_of(robot), in_base(robot, q)
-    blocks = block_hulls(_bare(plate.xyz.tobytes(), plate.rpy.tobytes()), poses)
+    shape, blocks = shape_of(robot), block_hulls(plate, in_base(robot, q))
     met = touches(shape, shape.placements(q), blocks)
     np.fill_diagonal(met, False)
     return np.asarray(met | met.T)
 
 
-def touches(shape: CapsuleArm, at: Placements, hulls: Sequence[Hull]) -> Bool[np.ndarray, "rows hulls"]:
+def touches(shape: ArmShape, at: Placements, hulls: Sequence[Hull]) -> Bool[np.ndarray, "rows hulls"]:
     """Which static bodies each posture collides with."""
     rows, count = len(at), len(hulls)
     gaps = shape.hull_distances(
@@ -161,12 +157,8 @@ def _bare(xyz: bytes, rpy: bytes, size: bytes | None = None) -> Plate:
     return Plate(name="", targets=(), region=region, xyz=parts[0], rpy=parts[1], size=solid)
 
 
-def _link(shape: CapsuleArm, at: Placements, hull: Hull) -> int:
+def _link(shape: ArmShape, at: Placements, hull: Hull) -> int:
     """The first link that collides with a body: k is the link after joint k, 0 the base."""
-    for body in range(shape.robot.dof):
-        if (
-            shape.hull_distances(at, [hull], checked=shape.bodies == body, far=CONTACT, minimum=CONTACT)[0]
-            < CONTACT
-        ):
-            return body
-    return shape.robot.dof - 1
+    links = range(shape.robot.dof)
+    gaps = (shape.hull_distances(at, [hull], checked=shape.bodies == k, far=CONTACT)[0] for k in links)
+    return next((k for k, gap in zip(links, gaps, strict=True) if gap < CONTACT), shape.robot.dof - 1)

@@ -21,7 +21,6 @@ is passed wherever a name is accepted.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -57,10 +56,6 @@ class AbstractIndex(ABC):
     @abstractmethod
     def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
         """Its derivative by each entry of the whitened Jacobian `linearisation.jacobian`."""
-
-    @abstractmethod
-    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
-        """Loss of the index without each measurement; negative where it would gain."""
 
 
 @final
@@ -102,27 +97,6 @@ class SetIndex(AbstractIndex):
             return np.zeros_like(linearisation.jacobian)
         u, values, vt = linearisation.factors
         return (u * self.slope(values, linearisation.measurements)) @ vt * linearisation.weights
-
-    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
-        """What the index loses without each measurement, from the downdated JᵀJ − AᵢᵀAᵢ of each.
-
-        The squares halve the number of digits: a set that has a condition number above 1e6 without a
-        measurement counts as one that no longer sees every parameter.
-        """
-        count = linearisation.measurements
-        rest = downdated_spectra(linearisation)
-        seen = rest[:, -1] > 1e-6 * rest[:, 0]
-        left = np.where(seen, self.of_spectra(np.where(seen[:, None], rest, 1.0), max(count - 1, 1)), 0.0)
-        return self.value(linearisation) - left
-
-
-def downdated_spectra(linearisation: Linearisation) -> Float[np.ndarray, "measurements p"]:
-    """Singular values of the set without each measurement, largest first."""
-    scaled = linearisation.scaled
-    starts = np.searchsorted(linearisation.measurement, np.arange(linearisation.measurements + 1))
-    blocks = [scaled[a:b] for a, b in pairwise(starts)]
-    grams = (scaled.T @ scaled)[None] - np.stack([block.T @ block for block in blocks])
-    return np.sqrt(np.clip(np.linalg.eigvalsh(grams)[:, ::-1], 0.0, None))
 
 
 def inverse_condition(jacobians: Float[np.ndarray, "rows r p"]) -> Float[np.ndarray, " rows"]:
@@ -171,11 +145,6 @@ class O(AbstractIndex):  # noqa: E742 - the paper's name
         for _, blocks in _blocks(linearisation):
             gradient[blocks] = inverse_condition_gradient(linearisation.unwhitened[blocks])[1]
         return gradient * (linearisation.sigma[:, None] / max(linearisation.measurements, 1))
-
-    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
-        values = self.per_pose(linearisation)
-        rest = (values.sum() - values) / max(len(values) - 1, 1)
-        return values.mean() - rest
 
 
 def _blocks(linearisation: Linearisation) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -276,10 +245,6 @@ class I(AbstractIndex):  # noqa: E742 - the literature's name
         covariance = root @ root.T
         slope = linearisation.scaled @ covariance @ self.weight @ covariance
         return self.value(linearisation) ** 3 * slope * linearisation.weights
-
-    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
-        rest = [self.value(linearisation.without(k)) for k in range(linearisation.measurements)]
-        return self.value(linearisation) - np.array(rest)
 
 
 def _root(linearisation: Linearisation) -> Float[np.ndarray, "p p"]:

@@ -29,7 +29,7 @@ from workbench.plate.free_constants import identified_names, visible, visible_ba
 from workbench.plate.observability import I, O, evaluate
 from workbench.plate.plate import Plate
 from workbench.plate.plate_score import PlateScore, SetScore
-from workbench.plate.predicted_error import position_weight, predicted_error
+from workbench.plate.predicted_error import position_weight, predicted_error, rise_without_each
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable, single_branches
 from workbench.plate.target_readings import SEAT, linearise_targets, usual_sigma
@@ -67,21 +67,20 @@ class TargetScorer:
         seen = visible(whole, self.basis)
         # O is of the arm's own constants
         arm = linearise_targets(self.robot, self.plate, q, slots=targets, additive=True)
-        weight = position_weight(self.robot, self.q_region, self.names, whole.weights)
-        index = I(visible_weight(weight, self.basis))
-        value = index.value(seen)
-        lost = index.contributions(seen)
+        scaled = position_weight(self.robot, self.q_region, self.names, whole.weights)
+        weight = visible_weight(scaled, self.basis)
+        rises = rise_without_each(seen, weight / np.outer(seen.weights, seen.weights))
         unseen = seen.unidentifiable if self.basis is None else self.basis @ seen.unidentifiable
         named = dict(zip(targets.tolist(), branches, strict=True))
         return SetScore(
             q=self._spread(q, targets),
             branches=tuple(named.get(i, "") for i in range(len(self.plate))),
             per_target=self._spread(O().per_pose(arm), targets),
-            shares=self._spread(lost / value if value > 0 else np.zeros(len(q)), targets),
+            shares=self._spread(np.nan_to_num(1.0 - 1.0 / (1.0 + rises)), targets),
             stacked=_ratio(arm),
             indices={"O": O().value(arm)}
             | {name: x for name, x in evaluate(seen).items() if name != "O"}
-            | {"I": value},
+            | {"I": I(weight).value(seen)},
             rank=whole.rank(),
             visible=len(seen.names),
             names=self.names,

@@ -17,15 +17,12 @@ from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.advice import beside
 from workbench.base.types import Poses, frozen
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 
-EXAGGERATIONS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0)
-"""Exaggerations that are chosen by themselves."""
-DRAWN_LENGTH = 0.05
-"""Longest that a typical error is then drawn [m]."""
+MIN_TIMES, MAX_TIMES = 1.0, 1000.0
+"""Factors by which errors can be drawn larger."""
 
 
 class ModelStage(StrEnum):
@@ -56,6 +53,7 @@ class Comparison:
         set_apart: Measured positions of rows that no arm explains [m]: set apart, or suspects held out.
         over: Which events were over at each row, in the order in which they happened; None: nothing is known
             to have happened.
+        models: The arm at every stage that is known, placed as the rows were.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -68,6 +66,7 @@ class Comparison:
     residuals: Float[np.ndarray, "rows 3 3"]
     set_apart: Float[np.ndarray, "k 3"] = field(default_factory=lambda: np.zeros((0, 3)))
     over: Bool[np.ndarray, "rows events"] | None = None
+    models: Mapping[ModelStage, Robot] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.q)
@@ -100,14 +99,6 @@ class Comparison:
         return next((s for s in reversed(self.stages) if STAGES.index(s) <= up_to), ModelStage.NOMINAL)
 
 
-@beside("the exaggeration of errors", 1.0)
-def exaggeration_for(errors: Float[np.ndarray, " rows"]) -> float:
-    """A round factor that draws a typical error [m] about 5 cm long at most, and never smaller than it is."""
-    typical = np.nanmedian(errors) if np.isfinite(errors).any() else 0.0
-    fitting = [step for step in EXAGGERATIONS if step * typical <= DRAWN_LENGTH]
-    return max(fitting, default=EXAGGERATIONS[0])
-
-
 def compare(
     fitted: Dataset,
     checks: Dataset | None,
@@ -130,10 +121,10 @@ def compare(
     if checks is not None and len(checks):
         parts.append(_compared(checks, nominal, calibrated, models or {}, events, held_out=True))
     columns: dict[str, Any] = {}
-    for f in fields(Comparison):
+    for f in (f for f in fields(Comparison) if f.name != "models"):
         values = [getattr(part, f.name) for part in parts]
         columns[f.name] = None if any(v is None for v in values) else frozen(np.concatenate(values))
-    return Comparison(**columns)
+    return Comparison(**columns, models=models or {})
 
 
 def _compared(
@@ -196,29 +187,24 @@ class Overlay:
 
     Args:
         nominal: The nominal arm at a measured row.
-        calibrated: The calibrated arm.
+        calibrated: The real arm, as far as it is known, bent away from the model.
         points: Where the tool was measured, coloured by its error once there is a fit.
-        stage: The model whose errors colour the points; of those not known, the last one before.
+        stage: The model whose errors are shown; of those not known, the last one before; None: the model as
+            it is now (`stages.shown_stage`).
         frames: Measured orientations.
         arrows: Errors from measured to predicted places.
         ghosts: The other branches that reach the selected target.
-        exaggeration: How many times longer errors of the nominal arm are drawn, and those along a trajectory.
-        exaggeration_after: The same for the calibrated arm, whose errors are much smaller.
+        exaggeration: How many times larger than they are all errors are drawn: of arms, arrows, paths.
         law: Label of the effect whose law is laid over the errors along the joints, and whose joint glows;
             the strongest cause if empty, `none` for none.
-        is_deflected: Whether the arm is drawn as its effects deflect it, too.
-        deflection: How many times stronger it is then deflected.
     """
 
     nominal: bool = True
     calibrated: bool = True
     points: bool = True
-    stage: ModelStage = ModelStage.CAUSES
+    stage: ModelStage | None = None
     frames: bool = False
     arrows: bool = True
     ghosts: bool = False
     exaggeration: float = 50.0
-    exaggeration_after: float = 50.0
     law: str = ""
-    is_deflected: bool = False
-    deflection: float = 50.0

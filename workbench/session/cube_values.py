@@ -3,12 +3,8 @@
 import numpy as np
 from jaxtyping import Bool
 
-from workbench.plate.plate import Plate
 from workbench.session.cube_fields import CHANGE, CUBE_FIELDS, PREDICTED, AbstractCubeField, CubeValues
 from workbench.session.state import NO_FIELD, CubeView, Focus, Session
-
-BELOW = 0.03
-"""How far below a target without a plate the cubes are shown [m]."""
 
 
 def field_of(session: Session) -> AbstractCubeField | None:
@@ -52,16 +48,7 @@ def shown_cubes(session: Session, view: CubeView, numbers: CubeValues) -> Bool[n
 
 
 def shown_layer(session: Session) -> int:
-    """Which layer across the cut is shown: the chosen one, or that of the plate's surface."""
-    view, region = session.region.view, session.plate.region
-    axis = 2 if view.cut is None else view.cut
-    layer = view.layer
-    if not view.is_chosen:
-        layer = int((plate_surface(session.plate) - region.min[2]) // (region.size[2] / region.shape[2]))
-    return int(np.clip(layer, 0, region.shape[axis] - 1))
-
-
-def plate_surface(plate: Plate) -> float:
-    """Height of what blocks stand on [m]; without a plate, a little below the lowest target."""
-    lowest = min(float(target.xyz[2]) for target in plate.targets) - BELOW
-    return lowest if plate.size is None else float(plate.pose[2, 3])
+    """Which layer across the cut is shown: the chosen one, or the middle one."""
+    view, shape = session.region.view, session.plate.region.shape
+    layers = shape[view.cut or 0]
+    return min(view.layer, layers - 1) if view.is_chosen else layers // 2

@@ -51,13 +51,14 @@ def plate_judgement(session: Session) -> Judgement | None:
         return None
     if found is not None:
         kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms keep {wanted.text} everywhere"
-        kept += f"; {100 * PASSING_SHARE:.0f} % are needed"
+        kept += f", {100 * PASSING_SHARE:.0f} % have to"
         if found.share < PASSING_SHARE:
             turned = None if wanted.rotation is None else found.used * wanted.rotation
             limit = replace(wanted, position=found.used * wanted.position, rotation=turned)
-            kept += f", and keep {limit.text}"
+            kept += f"; so many keep {limit.text}"
         if found.unreached > (1.0 - PASSING_SHARE) * found.arms:
             kept += f"; {found.unreached} of them leave out targets that they can't reach"
+        kept += " (geometry alone, without gears and compliance)"
         return Judgement(Tone.GOOD if found.share >= PASSING_SHARE else Tone.CAREFUL, kept)
     if not wanted.within_by_norms(score.position, score.rotation):
         return Judgement(Tone.CAREFUL, f"more than the required {wanted.text}")

@@ -63,6 +63,7 @@ MORE = Action("Measure more", Tab.MEASURE)
 FIT = Action("Identify the geometry", Tab.CALIBRATE, Identify())
 CAUSE = Action("Find the cause", Tab.CALIBRATE, Diagnose())
 ADD = Action("Add the effects found", Tab.CALIBRATE, AddEffects())
+CORRECT = replace(ADD, label="Add the correction")
 PLATE = Action("Back to the plate", Tab.PLATE)
 BACK = Action("Back to the calibration", Tab.CALIBRATE)
 COMPARE = Action("Compare", Tab.COMPARE)
@@ -97,6 +98,10 @@ def _under_way(session: Session) -> NextStep | None:
     if session.page.caption:
         return NextStep(session.page.caption, figure=_figure(session))
     if session.page.job is not None:
+        known = session.results.identification
+        times = np.nan if known is None else share_of_noise(session, known)
+        if session.page.job.title == Diagnose.title and times > BEYOND_NOISE:
+            return NextStep(f"{times:.2g} × the instrument noise is left: not noise. Looking for its cause …")
         return NextStep(f"{session.page.job.title} … You can keep working.")
     if session.drag is not None:
         return NextStep(f"Release to keep this position; {_predicted(session)}.")
@@ -178,7 +183,8 @@ def _diagnosed(session: Session) -> NextStep | None:
     if found.harm is not None:
         return NextStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
-        return NextStep(_promise(found), Tone.GOOD if found.is_named else Tone.CAREFUL, ADD, poses)
+        tone = Tone.GOOD if found.is_named else Tone.CAREFUL
+        return NextStep(_promise(found), tone, ADD if found.causes else CORRECT, poses)
     if not found.is_tried or found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
     text = f"{left} left, all of it noise: the geometric model is sufficient."
@@ -189,7 +195,8 @@ def _promise(found: Diagnosis) -> str:
     """The first cause, and what would be left with all that was found."""
     left = judged(found.after).text("mean").replace(", ", " and ") + " would be left."
     if not found.causes:
-        return f"No cause can be named. With a residual map, {left}"
+        rest = judged(found.before).text("mean").replace(", ", " and ")
+        return f"The rest ({rest}) has no name. With a correction learned from your rows, {left}"
     first, more = found.causes[0], len(found.causes) - 1
     others = f" and {more} more" if more else ""
     whole = "these" if more or found.residual_map is not None else "it"

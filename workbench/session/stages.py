@@ -8,6 +8,7 @@ from jaxtyping import Float
 from workbench.identification.errors.row_errors import RowErrors
 from workbench.identification.result import Identification, Run, Validation, judged
 from workbench.report.numbers import compared
+from workbench.session.comparison import Comparison, ModelStage
 from workbench.session.state import Session
 
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
@@ -51,6 +52,12 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
         title = "with causes" if diagnosis is None or diagnosis.causes else "with residual map"
     run = found.runs[session.results.fit]
     return (*out, StageErrors.of(title, run, (run.train_rows, run.held_out_rows)))
+
+
+def shown_stage(session: Session, rows: Comparison) -> ModelStage:
+    """The stage whose errors are shown: the chosen one, or else the model as it is now."""
+    now = ModelStage.CAUSES if session.results.accepted else ModelStage.GEOMETRY
+    return rows.nearest_stage(session.choices.overlay.stage or now)
 
 
 def before_and_after(session: Session) -> str:

@@ -95,8 +95,8 @@ class CubeView:
     is_chosen: bool = True
 
 
-FIRST_VIEW = CubeView(field=PREDICTED_ERROR, cut=2, is_chosen=False)
-"""The layer of the plate's surface: a map on which targets stand."""
+FIRST_VIEW = CubeView(field=PREDICTED_ERROR, cut=1, is_chosen=False)
+"""An upright cut through the middle of the region."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -27,24 +27,24 @@ def app():
 
 def test_a_folder_in_an_archive_is_identified_and_saved(app, look, aria, tmp_path):
     """As a file manager packs it; a broken archive is one sentence, and what was there stays."""
-    from board_on_tool import tabulate
+    from board_on_tool import photograph
 
     folder = tmp_path / "knocked"
     folder.mkdir()
-    tabulate(aria, SHIFTS, folder, count=24)
+    photograph(aria, SHIFTS, folder, count=16, fine=1)
     packed = shutil.make_archive(str(tmp_path / "shots"), "zip", tmp_path, "knocked")
     broken = tmp_path / "broken.zip"
     broken.write_bytes(b"no archive")
     screen = look()
     screen.tab("Measure")
-    for path, message in ((packed, "24 pictures read from shots"), (broken, "as a ZIP archive")):
+    for path, message in ((packed, "16 pictures read from shots"), (broken, "as a ZIP archive")):
         screen.give("Pictures in a folder (ZIP)", path)
         screen.page.get_by_text(message).first.wait_for()
     session = screen.until(lambda s: s.page.job is None)
     assert session.measurements.loaded.name == "shots"
     side = 1e3 * rig_of(session.measurements.loaded.dataset).targets[0].charuco.square
     expect(screen.page.get_by_label("Square [mm]", exact=True)).to_have_value(f"{side:g}")
-    expect(screen.page.locator('[data-testid="thumbnails"] img')).to_have_count(24)
+    expect(screen.page.locator('[data-testid="thumbnails"] img')).to_have_count(16)
     screen.shoot("pictures-loaded")
     screen.press("Identify the geometry")
     screen.until(lambda s: s.results.identification is not None and s.page.job is None, timeout=120.0)

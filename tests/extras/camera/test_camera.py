@@ -54,23 +54,9 @@ def test_derivatives_are_those_of_differences():
         assert at.by_intrinsics[..., k] == pytest.approx(change, abs=1e-5)
 
 
-def test_rays_through_pixels_lead_back(tmp_path):
-    (cell,) = camera(tmp_path)
-    assert cell.normalised(cell.project(POINTS).pixel) == pytest.approx(
-        POINTS[:, :2] / POINTS[:, 2:], abs=1e-8
-    )
-
-
 def targets(tmp_path, text):
     (tmp_path / "target.toml").write_text(text)
     return read_targets(tmp_path / "target.toml")
-
-
-def test_a_board_is_read_as_it_is_written(tmp_path):
-    board = charuco_target(BOARD, "tool", scale_sigma=0.001)
-    (again,) = targets(tmp_path, target_toml(board))
-    assert (again.charuco, again.scale_sigma, len(again)) == (BOARD, 0.001, 12)
-    assert again.points[4] == pytest.approx([0.03, 0.06, 0.0])
 
 
 BOARDS = """mounted = "world"
@@ -115,11 +101,8 @@ def tag(number, dictionary="DICT_6X6_1000"):
     ("tables", "firsts", "named"),
     [
         (board("A", ", first_marker = 20") + board("B", ", first_marker = 0"), [20, 0], ""),
-        (tag(5) + board("A"), [6], ""),
-        (board("A", head='dictionary = "DICT_4X4_50"\n'), [0], ""),
         (board("A", ", first_marker = 9") + board("B", ", first_marker = 3"), None, "marker 9 of"),
         (tag(5) + board("A", ", first_marker = 0"), None, "marker 5 of"),
-        (board("A", ", first_marker = 20") + tag(24), None, "marker 24 of DICT_6X6.* 28"),
         (board("A") + tag(8, "DICT_5X5_50"), None, "'tag' before 'A'"),
     ],
 )
@@ -132,7 +115,7 @@ def test_markers_of_one_dictionary_are_counted_over_boards_and_tags(tmp_path, ta
     else:
         found = [t for t in targets(tmp_path, text) if t.charuco is not None]
         assert [t.charuco.first_marker for t in found] == firsts
-        assert found[0].charuco.dictionary == ("DICT_4X4_50" if "4X4" in tables else "DICT_6X6_250")
+        assert found[0].charuco.dictionary == "DICT_6X6_250"
 
 
 @pytest.mark.parametrize(
@@ -146,14 +129,8 @@ def test_markers_of_one_dictionary_are_counted_over_boards_and_tags(tmp_path, ta
             "id 3 corner 0 .*'board1' and 'tag'",
         ),
         (targets, BOARDS, ('name = "tag"', "colour = 3"), "colour"),
-        (targets, BOARDS, ('mounted = "world"', 'mounted = "world"\ncharuco = {}'), "charuco"),
-        (targets, BOARDS, (BOARDS, 'mounted = "world"\nboard = []'), "board"),
-        (targets, BOARDS, ("[5, 4]", "[99999999, 99999999]"), "10000"),
         (camera, CAMERA, ("fx = 900.0\n", ""), "fx"),
         (camera, CAMERA, ('"world"', '"ceiling"'), "mounted"),
-        (camera, CAMERA, ("size = [1280, 1000]", "size = [1280]"), "size"),
-        (camera, CAMERA, ("fy = 905.0", "fy = -1.0"), "-905|-1"),
-        (camera, CAMERA, ("cx =", "cz ="), "cz"),
     ],
 )
 def test_cameras_and_targets_that_can_not_be_are_refused(tmp_path, read, text, change, named):

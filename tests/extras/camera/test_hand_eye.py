@@ -11,7 +11,6 @@ import pytest
 from refusals import refuses
 from scipy.spatial.transform import Rotation
 
-import workbench as wb
 from workbench.base.errors import DataError, FileError
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.hand_eye import handeye
@@ -130,17 +129,6 @@ def test_arrays_of_opencv(tmp_path, vectors):
     assert off(handeye(tmp_path / "poses.npz")) == pytest.approx(off(found), rel=1e-3)
 
 
-def test_a_table_without_units_is_in_metres_or_mm(tmp_path):
-    hands, seen = pairs()
-    turns = [Rotation.from_matrix(p[:, :3, :3]).as_rotvec() for p in (hands, seen)]
-    values = np.hstack([hands[:, :3, 3], turns[0], 1e3 * seen[:, :3, 3], turns[1]])
-    head = ",".join(f"{side}_{a}" for side in ("robot", "target") for a in ("x", "y", "z", "rx", "ry", "rz"))
-    np.savetxt(tmp_path / "in.csv", values, delimiter=",", header=head, comments="", fmt="%.9f")
-    found = handeye(tmp_path / "in.csv")
-    assert off(found)[0] < 0.6
-    assert found.notes == ("lengths of the target's poses are read as mm",)
-
-
 def test_a_camera_in_the_cell_with_poses_of_the_hand_or_inverted(tmp_path):
     hands, seen = pairs(mounted="world")
     for mounted in (None, Mount.WORLD):
@@ -228,26 +216,7 @@ def test_wrong_files_are_refused(tmp_path):
     (tmp_path / "one.csv").write_text("x[m],y[m],z[m],qx,qy,qz,qw\n0,0,0,0,0,0,1\n")
     with refuses(FileError, "target"):
         handeye(tmp_path / "one.csv")
-    (tmp_path / "no.yaml").write_text("command: identify\nhappens: nothing\n")
-    with refuses(FileError, "no pairs"):
-        handeye(tmp_path / "no.yaml")
-    np.savez(tmp_path / "half.npz", R_gripper2base=hands[:, :3, :3], R_target2cam=seen[:, :3, :3])
-    with refuses(FileError, "OpenCV"):
-        handeye(tmp_path / "half.npz")
     with refuses(DataError, "at least 3"):
         handeye((hands[:2], seen[:2]))
     with refuses(DataError, "15 robot poses and 14"):
         handeye((hands, seen[:-1]))
-    with refuses(DataError, "orthonormal"):
-        handeye((1.1 * hands, seen))
-
-
-@pytest.mark.parametrize("name", ["samples.yaml", "list.json", "pairs.csv", "in.npz"])
-def test_other_commands_point_here(tmp_path, name):
-    hands, seen = pairs()
-    if name == "in.npz":
-        np.savez(tmp_path / name, A=hands, B=seen)
-    else:
-        (tmp_path / name).write_text(FILES[name](hands, seen))
-    with pytest.raises(wb.base.errors.WorkbenchError, match="workbench handeye"):
-        wb.read_measurements(tmp_path / name)

@@ -1,6 +1,5 @@
 """Lenses that no camera.toml describes, started from pixel tables and from pictures made by other code."""
 
-import json
 import shutil
 
 import board_on_tool
@@ -11,7 +10,6 @@ from PIL import Image
 from test_camera_fit import check_zeros, true_errors
 
 import workbench as wb
-from workbench.base.errors import DataError
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.lens import SIZES
 from workbench.extras.camera.picture_files import exif_focal
@@ -90,16 +88,6 @@ def test_two_cameras_of_one_table(tmp_path):
         check_lens(fit, f"camera[{camera}]", [*virtual.K, 0.0, 0.0])
 
 
-def test_too_little_to_start_a_lens_is_said(tmp_path):
-    rng = np.random.default_rng(8)
-    shots = virtual.scene(rng, virtual.made(rng, "hobby"), 6)
-    seen = set()
-    shots.rows[:] = [row for row in shots.rows if row[0] not in seen and not seen.add(row[0])]
-    filed(tmp_path, shots)
-    with pytest.raises(DataError, match=r"too few to identify its lens; .*camera\.toml"):
-        read(tmp_path)
-
-
 SHIFTS = np.deg2rad([0.0, 0.0, 0.6, 0.0, -0.4, 0.0])
 
 
@@ -109,25 +97,6 @@ def pictures(tmp_path_factory, aria):
     board_on_tool.photograph(aria, SHIFTS, folder, count=12)
     (folder / "camera.toml").unlink()
     return folder
-
-
-def test_pictures_without_a_camera_file_give_arm_and_lens(run, pictures, aria, tmp_path, monkeypatch):
-    """Of the camera the command is told nothing."""
-    monkeypatch.chdir(tmp_path)
-    files = ("--target", str(pictures / "target.toml"), "--joints", str(pictures / "joints.csv"))
-    save = ("--save", "arm.toml", "--json", "out.json")
-    status, out, err = run("identify", str(pictures), "--robot", "aria", *files, "--algorithm", "opt2", *save)
-    assert (status, err) == (0, "")
-    assert "no camera.toml" in out
-    assert "camera[camera] lens: fx 7" in out
-    found = wb.load_robot("arm.toml")
-    names = [f"joint{k}.theta" for k in (2, 3, 4, 5)]
-    moved = np.rad2deg(found.values(names) - aria.values(names))
-    assert moved == pytest.approx(np.rad2deg(SHIFTS[1:5]), abs=0.03)
-    pose = json.loads((tmp_path / "out.json").read_text())["camera"]["poses"]["camera[camera]"]
-    assert pose["mounted"] == "world"
-    for part, truth in zip(PARTS, board_on_tool.LENS, strict=False):
-        assert abs(pose["intrinsics"][part] - truth) < 4.0 * pose["intrinsics_std"][part]
 
 
 def test_exif_gives_the_focal_length(pictures, tmp_path):

@@ -1,15 +1,11 @@
 """Folders of what cameras saw in a session: read, identified, saved, refused, and read again by a replay."""
 
-from dataclasses import replace
-
 import camera_arms as virtual
 import numpy as np
 import pytest
 
-import workbench as wb
 from workbench.arm.robot_toml import read_toml
-from workbench.base.errors import DataError
-from workbench.extras.camera.folder import packed, read_folder
+from workbench.extras.camera.folder import packed
 from workbench.extras.camera.panels import _identified
 from workbench.extras.camera.session_commands import LoadPictures
 from workbench.plate.plate_toml import load_plate
@@ -87,15 +83,6 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
     assert again.results.identification.best.fit.x == pytest.approx(
         session.results.identification.best.fit.x, rel=1e-9
     )
-
-
-def test_what_was_refused_is_not_saved(folder, first, hobby, shots):
-    (folder / "corners.csv").write_text(shots.table(range(5)))
-    (folder / "where.csv").write_text(shots.joints(range(5)))
-    run = wb.identify(hobby, read_folder(folder), algorithms=("opt2",), held_out=0.0)
-    assert run.identifiability.refused
-    with pytest.raises(DataError, match="calibrated"):
-        calibrated_urdf(replace(first, results=replace(first.results, identification=run, fit="opt2")))
 
 
 @pytest.mark.parametrize(

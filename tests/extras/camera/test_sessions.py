@@ -46,38 +46,3 @@ def test_every_session_has_its_own_pose_with_its_interval(tmp_path, moved):
         assert at["session"] == day
     before, after = true_errors(arm, (robot, run.robot))
     assert after < 0.2 * before
-
-
-def test_held_out_rows_of_an_unseen_session_are_told(tmp_path):
-    """Their pose is found from their own pictures if these are enough; else they are left out."""
-    rng = np.random.default_rng(5)
-    arm = virtual.made(rng, "hobby")
-    parts = days(rng, arm, (12, 6, 3), moved="target")
-    robot, data = filed(tmp_path, virtual.joined(**dict(zip(DAYS, parts, strict=True))), moved="target")
-    run = wb.identify(robot, data, algorithms=("opt2",), free=(), held_out=("tue", "wed"))
-    assert len(run.held_out_rows) == 6
-    assert run.best.held_out.own.rms < 0.7
-    assert any("'tue'" in note and "own pictures" in note for note in run.notes)
-    assert [row for row, _ in run.excluded] == [18, 19, 20]
-
-
-def test_a_board_that_one_session_never_shows(tmp_path):
-    """The pose that nothing tells is not among the results, and the others are found."""
-    rng = np.random.default_rng(7)
-    arm = virtual.made(rng, "hobby")
-    shots = virtual.joined(
-        mon=virtual.scene(rng, arm, 8, solids=2), tue=(two := virtual.scene(rng, arm, 8, solids=1))
-    )
-    own = virtual.target_toml(solids=2).replace("[[board]]\n", f"[[board]]\n{OWN}")
-    robot, _ = written(tmp_path, "hobby", shots, target=own)
-    (tmp_path / "camera.toml").write_text(virtual.camera_toml() + OWN)
-    run = wb.identify(robot, read(tmp_path), algorithms=("opt2",), free=(), held_out=0.0)
-    found = run.identifiability.json(run.best.fit)["camera"]["poses"]
-    assert set(found) == {
-        *(f"camera[c0][{day}]" for day in DAYS[:2]),
-        "target[A][mon]",
-        "target[B][mon]",
-        "target[A][tue]",
-    }
-    at = found["target[A][tue]"]
-    assert (np.abs(at["xyz"] - two.target[:3, 3]) < 4e-3 * np.array(at["xyz_std_mm"])).all()

@@ -15,7 +15,6 @@ from workbench.extras.camera.panels import _identified, camera_json
 from workbench.extras.camera.picture_html import thumbnails
 from workbench.extras.camera.printed import Board
 from workbench.extras.camera.session_commands import CameraAlone, LoadPictures, Previews
-from workbench.extras.camera.target import read_targets
 from workbench.identification.identify import identify
 from workbench.session.journal.codec import decode, encode
 from workbench.session.judgement import Tone
@@ -51,17 +50,6 @@ def test_pictures_and_joints_alone_lead_to_the_zeros(aria, first, tmp_path):
     moved = np.rad2deg(moved - aria.values(("joint3.theta", "joint5.theta")))
     assert moved == pytest.approx([0.6, -0.4], abs=0.01)
     assert found.identifiability.doubts == ()
-
-
-def test_the_dictionary_of_a_board_is_found_in_pictures(tmp_path):
-    drawn = cv2.aruco.CharucoBoard(
-        (8, 6), 1.0, 0.5, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_250)
-    ).generateImage((480, 360))
-    cv2.imwrite(str(tmp_path / "0.png"), cv2.copyMakeBorder(drawn, *4 * [60], 0, value=255))
-    (note,) = Board(8, 6, 0.02).fill_in(tmp_path)
-    assert "DICT_4X4_250" in note
-    (target,) = read_targets(tmp_path / "target.toml")
-    assert (target.charuco.squares, target.charuco.square) == ((8, 6), 0.02)
 
 
 def _written(command):

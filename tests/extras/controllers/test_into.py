@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import yourdfpy
 from lxml import etree
-from refusals import refuses
 
 from tests.exports.readers import origin
 from tests.exports.test_exports import EXACT, calibrated, flanges, joints
@@ -16,7 +15,7 @@ from workbench.arm.joint_frames import joint_frames
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import FileError
 from workbench.exports import FORMS, Exported, Job, export_robot
 from workbench.extras.controllers.into import MARK
 
@@ -193,14 +192,6 @@ def test_a_file_of_another_arm_is_refused_with_how_far_it_is(name, other, tmp_pa
     with pytest.raises(FileError, match=r"nominal arm.* \d+\.?\d* mm and .* off"):
         written(source, arm, nominal, tmp_path)
     assert not list(tmp_path.iterdir())
-
-
-def test_a_file_and_the_arm_before_its_calibration_are_needed(tmp_path):
-    nominal, arm = calibrated("ur5")
-    with refuses(OptionError, option="--into"):
-        export_robot(FORMS["urdf"], tmp_path / "o", Job(robot=arm, nominal=nominal))
-    with refuses(OptionError, option="--nominal"):
-        export_robot(FORMS["urdf"], tmp_path / "o", Job(robot=arm, source=urdf(*chain_of(nominal))))
 
 
 def test_the_command_leaves_the_file_as_it_is_and_lists_forms_without_an_arm(run, refused, tmp_path):

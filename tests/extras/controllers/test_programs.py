@@ -4,6 +4,7 @@ import importlib.util
 
 import numpy as np
 import pytest
+from gear_sag import GearSag
 from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
@@ -167,21 +168,8 @@ def test_what_a_program_can_not_hold_is_refused(tmp_path):
         export_robot(form, tmp_path / "x", Job(robot=robot, nominal=nominal))
     with refuses(OptionError, form.name, option="--nominal"):
         export_robot(form, tmp_path / "x", Job(robot=robot))
-
-    from dataclasses import dataclass
-
-    @dataclass(frozen=True)
-    class Foreign(AbstractEffect):
-        name = "foreign"
-
-        def law(self, chain, motion, wrenches):
-            return np.zeros((len(motion), len(self.joints), len(self.joints)))
-
-        def sentence(self, chain, motion):
-            return "Nothing"
-
-    strange = robot.with_effects(Foreign((0,), (1.0,)))
-    with refuses(OptionError, option="--for", found="foreign"):
+    strange = robot.with_effects(GearSag((0,), (1.0,)))
+    with refuses(OptionError, option="--for", found="gear-sag"):
         export_robot(form, tmp_path / "x", Job(robot=strange, nominal=nominal))
     drifting = robot.with_effects(EFFECTS["base-drift"]((), (1e-6,) * 6))
     done = export_robot(form, tmp_path / "x.py", Job(robot=drifting, nominal=nominal))

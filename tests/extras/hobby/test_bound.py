@@ -17,6 +17,7 @@ from test_motor_map import off, recorded, tips
 
 import workbench as wb
 
+pytestmark = pytest.mark.slow
 SCATTER, POSITION, TURN = np.deg2rad(1.0), 5e-4, np.deg2rad(0.1)
 STEP = 1e-5
 

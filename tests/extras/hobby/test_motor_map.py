@@ -53,37 +53,32 @@ def normal(arm, found):
 
 def test_an_arm_off_by_20_to_60_mm_is_found_to_3_mm_and_repeats_agree_to_1_mm(so101):
     """Motors hold wherever they stop and read it to 0.088°; the tip sags by 5 mm, which no count shows."""
-    distance = []
-    for seed in (0, 5):
-        arm, places = ServoArm(seed), []
-        for run in (2, 3):
-            found = wb.map_motors(so101, recorded(arm, run=run))
-            np.testing.assert_array_equal(found.counting.signs, arm.signs)
-            np.testing.assert_allclose(found.offsets[MIDDLE], arm.offsets[MIDDLE], atol=np.deg2rad(3.0))
-            assert np.isnan(found.offsets[[0, -1]]).all()
-            assert 20.0 < 1e3 * found.before < 60.0
-            assert off(arm, found) < 1.0
-            assert "gravity-sag" in {e.name for e in found.effects}
-            places.append(tips(arm, found, found.robot)[1])
-        distance.append(1e3 * np.linalg.norm(places[0] - places[1], axis=1).mean())
-    assert np.mean(distance) < 0.8
+    arm, places = ServoArm(0), []
+    for run in (2, 3):
+        found = wb.map_motors(so101, recorded(arm, run=run))
+        np.testing.assert_array_equal(found.counting.signs, arm.signs)
+        np.testing.assert_allclose(found.offsets[MIDDLE], arm.offsets[MIDDLE], atol=np.deg2rad(3.0))
+        assert np.isnan(found.offsets[[0, -1]]).all()
+        assert 20.0 < 1e3 * found.before < 60.0
+        assert off(arm, found) < 1.0
+        assert "gravity-sag" in {e.name for e in found.effects}
+        places.append(tips(arm, found, found.robot)[1])
+    assert 1e3 * np.linalg.norm(places[0] - places[1], axis=1).mean() < 0.8
 
 
 def test_sag_tells_an_arm_that_stands_from_one_that_hangs(so101):
     """Joints that count the other way, on an arm upside down, give the same poses but for their sag."""
-    for seed in (4,):
-        arm = ServoArm(seed, zero=np.deg2rad(100.0))
-        found = wb.map_motors(so101, recorded(arm))
-        up = [0.0, 0.0, 1.0]
-        np.testing.assert_allclose(found.counting.base[:3, :3] @ up, arm.base[:3, :3] @ up, atol=0.1)
-        assert off(arm, found) < 1.0
-        assert any("another combination of signs" in note for note in found.notes)
+    arm, up = ServoArm(4, zero=np.deg2rad(100.0)), [0.0, 0.0, 1.0]
+    found = wb.map_motors(so101, recorded(arm))
+    np.testing.assert_allclose(found.counting.base[:3, :3] @ up, arm.base[:3, :3] @ up, atol=0.1)
+    assert off(arm, found) < 1.0
+    assert any("another combination of signs" in note for note in found.notes)
 
 
 def test_play_of_1_degree_that_motors_do_not_see_bounds_what_20_poses_tell(so101):
     """Zeros are as uncertain as the mean of the play; the intervals say so, and more poses help as √n."""
     errors, many = [], []
-    for seed in range(3):
+    for seed in range(2):
         arm = ServoArm(seed, stiffness=np.inf, scatter=np.deg2rad(1.0))
         found = wb.map_motors(so101, recorded(arm))
         errors.append(normal(arm, found))

@@ -12,6 +12,7 @@ pytest.importorskip("mujoco")
 
 import cv2
 from board_on_tool import CAMERA, DOT, LENS, SIZE, TARGET, paper, pose
+from camera_arms import look
 from documented_commands import run_lines
 from rendered_boards import render
 from servo_arm import NAMES, ServoArm, poses
@@ -24,17 +25,7 @@ HALF = 0.5
 COUNT = 20
 
 
-def camera_at(eye, middle):
-    """Pose of a camera that looks at a place, x to the right."""
-    z = np.subtract(middle, eye) / np.linalg.norm(np.subtract(middle, eye))
-    x = np.cross(z, [0.0, 0.0, 1.0])
-    x /= np.linalg.norm(x)
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = np.column_stack([x, np.cross(z, x), z]), eye
-    return out
-
-
-EYE = camera_at([0.62, 0.08, 0.3], [0.25, 0.0, 0.15])
+EYE = look([0.62, 0.08, 0.3], [0.25, 0.0, 0.15])
 BOARD = pose([-0.0375, -0.0525, 0.06], [0.0, 0.0, 0.0])
 MIDDLE = np.array([0.0375, 0.0525, 0.0, 1.0])
 
@@ -88,34 +79,6 @@ def here(arm, tmp_path):
     (tmp_path / "camera.toml").write_text(CAMERA)
     (tmp_path / "target.toml").write_text(TARGET.replace("0.03", "0.015").replace("0.022", "0.011"))
     return tmp_path
-
-
-def test_pictures_become_the_map_of_the_motors(run, here, arm):
-    options = (
-        "--joints",
-        "counts.csv",
-        "--camera",
-        "camera.toml",
-        "--target",
-        "target.toml",
-        "--robot",
-        "so101",
-    )
-    status, _, err = run("hobby", "map", "pictures", *options, "--json", "map.json", "--save", "mine.toml")
-    assert (status, err) == (0, "")
-    found = json.loads((here / "map.json").read_text())
-    assert [j["sign"] for j in found["joints"]] == arm.signs.tolist()
-    assert [j["motor"] for j in found["joints"]] == list(NAMES)
-    zeros = [j["offset"] for j in found["joints"]][1:4]
-    np.testing.assert_allclose(zeros, arm.offsets[1:4], atol=np.deg2rad(3.0))
-    q = arm.drawn(200, 9)
-    mine = wb.load_robot("mine.toml").predict(arm.angles(arm.counts(q)))[:, :3, 3]
-    real = sights(arm, q)[:, :3, 3]
-    a, b = real - real.mean(0), mine - mine.mean(0)
-    u, _, vt = np.linalg.svd(b.T @ a)
-    left = a - b @ (u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt)
-    assert np.linalg.norm(left, axis=1).mean() < 3e-3
-    assert found["before_m"] > 0.01
 
 
 def test_the_commands_of_the_page(run, here):

@@ -29,16 +29,3 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
     planned = [(q, kg) for p in result["postures"] for q, kg in zip(p["q"], p["added_kg"], strict=True)]
     np.testing.assert_allclose(data.q, [q for q, _ in planned])
     np.testing.assert_allclose(data.payload, [kg for _, kg in planned])
-
-
-@pytest.mark.parametrize(
-    ("options", "messages", "status"),
-    [
-        (("katana450", "--added-mass", "-1"), "added mass must be at least 0 kg, got -1", 64),
-        (("katana450", "--centre-tolerance", "-1mm"), "must be at least 0 mm, got -1 mm", 64),
-        (("katana450", "--centre-tolerance", "40mm"), "add mass at the tool", 1),
-        (("iiwa14",), "mass", 1),
-    ],
-)
-def test_what_is_refused(refused, options, messages, status):
-    refused([messages], "loading", *options, "--out", "o.csv", "--json", "o.json", status=status)

@@ -18,11 +18,10 @@ from katanas import (
     still,
 )
 from laws import Effect, poses
-from refusals import refuses
 
 from workbench.arm.motion import Motion
 from workbench.arm.statics.moments import joint_moments
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.extras.katana.load_test.experiment import pulled_joint, tilting_of
 from workbench.extras.katana.load_test.postures import FIRM, PairPurpose, plan_load_test, possible, side_loads
@@ -127,8 +126,6 @@ def test_a_posture_below_the_table_or_folded_is_not_possible():
 
 def test_what_cannot_be_loaded_is_refused():
     robot, rng = nominal_robot(), np.random.default_rng(0)
-    with refuses(OptionError, option="added_mass"):
-        plan_load_test(robot, added_mass=-1.0, rng=rng)
     narrow = replace(robot, joints=tuple(replace(j, limits=(0.1, 0.12)) for j in robot.joints))
     with pytest.raises(DataError, match="widen its limits"):
         plan_load_test(narrow, rng=rng)

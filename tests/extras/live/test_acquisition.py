@@ -49,14 +49,6 @@ def stored(acquisition, *targets, **options):
     return acquisition
 
 
-def test_a_measured_pose_is_stored_with_its_joints():
-    acquisition = stored(acquired(), 0)
-    data = acquisition.dataset(source="here")
-    np.testing.assert_allclose(data.position[0], tool_poses(ARM, Motion(data.q))[0, :3, 3])
-    assert any("poses of the source" in note for note in data.notes)
-    assert acquisition.current == 1
-
-
 def test_without_a_pose_the_target_s_own_is_stored():
     """Also where poses come after all: one file has one kind."""
     data = stored(stored(acquired(), 0, pose=False), 1).dataset(source="x")

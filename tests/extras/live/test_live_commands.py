@@ -5,7 +5,6 @@ import sys
 from itertools import islice
 
 import numpy as np
-import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
@@ -48,12 +47,3 @@ def test_the_arm_moves_smoothly_and_within_its_speed():
     assert np.abs(np.diff(q, n=2, axis=0)).max() * rate**2 < 5.0
     kept = [sample.q for sample in samples if sample.capture]
     np.testing.assert_allclose(kept, targets, atol=6.0 * JOINT_NOISE)
-
-
-@pytest.mark.parametrize(
-    "options",
-    [("--rate", "0"), ("--speed", "-1"), ("--instrument", "ball-bar"), ("--to", "nowhere")],
-    ids=["rate", "speed", "instrument", "address"],
-)
-def test_drive_refuses(refused, options):
-    refused([options[1]], "drive", "--robot", "aria", "--plate", "table2", *options)

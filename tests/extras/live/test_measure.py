@@ -82,15 +82,6 @@ def test_what_makes_no_sense_is_said(do):
     assert (session.part(Source).is_open, session.part(Measuring)) == (False, None)
 
 
-def test_nothing_is_stored_from_a_silent_source(do, begun, first):
-    do(sample(first.robot, first.states[0].q, time=0.1), TellSource("arm", silence=3.0))
-    session = do(StoreRow())
-    assert not session.part(Measuring).acquisition.rows
-    assert "silent" in session.page.messages[-1].text
-    session = do(TellSource("arm"), sample(first.robot, first.states[0].q, time=2.0), StoreRow())
-    assert len(session.part(Measuring).acquisition.rows) == 1
-
-
 def test_an_arm_that_is_only_followed_is_one_step_of_the_journal(worker, do, first):
     """It grew by 0.6 MB a minute."""
     samples = [TakeSample(0.05 * k, tuple((np.full(6, 0.1) + 1e-3 * k).tolist())) for k in range(200)]

@@ -5,7 +5,7 @@ import pytest
 from refusals import refuses
 
 from workbench.base import se3
-from workbench.base.errors import DataError, FileError, OptionError, UnitError
+from workbench.base.errors import DataError, FileError, UnitError
 from workbench.data.readers import preview, read_measurements
 
 pytestmark = [pytest.mark.data, pytest.mark.usefixtures("read_here")]
@@ -89,15 +89,6 @@ def test_every_original_file_is_read_or_refused(shared_data):
             assert "not measurements" in shown.problems[0] or "transform" in shown.problems[0]
         else:
             assert shown.ok
-
-
-def test_what_a_layout_does_not_fit_is_refused(tmp_path):
-    (tmp_path / "a.csv").write_text("q1[deg],x[m],y[m],z[m]\n1,2,3,4\n")
-    with refuses(OptionError, option="layout", found="ipa-grid"):
-        read_measurements(tmp_path / "a.csv", layout="ipa-grid")
-    for folder in (tmp_path / "none", tmp_path):
-        with pytest.raises(FileError):
-            read_measurements(folder, layout="mukca")
 
 
 def test_the_plain_layout_can_be_forced(tmp_path):

@@ -345,26 +345,3 @@ def test_points_are_joined_by_time(run_of_arm, tmp_path):
     data = wb.read_measurements(points, joint_table=log(tmp_path, run))
     check(data, run)
     assert mentions(" ".join(data.notes), "1 of 9")
-
-
-def test_dates_are_of_one_clock(run_of_arm, tmp_path):
-    """The tracker's list begins later than the log; both count from their own first row."""
-    run = run_of_arm
-    moving = np.abs(np.diff(run.q, axis=0)).max(1) > 0
-    ends = np.flatnonzero(np.diff(np.concatenate([[True], moving, [True]]).astype(int)) == 1)[1:]
-    begin = np.datetime64("2026-03-01T10:00:00.000")
-
-    def date(time):
-        return str(begin + np.timedelta64(round(1e3 * time), "ms"))
-
-    lines = ["time,x[m],y[m],z[m]"]
-    for k, time in enumerate(run.time[ends] - 0.3, 1):
-        lines.append(",".join([date(time), *map(repr, run.at[k, :3, 3].tolist())]))
-    (tmp_path / "p.csv").write_text("\n".join(lines))
-    lines = ["time," + ",".join(f"q{k}[rad]" for k in range(1, 7))]
-    lines += [",".join([date(t), *map(repr, q)]) for t, q in zip(run.time, run.q.tolist(), strict=True)]
-    (tmp_path / "q.csv").write_text("\n".join(lines))
-    data = wb.read_measurements(tmp_path / "p.csv", joint_table=tmp_path / "q.csv")
-    np.testing.assert_allclose(data.q, run.standstills[1:], atol=1e-9)
-    with refuses(DataError, "p.csv", "joints.csv"):
-        wb.read_measurements(tmp_path / "p.csv", joint_table=log(tmp_path, run))

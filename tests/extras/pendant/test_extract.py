@@ -190,10 +190,19 @@ def _in_rad(cells):
     return [f"{np.deg2rad(float(cell)):.4f}" for cell in cells]
 
 
+def turned(*moves):
+    """Poses between which the tool turns about one axis alone."""
+    q = np.tile(np.deg2rad([0, -90, 90, -90, -60, 0]), (12, 1))
+    q[:, moves] = random_joints("ur5e", 12)[:, moves]
+    return q
+
+
 @pytest.mark.parametrize(
     ("rows", "text"),
     [
         (lambda rows: rows[:3], "3 poses"),
+        (lambda rows: lines(Path("hidden.toml"), turned(0)), "all axes"),
+        (lambda rows: lines(Path("hidden.toml"), turned(1, 2, 3)), "all axes"),
         (lambda rows: [row[:9] for row in rows], "columns"),
         (lambda rows: [[*row[:7], "O.1", *row[8:]] for row in rows], "is not a number"),
         (lambda rows: [[*row[:9], *row[6:9]] for row in rows], "tried in full"),
@@ -210,17 +219,6 @@ def test_bad_readings_are_refused_in_one_sentence(run, tmp_path, rows, text):
     assert status == 1
     assert text in err
     assert len(err.strip().splitlines()) == 1
-
-
-@pytest.mark.parametrize("moves", [(0,), (1, 2, 3)])
-def test_poses_with_the_tool_turned_about_one_axis_do_not_tell_conventions_apart(run, tmp_path, moves):
-    q = np.tile(np.deg2rad([0, -90, 90, -90, -60, 0]), (12, 1))
-    q[:, moves] = random_joints("ur5e", 12)[:, moves]
-    status, _, err = run(
-        "extract", write(lines(hidden("ur5e", tmp_path / "hidden.toml"), q)), "--robot", "ur5e"
-    )
-    assert status == 1
-    assert "all axes" in err
 
 
 def test_poses_that_leave_the_model_uncertain_save_nothing(run, tmp_path):
@@ -246,19 +244,3 @@ def test_six_readings_say_how_far_to_trust_them(tmp_path):
         off = model_error(tmp_path / "mine.toml", actual, random_joints("ur5e", 200, seed=900 + seed)).mean()
         within.append(off < 2.0 * found.expected.position)
     assert sum(within) >= 11
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        (),
-        ("--plan", "30"),
-        ("--plan", "3", "--out", "f.csv"),
-        ("--pose", "1,2 = 3"),
-        ("r.csv", "--pose", "1=2"),
-    ],
-)
-def test_wrong_usage_is_status_64(run, options):
-    status, _, err = run("extract", "--robot", "ur5e", *options)
-    assert status == 64
-    assert err

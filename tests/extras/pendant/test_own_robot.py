@@ -2,10 +2,10 @@
 
 import json
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
+from points_and_tilts import frames
 from refusals import mentions, refuses
 from scipy.spatial.transform import Rotation
 
@@ -14,7 +14,6 @@ from workbench.arm import chain as chains
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.many_starts import descend
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_to_table
@@ -172,19 +171,6 @@ def test_joints_counted_otherwise_are_the_same_arm_with_the_same_weights(name):
             np.testing.assert_allclose(moments, signs * joint_moments(other, counted).about, atol=1e-9)
 
 
-def test_descriptions_without_a_table_are_recounted_too(tmp_path):
-    from workbench.arm.urdf_writer import write_urdf
-
-    arm = plain("ur10")
-    urdf = load_robot(write_urdf(arm, tmp_path / "arm.urdf"))
-    signs, offsets = np.array([1.0, -1, 1, -1, 1, 1]), np.array([0.0, 0.3, 0, 1, 0, 0])
-    q = np.random.default_rng(7).uniform(-2.0, 2.0, (4, 6))
-    poses = tool_poses(arm, Motion(q))
-    found = find_convention([TableReading(urdf)], exactly(signs * (q - offsets), poses))
-    assert right(found, arm, signs, offsets)
-    assert right(find_convention([TableReading(urdf)], exactly(q, poses)), arm, np.ones(6), np.zeros(6))
-
-
 def test_tables_as_people_write_them(tmp_path):
     path = tmp_path / "t.csv"
     path.write_text("Joint;θ [°];d (mm);r [mm];α [deg];type\n1;0;89.2;0;90;R\n2;0;0;-425;;revolute\n\n")
@@ -198,43 +184,10 @@ def test_tables_as_people_write_them(tmp_path):
         "alpha": 0.0,
         "beta": 0.0,
     }
-    for text in (
-        "theta,d,a\n0,0,0\n", "theta,d,a,alpha\n", "", "theta,d,a,alpha\n0,x,0,0\n",
-        "theta[mm],d,a,alpha\n0,0,0,0\n", "theta,d[m],a[mm],alpha\n0,0,0,0\n",
-        "theta,d,a,alpha,type\n0,0,0,0,q\n",
-        "# convention = mine\ntheta,d,a,alpha\n0,0,0,0\n",
-    ):  # fmt: skip
+    for text in ("theta,d,a\n0,0,0\n", "", "theta[mm],d,a,alpha\n0,0,0,0\n", "theta,d,a,alpha\n0,x,0,0\n"):
         path.write_text(text)
         with pytest.raises(FileError):
             read_joint_table(path)
-
-
-def test_the_command(run, refused, tmp_path):
-    arm = plain("ur5")
-    table: Path = tmp_path / "mine.csv"
-    rows = rows_of(arm, 1e3, np.rad2deg(1.0))
-    lines = [",".join(str(round(row[c], 6)) for c in CONSTANTS[:4]) for row in rows]
-    table.write_text("\n".join(["theta,d,a,alpha", *lines]))
-    signs = np.array([1.0, 1, -1, 1, 1, 1])
-    rng = np.random.default_rng(8)
-    q = rng.uniform(-2.0, 2.0, (3, 6))
-    poses = tool_poses(arm, Motion(q))
-    options = []
-    for row, pose in zip(signs * q, poses, strict=True):
-        numbers = [*np.rad2deg(row), *1e3 * pose[:3, 3], *se3.matrix_to_rotvec(pose[:3, :3])]
-        shown = [f"{v:.3f}" for v in numbers]
-        options += ["--pose", f"{', '.join(shown[:6])} = {', '.join(shown[6:])}"]
-    out = tmp_path / "mine.toml"
-    code, message, error = run("new", table, "--out", out, "--json", tmp_path / "r.json", *options)
-    assert code == 0, error
-    assert mentions(message, "joint 3")
-    assert mentions(message, "standard DH")
-    assert json.loads((tmp_path / "r.json").read_text())["position_m"] < 1e-3
-    mine = load_robot(out)
-    assert mine.name == "mine"
-    np.testing.assert_allclose(tool_poses(mine, Motion(signs * q)), poses, atol=1e-4)
-    refused(["--pose"], "new", table, "--out", out, status=64)
-    refused(["6 joint positions"], "new", table, "--out", out, "--pose", "1,2 = 3", status=64)
 
 
 FANUC = [
@@ -248,7 +201,7 @@ FANUC = [
 
 
 @pytest.mark.parametrize("signs", [(1.0,) * 6, (1, -1, 1, -1, 1, -1)])
-def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run, tmp_path, signs):
+def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run, refused, tmp_path, signs):
     """joint 3 = q3 + q2, by the FK of the file alone; three poses are enough, and `extract` finds it, too."""
     table = tmp_path / "table.csv"
     lines = [",".join(map(str, row)) for row in FANUC]
@@ -257,7 +210,7 @@ def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run,
     q = np.random.default_rng(2).uniform(-1.5, 1.5, (24, 6))
     joints = q * signs
     joints[:, 2] += joints[:, 1]
-    poses = np.array([dh(rows + np.outer(row, [1, 0, 0, 0])) for row in joints])
+    poses = frames(rows, joints)[-1]
     shown = [
         ",".join(
             f"{v:.4f}" for v in [*np.rad2deg(a), *1e3 * p[:3, 3], *np.rad2deg(se3.matrix_to_rpy(p[:3, :3]))]
@@ -268,9 +221,13 @@ def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run,
     for line in shown[:3]:
         cells = line.split(",")
         options += ["--pose", f"{','.join(cells[:6])} = {','.join(cells[6:])}"]
-    code, message, error = run("new", table, "--out", tmp_path / "a.toml", *options)
+    out, found = tmp_path / "a.toml", tmp_path / "r.json"
+    code, message, error = run("new", table, "--out", out, "--json", found, *options)
     assert code == 0, error
-    assert "joint 3 =" in message
+    assert mentions(message, "joint 3", "standard DH")
+    assert json.loads(found.read_text())["position_m"] < 1e-3
+    refused(["--pose"], "new", table, "--out", out, status=64)
+    refused(["6 joint positions"], "new", table, "--out", out, "--pose", "1,2 = 3", status=64)
     saved = load_robot(tmp_path / "a.toml")
     np.testing.assert_allclose(tool_poses(saved, Motion(q)), poses, atol=2e-5)
     facts = tomllib.loads((tmp_path / "a.toml").read_text())["joint"][2]
@@ -286,25 +243,3 @@ def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run,
     found = wb.extract(Robot.from_dh(rows, name="arm"), tmp_path / "shown.csv")
     assert found.verdict == "nominal"
     np.testing.assert_allclose(found.robot.predict(q), poses, atol=2e-5)
-
-
-def dh(rows: np.ndarray) -> np.ndarray:
-    """Standard Denavit–Hartenberg, a row a joint."""
-    here = np.eye(4)
-    for theta, d, a, alpha in rows:
-        c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-        here = here @ [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
-    return here
-
-
-def test_every_start_descends_to_its_own_minimum():
-    """x² = 4 from both sides; the second unknown does nothing and stays."""
-    starts = np.array([[-3.0, 1.0], [1.0, 5.0], [0.1, 0.0]])
-
-    def linearise(x):
-        slope = np.stack([2.0 * x[:, :1], np.zeros((len(x), 1))], axis=2)
-        return 4.0 - x[:, :1] ** 2, slope
-
-    (found,), left = descend((starts,), linearise, lambda x, step: (x + step,))
-    np.testing.assert_allclose(found, [[-2.0, 1.0], [2.0, 5.0], [2.0, 0.0]], atol=1e-9)
-    np.testing.assert_allclose(left, 0.0, atol=1e-8)

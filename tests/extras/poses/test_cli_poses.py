@@ -53,9 +53,3 @@ def test_clusters_as_a_plate(run, tmp_path):
     assert status == 0
     scored = json.loads((tmp_path / "s.json").read_text())
     assert scored["set"]["stacked_ratio"] == pytest.approx(found["best"]["stacked_ratio"], rel=1e-5)
-
-
-def test_regions_that_make_no_sense(refused):
-    for region, message in (("0,0:1,1,1", "two corners"), ("nowhere", "nowhere"), ("1,1,1:0,0,0", "empty")):
-        command = ("plate", "cluster", "--robot", "aria", "--region", region)
-        refused([message], *command, status=1 if region == "nowhere" else 64)

@@ -8,7 +8,7 @@ from refusals import refuses
 
 from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.extras.poses.clustering import cluster_region
 from workbench.extras.poses.pose_limits import folded
 from workbench.plate.collision import solid_clear
@@ -79,10 +79,6 @@ def test_what_does_not_fit_is_said(aria, plate, monkeypatch):
         cluster_region(aria, coarse, index="O1", number=13)
     with refuses(DataError, 60, found=24):
         cluster_region(aria, plate.region, index="O1", number=60)
-    with refuses(OptionError, option="number", found=1):
-        cluster_region(aria, coarse, index="O1", number=1)
-    with refuses(OptionError, option="index", found="O"):
-        cluster_region(aria, coarse, index="O", number=5)
 
 
 def test_folded_poses_are_the_same_within_limits(aria):

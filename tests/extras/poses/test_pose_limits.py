@@ -11,12 +11,10 @@ from refusals import refuses
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
-from workbench.extras.poses.climb import PoseClimb
 from workbench.extras.poses.informative_poses import informative_poses
 from workbench.extras.poses.measurement_order import measuring_order, travels
 from workbench.extras.poses.pose_limits import PoseLimits
-from workbench.plate.free_constants import identified_names, visible_basis
-from workbench.plate.observability import I
+from workbench.plate.free_constants import identified_names
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
 
@@ -66,18 +64,6 @@ def test_poses_for_a_free_base_and_tool(aria):
     assert found.after > found.before > 0.0
     with refuses(OptionError, "at least 5 poses", option="number", found=4):
         informative_poses(aria, 4, names=names, rng=rng(8))
-
-
-def test_gradients_of_i_and_of_reduced_indices(aria):
-    names = identified_names(aria, base=True)
-    basis = visible_basis(aria, names)
-    moves = rng(9).normal(size=(40, basis.shape[1]))
-    climb = PoseClimb(aria, I(moves.T @ moves), {"names": names}, basis)
-    q, direction = rng(10).uniform(-0.9, 0.9, (6, 6)), rng(11).normal(size=(6, 6))
-    value, slope = climb.value_and_gradient(q)
-    difference = (climb.value(q + 1e-5 * direction) - climb.value(q - 1e-5 * direction)) / 2e-5
-    assert value == pytest.approx(climb.value(q))
-    assert difference == pytest.approx((slope * direction).sum(), rel=1e-4)
 
 
 @settings(max_examples=25)

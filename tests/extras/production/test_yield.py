@@ -64,19 +64,12 @@ def few_alone():
 
 @pytest.fixture(scope="module")
 def found(aria, fixed):
-    return try_plate(aria, fixed, arms=200, poses=80, seed=3)
+    return try_plate(aria, fixed, arms=100, poses=80, seed=3)
 
 
 def rms(found) -> float:
     """Of all position errors [m]."""
     return float(np.sqrt(np.mean((found.errors[..., :3] ** 2).sum(-1))))
-
-
-def test_without_errors_every_arm_is_calibrated_exactly(trial):
-    for seed in SEED.spawn(10):
-        met, errors = trial.judged_arm(seed)
-        assert met.all()
-        assert np.abs(errors).max() < 1e-7
 
 
 def test_arms_are_as_good_as_predicted(aria, fixed, found):
@@ -86,7 +79,7 @@ def test_arms_are_as_good_as_predicted(aria, fixed, found):
     assert rms(found) == pytest.approx(predicted.position_rms, rel=0.1)
     assert found.json()["orientation_rms_deg"] == pytest.approx(np.rad2deg(predicted.rotation_rms), rel=0.1)
     sockets = of_kind(fixed, Kind.SOCKET)
-    tried = try_plate(aria, sockets, arms=100, poses=80)
+    tried = try_plate(aria, sockets, arms=50, poses=80)
     expected = wb.score(aria, sockets, evaluation_poses=poses).measured.error.position_rms
     assert rms(tried) < 1.6 * expected
 
@@ -101,9 +94,9 @@ def test_sources_add_up_and_the_worst_is_named(found):
 
 def test_arms_pass_eq_3_and_fewer_do_with_more_noise(aria, fixed, found):
     assert found.share == 1.0
-    loud = try_plate(aria, fixed, arms=100, sigma=(1e-3, 3e-4), poses=80)
+    loud = try_plate(aria, fixed, arms=50, sigma=(1e-3, 3e-4), poses=80)
     assert loud.share < 0.5
-    worst = np.abs(loud.errors).reshape(100, -1, 2, 3).max((1, 3))
+    worst = np.abs(loud.errors).reshape(50, -1, 2, 3).max((1, 3))
     limits = Requirement().wanted
     assert loud.share == (worst <= [limits.position, limits.rotation]).all(1).mean()
     assert try_plate(aria, fixed, arms=20, poses=80, wanted=Wanted(position=0.05)).share == 1.0
@@ -146,7 +139,7 @@ def test_a_cluster_gives_the_same_numbers_and_bears_the_loss_of_a_worker(aria, f
     distributed = pytest.importorskip("distributed")
     multiprocessing.set_forkserver_preload(["distributed", Trial.__module__])  # once for all workers
     monkeypatch.setattr("distributed.utils._forkserver_preload_set", True)
-    monkeypatch.setattr(plate_trial, "PIECE", 10)
+    monkeypatch.setattr(plate_trial, "PIECE", 5)
     forked = {"distributed.worker.multiprocessing-method": "forkserver"}
     with (
         pytest.importorskip("dask").config.set(forked),
@@ -163,16 +156,13 @@ def test_a_cluster_gives_the_same_numbers_and_bears_the_loss_of_a_worker(aria, f
                 killed.append(pid)
 
         with running(kill_one):
-            same = try_plate(aria, fixed, arms=200, poses=80, seed=3, scheduler=cluster.scheduler_address)
+            same = try_plate(aria, fixed, arms=100, poses=80, seed=3, scheduler=cluster.scheduler_address)
         assert killed
     assert np.array_equal(same.errors, found.errors)
     assert all(np.array_equal(same.sources[name], found.sources[name]) for name in found.sources)
 
 
 def test_what_can_not_be_tried(aria, plate):
-    for option in ("arms", "poses"):
-        with refuses(OptionError, option=option, found=0):
-            try_plate(aria, plate, **{option: 0})
     with refuses(DataError, found=5):
         try_plate(load_robot("katana450"), plate)
     away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])), *plate.targets))
@@ -182,6 +172,7 @@ def test_what_can_not_be_tried(aria, plate):
         try_plate(aria, in_the_air(plate, 0.12))
 
 
+@pytest.mark.slow
 def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, aria, monkeypatch):
     """Predicted and tried out over the same poses: any place and branch, 60° about Table 2's targets."""
     options = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml", "--json", "best.json")

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stories import Visit
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.motion import Motion
@@ -34,13 +33,16 @@ def test_a_knocked_arm_has_a_door_on_the_start_card(chromium, tmp_path, aria):
     app = App(load_robot("aria"), load_plate("table2"), asks=True)
     try:
         with chromium.new_context(viewport={"width": 1280, "height": 800}) as context:
-            visit = Visit.open(context.new_page(), app)
-            visit.press("An arm after a collision")
-            visit.drop(0, write_toml(replace(aria, name="mine"), tmp_path / "calibrated.toml"))
-            visit.says("Robot: mine", "start")
-            visit.app.worker.wait()
-            visit.drop(1, path)
-            assert "joint 5 by −0.2" in visit.says("moved: joint 3 by", "rezero")
+            page = context.new_page()
+            page.goto(f"{app.url}/?fixedDpr=0.25")
+            page.get_by_role("button", name="An arm after a collision", exact=True).click(timeout=120_000)
+            files = page.locator(".mantine-Modal-body input[type=file]")
+            files.nth(0).set_input_files(write_toml(replace(aria, name="mine"), tmp_path / "calibrated.toml"))
+            page.locator('[data-testid="start"]', has_text="Robot: mine").wait_for(timeout=120_000)
+            app.worker.wait()
+            files.nth(1).set_input_files(path)
+            found = page.locator('[data-testid="rezero"]', has_text="moved: joint 3 by").first
+            found.wait_for(timeout=120_000)
+            assert "joint 5 by −0.2" in found.inner_text()
     finally:
         app.close()
-    assert visit.clicks == 1

@@ -165,9 +165,6 @@ def test_nothing_moved_is_said(aria):
     assert found.verdict is RezeroVerdict.UNCHANGED
     assert not found.moved
     assert found.sentence.startswith("no joint moved by more than chance")
-    hidden = replace(found, shifts=(replace(found.shifts[0], determined=False), *found.shifts[1:]))
-    assert hidden.sentence.startswith("joints 2–6 ")
-    assert hidden.sentence.endswith("; joint 1 can't be determined")
 
 
 @pytest.mark.parametrize(("constant", "link"), [("joint2.a", 2), ("joint3.alpha", 3)])
@@ -279,15 +276,6 @@ def test_the_zero_of_a_new_motor_may_be_anywhere(aria):
     found = wb.rezero(framed(aria), replace(rows, q=rows.q - zero))
     assert [s.joint for s in found.moved] == [2]
     assert found.shifts[2].shift == pytest.approx(zero[2], abs=1e-3)
-
-
-def test_rows_that_no_zeros_explain_are_called_that(aria):
-    """Rows tens of mm off whatever the zeros are: a joint was said to have moved, by nothing."""
-    arm = framed(aria)
-    found = wb.rezero(arm, measured(arm, [0.0, 0.0, 0.0, 0.0, -0.15, 0.0], seed=2, known=0.04))
-    assert found.verdict is RezeroVerdict.REFUSED
-    assert "no zeros explain the rows" in found.sentence
-    assert found.robot is arm
 
 
 @pytest.fixture(scope="module", params=["toml", "urdf"])

@@ -14,7 +14,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.prediction import row_components
-from workbench.extras.service.verification import RepeatedPose, mean_interval, minimum_share, pose_labels
+from workbench.extras.service.verification import RepeatedPose, mean_interval, pose_labels
 
 
 @pytest.fixture(scope="module")
@@ -69,11 +69,6 @@ def test_repeated_poses_of_a_measured_arm(shared_data):
     assert 5e-6 < np.median(repeatability) < 1e-4  # its data sheet says ±0.1 mm
 
 
-def test_shares_of_all_poses_are_exact():
-    assert minimum_share(100, 100) == pytest.approx(0.05 ** (1 / 100))
-    assert minimum_share(0, 5) == 0.0
-
-
 def test_intervals_of_means_agree_with_the_normal_law():
     errors = np.abs(np.random.default_rng(1).normal(1.0, 0.1, 400))
     found = mean_interval(errors, np.arange(400), np.random.default_rng(0))
@@ -111,14 +106,6 @@ def test_a_row_that_stands_twice_is_no_second_visit(arm):
     exclude = np.arange(len(twice)) == 3
     found = wb.verify(calibrated, replace(twice, exclude=exclude, row=np.arange(len(twice))))
     assert found.evaluation.data.row.tolist() == [*range(3), *range(4, 71)]
-
-
-def test_angles_alone_verify_nothing(arm):
-    """An inclinometer sees no position; without any, every position error would be 0."""
-    calibrated, _, fresh = arm
-    tilted = replace(fresh, position=None, rotation=None, tilt={2: np.zeros((70, 2))})
-    with refuses(DataError, "x[m], markers, distance, contact"):
-        wb.verify(calibrated, tilted, wanted=1e-3)
 
 
 # -- verdict --------------------------------------------------------------------------------------

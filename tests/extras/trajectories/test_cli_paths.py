@@ -65,13 +65,3 @@ def test_a_compensated_circle_is_corrected_where_only_positions_count(run, refus
     refused((), *options, status=1)
     options = ("compensate", "c.csv", "--robot", "aria-table4", "--nominal", "aria", "--out", "k.csv")
     assert run(*options, "--positions-only")[0] == 0
-
-
-def test_nothing_is_written_where_a_path_can_not_be(run, refused):
-    line = ("path", "line", "--robot", "aria", "--out", "l.csv")
-    for options, message in (
-        (("--from", "0.45,0.3,0.25", "--to", "1.45,0.3,0.25"), "beyond"),
-        (("--from", "0.45,0.3", "--to", "0.3,0.4,0.3"), "--from"),
-    ):
-        refused([message], *line, *options, status=64 if message == "--from" else 1)
-    assert run("path", "circle", "--robot", "aria", "--out", "l.csv")[0] == 64

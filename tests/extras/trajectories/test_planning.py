@@ -120,16 +120,8 @@ def test_six_joints_hold_the_whole_orientation(robots):
 
 
 def test_what_forbids_a_path_is_named(robots):
-    katana, aria = robots["katana"][0], robots["aria"][0]
+    katana = robots["katana"][0]
     with pytest.raises(DataError, match=r"row \d+ .*\(at \d+\.\d+ s\).* beyond"):
         plan(katana, line(np.array([0.1, -0.37, 0.21]), np.array([-0.1, -0.8, 0.07])), duration=9.0)
     with refuses(OptionError, option="points"):
         circle_through(np.array([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]]))
-    with refuses(OptionError, option="points", found=2):
-        circle_through(THESIS[:2])
-    with refuses(OptionError, option="end"):
-        line(THESIS[0], THESIS[0])
-    with refuses(OptionError, option="duration", found=0.0):
-        plan(aria, line(THESIS[0], THESIS[1]), duration=0.0)
-    with refuses(OptionError, option="axis"):
-        plan(aria, line(THESIS[0], THESIS[1]), duration=1.0, axis=np.zeros(3))

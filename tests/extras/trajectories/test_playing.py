@@ -14,7 +14,6 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.playing import LeaveTrack, PauseTrack, PlaceTrack, PlayTrack, SetPace
-from workbench.session.page_state import Severity
 from workbench.session.played_motion import Played
 from workbench.session.state import Focus
 
@@ -75,20 +74,3 @@ def test_play_is_a_matter_of_focus(do, first):
     session = do(LeaveTrack())
     assert session.playback.focus is Focus.TARGET
     assert planned_track(session) is track
-
-
-def test_what_makes_no_sense_is_said(do):
-    for wrong in (
-        PlayTrack(),
-        PauseTrack(),
-        LeaveTrack(),
-        PlaceTrack(0.0),
-        PlanTrack("spiral"),
-        PlanTrack("circle", np.nan),
-        PlanTrack("circle", 10.0, True),
-        SetPace(0.0),
-    ):
-        session = do(wrong)
-        assert session.page.messages[-1].severity is Severity.ERROR, wrong
-        assert planned_track(session) is None
-    assert do(PlanTrack("line", 5.0), PlaceTrack(7.0)).page.messages[-1].severity is Severity.ERROR

@@ -23,7 +23,7 @@ def test_a_trajectory_is_drawn_and_done_again(sample, reader, tmp_path):
     track = planned_track(worker.session)
     worker.close()
     pictures = reader(begun.folder / "session.rrd")
-    for name, places in (("wanted", track.wanted), ("reached", track.reached)):
+    for name, places in (("wanted", track.wanted), ("trail", track.reached)):
         ((step, ((strip,),)),) = [
             (step, (value,)) for step, value in pictures.values(f"/world/track/{name}", "LineStrips3D:strips")
         ]

@@ -11,7 +11,7 @@ from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
-from workbench.base.errors import DataError, OptionError, ShapeError
+from workbench.base.errors import DataError
 from workbench.extras.trajectories.compensation import CorrectionMethod
 from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.path import command_joints, command_poses
@@ -162,10 +162,6 @@ def test_what_forbids_a_row_is_named(arms):
     steps = np.abs(np.diff(found.q, axis=0)) / np.diff(timed.time)[:, None]
     np.testing.assert_allclose(found.speed, steps.max(0))
     assert any(note.startswith("maximum speed") for note in found.notes)
-    with refuses(OptionError, "one-step or iterated", option="method", found="magic"):
-        correct(command_joints(model, nominal, q), method="magic")
-    with pytest.raises(ShapeError):
-        command_joints(arms["katana"][1], nominal, q)
     knots = tuple(np.linspace(-0.5, 0.5, 5))
     known = nominal.with_effects(EFFECTS["local-joint-error"]((0,), (1e-3,) * 5, knots=knots))
     (note,) = (n for n in correct(command_joints(known, nominal, q)).notes if "-28.65° to 28.65°" in n)

@@ -108,13 +108,6 @@ def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
     assert run(*options)[0] == 0
 
 
-@pytest.mark.parametrize(
-    ("options", "message"), [((), "none.csv"), (("--frame", "world"), "--frame must be one of base, plate")]
-)
-def test_bad_input(refused, options, message):
-    refused([message], "plate", "as-measured", "table2", "none.csv", "--out", "real.toml", *options)
-
-
 def test_any_plate_option_takes_the_list_alone(tmp_path, made_plate):
     found = load_plate(write(tmp_path, targets_csv(made_plate)))
     assert np.allclose(found.poses, made_plate.poses, atol=1e-13)

@@ -9,7 +9,7 @@ import pytest
 from refusals import mentions
 
 from workbench.base import se3
-from workbench.extras.workshop.drawing import dxf_of, pdf_of, plate_drawing
+from workbench.extras.workshop.drawing import dxf_of, plate_drawing
 from workbench.extras.workshop.fixture import fixture_of
 from workbench.plate.tolerances import Production
 
@@ -101,10 +101,3 @@ def test_tolerances_are_the_plate_s_own_and_stay_within_its_budget(mixed):
     assert mentions(text, "mitre ±0.02°", "index hole ±0.01°", "Ø6 H7", "ball of Ø12")
     usual = " ".join(word for *_, word in words(drawn(fixture_of(mixed))))
     assert mentions(usual, "±0.05 mm, ±0.05°", "position Ø0.050", "Ø0.012 to each other")
-
-
-def test_the_pdf_is_one_page_of_ink(plate):
-    content = pdf_of(plate_drawing(fixture_of(plate)))
-    assert content.startswith(b"%PDF")
-    assert content.count(b"/Type /Page ") == 1
-    assert len(content) > 100_000

@@ -18,7 +18,6 @@ from workbench.extras.workshop.outputs import targets_csv
 from workbench.extras.workshop.parts import Purpose
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.optimise import DesignRequest
-from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, block_corners, tool_poses_at
 from workbench.plate.plate import Kind, Target
 from workbench.plate.plate_toml import load_plate, read_plate, write_plate
@@ -97,23 +96,6 @@ def test_what_cannot_be_made_is_named(places, text, plate_of):
     with pytest.raises(OptionError) as error:
         fixture_of(plate)
     assert all(word in str(error.value) for word in text)
-
-
-def test_balls_have_no_spin_that_would_make_shapes(aria, plate):
-    """Blocks that differ by the tool's turn about their axis alone are one shape, as the drawings have it."""
-    turned = tuple(
-        replace(
-            t,
-            kind=Kind.SOCKET,
-            xyz=plate.targets[0].xyz + np.array([0.06 * i, 0.0, 0.0]),
-            rpy=np.array([np.pi, 0.0, i]),
-        )
-        for i, t in enumerate(plate.targets[:3])
-    )
-    design = PlateDesign(plate=replace(plate, targets=turned), cost=1e-4, rotation=np.inf, start_cost=1e-4)
-    assert design.plate_shapes == 1 == len(fixture_of(replace(design.plate, size=None)).shapes)
-    seats = tuple(replace(t, kind=Kind.SEAT) for t in turned)
-    assert replace(design, plate=replace(plate, targets=seats)).plate_shapes == 3
 
 
 def test_a_ball_bar_plate_is_three_sockets_and_the_lengths_of_its_bar(aria, plate, tmp_path):

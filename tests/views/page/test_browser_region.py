@@ -8,7 +8,7 @@ pytestmark = pytest.mark.browser
 
 def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(app, look):
     screen = look()
-    screen.tab("Plate")
+    screen.page.get_by_text("Region and cubes", exact=True).click()
     screen.choose("Cubes show", "Predicted error")
     screen.wait_text("key", "mm")
     at, metre = screen.grab(1)  # a handle that cubes are before
@@ -16,13 +16,11 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.until(lambda session: session.drag is not None)
     screen.page.mouse.up()
     first = screen.until(lambda session: session.drag is None).history.past[0].plate
-    screen.tab("Plate")
     screen.press("Undo")
     screen.until(lambda session: session.plate is first)
-    screen.tab("Plate")
     screen.choose("Slice", "one layer of z")
     region = screen.until(lambda session: session.region.view.cut == 2).plate.region
-    wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, region.centres[0, 2]], axis=1)))
+    wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, 0.325], axis=1)))
     top = np.array([0.0, 0.0, 0.3 * region.cube])
     for _ in range(20):  # the layer may not be drawn yet
         screen.page.mouse.click(*screen.pixel(region.centres[wanted] + top))

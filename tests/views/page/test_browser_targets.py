@@ -61,7 +61,10 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     page.keyboard.press("n")
     screen.until(lambda session: session.selected == (before + 1) % 10)
     page.keyboard.press("Control+z")
-    screen.until(lambda session: len(session.plate) == 9)
+    session = screen.until(lambda session: len(session.plate) == 9)
+    page.keyboard.press("Shift+ArrowUp")
+    wanted = np.add(session.plate.targets[session.selected].xyz, [0.01, 0.0, 0.0])
+    screen.until(lambda session: np.allclose(session.plate.targets[session.selected].xyz, wanted))
 
 
 def test_a_handle_behind_another_block_is_grabbed(app, look):

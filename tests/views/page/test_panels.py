@@ -8,7 +8,6 @@ from time import monotonic, sleep
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from refusals import refuses
 from viser import GuiHtmlHandle
 from viser._messages import GuiUpdateMessage
@@ -118,22 +117,6 @@ def test_a_click_means_a_target_before_its_points_and_both_before_a_cube_in_fron
         app.worker.wait()
         assert app.worker.session.selected == 3
         assert app.worker.session.region.view.picked == clicked
-
-
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [
-        (0.0, "0"),
-        (0.19702, "0.197"),
-        (4339.9, "4 340"),
-        (12.286, "12.3"),
-        (np.nan, "–"),
-        (np.inf, "∞"),
-        (-0.5, "-0.500"),
-    ],
-)
-def test_numbers(value, shown):
-    assert html.number(value) == shown
 
 
 def test_coordinates_are_shown_and_typed_in_metres_and_radians_too(app):

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.session.stages import StageErrors
 from workbench.views.page.panels.fit import shown_parameter
-
-
-def stage(title: str, mean: float) -> StageErrors:
-    rows = 1e-3 * mean * np.random.default_rng(0).lognormal(0.0, 0.4, 40)
-    return StageErrors(title, mean, rows)
 
 
 @pytest.mark.parametrize(

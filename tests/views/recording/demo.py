@@ -14,13 +14,14 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, Worker
 from workbench.session.command import AbstractCommand
-from workbench.session.commands.compare import ShowFit, ShowRow
+from workbench.session.commands.compare import SetOverlay, ShowFit, ShowRow
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.region import CHORES, ShowCubes
 from workbench.session.commands.undo import Undo
+from workbench.session.comparison import ModelStage, Overlay
 from workbench.session.journal.folder import begin
 from workbench.session.state import CubeView
 from workbench.views.recording.recorder import recorder
@@ -42,18 +43,18 @@ def drag(session: Session, target: int, by: tuple[float, float, float], turn: tu
 def commands(session: Session) -> list[AbstractCommand]:
     """What is done, in order."""
     return [
-        ShowCubes(CubeView(field="predicted")),
+        ShowCubes(CubeView(field="predicted", cut=1, layer=5)),
         *drag(session, 0, (-0.06, 0.03, 0.05), (0.25, 0.1, 0.0)),
         *drag(session, 4, (0.05, -0.08, 0.04), (-0.2, 0.2, 0.3)),
         *drag(session, 7, (0.30, 0.20, 0.60), (0.0, 0.0, 0.0)),
         Undo(),
         SelectTarget(2),
         SetNoise(5e-5, 1.7e-4),
-        MeasureVirtualArm(7),
+        MeasureVirtualArm(7, errors=(5e-4, 1e-3)),
         Identify(("ols", "opt2")),  # both converge quadratically: the same on every machine
         ShowFit("ols"),
-        ShowRow(14),
         ShowFit("opt2"),
+        SetOverlay(Overlay(stage=ModelStage.NOMINAL, exaggeration=60.0)),
         ShowRow(30),
     ]
 

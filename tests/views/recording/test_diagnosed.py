@@ -8,7 +8,6 @@ from refusals import mentions
 from workbench import diagnose, measure_poses
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import SelectTarget
-from workbench.session.commands.plate import ImprovePlate
 from workbench.session.journal.entry import Ending, Entry
 from workbench.views.recording.recorder import recorder
 
@@ -27,21 +26,6 @@ def draw(tmp_path, reader):
         return reader(tmp_path / "r" / "session.rrd")
 
     return run
-
-
-def test_a_search_is_one_row_against_the_plate_before(draw, sample, replayed):
-    before, after = sample.first, replayed.session
-    pictures = draw(
-        (None, before), (ImprovePlate(), after), (SelectTarget(1), after), (ImprovePlate(), before)
-    )
-    (first_step, (first,)), (last_step, (last,)) = pictures.values("/searches", "TextDocument:text")
-    assert (first_step, last_step) == (1, 3)
-    rows = last.splitlines()[2:]
-    assert [row.split(" | ")[0] for row in rows] == ["| 1", "| 3"]
-    assert first.splitlines()[2:] == rows[:1]
-    errors = [f"{1e3 * s.score.position:.3f}"[:4] for s in (before, after)]
-    cells = rows[0].strip("| ").split(" | ")[-1].split(" → ")
-    assert [cell[:4] for cell in cells] == errors
 
 
 @pytest.fixture(scope="module")

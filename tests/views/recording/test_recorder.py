@@ -12,12 +12,9 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker
 from workbench.session.commands.drag import SelectTarget
-from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
-from workbench.views.recording.contents import thinned
-from workbench.views.recording.recorded_step import INTERVAL, Moment
 from workbench.views.recording.recorder import parts, recorder
 
 
@@ -50,23 +47,6 @@ def test_a_drag_is_thinned_and_its_end_is_drawn(sample, reader, tmp_path):
     assert {step for step, _ in pictures.values("/log", "TextLog:text")} == {0, 1, 3, 4, 6}
     shown = pictures.values("/predicted/position_mm", "Scalars:scalars")[-1][1][0]
     assert shown == pytest.approx(1e3 * worker.session.score.position, rel=1e-12)
-
-
-def test_what_is_passing_is_thinned_by_time_but_decisions_are_not(replayed):
-    session = replayed.session
-    move = next(drag(session, 0, (0.0, 0.0, 0.1), (0.0, 0.0, 0.0)))  # a grab, a decision
-    passing = list(drag(session, 0, (0.0, 0.0, 0.1), (0.0, 0.0, 0.0)))[1]
-
-    def moment(step, command, at):
-        return Moment(step, at, session, Entry(command, Ending.DONE, 0, 0.0, 0.0, at=at))
-
-    moments = [moment(k, move if k % 10 == 0 else passing, 0.01 * k) for k in range(101)]
-    kept = [m.step for m in thinned(moments)]
-    assert set(range(0, 101, 10)) <= set(kept)
-    assert set(range(9, 100, 10)) <= set(kept)  # the last place of every drag
-    assert len(kept) < 45
-    slow = [moment(k, passing, 2 * INTERVAL * k) for k in range(10)]
-    assert [m.step for m in thinned(slow)] == list(range(10))
 
 
 def test_a_session_that_goes_on_has_another_file(copy, reader):

@@ -1,11 +1,7 @@
 """The session in the repository: it opens, it can be done again, and its pictures show what it was."""
 
-import pyarrow as pa
 import pytest
 
-from workbench.session.commands.drag import DropTarget
-from workbench.session.commands.identify import Identify
-from workbench.session.journal.entry import Ending
 from workbench.views.recording.canvas import ROW, STEP, TIME
 
 MAX_BYTES = 2 * 2**20
@@ -79,34 +75,3 @@ def test_the_arm_stands_at_every_measured_row(pictures, replayed):
     for k, arm in enumerate(("nominal", "calibrated")):
         errors = [v[0] for _, v in pictures.values(f"/row_error/{arm}_mm/1_opt2", "Scalars:scalars", ROW)]
         assert errors == pytest.approx((1e3 * rows.errors[:, k]).tolist(), rel=1e-9)
-
-
-def test_every_decision_is_in_words(pictures, sample):
-    log = dict(pictures.values("/log", "TextLog:text"))
-    decisions = [s for s, line in enumerate(sample.lines, start=1) if line.entry.command.key is None]
-    assert set(decisions) <= set(log)
-    kinds = {type(line.entry.command): step for step, line in enumerate(sample.lines, start=1)}
-    identified = kinds[Identify]
-    assert "held-out poses" in log[identified][0]
-    drops = [s for s, line in enumerate(sample.lines, start=1) if isinstance(line.entry.command, DropTarget)]
-    assert "predicted error" in log[drops[0]][0]
-    assert "out of reach" in log[drops[2]][0]
-    assert len(log) < len(sample.lines)
-    assert all(line.entry.ending is Ending.DONE for line in sample.lines)
-
-
-def test_times_never_go_back(pictures):
-    for path in ("/log", "/target/index_O"):
-        pairs = [pair for batch in pictures.batches[path] for pair in both(batch)]
-        assert len(pairs) > 3
-        times = [time for _, time in sorted(pairs)]
-        assert times == sorted(times)
-
-
-def both(batch):
-    """Step and session time of every row of a batch."""
-    if not {"step", TIME} <= set(batch.schema.names):
-        return []
-    return list(
-        zip(*(batch.column(name).cast(pa.int64()).to_pylist() for name in ("step", TIME)), strict=True)
-    )

@@ -28,6 +28,11 @@ class Insertion(IntEnum):
     DRIFT = 3
     SLIP = 4
 
+    @property
+    def of_joint(self) -> bool:
+        """Whether it is next to a joint, rather than after base or tool."""
+        return self in (Insertion.TILT, Insertion.BEND)
+
     def element(self, joint: int, axis: int) -> str:
         """Name of a joint's inserted tilt or bend rotation about one axis."""
         return f"joint{joint + 1}.{self.name.lower()}_{'xyz'[axis]}"

@@ -77,9 +77,6 @@ class BaseDrift(AbstractEffect):
     def units(self, chain: Chain) -> tuple[str, ...]:
         return PART_UNITS if self.by_row else tuple(f"{unit}/s" for unit in PART_UNITS)
 
-    def elements(self, chain: Chain) -> tuple[str, ...]:
-        return self.insertion.frame
-
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return (self._clock(motion) - self.reference)[:, None, None] * np.eye(len(PARTS))
 

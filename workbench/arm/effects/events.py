@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float
 from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import PART_UNITS, PARTS, Insertion, driven_names, turns
+from workbench.arm.effects.axes import PARTS, Insertion
 from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm
 from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.motion import Motion
@@ -216,12 +216,6 @@ class FrameStep(AbstractStep):
     def names(self) -> tuple[str, ...]:
         return tuple(f"frame_step{self.row}.{part}" for part in PARTS)
 
-    def units(self, chain: Chain) -> tuple[str, ...]:
-        return PART_UNITS
-
-    def elements(self, chain: Chain) -> tuple[str, ...]:
-        return self.insertion.frame
-
 
 @final
 @dataclass(frozen=True)
@@ -241,12 +235,6 @@ class ToolStep(AbstractStep):
     @cached_property
     def names(self) -> tuple[str, ...]:
         return tuple(f"tool_step{self.row}.{part}" for part in PARTS[: 6 if self.turns else 3])
-
-    def units(self, chain: Chain) -> tuple[str, ...]:
-        return PART_UNITS[: len(self.names)]
-
-    def elements(self, chain: Chain) -> tuple[str, ...]:
-        return self.insertion.frame[: len(self.names)]
 
 
 @final
@@ -287,16 +275,6 @@ class WarmUp(AbstractEvent):
         if not self.joints:
             return tuple(f"warm_up{tail}.{part}" for part in PARTS)
         return tuple(f"joint{j + 1}.warm_up{tail}" for j in self.joints)
-
-    def units(self, chain: Chain) -> tuple[str, ...]:
-        if not self.joints:
-            return PART_UNITS
-        return tuple("rad" if turns(chain, j) else "m" for j in self.joints)
-
-    def elements(self, chain: Chain) -> tuple[str, ...]:
-        if self.joints:
-            return driven_names(chain, self.joints)
-        return self.insertion.frame
 
     def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         return np.exp(-np.maximum(clock - self.begin, 0.0) / self.pace)

@@ -35,23 +35,33 @@ def sliding_joints(arm: EffectArm, motion: Motion) -> list[tuple[int, float]]:
     return [(j, float(low[j])) for j in moved_joints(motion) if not turns(arm.chain, j)]
 
 
-@final
 @dataclass(frozen=True)
-class ExtensionCompliance(AbstractEffect):
-    """One coefficient per joint.
+class AbstractExtension(AbstractEffect):
+    """One coefficient per joint that slides.
 
     Args:
-        retracted: Position q_0 without deflection [m].
+        retracted: Position q_0 without deflection or clearance [m].
     """
 
     retracted: float = 0.0
-    name = "extension-compliance"
-    does = "{} tips under load as it extends", "{} tip under load as they extend"
     loads = Loads.ALL
     insertion = Insertion.BEND
-    unit = ("rad/(N*m*m)", "")
     credible = (0.02, 0.0)
     """At the largest moment and extension of the rows, as for a bearing."""
+
+    @classmethod
+    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+        return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)
+
+
+@final
+@dataclass(frozen=True)
+class ExtensionCompliance(AbstractExtension):
+    """Bends in proportion to load and extension."""
+
+    name = "extension-compliance"
+    does = "{} tips under load as it extends", "{} tip under load as they extend"
+    unit = ("rad/(N*m*m)", "")
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         reach = extension(self.joints, self.retracted, motion)[..., None]
@@ -65,29 +75,16 @@ class ExtensionCompliance(AbstractEffect):
         size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad/(N·m)"
         return f"{self.where} tilts by {size} per metre of extension under its load"
 
-    @classmethod
-    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
-        return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)
-
 
 @final
 @dataclass(frozen=True)
-class ExtensionClearance(AbstractEffect):
-    """One coefficient per joint.
+class ExtensionClearance(AbstractExtension):
+    """Tips over to the side of its load, in proportion to extension."""
 
-    Args:
-        retracted: Position q_0 without clearance [m].
-    """
-
-    retracted: float = 0.0
     name = "extension-clearance"
     does = "{} has play that grows as it extends", "{} have play that grows as they extend"
-    loads = Loads.ALL
-    insertion = Insertion.BEND
     unit = ("rad/m", "")
     has_play = True
-    credible = (0.02, 0.0)
-    """At the largest extension of the rows, as for a bearing."""
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         reach = extension(self.joints, self.retracted, motion)[..., None]
@@ -102,7 +99,3 @@ class ExtensionClearance(AbstractEffect):
     def sentence(self, chain: Chain, motion: Motion) -> str:
         size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad"
         return f"{self.where} has clearance of ±{size} per metre of extension"
-
-    @classmethod
-    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
-        return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)

@@ -43,8 +43,8 @@ class UnevenCompliance(AbstractEffect):
     name = "uneven-compliance"
     does = "{} gives unevenly under load", "{} give unevenly under load"
     loads = Loads.OWN
-    is_signed = True
     is_nameless = True
+    gives_way = False
 
     @cached_property
     def names(self) -> tuple[str, ...]:

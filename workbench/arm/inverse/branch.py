@@ -32,7 +32,6 @@ class Branch:
         within_limits: Whether some turn of every joint is within its limits.
         margin: Distance to the nearest limit, negative outside [rad or m].
         manipulability: Smallest singular value of the task's Jacobian, lengths in units of the arm's.
-        continuum: Whether the pose is singular, so that q is one of infinitely many (a wrist that may spin).
         limits: The limits used.
         slides: Which joints are prismatic, and so have no other turns.
     """
@@ -42,7 +41,6 @@ class Branch:
     within_limits: bool
     margin: float
     manipulability: float
-    continuum: bool
     limits: Float[np.ndarray, "n 2"]
     slides: Bool[np.ndarray, " n"]
 
@@ -129,18 +127,14 @@ class InverseResult:
     """All solutions at one target.
 
     Args:
-        branches: Those within the limits first, best manipulability first among them.
-        finite: False if there are infinitely many solutions (a redundant arm or task, a singular pose) and
-            `branches` are representatives.
-        note: A note for the user, such as that the arm is redundant.
+        branches: Those within the limits first, best manipulability first among them; of infinitely many (a
+            redundant arm or task, a singular pose) representatives.
         task: Which part of the pose was required.
         explain: Computes `reason` and `nearest` on first use: without a solution within the limits, this
             takes longer than the branches.
     """
 
     branches: tuple[Branch, ...]
-    finite: bool
-    note: str | None
     task: Task
     explain: Callable[[], tuple[str | None, Nearest]]
 

@@ -32,9 +32,6 @@ from workbench.arm.statics.deflection import deflect
 from workbench.base import se3
 from workbench.base.types import frozen
 
-PROBE_STEP = 1e-6
-"""Step of the joints to find which one jumps [rad or m]."""
-
 
 def deflected_result(
     robot: Robot,
@@ -64,14 +61,8 @@ def deflected_result(
         (_at(b, row, limits) for b, row in zip(rigid.branches, moved, strict=True)),
         key=lambda b: (not b.within_limits, -b.manipulability),
     )
-    notes = [rigid.note] if rigid.note else []
-    notes += [
-        _jumping(robot, b.name, row, float(left), state)
-        for b, row, left, ok in zip(rigid.branches, moved, found.position_error, found.converged, strict=True)
-        if not ok
-    ]
     explain = partial(_explain, robot, rigid, tuple(branches), found, limits)
-    return replace(rigid, branches=tuple(branches), note="; ".join(notes) or None, explain=explain)
+    return replace(rigid, branches=tuple(branches), explain=explain)
 
 
 def _explain(
@@ -96,24 +87,6 @@ def _nearest(best: Branch, branches: tuple[Branch, ...], found: Refined) -> Near
     """The best branch, with the deflected arm's remaining error."""
     row = [b.name for b in branches].index(best.name)
     return Nearest(best.q, float(found.position_error[row]), float(found.rotation_error[row]))
-
-
-def _jumping(robot: Robot, name: str, q: np.ndarray, left: float, motion: Motion | None) -> str:
-    """The joint whose deflection jumps so that no joint position holds the target."""
-    probes = q + PROBE_STEP * np.concatenate([np.eye(len(q)), -np.eye(len(q))])
-    rows = np.zeros(len(probes), np.int64)
-    state = Motion(probes) if motion is None else motion.take(rows).at(probes)
-    deflected = deflect(robot, state)
-    if not deflected.outcome.ok:
-        return (
-            f"'{name}' can't be held: the arm's deflection there does not converge; its effects are too large"
-        )
-    jump = np.ptp(deflected.shift, axis=0)
-    owner = robot.chain.elements[int(np.argmax(jump))].name.partition(".")[0]
-    return (
-        f"'{name}' can only be held to {1e3 * left:.3g} mm: the deflection of {owner} jumps there, as its "
-        "load changes sign within its backlash"
-    )
 
 
 MAX_ROUNDS = 40

@@ -16,10 +16,11 @@ from dataclasses import dataclass
 from typing import no_type_check
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from numba import njit
 
-from workbench.arm.inverse.damped_newton import Task, refine
+from workbench.arm.inverse.branch_names import plain_names
+from workbench.arm.inverse.damped_newton import Task, refine, unlimited
 from workbench.arm.inverse.elimination import closure_starts
 from workbench.arm.inverse.reduced_arm import ReducedArm
 
@@ -39,10 +40,8 @@ MIN_SAFE_SINGULAR_VALUE = 3e-3
 """Dimensionless singular value below which algebraic starts may miss neighbours of a solution."""
 SINGULAR_VALUE = 1e-6
 """Dimensionless singular value below which a solution may be one of infinitely many."""
-SAME_CONTINUUM = 0.03
-"""Ends of self-motions closer than this are the same, as merging solutions are ill-conditioned [rad]."""
-MAX_CONTINUUM_STEPS = 200
-"""Maximum number of steps along a continuum, of up to 0.1 rad each."""
+SAME_SINGULAR = 0.03
+"""Singular solutions closer than this are the same, as merging solutions are ill-conditioned [rad]."""
 SEARCH_DISTANCES = (0.03, 0.15, 0.6)
 """Search distance from a nearly singular solution [rad]."""
 
@@ -54,12 +53,10 @@ class Solutions:
     Args:
         x: Joint coordinates [rad or m].
         smallest: Smallest singular value of the task's Jacobian, dimensionless.
-        continuum: Which of them represent infinitely many.
     """
 
     x: Float[np.ndarray, "rows n"]
     smallest: Float[np.ndarray, " rows"]
-    continuum: Bool[np.ndarray, " rows"]
 
 
 def is_algebraic(arm: ReducedArm, task: Task) -> bool:
@@ -85,7 +82,7 @@ def all_solutions(
     else:
         for i in range(rows):
             found[i] = _searched(arm, targets[i : i + 1], task, rng)
-    return [_with_continua(arm, targets[i : i + 1], found[i], task) for i in range(rows)]
+    return [_representatives(arm, targets[i : i + 1], found[i], task) for i in range(rows)]
 
 
 def algebraic_starts(
@@ -170,19 +167,23 @@ def _searched(arm: ReducedArm, target: np.ndarray, task: Task, rng: np.random.Ge
     return x
 
 
-def _with_continua(arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: Task) -> Solutions:
-    """Solutions with one representative for each continuum of them."""
-    if len(x) == 0:
-        return Solutions(x, np.empty(0), np.empty(0, bool))
-    smallest = smallest_singular_value(arm, x, task)
-    suspects = np.flatnonzero(smallest < SINGULAR_VALUE)
-    if len(suspects) == 0:
-        return Solutions(x, smallest, np.zeros(len(x), bool))
-    ends, flows = _slid(arm, target, x[suspects], task)
-    flowing = distinct(arm, ends[flows], SAME_CONTINUUM)
-    x = np.concatenate([np.delete(x, suspects[flows], 0), flowing])
-    continuum = np.arange(len(x)) >= len(x) - len(flowing)
-    return Solutions(x, smallest_singular_value(arm, x, task), continuum)
+def _representatives(arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: Task) -> Solutions:
+    """Solutions, and of infinitely many at a singular pose one for each name, with a joint at zero if it can
+    be: the last one that can turn."""
+    singular = smallest_singular_value(arm, x, task) < SINGULAR_VALUE
+    rest, still = x[singular], [np.empty((0, arm.dof))]
+    for joint in reversed(range(arm.dof)):
+        bounds = np.where(np.arange(arm.dof)[:, None] == joint, 0.0, unlimited(arm.dof))
+        one = np.zeros(len(rest), np.int64)
+        r = refine(arm, target, rest, task=task, target_of=one, limits=bounds)
+        held = r.converged & (smallest_singular_value(arm, r.x, task) < 10 * SINGULAR_VALUE)
+        still.append(r.x[held])
+        rest = rest[~held]
+    merged = distinct(arm, np.concatenate([*still, rest]), SAME_SINGULAR)
+    merged = merged[np.argsort(np.abs(merged).sum(1), kind="stable")]
+    first = np.unique(np.array(plain_names(arm, merged), str), return_index=True)[1]
+    x = np.concatenate([x[~singular], merged[np.sort(first)]])
+    return Solutions(x, smallest_singular_value(arm, x, task))
 
 
 def smallest_singular_value(
@@ -190,44 +191,6 @@ def smallest_singular_value(
 ) -> Float[np.ndarray, " rows"]:
     """Smallest singular value of the task's Jacobian, dimensionless."""
     return np.linalg.svd(task_jacobian(arm, x, task), compute_uv=False)[:, -1]
-
-
-def _slid(
-    arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: Task
-) -> tuple[Float[np.ndarray, "rows n"], Bool[np.ndarray, " rows"]]:
-    """Slide singular solutions along their continuum until the last joint that can turn is at zero.
-
-    Returns:
-        Final solutions, and whether each slid at all: the others are isolated.
-    """
-    x, flows, going = x.copy(), np.zeros(len(x), bool), np.arange(len(x))
-    joint = np.full(len(x), -1)
-    for step in range(MAX_CONTINUUM_STEPS):
-        _, s, vt = np.linalg.svd(task_jacobian(arm, x[going], task))
-        null = np.zeros((len(going), arm.dof, arm.dof))
-        null[:, : s.shape[1]] = s[:, :, None] < 10 * SINGULAR_VALUE
-        null[:, s.shape[1] :] = 1.0
-        null *= vt
-        free = np.abs(null).max(1) > 0.1
-        last = arm.dof - 1 - np.argmax(free[:, ::-1], 1)
-        joint[going] = np.where(joint[going] < 0, last, joint[going])
-        row, column = np.arange(len(going)), joint[going]
-        along = np.einsum("rki,rk->ri", null, null[row, :, column])
-        gap = -x[going, column]
-        gap = np.where(arm.slides[column], gap, np.angle(np.exp(1j * gap)))
-        slope = np.maximum(along[row, column], 1e-12)
-        wanted = (slope > 1e-3) & ((np.abs(gap) > 1e-9) | (step == 0))
-        move = np.where(step == 0, 0.05, np.clip(gap / slope, -0.1, 0.1))
-        tried = x[going] + move[:, None] * along
-        r = refine(arm, target, tried, task=task, target_of=np.zeros(len(going), np.int64))
-        far = np.linalg.norm(r.x - x[going], axis=1) > 0.4 * np.abs(move) * np.linalg.norm(along, axis=1)
-        good = wanted & r.converged & far
-        going = going[good]
-        x[going] = r.x[good]
-        flows[going] = True
-        if len(going) == 0:
-            break
-    return x, flows
 
 
 def distinct(

@@ -35,6 +35,7 @@ from workbench.arm.inverse.deflected_arm import deflected_result
 from workbench.arm.inverse.follow import Followed, FollowedMany, follow, follow_many
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.inverse.solutions import (
+    SINGULAR_VALUE,
     Solutions,
     all_solutions,
     distinct,
@@ -175,8 +176,7 @@ def _spread(
             picked.append(int(np.argmax(away)))
             away = np.minimum(away, np.linalg.norm(place - place[picked[-1]], axis=1))
         x = x[picked]
-    smallest = smallest_singular_value(arm, x, task)
-    return Solutions(x, smallest, np.ones(len(x), bool))
+    return Solutions(x, smallest_singular_value(arm, x, task))
 
 
 def _result(
@@ -187,19 +187,13 @@ def _result(
     limits: np.ndarray,
     rng: np.random.Generator,
 ) -> InverseResult:
-    redundant = arm.dof > task
     inner = limits[arm.columns]
     x = representative(solutions.x, inner, arm.slides)
     x = _into_limits(arm, target, x, solutions, task, inner)
-    branches = _branches(arm, x, solutions, limits, redundant)
-    singular = bool(solutions.continuum.any()) and not redundant
-    note = None
-    if redundant and len(x):
-        note = f"{arm.dof} joints for {int(task)} conditions: infinitely many solutions; some are shown"
-    elif singular:
-        note = "the pose is singular: some joints can move without moving the tool; one solution is shown"
+    names = [f"sample {i + 1}" for i in range(len(x))] if arm.dof > task else branch_names(arm, x)
+    branches = _branches(arm, x, names, solutions.smallest, limits)
     explain = partial(_explain, arm, target, x, branches, task, inner, rng)
-    return InverseResult(branches, not (redundant or singular), note, task, explain)
+    return InverseResult(branches, task, explain)
 
 
 def _explain(
@@ -233,8 +227,8 @@ def _explain(
 def _into_limits(
     arm: ReducedArm, target: np.ndarray, x: np.ndarray, solutions: Solutions, task: Task, limits: np.ndarray
 ) -> np.ndarray:
-    """Slide the representatives of a continuum into the limits where possible."""
-    outside = solutions.continuum & (margins(x, limits).min(1, initial=np.inf) < 0.0)
+    """Move representatives of infinitely many solutions into the limits where possible."""
+    outside = (solutions.smallest < SINGULAR_VALUE) & (margins(x, limits).min(1, initial=np.inf) < 0.0)
     if not outside.any():
         return x
     one = np.zeros(int(outside.sum()), np.int64)
@@ -245,14 +239,11 @@ def _into_limits(
 
 
 def _branches(
-    arm: ReducedArm, x: np.ndarray, solutions: Solutions, limits: np.ndarray, redundant: bool
+    arm: ReducedArm, x: np.ndarray, names: list[str], smallest: np.ndarray, limits: np.ndarray
 ) -> tuple[Branch, ...]:
-    names = [f"sample {i + 1}" for i in range(len(x))] if redundant else branch_names(arm, x)
     slides = frozen(arm.slides[arm.places])
     branches = []
-    for row, name, smallest, flows in zip(
-        x[:, arm.places], names, solutions.smallest, solutions.continuum, strict=True
-    ):
+    for row, name, manipulability in zip(x[:, arm.places], names, smallest.tolist(), strict=True):
         margin = float(margins(row[None], limits).min())
         branches.append(
             Branch(
@@ -260,8 +251,7 @@ def _branches(
                 name=name,
                 within_limits=margin >= -LIMIT_SLACK,
                 margin=margin,
-                manipulability=float(smallest),
-                continuum=bool(flows),
+                manipulability=manipulability,
                 limits=limits,
                 slides=slides,
             )

@@ -1,14 +1,13 @@
 """Why a target can't be reached, in one sentence, and the nearest configuration.
 
 The nearest configuration minimises |p* − p|² + w² |ρ|² within the limits from many starts (`damped_newton`).
-Reasons are tested in this order: limits; position (too far, or too near); orientation at the position.
+Reasons are tested in this order: limits; position; orientation at the position.
 """
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.inverse.branch import margins
-from workbench.arm.inverse.branch_names import AXIS_TOLERANCE, foot
 from workbench.arm.inverse.damped_newton import (
     POSITION_TOLERANCE,
     ROTATION_WEIGHT,
@@ -95,28 +94,10 @@ def geometry_reason(
     free = np.where(arm.slides[:, None], limits, unlimited(arm.dof))
     closest = nearest(arm, target, task=Task.POSITION, limits=free, rng=rng)
     if (gap := float(closest.position_error[0])) > POSITION_TOLERANCE:
-        return _distance_reason(arm, target, closest, gap)
+        return f"the target is {in_mm(gap)} out of the arm's reach"
     turned = nearest(arm, target, task=task, limits=free, rng=rng, weight=LIGHT * arm.length)
     angle = float(turned.rotation_error[0])
     if task is Task.POSITION or angle < SAME_ANGLE:
         return "reachable only outside the joint limits"
     off = f"the nearest is about {np.degrees(angle):.2g}° off"
     return f"the position is reachable, but not in this orientation: {off}"
-
-
-def _distance_reason(arm: ReducedArm, target: Float[np.ndarray, "4 4"], closest: Refined, gap: float) -> str:
-    tool = arm.geometry(closest.x)[0]
-    further = _from_shoulder(arm, target[:3, 3]) >= _from_shoulder(arm, tool[0, :, 3])
-    if further:
-        return f"the target is {in_mm(gap)} beyond the arm's maximum reach"
-    return f"the target is {in_mm(gap)} too close to the arm's base"
-
-
-def _from_shoulder(arm: ReducedArm, point: Float[np.ndarray, "3"]) -> float:
-    """Distance from the point of axis 1 nearest to axis 2; from axis 1 itself where the two are parallel."""
-    _, axes, points = arm.geometry(np.zeros((1, arm.dof)))
-    away = point - points[0, 0]
-    if arm.dof > 1 and np.linalg.norm(np.cross(axes[0, 0], axes[0, 1])) > AXIS_TOLERANCE:
-        shoulder = foot(points[:, 0], axes[:, 0], points[:, 1], axes[:, 1])[0]
-        return float(np.linalg.norm(point - shoulder))
-    return float(np.linalg.norm(away - (away @ axes[0, 0]) * axes[0, 0]))

@@ -40,6 +40,8 @@ SAME_GROUPS = {
 }
 Joints = int | Sequence[str] | None
 """Number of joints of a robot, or their names in order; None: not known."""
+IGNORED = "-"
+"""Leaves a column out."""
 _ORIENTATIONS = {"row": "row", "rows": "row", "column": "column", "columns": "column", "col": "column"}
 _ITEM = re.compile(r"(?P<name>[^\[\]]*)(?:\[(?P<inner>[^\[\]]*)\])?")
 _DOTS = ("…", "...", "..")

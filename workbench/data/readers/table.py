@@ -9,7 +9,7 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
-from workbench.data.readers.columns_option import NamedUnit, Naming, Pair
+from workbench.data.readers.columns_option import IGNORED, NamedUnit, Naming, Pair
 from workbench.data.readers.headings import is_known, meaning, normalised
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
@@ -248,24 +248,32 @@ def _padded(row: list[str], width: int) -> list[str]:
 
 
 def with_pairs(grid: Grid, naming: Naming) -> Grid:
-    """The grid with headings replaced by the caller's pairs; others of the same meaning are dropped."""
+    """The grid with headings replaced at once by what the caller says they are, so that two may change
+    places; others of the same meaning are dropped."""
     end = _first_data_row(grid.rows)
-    rows = [list(row) for row in grid.rows[:end]]
-    notes = grid.notes
-    if naming.is_mapping:
-        notes += _mapped(rows, naming, grid.source)
-    for pair in () if naming.is_mapping else naming.pairs:
-        if pair.right[0].name == "-":
-            notes += _left_out(rows, pair.left.name)
-            continue
-        both = ((pair.right[0].name, pair.left), (pair.left.name, pair.right[0]))
-        sides = [(name, item) for name, item in both if meaning(item.name) is not None]
-        found = [(i, j, *side) for side in sides for i, row in enumerate(rows) for j in _places(row, side[0])]
-        if not found:
+    rows, notes = [list(row) for row in grid.rows[:end]], grid.notes
+    given: dict[tuple[int, int], NamedUnit] = {}
+    for pair in naming.pairs:
+        ours, theirs = pair.right[0], pair.left
+        sides = [(theirs.name, ours)]
+        if not naming.is_mapping and ours.name != IGNORED:  # either side may be the file's
+            sides = [side for side in ((ours.name, theirs), *sides) if meaning(side[1].name) is not None]
+        found = (dict.fromkeys(_places(rows, name), item) for name, item in sides)
+        places = next(filter(None, found), {})
+        if not places and ours.name != IGNORED:
             raise _no_column(rows, pair, grid.source)
-        i, j, name, item = found[0]
-        _rename(rows[i], j, item)
-        notes += (f"column '{name}' is read as {item.heading()}",)
+        given |= places
+    taken = {meaning(item.name) for item in given.values() if item.name != IGNORED}
+    for i, row in enumerate(rows):
+        for j, cell in enumerate(row):
+            name, unit = parse_heading(cell)
+            item = given.get((i, j))
+            if item is not None and item.name != IGNORED:
+                row[j] = NamedUnit(item.name, unit if item.unit is None else item.unit).heading()
+                notes += (f"column '{cell}' is read as {row[j]}",) if row[j] != cell else ()
+            elif cell and (item is not None or (meaning(name) is not None and meaning(name) in taken)):
+                row[j] = f"{cell} (not used)"
+                notes += (f"column '{cell}' is left out",) if item is not None else ()
     return replace(grid, rows=rows + grid.rows[end:], notes=notes)
 
 
@@ -299,49 +307,7 @@ def _no_column(rows: list[list[str]], pair: Pair, source: str) -> OptionError:
     )
 
 
-def _mapped(rows: list[list[str]], naming: Naming, source: str) -> tuple[str, ...]:
-    """All headings replaced at once by what a mapping says they are, so that two may change places."""
-    places = {
-        (i, j): pair
-        for pair in naming.pairs
-        for i, row in enumerate(rows)
-        for j in _places(row, pair.left.name)
-    }
-    found = set(places.values())
-    for pair in naming.pairs:
-        if pair not in found and pair.right[0].name != "-":
-            raise _no_column(rows, pair, source)
-    notes: tuple[str, ...] = ()
-    taken = {meaning(pair.right[0].name) for pair in naming.pairs if pair.right[0].name != "-"}
-    for i, row in enumerate(rows):
-        for j, cell in enumerate(row):
-            name, own = parse_heading(cell)
-            item = places[i, j].right[0] if (i, j) in places else None
-            if item is not None and item.name != "-":
-                row[j] = NamedUnit(item.name, own if item.unit is None else item.unit).heading()
-                notes += (f"column '{cell}' is read as {row[j]}",) if row[j] != cell else ()
-            elif cell and (item is not None or (meaning(name) is not None and meaning(name) in taken)):
-                row[j] = f"{cell} (not used)"
-                notes += (f"column '{cell}' is left out",) if item is not None else ()
-    return notes
-
-
-def _left_out(rows: list[list[str]], name: str) -> tuple[str, ...]:
-    """Mark the columns of this heading as not used; a file without it needs no word."""
-    found = [(i, j) for i, row in enumerate(rows) for j in _places(row, name)]
-    for i, j in found:
-        rows[i][j] = f"{rows[i][j]} (not used)"
-    return (f"column '{name}' is left out",) if found else ()
-
-
-def _places(row: list[str], name: str) -> list[int]:
-    return [j for j, cell in enumerate(row) if cell and name in (cell, parse_heading(cell).name)]
-
-
-def _rename(row: list[str], place: int, item: NamedUnit) -> None:
-    """Put the item's heading at a place; its own unit wins over the one that stood there."""
-    unit = parse_heading(row[place]).unit if item.unit is None else item.unit
-    for j, cell in enumerate(row):
-        if j != place and cell and meaning(parse_heading(cell).name) == meaning(item.name):
-            row[j] = f"{cell} (not used)"
-    row[place] = NamedUnit(item.name, unit).heading()
+def _places(rows: list[list[str]], name: str) -> list[tuple[int, int]]:
+    """Row and column of every heading of this name, with or without its unit."""
+    cells = [(i, j, cell) for i, row in enumerate(rows) for j, cell in enumerate(row) if cell]
+    return [(i, j) for i, j, cell in cells if name in (cell, parse_heading(cell).name)]

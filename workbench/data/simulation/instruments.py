@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.joint import NotNegative
 from workbench.base import se3
 from workbench.base.arguments import admit
 from workbench.base.errors import OptionError
@@ -89,8 +90,8 @@ class Instrument:
 
     name: str
     observes: Observes
-    sigma_position: float
-    sigma_rotation: float | None = None
+    sigma_position: NotNegative
+    sigma_rotation: NotNegative | None = None
     note: str = ""
     markers: Float[np.ndarray, "markers 3"] = field(default_factory=lambda: FOUR_MARKERS)
     sight: Sight | None = None
@@ -100,12 +101,6 @@ class Instrument:
 
     def __post_init__(self):
         admit(self)
-        if self.sigma_position < 0 or (self.sigma_rotation or 0.0) < 0:
-            raise OptionError(
-                f"instrument '{self.name}': standard deviations must be at least 0",
-                option="sigma_position",
-                found=self.sigma_position,
-            )
         if self.observes is Observes.POSE and self.sigma_rotation is None:
             raise OptionError(
                 f"instrument '{self.name}' sees poses; give its sigma_rotation too", option="sigma_rotation"

@@ -33,7 +33,7 @@ from workbench.data.dataset import Dataset
 from workbench.extras.hobby.layouts import NAMED
 from workbench.extras.hobby.sag_and_play import SagAndPlay, sag_and_play
 from workbench.extras.hobby.sign_search import Counting, find_counting
-from workbench.identification.errors.row_errors import Errors, Spread, refusal
+from workbench.identification.errors.row_errors import Errors, Spread
 from workbench.identification.identify import identify
 from workbench.identification.noise import with_alike_readings
 from workbench.identification.report.results_json import identification_json
@@ -93,12 +93,9 @@ class MotorMap(AbstractShown):
         """The arm whose joints count as the motors do, with sag and play where they were found; its files are
         judged by `before`, not by the arm with sag that was fitted."""
         start = Errors(Spread.of(np.array([1e3 * self.before])), None)
-        found = self.run.best.file_errors.items()
-        judged = {
-            name: refusal(e, start, self.nominal.reach, rows=len(self.run.train_rows)) for name, e in found
-        }
-        refused = {name: f"the {name} is {why}" for name, why in judged.items() if why}
-        return self.run.best.calibrated.recorded(refused=refused)
+        best = self.run.best
+        refused = best.refusals(start, self.nominal.reach, rows=len(self.run.train_rows))
+        return best.calibrated.recorded(refused=refused)
 
     @property
     def after(self) -> tuple[float, float]:

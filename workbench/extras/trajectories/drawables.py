@@ -8,8 +8,8 @@ from jaxtyping import Float, UInt8
 from workbench.extras.trajectories.track import Track, planned_track
 from workbench.session.played_motion import Played
 from workbench.session.state import Focus, Session
-from workbench.views.appearance.colours import CALIBRATED, REGION, scale_colours
-from workbench.views.drawables.arms import deviating_arm
+from workbench.views.appearance.colours import REGION, scale_colours
+from workbench.views.drawables.arms import real_arm
 from workbench.views.drawables.drawable import Colour, Line
 from workbench.views.drawables.measured import mark
 from workbench.views.drawables.sink import Item
@@ -19,12 +19,11 @@ MIN_DRAWN_ERROR = 1e-6
 
 
 def track(session: Session) -> Iterator[Item]:
-    """The planned path, the deviating arm's tool path, and this with its errors exaggerated."""
+    """The planned path, and that of the real tool, its errors exaggerated."""
     planned = planned_track(session)
     if planned is not None:
         is_shown = session.playback.focus is Focus.TRACK
         yield Item("track/wanted", _line, (planned.wanted, REGION), shown=is_shown)
-        yield Item("track/reached", _line, (planned.reached, CALIBRATED), shown=False)
         yield Item("track/trail", _trail, (planned, session.choices.overlay.exaggeration), shown=is_shown)
 
 
@@ -33,11 +32,12 @@ def arm_on_trajectory(session: Session) -> Iterator[Item]:
     planned, played = planned_track(session), session.part(Played)
     if planned is None or played is None:
         return
+    at, overlay = played.at, session.choices.overlay
     is_shown = session.playback.focus is Focus.TRACK
     if planned.actual is not None:
-        is_seen = is_shown and session.choices.overlay.calibrated
-        yield Item("track/arm", deviating_arm, (planned.actual, planned.at(played.at)), shown=is_seen)
-    place = np.array([np.interp(played.at, planned.time, c) for c in planned.wanted.T])
+        inputs = planned.robot, planned.actual, None, planned.at(at), None, overlay.exaggeration
+        yield Item("track/arm", real_arm, inputs, shown=is_shown and overlay.calibrated)
+    place = np.array([np.interp(at, planned.time, c) for c in planned.wanted.T])
     yield Item("track/mark", mark, (0.008, place), shown=is_shown)
 
 

@@ -140,5 +140,5 @@ def _scale(errors: np.ndarray, times: float) -> str:
         '</div><div style="display:flex;justify-content:space-between">'
         f"<span>{in_mm(errors.min())}</span><span>{in_mm(errors.max())}</span></div>"
         f'<div style="color:{MUTED}">The trail shows where the orange arm\'s tool goes, its error '
-        f"{'to scale' if times == 1 else f'exaggerated {times:g} times'} (Nominal × above).</div>"
+        f"{'to scale' if times == 1 else f'exaggerated {times:g} times'} (Errors × in the legend).</div>"
     )

@@ -22,9 +22,9 @@ from workbench.extras.trajectories.path import command_joints
 from workbench.extras.trajectories.planning import plan
 from workbench.extras.trajectories.track import Track
 from workbench.session.command import AbstractTask, computed
-from workbench.session.deflection import bending_robot
 from workbench.session.page_state import Severity
 from workbench.session.played_motion import Played
+from workbench.session.real_arm import bending_robot
 from workbench.session.state import Focus, Session
 from workbench.session.target_steps import check_free
 

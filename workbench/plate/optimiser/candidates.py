@@ -3,8 +3,7 @@ measure.
 
 They come from many random blocks on a plate, in every branch that reaches them. Two candidates may still
 conflict: the arm at one touches the block of the other. This is checked only for pairs that a search
-    considers,
-and cached.
+considers, and cached.
 """
 
 from collections.abc import Iterable
@@ -29,7 +28,7 @@ from workbench.plate.optimiser.clearance import Surroundings
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.shapes import (
     MAX_MEASURED_DISTANCE,
-    AbstractArmShape,
+    ArmShape,
     Hull,
     Placements,
     block_hulls,
@@ -56,7 +55,7 @@ class Candidates:
         poses: Of the tool in the robot's base.
         q: Joint positions [rad or m].
         branches: Names of the inverse-kinematics branches.
-        placements: Placements of the arm's pieces at the target and during the retreat.
+        placements: Of the arm at the target and during the retreat.
         rows: Whitened rows per scaled parameter, and per unknown of the reading.
     """
 
@@ -64,7 +63,7 @@ class Candidates:
     poses: Float[np.ndarray, "rows 4 4"]
     q: Float[np.ndarray, "rows n"]
     branches: np.ndarray
-    placements: Float[np.ndarray, "rows stops pieces ..."]
+    placements: Float[np.ndarray, "rows stops frames 4 4"]
     rows: Float[np.ndarray, "rows m p"]
 
     def __len__(self) -> int:
@@ -95,7 +94,7 @@ class Setting:
 
     robot: Robot
     plate: Plate
-    arm: AbstractArmShape
+    arm: ArmShape
     constraints: Constraints
     reading: TargetReading
     production: Production
@@ -154,7 +153,16 @@ class Setting:
         free &= self._clear_of_own(poses[good], stops)
         kept[OWN_BLOCK] = _spread(free, good, len(q))
         good, stops = good[free], stops[free]
-        return self._candidates(places[good], poses[good], q[good], branches[good], stops), kept
+        rows = self.rows(q[good], places[good])
+        found = Candidates(
+            places=places[good],
+            poses=poses[good],
+            q=q[good],
+            branches=branches[good],
+            placements=stops,
+            rows=rows,
+        )
+        return found, kept
 
     def _around(self, placements: Placements) -> np.ndarray:
         """Distances from itself, the table and the plate, exact enough to check clearance."""
@@ -193,17 +201,6 @@ class Setting:
         at, twists = identification_jacobian(self.robot, Motion(q), self.names)
         jacobian, unknown = self.reading.rows(at, twists * self.scales, self.sigma(places))
         return np.concatenate([jacobian, unknown], axis=2)
-
-    def _candidates(
-        self,
-        places: Places,
-        poses: Poses,
-        q: Float[np.ndarray, "rows n"],
-        branches: np.ndarray,
-        stops: np.ndarray,
-    ) -> Candidates:
-        rows = self.rows(q, places)
-        return Candidates(places=places, poses=poses, q=q, branches=branches, placements=stops, rows=rows)
 
 
 def _spread(kept: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
@@ -280,22 +277,11 @@ class BlockSolutions(NamedTuple):
     branches: np.ndarray
 
 
-class Pool(NamedTuple):
-    """Candidates, and constraint statistics of the other solutions.
-
-    Args:
-        candidates: Those that keep all constraints.
-        kept: Which of all solutions kept each constraint.
-    """
-
-    candidates: Candidates
-    kept: dict[str, np.ndarray]
-
-
 def draw_pool(
     setting: Setting, blocks: Blocks, half: np.ndarray, number: int, *, rng: np.random.Generator
-) -> Pool:
-    """Candidates from random blocks whose centres lie within ±half [m]."""
+) -> tuple[Candidates, dict[str, np.ndarray]]:
+    """Candidates from random blocks whose centres lie within ±half [m], and which of all solutions kept each
+    constraint."""
     found: Candidates | None = None
     kept: dict[str, list[np.ndarray]] = {}
     done = 0
@@ -313,7 +299,7 @@ def draw_pool(
         done += len(places)
         progress(done / number, "drawing places for targets")
     assert found is not None
-    return Pool(found, {name: np.concatenate(parts) for name, parts in kept.items()})
+    return found, {name: np.concatenate(parts) for name, parts in kept.items()}
 
 
 def solutions_at(setting: Setting, places: Places) -> BlockSolutions:

@@ -12,16 +12,10 @@ from jaxtyping import Float
 from workbench.arm.robot import Robot
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.plate.optimiser.meshes import mesh_arm
-from workbench.plate.optimiser.shapes import (
-    MAX_MEASURED_DISTANCE,
-    ON_THE_TABLE,
-    AbstractArmShape,
-    Hull,
-    Placements,
-)
+from workbench.plate.optimiser.shapes import MAX_MEASURED_DISTANCE, ON_THE_TABLE, ArmShape, Hull, Placements
 
 
-def arm_shape(robot: Robot, clearance: float) -> AbstractArmShape:
+def arm_shape(robot: Robot, clearance: float) -> ArmShape:
     """The collision shape of an arm.
 
     Args:
@@ -44,28 +38,27 @@ class Surroundings:
         floor: Height of the table in the robot's base [m]; None if there is none.
     """
 
-    arm: AbstractArmShape
+    arm: ArmShape
     plate: tuple[Hull, ...]
     floor: float | None
 
     def distances(
-        self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
+        self, frames: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
     ) -> Float[np.ndarray, "rows 3"]:
         """Minimum distance from itself, the table and the plate in every row, at most `far` [m].
 
         Args:
-            placements: Where the arm's pieces are.
             far: Maximum distance of interest [m].
             minimum: Rows with a smaller distance than this may be given as 0 [m].
         """
         arm = self.arm
-        result = np.full((len(placements), 3), far)
-        result[:, 0] = arm.own_distances(placements, far=far, minimum=minimum)
+        result = np.full((len(frames), 3), far)
+        result[:, 0] = arm.own_distances(frames, far=far, minimum=minimum)
         free = arm.bodies > ON_THE_TABLE
         if self.floor is not None and free.any():
-            result[:, 1] = np.minimum(arm.lowest(placements)[:, free].min(1) - self.floor, far)
+            result[:, 1] = np.minimum(arm.lowest(frames)[:, free].min(1) - self.floor, far)
         every = np.ones(len(arm.bodies), bool)
         for hull in self.plate:
-            gaps = arm.hull_distances(placements, [hull], checked=every, far=far, minimum=minimum)
+            gaps = arm.hull_distances(frames, [hull], checked=every, far=far, minimum=minimum)
             result[:, 2] = np.minimum(result[:, 2], gaps)
         return result

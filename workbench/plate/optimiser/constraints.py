@@ -13,7 +13,7 @@ from workbench.base.arguments import Length, LengthAndAngle, admit
 from workbench.base.errors import DataError, OptionError
 from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.plate.optimiser.clearance import arm_shape
-from workbench.plate.optimiser.shapes import ON_THE_TABLE, AbstractArmShape, Hull, plate_hull
+from workbench.plate.optimiser.shapes import ON_THE_TABLE, ArmShape, Hull, plate_hull
 from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.plate import Plate
 
@@ -87,7 +87,7 @@ def check_room(plate: Plate, number: int, half: Float[np.ndarray, "2"], spacing:
         )
 
 
-def check_base(arm: AbstractArmShape, plate: Plate, hull: Hull | None, clearance: float) -> None:
+def check_base(arm: ArmShape, plate: Plate, hull: Hull | None, clearance: float) -> None:
     """Refuse a plate that stands in the robot's base."""
     fixed = arm.bodies <= ON_THE_TABLE
     if hull is None or not fixed.any():

@@ -28,7 +28,6 @@ from workbench.plate.optimiser.candidates import (
     BlockSolutions,
     Candidates,
     Neighbours,
-    Pool,
     Setting,
     draw_pool,
     given_solutions,
@@ -140,33 +139,35 @@ def optimise_plate(
         OptionError: a plate without size or inside the robot's base, more targets than fit.
         DataError: too few targets keep all constraints; names two that conflict.
     """
-    return _Optimisation(robot, plate, reading, goal, rng, request or DesignRequest(), names).result()
+    request, names = request or DesignRequest(), robot.default_free if names is None else names
+    setting = Setting(
+        robot=robot,
+        plate=plate,
+        arm=arm_shape(robot, request.constraints.clearance),
+        constraints=request.constraints,
+        reading=reading,
+        production=plate.production if request.production is None else request.production,
+        names=names,
+        scales=linearise(robot, np.zeros((1, robot.dof)), names=names).weights,
+    )
+    return _Optimisation(setting, goal, rng, request).result()
 
 
 class _Optimisation:
     """One optimisation; keeps the best targets so far for whoever cancels."""
 
-    def __init__(
-        self,
-        robot: Robot,
-        plate: Plate,
-        reading: TargetReading,
-        goal: np.ndarray,
-        rng: np.random.Generator,
-        request: DesignRequest,
-        names: tuple[str, ...] | None,
-    ):
-        self.request, self.goal, self.rng, self.given = request, goal, rng, plate
+    def __init__(self, setting: Setting, goal: np.ndarray, rng: np.random.Generator, request: DesignRequest):
+        plate = setting.plate
+        self.setting, self.request, self.goal, self.rng, self.given = setting, request, goal, rng, plate
         self.number = len(plate) if request.number is None else request.number
         self.half = half_size(plate, request.constraints)
-        self.setting = _setting(robot, plate, reading, request, names)
-        check_room(plate, self.number, self.half, self.setting.spacing)
-        check_base(self.setting.arm, plate, plate_hull(plate), request.constraints.clearance)
+        check_room(plate, self.number, self.half, setting.spacing)
+        check_base(setting.arm, plate, plate_hull(plate), request.constraints.clearance)
         self.search = _search(self.setting, goal, rng)
         self.best: Candidates | None = None
         self.best_cost = np.inf
         self.start_cost, self.start_kept = np.inf, False
-        self.pool: Pool | None = None
+        self.kept: dict[str, np.ndarray] = {}
         self.locked: Candidates | None = None
         self.locked_slots = [i for i, target in enumerate(plate.targets) if target.locked]
 
@@ -180,9 +181,11 @@ class _Optimisation:
             outcome = Outcome.CANCELLED
         if self.best is None:
             if outcome is Outcome.CANCELLED:
-                return self._untouched()
-            assert self.pool is not None
-            raise conflict(self.given, self.number, self.pool.kept)
+                cost = self.start_cost
+                return PlateDesign(
+                    plate=self.given, cost=cost, rotation=np.nan, start_cost=cost, outcome=outcome
+                )
+            raise conflict(self.given, self.number, self.kept)
         progress(1.0, "done")
         return describe(
             self.setting,
@@ -202,23 +205,10 @@ class _Optimisation:
             order.insert(min(slot, len(order)), row)
         return np.array(order)
 
-    def _untouched(self) -> PlateDesign:
-        return PlateDesign(
-            plate=self.given,
-            cost=self.start_cost,
-            rotation=np.nan,
-            start_cost=self.start_cost,
-            outcome=Outcome.CANCELLED,
-        )
-
     def _notes(self) -> tuple[str, ...]:
-        source = self.setting.arm.source
-        if self.start_kept or not np.isfinite(self.start_cost):
-            return (source,)
-        return (
-            source,
-            "the given plate, in its best branches, does not keep all constraints; the new one does",
-        )
+        worse = "the given plate, in its best branches, does not keep all constraints; the new one does"
+        is_worse = np.isfinite(self.start_cost) and not self.start_kept
+        return (self.setting.arm.source, *([worse] if is_worse else []))
 
     def _start(self) -> tuple[Candidates | None, np.ndarray | None]:
         """Candidates that the given plate offers, and, where it keeps everything, itself among them."""
@@ -288,10 +278,10 @@ class _Optimisation:
         if start is not None and exact is not None:
             self._keep(self._with_locked(start.take(exact)))
         with part_of(0.0, POOL_SHARE):
-            self.pool = draw_pool(
+            candidates, self.kept = draw_pool(
                 self.setting, self.request.blocks, self.half, self.request.places, rng=self.rng
             )
-        candidates = self.pool.candidates if start is None else start.join(self.pool.candidates)
+        candidates = candidates if start is None else start.join(candidates)
         first = [] if exact is None else exact.tolist()
         groups = self._groups(candidates)
         for i, rows in enumerate(groups):
@@ -330,22 +320,6 @@ class _Optimisation:
 
     def _error(self, q: np.ndarray, places: np.ndarray) -> float:
         return set_error(self.setting, q, places, self.goal).position_rms
-
-
-def _setting(
-    robot: Robot, plate: Plate, reading: TargetReading, request: DesignRequest, names: tuple[str, ...] | None
-) -> Setting:
-    names = robot.default_free if names is None else names
-    return Setting(
-        robot=robot,
-        plate=plate,
-        arm=arm_shape(robot, request.constraints.clearance),
-        constraints=request.constraints,
-        reading=reading,
-        production=plate.production if request.production is None else request.production,
-        names=names,
-        scales=linearise(robot, np.zeros((1, robot.dof)), names=names).weights,
-    )
 
 
 def _search(setting: Setting, goal: np.ndarray, rng: np.random.Generator) -> Search:

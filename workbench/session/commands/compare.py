@@ -13,6 +13,8 @@ from workbench.data.directions import with_drivers
 from workbench.identification.meaning.nominal_fit import placed
 from workbench.session.command import AbstractChange, computed
 from workbench.session.comparison import (
+    MAX_TIMES,
+    MIN_TIMES,
     Comparison,
     ModelStage,
     Overlay,
@@ -25,7 +27,6 @@ from workbench.session.page_state import Severity, Units
 from workbench.session.state import Focus, Session
 
 log = logging.getLogger(__name__)
-MIN_EXAGGERATION, MAX_EXAGGERATION = 1.0, 5000.0
 
 
 def with_fit(session: Session, algorithm: str) -> Session:
@@ -165,15 +166,11 @@ class SetOverlay(AbstractChange):
     overlay: Overlay
 
     def check(self, session: Session) -> None:
-        overlay = self.overlay
-        for what, times in (
-            ("errors", overlay.exaggeration),
-            ("the calibrated arm's errors", overlay.exaggeration_after),
-            ("the deflection", overlay.deflection),
-        ):
-            if not MIN_EXAGGERATION <= times <= MAX_EXAGGERATION:
-                limits = f"{MIN_EXAGGERATION:g} to {MAX_EXAGGERATION:g}"
-                raise OptionError(f"the exaggeration of {what} must be {limits}, got {times:g}")
+        if not MIN_TIMES <= self.overlay.exaggeration <= MAX_TIMES:
+            limits = f"{MIN_TIMES:g} to {MAX_TIMES:g}"
+            raise OptionError(
+                f"the exaggeration of errors must be {limits}, got {self.overlay.exaggeration:g}"
+            )
 
     def apply(self, session: Session) -> Session:
         return replace(session, choices=replace(session.choices, overlay=self.overlay))

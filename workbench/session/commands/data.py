@@ -1,9 +1,12 @@
 """Commands for measurements: load a file, measure a virtual arm, remove them."""
 
+import io
 import re
 import tempfile
+import zipfile
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import field, replace
 from pathlib import Path
 
@@ -313,8 +316,21 @@ def reached_postures(actual: Robot, session: Session) -> tuple[list[int], np.nda
 
 def load_command(name: str, content: bytes) -> AbstractCommand:
     """The command that reads a measurement file: that of an extra for its endings, or `LoadData`."""
+    if name.lower().endswith(".zip"):
+        name, content = _packed_table(content) or (name, content)
     found = next((kind for kind in _loads() if name.lower().endswith(kind.endings)), LoadData)
     return found(name=name, content=content)  # type: ignore[call-arg]
+
+
+def _packed_table(content: bytes) -> tuple[str, bytes] | None:
+    """Name and content of a table that is alone in an archive; None of any other archive."""
+    broken = zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, zlib.error
+    with suppress(*broken), zipfile.ZipFile(io.BytesIO(content)) as archive:
+        files = [f for f in archive.infolist() if not f.is_dir() and not f.filename.startswith("__MACOSX")]
+        is_table = len(files) == 1 and files[0].filename.lower().endswith(file_endings())
+        if is_table and files[0].file_size <= MAX_FILE_BYTES:
+            return Path(files[0].filename).name, archive.read(files[0])
+    return None
 
 
 def load_endings() -> tuple[str, ...]:

@@ -16,9 +16,9 @@ from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.compare import with_fit
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
-from workbench.session.comparison import exaggeration_for
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
+from workbench.session.real_arm import times_for
 from workbench.session.state import Focus, Session
 
 IdentifiedRows = tuple[Loaded, Identification]
@@ -85,10 +85,11 @@ class Identify(AbstractTask[IdentifiedRows]):
             measurements=replace(session.measurements, unread=None),
         )
         session = with_fit(session, fit)
-        if session.results.comparison is not None:
-            before, after = map(exaggeration_for, session.results.comparison.errors.T)
-            overlay = replace(session.choices.overlay, exaggeration=before, exaggeration_after=after)
-            session = replace(session, choices=replace(session.choices, overlay=overlay))
+        overlay = replace(session.choices.overlay, stage=None)
+        if last is None and session.results.comparison is not None:  # later models are seen beside this one
+            nominal = session.results.comparison.errors[:, 0]
+            overlay = replace(overlay, exaggeration=times_for(nominal, session.robot.reach))
+        session = replace(session, choices=replace(session.choices, overlay=overlay))
         return session.with_message(Severity.LOG, _summary(found, fit))
 
 

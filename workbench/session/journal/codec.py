@@ -37,14 +37,10 @@ CHECK = "check"
 """Name of a line's checksum, its last value."""
 CHECKSUM = re.compile(rf', "{CHECK}": "([0-9a-f]{{8}})"}}\s*$'.encode())
 
-FORMER = {
-    "least": "low",
-    "greatest": "high",
-    "asked": "is_chosen",
-    "bent": "is_deflected",
-    "bending": "deflection",
-}
+FORMER = {"least": "low", "greatest": "high", "asked": "is_chosen"}
 """Fields that have another name in journals of earlier versions."""
+GONE = frozenset(("exaggeration_after", "bent", "bending", "is_deflected", "deflection"))
+"""Fields that journals of earlier versions have besides."""
 
 
 class LostFile(Exception):
@@ -164,6 +160,7 @@ def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
 def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
     readers = _readers(kind)
     values = {name if name in readers else FORMER.get(name, name): value for name, value in values.items()}
+    values = {name: value for name, value in values.items() if name in readers or name not in GONE}
     if unknown := sorted(set(values) - set(readers)):
         raise ValueError(f"'{kind.__name__}' has no '{unknown[0]}'")
     return kind(**{name: readers[name](value, load) for name, value in values.items()})

@@ -140,8 +140,15 @@ def target_block(pose: Matrix4, plate: Matrix4) -> Solid:
     return Solid(np.concatenate([bottom, top]), _FACES).moved(pose)
 
 
-def cuboid_edges(low: Vector3, high: Vector3) -> Float[np.ndarray, "12 2 3"]:
-    """The twelve edges of a cuboid along the axes."""
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-    pairs = [(i, j) for i in range(8) for j in range(i) if np.abs(corners[i] - corners[j]).sum() == 1]
-    return (low + corners * (high - low))[np.array(pairs)]
+def cuboid_edges(
+    low: Vector3, high: Vector3, cubes: tuple[int, int, int] = (1, 1, 1)
+) -> Float[np.ndarray, "edges 2 3"]:
+    """The edges of a cuboid along the axes, and on its sides those of so many cubes along each."""
+    edges = []
+    for axis, (b, c) in enumerate(((1, 2), (0, 2), (0, 1))):
+        for i, j in np.ndindex(cubes[b] + 1, cubes[c] + 1):
+            if i in (0, cubes[b]) or j in (0, cubes[c]):
+                place = np.zeros((2, 3))
+                place[:, b], place[:, c], place[1, axis] = i / cubes[b], j / cubes[c], 1.0
+                edges.append(place)
+    return low + np.array(edges) * (high - low)

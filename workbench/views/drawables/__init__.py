@@ -2,8 +2,8 @@
 
 | path | what |
 |---|---|
-| `arm/nominal`, `arm/calibrated` | the arms |
-| `arm/bent`, `arm/branch/N` | the arm deflected by its effects; other branches that reach the target |
+| `arm/nominal`, `arm/calibrated` | the model, and the real arm bent away from it by its exaggerated error |
+| `arm/branch/N` | other branches that reach the target |
 | `arm/blame/N` | a glow about the joint of the effect whose law is shown |
 | `plate/solid`, `plate/targets/N`, `…/number` | the fixture and its targets |
 | `plate/before/N`, `reach/envelope` | targets before the last step; the arm's reach during a drag |
@@ -12,9 +12,9 @@
 | `measured/before`, `measured/held_out/before` | likewise those before an event, smaller |
 | `event/arrow/N`, `event/words/N` | what happened: how base or tool stepped, exaggerated, and its row |
 | `measured/set_apart` | rows that no arm explains |
-| `errors/nominal`, `errors/calibrated` | errors as arrows, exaggerated |
+| `errors/nominal`, `errors/calibrated` | errors of the nominal and the shown model as arrows, exaggerated |
+| `errors/sample` | an arrow that shows how long an error is drawn |
 | `row/frames`, `row/mark` | measured orientations, the selected measured position |
-| `track/wanted`, `track/reached` | the planned trajectory, and where the tool goes |
-| `track/trail` | where the tool goes, with its errors exaggerated |
+| `track/wanted`, `track/trail` | the planned trajectory, and where the real tool goes, exaggerated |
 | `track/arm`, `track/mark` | the deviating arm along the trajectory, and where its tool should be |
 """

@@ -1,18 +1,19 @@
-"""The arms: nominal, calibrated, deflected by effects, and in the other branches of the selected target."""
+"""The arms: nominal, the real one bent away from it, and in the other branches of the selected target."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.base import se3
-from workbench.base.types import Matrix4
+from workbench.base.types import Matrix4, Poses
 from workbench.session.commands.arm import drawn_joints
-from workbench.session.deflection import bend, bending_robot, drawable_bending, driven_by_pose
+from workbench.session.comparison import STAGES, ModelStage
 from workbench.session.joint_errors import shown_effect
+from workbench.session.real_arm import bending_robot, bent_frames
+from workbench.session.stages import shown_stage
 from workbench.session.state import NO_FIELD, Focus, Session
 from workbench.views.appearance.bodies import body_frames
-from workbench.views.appearance.colours import BLAMED, BRANCH, CALIBRATED, DEFLECTED
+from workbench.views.appearance.colours import BLAMED, BRANCH, CALIBRATED
 from workbench.views.appearance.shapes import ball
 from workbench.views.drawables.drawable import Arm, Label, Mesh
 from workbench.views.drawables.nominal_arm import bodies_of, nominal_arm_at
@@ -22,8 +23,6 @@ SHELL = 1.09
 """How much thicker a ghost is, so that it encloses the arm that it is compared with."""
 MAX_BRANCHES = 8
 """Arms of so many branches are drawn at most."""
-ABOVE = 0.05
-"""Height of the words over the bent arm's tool [m]."""
 GLOW = 0.075
 """Radius of the glow about a blamed joint, in reaches."""
 SAME_POSTURE = 1e-6
@@ -31,23 +30,35 @@ SAME_POSTURE = 1e-6
 
 
 def arms(session: Session) -> Iterator[Item]:
-    """The nominal arm in its current posture, and the calibrated one as a shell around it."""
-    q, overlay = drawn_joints(session), session.choices.overlay
-    is_shown = overlay.nominal or session.playback.focus is not Focus.ROW
+    """The nominal arm in its current posture, and the real one beside it where it is known."""
+    q, overlay, focus = drawn_joints(session), session.choices.overlay, session.playback.focus
+    is_shown = overlay.nominal or focus is not Focus.ROW
     yield nominal_arm_at(session.robot, q, is_shown=is_shown)
-    if session.results.calibrated is not None and session.results.identification is not None:
-        is_shown = overlay.calibrated and session.playback.focus in (Focus.ROW, Focus.JOG)
-        inputs = session.results.calibrated, q, session.results.identification.aligned
-        yield Item("arm/calibrated", calibrated_arm, inputs, shown=is_shown)
+    if (known := model_and_real(session)) is not None:
+        is_shown = overlay.calibrated and focus in (Focus.ROW, Focus.JOG)
+        gap = gap_at(session) if focus is Focus.ROW else None
+        yield Item("arm/calibrated", real_arm, (*known, q, gap, overlay.exaggeration), shown=is_shown)
 
 
-def deflected_arm(session: Session) -> Iterator[Item]:
-    """The arm deflected by its effects, labelled with its exaggeration, over the rigid one."""
-    robot, overlay = bending_robot(session), session.choices.overlay
-    if robot is not None:
-        inputs = robot, drawn_joints(session), overlay.deflection
-        yield Item("arm/bent", _deflected, inputs, shown=overlay.is_deflected)
-        yield Item("arm/bent_words", _deflection_label, inputs, shown=overlay.is_deflected)
+def model_and_real(session: Session) -> tuple[Robot, Robot, Matrix4 | None] | None:
+    """The shown model, what is known of the real arm, and the base of both; None where they are one.
+
+    The last model that is known stands for the real arm; without measurements, an arm with its effects does.
+    """
+    rows = session.results.comparison
+    if rows is not None and rows.stages:
+        real, base = rows.models[rows.stages[-1]], rows.models[ModelStage.NOMINAL].base.pose
+        return rows.models[shown_stage(session, rows)], real, base
+    real_one = bending_robot(session)
+    return None if real_one is None else (real_one.with_effects(), real_one, None)
+
+
+def gap_at(session: Session) -> np.ndarray | None:
+    """From where the shown model puts the tool to where it was measured, at a row [m]; None without rows."""
+    rows = session.results.comparison
+    if rows is None or not rows.stages:
+        return None
+    return -rows.residuals[session.results.row, STAGES.index(shown_stage(session, rows))]
 
 
 def blame(session: Session) -> Iterator[Item]:
@@ -78,36 +89,19 @@ def branches(session: Session) -> Iterator[Item]:
         yield Item(f"arm/branch/{i + 1}", _branch, (session.robot, q), shown=q is not None)
 
 
-def calibrated_arm(robot: Robot, q: np.ndarray, aligned: Robot) -> Arm:
-    """A shell about the nominal arm as it is aligned, where its effects have it: they were fitted with it."""
-    moved = driven_by_pose(robot)
-    frames = body_frames(robot, q) if moved is None else body_frames(moved, q, shift=bend(moved, q).shift)
-    frames = beside_nominal(robot, aligned) @ frames
-    bodies = bodies_of(robot, swell=SHELL, has_foot=False)
-    return Arm(bodies=bodies, frames=frames, ghost=CALIBRATED, opacity=0.3)
+def real_arm(
+    model: Robot, real: Robot, base: Matrix4 | None, q: np.ndarray, gap: np.ndarray | None, times: float
+) -> Arm:
+    """A shell where the real arm would stand if it were so many times farther off; as of `bent_frames`."""
+    each = None if gap is None else gap[None]
+    return shell(real, bent_frames(model, real, q[None], times, gap=each, base=base)[0])
 
 
-def beside_nominal(robot: Robot, aligned: Robot) -> Matrix4:
-    """From a calibrated arm's base to that of the aligned nominal one; the rows don't tell them apart."""
-    return se3.inverse(aligned.base.pose) @ robot.base.pose
-
-
-def deviating_arm(robot: Robot, q: np.ndarray) -> Arm:
-    """The shell that follows a trajectory, drawn from its geometry alone and without a foot."""
-    bodies = bodies_of(robot, swell=SHELL, is_plain=True, has_foot=False)
-    return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=CALIBRATED, opacity=0.3)
-
-
-def _deflected(robot: Robot, q: np.ndarray, bending: float) -> Arm:
-    shift = bend(robot, q).shift
-    frames = body_frames(robot, q, shift=drawable_bending(robot, q, bending) * shift)
-    return Arm(bodies=bodies_of(robot, has_foot=False), frames=frames, ghost=DEFLECTED, opacity=0.42)
-
-
-def _deflection_label(robot: Robot, q: np.ndarray, bending: float) -> Label:
-    times = drawable_bending(robot, q, bending)
-    frames = body_frames(robot, q, shift=times * bend(robot, q).shift)
-    return Label(text=f"deflection × {times:.3g}", place=frames[-1, :3, 3] + np.array([0.0, 0.0, ABOVE]))
+def shell(robot: Robot, frames: Poses) -> Arm:
+    """A translucent arm around the one that it is compared with, without a foot."""
+    return Arm(
+        bodies=bodies_of(robot, swell=SHELL, has_foot=False), frames=frames, ghost=CALIBRATED, opacity=0.5
+    )
 
 
 def _glow(robot: Robot, q: np.ndarray, joint: int) -> Mesh:

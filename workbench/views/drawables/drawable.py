@@ -71,29 +71,29 @@ class Line:
     pixels: float
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Cuboid:
-    """The edges of a cuboid along the axes."""
+    """The edges of a cuboid along the axes, and on its sides those of so many cubes along each."""
 
     low: Vector3
     high: Vector3
     colour: Colour
+    cubes: tuple[int, int, int] = (1, 1, 1)
+
+
+FILL = 0.7
+"""Edge of a drawn cube, as a share of the room that it has: one sees the arm between them."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Cubes:
-    """Cubes of a region: which are shown, which have a number (others are grey), which one was clicked.
-
-    Where one layer alone is shown, `cut` is the axis across it, and `level` where on it the layer is [m].
-    """
+    """Cubes of a region: which are shown, which have a number (others are grey), which one was clicked."""
 
     region: Region
     shown: Bool[np.ndarray, " cubes"]
     known: Bool[np.ndarray, " cubes"]
     colours: UInt8[np.ndarray, "cubes 3"]
     picked: int | None
-    cut: int | None = None
-    level: float = 0.0
 
 
 AXIS_LENGTH = 0.035

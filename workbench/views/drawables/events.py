@@ -11,15 +11,12 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Vector3
 from workbench.session.commands.arm import drawn_joints
-from workbench.session.comparison import EXAGGERATIONS
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import EVENT
 from workbench.views.drawables.drawable import Arrows, Label
 from workbench.views.drawables.sink import Item
 
-LONGEST = 0.2
-"""Longest that a step is drawn [m]."""
 ABOVE = 0.04
 """Height of the words over their place [m]; those of each further event stand so much higher."""
 ARROW_DISTANCE = 0.15
@@ -35,15 +32,9 @@ def happened(session: Session) -> Iterator[Item]:
         return
     for k, event in enumerate(found.events):
         base = found.calibrated.base.rotation  # seen by the instrument, as base and tool were found
-        inputs = session.robot, drawn_joints(session), event, base
+        inputs = session.robot, drawn_joints(session), event, base, session.choices.overlay.exaggeration
         yield Item(f"event/arrow/{k + 1}", _arrow, inputs, shown=is_shown)
         yield Item(f"event/words/{k + 1}", _label, (*inputs, k), shown=is_shown)
-
-
-def times_drawn(event: AbstractEvent) -> float:
-    """How many times longer than it is a step of base or tool is drawn."""
-    size = float(np.linalg.norm(_step(event)))
-    return max((times for times in EXAGGERATIONS if times * size <= LONGEST), default=EXAGGERATIONS[0])
 
 
 def place_and_step(
@@ -70,20 +61,25 @@ def _step(event: AbstractEvent) -> Vector3:
     return np.zeros(3) if event.joints else np.array(event.coefficients[:3])
 
 
-def _ends(robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray) -> tuple[Vector3, Vector3]:
+def _ends(
+    robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray, times: float
+) -> tuple[Vector3, Vector3]:
     """Where its arrow begins and ends; one place where there is none."""
     place, step = place_and_step(robot, q, event, base)
     if step.any() and not isinstance(event, ToolStep):
         place = place + ARROW_DISTANCE * robot.reach * step / np.linalg.norm(step)
-    return place, place + times_drawn(event) * step
+    return place, place + times * step
 
 
-def _arrow(robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray) -> Arrows | None:
-    start, end = _ends(robot, q, event, base)
+def _arrow(
+    robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray, times: float
+) -> Arrows | None:
+    start, end = _ends(robot, q, event, base, times)
     return None if event.joints else Arrows(starts=start[None], ends=end[None], colour=EVENT, thick=THICK)
 
 
-def _label(robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray, number: int) -> Label:
-    end = _ends(robot, q, event, base)[1]
-    times = "" if event.joints else f" (arrow × {times_drawn(event):g})"
-    return Label(text=f"{event.mark}{times}", place=end + np.array([0.0, 0.0, ABOVE * (number + 1)]))
+def _label(
+    robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray, times: float, number: int
+) -> Label:
+    end = _ends(robot, q, event, base, times)[1]
+    return Label(text=event.mark, place=end + np.array([0.0, 0.0, ABOVE * (number + 1)]))

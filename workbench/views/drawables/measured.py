@@ -1,4 +1,4 @@
-"""Measured rows: tool positions, errors of both arms, and the selected row."""
+"""Measured rows: tool positions, errors of the nominal and of the shown model, and the selected row."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -6,7 +6,10 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.base import se3
+from workbench.base.types import Poses
 from workbench.session.comparison import STAGES, Comparison, ModelStage
+from workbench.session.real_arm import sample_error
+from workbench.session.stages import shown_stage
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import (
     CALIBRATED,
@@ -18,7 +21,7 @@ from workbench.views.appearance.colours import (
     ErrorScale,
 )
 from workbench.views.appearance.shapes import Solid, ball
-from workbench.views.drawables.drawable import Arrows, Axes, Colour, Mesh, Points
+from workbench.views.drawables.drawable import Arrows, Axes, Colour, Label, Mesh, Points
 from workbench.views.drawables.sink import Item
 
 MAX_ARROW_ROWS = 120
@@ -27,17 +30,19 @@ RADIUS, SMALLEST, FEW = 0.005, 0.0018, 300
 """Radius of each of few measured points, and of each of very many [m]: together they cover the same area."""
 FEW_ARROWS = 30
 """Arrows of full thickness; more are thinner, so that together they cover the same area."""
+SAMPLE_ASIDE = 0.22
+"""How far beside the base's axis the arrow stands that shows how long an error is drawn, in reaches."""
 EARLIER = 0.5
 """Radius of points before the last event, as a part of the others'."""
 
 
 def measured(session: Session) -> Iterator[Item]:
-    """A round point at every fitted place, a square one where held out; arrows to where arms expect it."""
+    """A round point at every fitted place, a square one where held out; arrows from where arms expect it."""
     rows, overlay = session.results.comparison, session.choices.overlay
     if rows is None:
         return
-    is_shown = overlay.points and session.playback.focus is not Focus.TRACK
-    inputs = rows, rows.nearest_stage(overlay.stage), session.measurements.left_out
+    is_shown, stage = overlay.points and session.playback.focus is not Focus.TRACK, shown_stage(session, rows)
+    inputs = rows, stage, session.measurements.left_out
     for path, *which in (
         ("measured", False, False),
         ("measured/before", False, True),
@@ -47,26 +52,27 @@ def measured(session: Session) -> Iterator[Item]:
         if not which[1] or rows.over is not None:
             yield Item(path, _points, (*inputs, *which), shown=is_shown)
     yield Item("measured/set_apart", _set_apart, (rows,), shown=is_shown)
-    is_compared = rows.calibrated is not None and session.playback.focus in (Focus.ROW, Focus.JOG)
-    arms = (
-        ("nominal", rows.nominal, overlay.exaggeration, NOMINAL),
-        ("calibrated", rows.calibrated, overlay.exaggeration_after, CALIBRATED),
-    )
-    for name, poses, times, colour in arms:
-        if poses is not None:
-            yield Item(
-                f"errors/{name}", _arrows, (rows, poses, times, colour), shown=is_compared and overlay.arrows
-            )
+    is_compared = bool(rows.stages) and overlay.arrows and session.playback.focus in (Focus.ROW, Focus.JOG)
+    times = overlay.exaggeration
+    nominal = rows, ModelStage.NOMINAL, times, NOMINAL
+    yield Item("errors/nominal", _arrows, nominal, shown=is_compared)
+    is_other = is_compared and stage is not ModelStage.NOMINAL
+    yield Item("errors/calibrated", _arrows, (rows, stage, times, CALIBRATED), shown=is_other)
+    scale = rows, times, session.robot.reach
+    yield Item("errors/sample", lambda *of: _sample(*of)[0], scale, shown=is_compared)
+    yield Item("errors/sample_words", lambda *of: _sample(*of)[1], scale, shown=is_compared)
 
 
 def selected_row_marks(session: Session) -> Iterator[Item]:
     """Measured orientations, and the position of the selected row."""
-    rows = session.results.comparison
+    rows, overlay = session.results.comparison, session.choices.overlay
     if rows is None:
         return
-    is_shown = session.choices.overlay.frames and session.playback.focus is not Focus.TRACK
-    yield Item("row/frames", _axes, (rows,), shown=is_shown)
-    is_marked = session.playback.focus is Focus.ROW and session.choices.overlay.points
+    is_shown = overlay.frames and session.playback.focus is not Focus.TRACK
+    is_nominal = rows.calibrated is None or shown_stage(session, rows) is ModelStage.NOMINAL
+    inputs = rows, rows.nominal if is_nominal else rows.calibrated, overlay.exaggeration
+    yield Item("row/frames", _axes, inputs, shown=is_shown)
+    is_marked = session.playback.focus is Focus.ROW and overlay.points
     place = rows.measured[session.results.row] if is_marked else None
     if place is not None and np.isfinite(place).all():
         yield Item("row/mark", mark, (0.012, place, 0.75))
@@ -125,20 +131,35 @@ def _set_apart(rows: Comparison) -> Points | None:
     )
 
 
-def _arrows(rows: Comparison, poses: np.ndarray, times: float, colour: Colour) -> Arrows | None:
+def _arrows(rows: Comparison, stage: ModelStage, times: float, colour: Colour) -> Arrows | None:
     chosen = _chosen(rows)
-    starts = rows.measured[chosen]
-    ends = starts + times * (poses[chosen, :3, 3] - starts)
+    off = -rows.residuals[chosen, STAGES.index(stage)]
+    chosen, off = chosen[np.isfinite(off).all(1)], off[np.isfinite(off).all(1)]
     if not len(chosen):
         return None
-    return Arrows(starts=starts, ends=ends, colour=colour, thick=min(1.0, (FEW_ARROWS / len(chosen)) ** 0.5))
+    starts = rows.measured[chosen] - off
+    thick = min(1.0, (FEW_ARROWS / len(chosen)) ** 0.5)
+    return Arrows(starts=starts, ends=starts + times * off, colour=colour, thick=thick)
 
 
-def _axes(rows: Comparison) -> Axes | None:
+def _sample(rows: Comparison, times: float, reach: float) -> tuple[Arrows, Label]:
+    """An upright arrow beside the base, on the right of the rows as one looks at the arm from there."""
+    x, y = np.nanmean(rows.measured[:, :2], axis=0)
+    start = SAMPLE_ASIDE * reach / max(float(np.hypot(x, y)), 1e-9) * np.array([y, -x, 0.0])
+    error = sample_error(times, reach)
+    end = start + np.array([0.0, 0.0, times * error])
+    words = Label(text=f"this long = {1e3 * error:g} mm", place=end)
+    return Arrows(starts=start[None], ends=end[None], colour=MARK, thick=2.0), words
+
+
+def _axes(rows: Comparison, poses: Poses, times: float) -> Axes | None:
+    """Measured orientations, turned away from predicted ones by the factor."""
     chosen = _chosen(rows)
     if rows.rotation is None or not len(chosen) or not np.isfinite(rows.rotation[chosen]).all():
         return None
-    return Axes(places=rows.measured[chosen], rotations=rows.rotation[chosen])
+    expected = poses[chosen, :3, :3]
+    off = se3.matrix_to_rotvec(np.swapaxes(expected, 1, 2) @ rows.rotation[chosen])
+    return Axes(places=rows.measured[chosen], rotations=expected @ se3.rotvec_to_matrix(times * off))
 
 
 def _chosen(rows: Comparison) -> np.ndarray:

@@ -7,41 +7,26 @@ import numpy as np
 
 from workbench.arm.kinematics.envelope import ring_at
 from workbench.arm.robot import Robot
-from workbench.plate.region import Region
 from workbench.session.cube_fields import AbstractCubeField, CubeValues
-from workbench.session.cube_values import (
-    are_shown,
-    drawn_field,
-    inputs,
-    plate_surface,
-    shown_cubes,
-    shown_layer,
-)
+from workbench.session.cube_values import are_shown, drawn_field, inputs, shown_cubes
 from workbench.session.state import NO_FIELD, Session
-from workbench.views.appearance.colours import NO_VALUE, REGION, UNBOUNDED, scale_colours
+from workbench.views.appearance.colours import GHOST, NO_VALUE, REGION, UNBOUNDED, scale_colours
 from workbench.views.drawables.drawable import Cubes, Cuboid, Label, Line
 from workbench.views.drawables.sink import Item
-
-ABOVE = 0.003
-"""Height of a layer over the plate that it is drawn on [m]."""
-LEVEL_COSINE = 0.999
-"""Cosine of the slope up to which a plate is level."""
 
 
 def region(session: Session) -> Iterator[Item]:
     """Cubes may wait during a drag: their numbers change with every step, and those in the panel go first."""
     view, cuboid = session.region.view, session.plate.region
     is_seen = session.shows_plate or are_shown(session)
-    yield Item("region/outline", _outline, (cuboid,), shown=is_seen)
+    yield Item("region/outline", Cuboid, (cuboid.min, cuboid.max, REGION), shown=is_seen)
+    is_cut = are_shown(session) and view.cut is not None and session.drag is None  # a drag needs the time
+    yield Item("region/grid", Cuboid, (cuboid.min, cuboid.max, GHOST, cuboid.shape), shown=is_cut)
     if view.field != NO_FIELD:
         read = (view, cuboid, *inputs(session), session.history.first_plate, session.drag)
         is_dragged = session.drag is not None
         cubes = partial(_cubes, session)
         yield Item("region/cubes", cubes, read, shown=are_shown(session), can_wait=is_dragged)
-
-
-def _outline(region: Region) -> Cuboid:
-    return Cuboid(low=region.min, high=region.max, colour=REGION)
 
 
 def _cubes(session: Session, *_: object) -> Cubes | None:
@@ -57,21 +42,7 @@ def _cubes(session: Session, *_: object) -> Cubes | None:
         known=~np.isnan(numbers.numbers),
         colours=_colours(field, numbers),
         picked=view.picked,
-        cut=view.cut,
-        level=_level(session),
     )
-
-
-def _level(session: Session) -> float:
-    """Where along the cut a layer is drawn: in its middle, or on the plate where that is in the way [m]."""
-    cut, region, plate = session.region.view.cut, session.plate.region, session.plate
-    if cut is None:
-        return 0.0
-    room = float(region.size[cut] / region.shape[cut])
-    low = float(region.min[cut]) + room * shown_layer(session)
-    top = plate_surface(plate) + ABOVE
-    is_on_plate = cut == 2 and plate.pose[2, 2] > LEVEL_COSINE and low <= top <= low + room
-    return top if is_on_plate else low + 0.5 * room
 
 
 def _colours(field: AbstractCubeField, numbers: CubeValues) -> np.ndarray:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 from workbench.parts import parts, warn_of_broken
 from workbench.session.state import Session
-from workbench.views.drawables.arms import arms, blame, branches, deflected_arm
+from workbench.views.drawables.arms import arms, blame, branches
 from workbench.views.drawables.events import happened
 from workbench.views.drawables.measured import measured, selected_row_marks
 from workbench.views.drawables.plate import plate, plate_before
@@ -15,7 +15,7 @@ SUBJECTS = (arms, plate, region, measured, happened)
 """What page and recordings show; each yields its items for a session."""
 ON_PAGE = (plate_before, envelope, branches, selected_row_marks)
 """What the page alone shows besides."""
-MOVING = (deflected_arm, blame)
+MOVING = (blame,)
 """The same, and what moves with the arm while a trajectory is played."""
 
 

@@ -18,7 +18,7 @@ class Item:
         path: Its name among all that is drawn.
         make: Makes the drawable from the inputs, and from nothing else; None where there is nothing to see.
         inputs: Compared one by one, see `is_same`.
-        shown: Whether the page shows it now. Recordings have everything, and their viewer hides things.
+        shown: Whether it is shown now.
         can_wait: Whether an older picture will do for now, as in the middle of a drag.
     """
 

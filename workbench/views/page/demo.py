@@ -19,6 +19,7 @@ from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.undo import RestoreBest
+from workbench.session.comparison import ModelStage
 from workbench.session.joint_errors import NO_LAW
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
@@ -28,8 +29,8 @@ CLIENT = 1_000_000
 """Who drags in the demo: no browser has this number."""
 ROBOT, ROWS = "ur10", "ur10.csv"
 """A real arm, and rows that a laser tracker took of it (`assets/samples`)."""
-BARE: dict[str, Any] = {"points": False, "arrows": False, "calibrated": False, "law": NO_LAW}
-FULL: dict[str, Any] = {"points": True, "arrows": True, "calibrated": True, "law": ""}
+BARE: dict[str, Any] = {"points": False, "arrows": False, "law": NO_LAW}
+FULL: dict[str, Any] = {"points": True, "arrows": True, "law": ""}
 """What is laid over the arm in the last picture, and afterwards."""
 DRAG_PLACES = 45
 """Places of one drag."""
@@ -53,14 +54,12 @@ class DemoScene:
         commands: What is done, one after the other.
         seconds: How long it stands afterwards, or in all for many commands.
         tab: Where its outcome is seen.
-        waits: Whether what was begun has to end first.
     """
 
     caption: str
     commands: tuple[AbstractCommand, ...] = ()
     seconds: float = 6.0
     tab: Tab = Tab.PLATE
-    waits: bool = True
 
 
 class Demo:
@@ -124,8 +123,7 @@ class Demo:
                 return
             if command is not None:
                 self._submit(command)
-            if scene.waits:
-                self._worker.wait(MAX_COMMAND_TIME)
+            self._wait_for_end()
             self._wait(scene.seconds / max(len(scene.commands), 1))
 
     def _wait(self, seconds: float) -> None:
@@ -137,6 +135,14 @@ class Demo:
                 self._on.wait()
                 end += time.monotonic() - begin
             self._stop.wait(min(left, TICK))
+
+    def _wait_for_end(self) -> None:
+        """Until what was begun has ended; meanwhile the arm goes through the measured rows."""
+        for k in range(int(MAX_COMMAND_TIME)):
+            if self._stop.is_set() or self._worker.wait(1.0):
+                return
+            if (rows := self._worker.session.results.comparison) is not None:
+                self._submit(ShowRow(8 * k % len(rows)))
 
     def _submit(self, command: AbstractCommand) -> None:
         if self._stop.is_set():
@@ -182,27 +188,29 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     yield DemoScene(
         "Its geometry is identified and checked at held-out poses …",
         (Identify(),),
+        seconds=3.0,
+        tab=Tab.CALIBRATE,
+    )
+    overlay = session().choices.overlay
+    yield DemoScene(
+        f"All errors are drawn × {overlay.exaggeration:g}: grey is the arm of the data sheet, orange the "
+        "real one.",
+        (SetOverlay(replace(overlay, stage=ModelStage.NOMINAL)), *map(ShowRow, range(0, 120, 12))),
+        seconds=10.0,
+        tab=Tab.CALIBRATE,
+    )
+    yield DemoScene(
+        "With its geometry identified, the model comes nearer to the real arm.",
+        (SetOverlay(overlay), *map(ShowRow, range(108, -12, -12))),
         seconds=8.0,
         tab=Tab.CALIBRATE,
     )
     yield DemoScene(
         "Geometry can't explain the remaining error. The diagnosis looks for its causes …",
         (Diagnose(),),
-        seconds=5.0,
+        seconds=1.0,
         tab=Tab.CALIBRATE,
-        waits=False,
     )
-    overlay = session().choices.overlay
-    alike = SetOverlay(replace(overlay, exaggeration_after=overlay.exaggeration))
-    yield DemoScene(
-        f"Meanwhile, arrows show the errors × {overlay.exaggeration:g}: grey for the nominal "
-        "arm, orange when calibrated.",
-        (alike, *(ShowRow(row) for row in range(0, 160, 8))),
-        seconds=20.0,
-        tab=Tab.COMPARE,
-        waits=False,
-    )
-    yield DemoScene("", seconds=0.0, tab=Tab.CALIBRATE)
     found = session().results.diagnosis
     if found is not None and found.effects:
         causes = " and ".join(cause.plain for cause in found.causes) or "no named cause"
@@ -213,7 +221,10 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
             tab=Tab.CALIBRATE,
         )
         yield DemoScene(
-            "One button adds them to the arm that is saved.", (AddEffects(),), seconds=7.0, tab=Tab.CALIBRATE
+            "One button adds them: the model is now where the real arm is.",
+            (AddEffects(), *map(ShowRow, range(0, 120, 12))),
+            seconds=10.0,
+            tab=Tab.CALIBRATE,
         )
     yield DemoScene(
         END, (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, tab=Tab.CALIBRATE

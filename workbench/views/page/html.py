@@ -10,7 +10,8 @@ from workbench.session.judgement import Tone
 
 MUTED = "var(--mantine-color-dimmed)"
 LINE = "var(--mantine-color-default-border)"
-FONT = "font-size:13px;line-height:1.45;color:var(--mantine-color-text)"
+FONT = "font-size:var(--words, 13px);line-height:1.45;color:var(--mantine-color-text)"
+SMALLER = "font-size:calc(var(--words, 13px) - .5px)"
 GOOD, BAD, CAREFUL = (
     "light-dark(#15803d, #4ade80)",
     "light-dark(#b91c1c, #f98080)",
@@ -54,7 +55,7 @@ def heading(title: str) -> str:
 def folded(title: str, content: str) -> str:
     """Content below a heading that a click opens; nothing where there is none."""
     summary = f'<summary style="cursor:pointer">{text(title)}</summary>'
-    style = f"margin:8px 0;font-size:12.5px;color:{MUTED}"
+    style = f"margin:8px 0;{SMALLER};color:{MUTED}"
     inner = f'<div style="color:var(--mantine-color-text);margin-top:4px">{content}</div>'
     return f'<details style="{style}">{summary}{inner}</details>' if content else ""
 
@@ -75,7 +76,7 @@ def table(
 
     head = line(header, "th", f"font-weight:500;color:{MUTED};border-bottom:1px solid {LINE}")
     body = "".join(line(row, "td", "") for row in rows)
-    return f'<table{name} style="width:100%;border-collapse:collapse;font-size:12.5px">{head}{body}</table>'
+    return f'<table{name} style="width:100%;border-collapse:collapse;{SMALLER}">{head}{body}</table>'
 
 
 def pairs(items: Iterable[tuple[str, str]]) -> str:
@@ -85,7 +86,7 @@ def pairs(items: Iterable[tuple[str, str]]) -> str:
         f'{text(name)}</td><td style="padding:1px 0;overflow-wrap:anywhere">{text(value)}</td></tr>'
         for name, value in items
     )
-    return f'<table style="border-collapse:collapse;font-size:12.5px">{rows}</table>'
+    return f'<table style="border-collapse:collapse;{SMALLER}">{rows}</table>'
 
 
 def bullets(lines: Iterable[str], *, style: str = "margin:0") -> str:

@@ -22,7 +22,7 @@ from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.scene.start_scene import FirstPicture
-from workbench.views.page.style import NARROW, PHONE
+from workbench.views.page.style import NARROW, PANEL_WIDTH, PHONE
 from workbench.views.page.tabs import PageSignals, Tabs
 from workbench.views.page.viser_internals import hand_over, icons_at_once
 
@@ -176,12 +176,12 @@ def _placed(tab: Tab | None) -> list[type[AbstractPanel]]:
 
 def _fit_panel(server: viser.ViserServer, client: viser.ClientHandle, window: int, height: int) -> None:
     """Leave the scene its part of a narrow window [px]."""
-    if window <= NARROW:
-        width = max(MIN_WIDTH, WINDOW_SHARE * window)
-        client.gui.main_panel.set_width(width)
-        if window > PHONE:
-            first = server.initial_camera  # a page that has just been opened may not look from there yet
-            aim(client, first.position, first.look_at, aspect=(window - width) / height)
+    is_narrow = window <= NARROW
+    width = max(MIN_WIDTH, WINDOW_SHARE * window) if is_narrow else PANEL_WIDTH
+    client.gui.main_panel.set_width(width)
+    if is_narrow and window > PHONE:
+        first = server.initial_camera  # a page that has just been opened may not look from there yet
+        aim(client, first.position, first.look_at, aspect=(window - width) / height)
 
 
 def _link(address: str) -> str:

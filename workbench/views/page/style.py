@@ -28,6 +28,8 @@ SHEET = f'.mantine-Paper-root[style*="position: fixed"] {SHEET_OPEN}'
 """On a phone: the strip in a panel that is open, over the lower part of the window."""
 NARROW = 1000
 """Windows up to this width have a narrower panel [px]."""
+WIDE = 1900
+"""… and from this one on the words are larger [px]."""
 PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
 DRAWINGS = "index, history, changes, verdict, row-chart, joints, result, curves"
@@ -35,6 +37,8 @@ CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
 """Marks what is hidden in a narrow window."""
+ONLY_TRACK = 'data-track="1"'
+"""Stands before a slider whose number is said elsewhere."""
 CAPTION = 'data-caption="1"'
 """Marks what is said over the scene."""
 RULES = f"""
@@ -86,8 +90,11 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 .mantine-Modal-body input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
 div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}
+div:has(> [{ONLY_TRACK}]) + div .mantine-NumberInput-root {{ display: none }}
+div:has(> [{ONLY_TRACK}]) + div .mantine-Slider-root {{ margin: 0 1.2em 1.2em .5em }}
 {CHARTS} {{ container-type: inline-size }}
 @container (min-width: 420px) {{ svg[viewBox^="0 0 340"] text {{ font-size: 10px }} }}
+@media (min-width: {WIDE}px) {{ :root {{ --words: 14px }} }}
 @media (max-width: {NARROW}px) {{
   [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
   .mantine-Notifications-root {{ z-index: 4 !important; top: 1em !important; bottom: auto;
@@ -141,6 +148,8 @@ setInterval(() => {{
   const found = document.querySelector({STRIP!r});
   if (found && found !== strip) measured.observe(strip = found);
   turned();
+  for (const note of document.querySelectorAll(".mantine-Notification-root"))
+    if (note.innerText.includes("File uploaded successfully")) note.style.display = "none";
 }}, 300);
 addEventListener("change", e => {{
   const [maximum, address] = window.limits?.[e.target.id?.replace("file_upload_", "")] ?? [Infinity, ""];
@@ -152,6 +161,7 @@ addEventListener("change", e => {{
   e.target.value = "";
   new Image().src = address;
 }}, true);
+const icons = {{"list-search": "All commands", adjustments: "Settings of the page"}};
 const name = (control, words) => control.setAttribute("aria-label", words);
 setInterval(() => {{
   for (const part of document.querySelectorAll(
@@ -165,16 +175,21 @@ setInterval(() => {{
       name(control, k ? "Less" : "More");
   }}
   for (const icon of document.querySelectorAll("button:not([aria-label]):has(> .mantine-ActionIcon-icon)"))
-    name(icon, icon.closest("[aria-label]")?.ariaLabel ?? "Button");
+    name(icon, icon.closest("[aria-label]")?.ariaLabel
+      ?? icons[icon.querySelector("svg")?.classList[1]?.replace("tabler-icon-", "")] ?? "Button");
+  for (const link of document.querySelectorAll("svg a")) {{
+    const chart = link.closest("svg");
+    if (!chart.contains(document.activeElement)) link.tabIndex = link === chart.querySelector("a") ? 0 : -1;
+  }}
 }}, 1000);
 addEventListener("keydown", e => {{
-  const isTyped = e.isTrusted && e.target.matches?.("input, textarea")
-    && !e.target.closest(".mantine-Spotlight-root, .mantine-Modal-root");
-  if (e.key === "k" && (e.ctrlKey || e.metaKey) && isTyped) {{
+  const link = /^Arrow(Left|Right)$/.test(e.key) && e.target.closest?.("svg a");
+  if (link) {{
+    const all = [...link.closest("svg").querySelectorAll("a")];
+    const next = all[all.indexOf(link) + (e.key === "ArrowRight" ? 1 : -1)];
+    if (next) [link.tabIndex, next.tabIndex] = [-1, 0];
+    next?.focus();
     e.preventDefault();
-    e.target.blur();
-    document.body.dispatchEvent(new KeyboardEvent("keydown", {{
-      key: "k", code: "KeyK", ctrlKey: e.ctrlKey, metaKey: e.metaKey, bubbles: true }}));
   }}
   if (e.key !== "Escape") return;
   const sheet = [...document.querySelectorAll(".mantine-Modal-content")].at(-1);

@@ -15,6 +15,12 @@ from workbench.session.page_state import Tab
 from workbench.views.page.local_server import LocalServer
 from workbench.views.page.viser_internals import run_script, show_tabs, tab_number
 
+SIZED = """{
+  const tell = () => { new Image().src = `ADDRESS${innerWidth}x${innerHeight}`; };
+  let soon;
+  addEventListener("resize", () => { clearTimeout(soon); soon = setTimeout(tell, 400); });
+  tell();
+}"""
 STYLE = 'width="1" height="1" style="position:absolute;opacity:0"'
 
 
@@ -45,11 +51,11 @@ class PageSignals:
         run_script(self._server.gui, f"window.tabs = {json.dumps(addresses)};")
 
     def sized(self, client: viser.ClientHandle, do: Callable[[int, int], None]) -> None:
-        """Have a client's page tell the width and height of its window [px]: the camera's are those of the
-        scene, without a docked panel, in the screen's pixels."""
+        """Have a client's page tell the width and height of its window [px], now and when they change: the
+        camera's are those of the scene, without a docked panel, in the screen's pixels."""
         self._sized[name := f"window-{client.client_id}"] = do
         address = self._address(f"{name}-")
-        run_script(client.gui, f"new Image().src = `{address}${{innerWidth}}x${{innerHeight}}`;")
+        run_script(client.gui, SIZED.replace("ADDRESS", address))
 
     def pressed(self, text: str, do: Callable[[], None]) -> str:
         """Where a link leads that does something: a page gets no answer there, and stays as it is."""
@@ -68,7 +74,7 @@ class PageSignals:
             self._answers[text]()
         elif size := re.fullmatch(r"(window-\d+)-(\d{1,5})x(\d{1,5})", text):
             name, width, height = size.groups()
-            if (do := self._sized.pop(name, None)) is not None:
+            if (do := self._sized.get(name)) is not None:
                 do(int(width), int(height))
 
     def _address(self, text: str) -> str:

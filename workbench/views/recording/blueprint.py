@@ -1,15 +1,19 @@
 """Layout of the viewer: the scene on the left, numbers and tables on the right, the log below.
 
-The timeline is `step`, paused.
+The timeline is `step`, paused. In front is what was done last; robot, plate or stage changed: a new layout.
 """
 
-import numpy as np
+from typing import Any
+
 import rerun.blueprint as rrb
 
-from workbench.session.state import Session
+from workbench.session.state import Focus, Session
+from workbench.views.drawables.viewpoint import first_view, title
 from workbench.views.recording.canvas import ROW, STEP
 
 GROUND = (246, 248, 251)
+NEARER = 0.65
+"""Distance of the eye, as a share of a page's, whose picture is wider."""
 NO_LEGEND = rrb.PlotLegend(visible=False)
 ERRORS = {f"{arm} {unit}": f"{arm}_{unit}" for arm in ("nominal", "calibrated") for unit in ("mm", "deg")}
 ROW_ERRORS = {"nominal mm": "nominal_mm", "calibrated mm": "calibrated_mm"}
@@ -22,9 +26,25 @@ PLOTS = {
 """Where numbers are, how their tab is called, and their headings."""
 
 
+def subject(session: Session) -> tuple[Any, ...]:
+    """What the layout is about: one for all sessions that it suits."""
+    return session.robot, session.history.first_plate, title(session), *_in_front(session)
+
+
+def _in_front(session: Session) -> tuple[int, int]:
+    """Which plots and which table, by their place, show what was done last."""
+    results = session.results
+    if results.identification is None or (session.playback.focus is Focus.TARGET and session.shows_plate):
+        return 0, 0
+    is_diagnosed = results.diagnosis is not None and not results.accepted
+    return 2, 2 if is_diagnosed else 4
+
+
 def blueprint(session: Session) -> rrb.Blueprint:
-    plots = rrb.Tabs(*(_plots(origin, name, series) for origin, (name, series) in PLOTS.items()))
-    above = rrb.Horizontal(_scene(session), rrb.Vertical(plots, _tables()), column_shares=[1, 1])
+    plot, table = _in_front(session)
+    views = [_plots(origin, name, series) for origin, (name, series) in PLOTS.items()]
+    beside = rrb.Vertical(rrb.Tabs(*views, active_tab=plot), rrb.Tabs(*_tables(), active_tab=table))
+    above = rrb.Horizontal(_scene(session), beside, column_shares=[1, 1])
     log = rrb.TextLogView(
         origin="log", name="Steps", columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     )
@@ -37,8 +57,8 @@ def blueprint(session: Session) -> rrb.Blueprint:
     )
 
 
-def _tables() -> rrb.Container:
-    return rrb.Tabs(
+def _tables() -> tuple[rrb.View, ...]:
+    return (
         rrb.BarChartView(origin="target/index_O", name="Index O", plot_legend=NO_LEGEND),
         _document("parameters", "Parameters"),
         _document("diagnosis/words", "Diagnosis"),
@@ -58,17 +78,15 @@ def _plots(origin: str, name: str, series: dict[str, str]) -> rrb.Container:
 
 
 def _scene(session: Session) -> rrb.Spatial3DView:
-    reach = session.robot.reach
-    middle = 0.5 * (session.plate.region.min + session.plate.region.max)
-    target = np.array([0.62 * middle[0], 0.62 * middle[1], 0.24 * reach])
+    position, target = first_view(session)
     return rrb.Spatial3DView(
         origin="world",
-        name=f"{session.robot.name} · {session.plate.name}",
+        name=title(session),
         background=GROUND,
-        line_grid=rrb.LineGrid3D(visible=True, spacing=0.1 if reach < 3.0 else 0.5, color=(186, 195, 208)),
-        eye_controls=rrb.EyeControls3D(
-            position=target + reach * np.array([0.85, -0.73, 0.56]), look_target=target
+        line_grid=rrb.LineGrid3D(
+            visible=True, spacing=0.1 if session.robot.reach < 3.0 else 0.5, color=(186, 195, 208)
         ),
+        eye_controls=rrb.EyeControls3D(position=target + NEARER * (position - target), look_target=target),
     )
 
 

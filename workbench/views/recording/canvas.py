@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import rerun as rr
+import rerun.blueprint as rrb
 
 from workbench.views.recording.rerun_output import AbstractOutlet
 
@@ -33,6 +34,11 @@ class Canvas:
         for outlet in self._outlets:
             outlet.stream.reset_time()
             outlet.stream.set_time(ROW, sequence=0)
+
+    def arrange(self, layout: rrb.Blueprint) -> None:
+        """Lay out the viewer anew."""
+        for outlet in self._outlets:
+            outlet.stream.send_blueprint(layout)
 
     def log(self, path: str, *what: Any, static: bool = False) -> None:
         for outlet in self._outlets:

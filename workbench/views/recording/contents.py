@@ -13,16 +13,19 @@ from workbench.identification.report.error_plots import before_after
 from workbench.identification.result import order_of_measuring
 from workbench.parts import warn_of_broken
 from workbench.report.figures import png
-from workbench.session.comparison import Comparison
+from workbench.session.comparison import STAGES, Comparison
+from workbench.session.real_arm import bent_frames
+from workbench.session.stages import shown_stage
 from workbench.session.state import Session
 from workbench.views.appearance.colours import SELECTED
-from workbench.views.drawables.arms import beside_nominal, calibrated_arm
+from workbench.views.drawables.arms import model_and_real, shell
 from workbench.views.drawables.measured import measured
 from workbench.views.drawables.nominal_arm import nominal_arm
 from workbench.views.drawables.plate import plate
 from workbench.views.drawables.region import region
 from workbench.views.drawables.scene_contents import in_recordings
-from workbench.views.drawables.sink import Item
+from workbench.views.drawables.sink import Item, is_same
+from workbench.views.recording.blueprint import blueprint, subject
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.recorded_step import DrawingPace, Moment
 from workbench.views.recording.rerun_sink import RecordingSink, markdown, quaternion
@@ -41,6 +44,7 @@ class MomentDrawing:
         self._scene, self._sheets = RecordingSink(canvas, "world/"), RecordingSink(canvas)
         self._timelines = tuple(kind() for kind in TIMELINES)
         self._rows: object = None
+        self._subject: tuple[Any, ...] = ()
         canvas.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
     def draw(self, moment: Moment) -> None:
@@ -49,6 +53,11 @@ class MomentDrawing:
         if rows is not None and rows is not before and len(rows):
             self._canvas.at_rows()
             self._try("rows", draw_rows, self._canvas, session, rows)
+        about = subject(session)
+        if len(self._subject) != len(about) or not all(map(is_same, about, self._subject)):
+            if self._subject:  # the first layout is the file's own
+                self._try("layout", lambda: self._canvas.arrange(blueprint(session)))
+            self._subject = about
         self._canvas.at(moment.step, moment.at)
         self._try("scene", self._scene.draw, in_recordings(session))
         self._try("sheets", self._sheets.draw, sheets(session))
@@ -66,10 +75,11 @@ def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:
     """The timeline of the measured rows: the scene as it was when they came, the arms at every row."""
     q = rows.q[:MAX_ARM_ROWS]
     arms = {"nominal": (nominal_arm(session.robot, q[0]), body_frames(session.robot, q))}
-    if session.results.calibrated is not None and session.results.identification is not None:
-        robot, aligned = session.results.calibrated, session.results.identification.aligned
-        at = beside_nominal(robot, aligned) @ body_frames(robot, q)
-        arms["calibrated"] = (calibrated_arm(robot, q[0], aligned), at)
+    if (known := model_and_real(session)) is not None and rows.stages:
+        model, real, base = known
+        gap = -rows.residuals[: len(q), STAGES.index(shown_stage(session, rows))]
+        at = bent_frames(model, real, q, session.choices.overlay.exaggeration, gap=gap, base=base)
+        arms["calibrated"] = (shell(real, at[0]), at)
     around = (item for subject in (plate, region, measured) for item in subject(session))
     standing = (Item(f"arm/{name}", lambda arm: arm, (arm,)) for name, (arm, _) in arms.items())
     scene = RecordingSink(canvas, "world/")

@@ -1,6 +1,6 @@
 """A recording as a sink: an entity of rerun's for every drawable, of which only what has changed is logged.
 
-Everything is drawn, shown or not: the viewer hides things itself.
+What the page hides is cleared, and drawn again once it is shown.
 """
 
 from collections.abc import Callable
@@ -10,9 +10,10 @@ import numpy as np
 import rerun as rr
 
 from workbench.base import se3
-from workbench.views.appearance.shapes import Solid
+from workbench.views.appearance.shapes import Solid, cuboid_edges
 from workbench.views.drawables.drawable import (
     AXIS_LENGTH,
+    FILL,
     Arm,
     Arrows,
     Axes,
@@ -31,8 +32,6 @@ AXIS_COLOURS = ((230, 57, 70), (42, 157, 83), (69, 123, 230))
 """Of x, y and z."""
 THIN = 0.0015
 """Radius of lines and arrows [m]."""
-SMALL = 0.12
-"""Radius of a cube's mark, as a share of its side."""
 
 
 class RecordingSink(AbstractSink):
@@ -41,20 +40,31 @@ class RecordingSink(AbstractSink):
     def __init__(self, canvas: Canvas, prefix: str = ""):
         super().__init__()
         self._canvas, self._prefix = canvas, prefix
+        self._hidden: set[str] = set()
 
     def puts_off(self, item: Item) -> bool:
-        return item.can_wait
+        return item.can_wait or not item.shown
 
     def show(self, item: Item) -> None:
-        """The viewer hides things itself."""
+        if item.shown is (item.path in self._hidden):
+            self._hidden ^= {item.path}
+            if item.shown:
+                self._log(item.path, None, self._drawn[item.path][1])
+            else:
+                self._canvas.clear(self._prefix + item.path)
 
     def change(self, item: Item, old: Any, new: Any) -> None:
+        self._log(item.path, None if item.path in self._hidden else old, new)
+        self._hidden.discard(item.path)
+
+    def _log(self, path: str, old: Any, new: Any) -> None:
         if isinstance(new, rr.AsComponents):
-            self._canvas.log(self._prefix + item.path, new)
+            self._canvas.log(self._prefix + path, new)
         else:
-            LOG[type(new)](self._canvas, self._prefix + item.path, old, new)
+            LOG[type(new)](self._canvas, self._prefix + path, old, new)
 
     def remove(self, path: str) -> None:
+        self._hidden.discard(path)
         self._canvas.clear(self._prefix + path)
 
 
@@ -134,11 +144,15 @@ def _log_label(canvas: Canvas, path: str, old: Label | None, new: Label) -> None
 
 
 def _log_cubes(canvas: Canvas, path: str, old: Cubes | None, new: Cubes) -> None:
-    """A mark in the centre of every cube that is shown and has a number."""
+    """A box for every cube that is shown and has a number."""
     if old is None or differences(old, new) - {"picked"}:
-        keep = new.shown & new.known
-        places, colours = new.region.centres[keep], new.colours[keep]
-        canvas.log(path, rr.Points3D(places, colors=colours, radii=SMALL * new.region.cube))
+        keep = np.flatnonzero(new.shown & new.known)
+        half = np.tile(0.5 * FILL * new.region.size / new.region.shape, (len(keep), 1))
+        solid = rr.components.FillMode.Solid
+        boxes = rr.Boxes3D(
+            centers=new.region.centres[keep], half_sizes=half, colors=new.colours[keep], fill_mode=solid
+        )
+        canvas.log(path, boxes)
 
 
 def _whole(draw: Callable[[Any], Any]) -> Callable[[Canvas, str, Any, Any], None]:
@@ -170,13 +184,9 @@ def line(line: Line) -> rr.LineStrips3D:
     return rr.LineStrips3D([line.places], colors=line.colours[:1], radii=THIN)
 
 
-def _cuboid(cuboid: Cuboid) -> rr.Boxes3D:
-    return rr.Boxes3D(
-        centers=[0.5 * (cuboid.low + cuboid.high)],
-        sizes=[cuboid.high - cuboid.low],
-        colors=cuboid.colour,
-        fill_mode=rr.components.FillMode.MajorWireframe,
-    )
+def _cuboid(cuboid: Cuboid) -> rr.LineStrips3D:
+    edges, radius = cuboid_edges(cuboid.low, cuboid.high, cuboid.cubes), THIN / max(cuboid.cubes) ** 0.5
+    return rr.LineStrips3D(edges, colors=cuboid.colour, radii=radius)
 
 
 def markdown(text: str) -> rr.TextDocument:

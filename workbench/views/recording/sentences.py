@@ -14,6 +14,7 @@ from workbench.report.numbers import signed, standard_error
 from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.cube_values import field_of
 from workbench.session.journal.entry import Ending, Entry
+from workbench.session.stages import shown_stage
 from workbench.session.state import Session
 from workbench.views.drawables.measured import error_scale
 
@@ -62,12 +63,10 @@ def about(session: Session) -> str:
         "",
         *cube_text(session),
         "**Blocks:** sand where reached, blue where selected, brown where the arm is blocked, red where",
-        "out of reach. **Arms:** the solid one is nominal, the orange shell calibrated. **Points** were",
-        "measured: coloured by their error once there is a fit"
-        + _scale_text(session)
-        + ". **Arrows** lead from measured to",
-        f"predicted positions: grey nominal, × {session.choices.overlay.exaggeration:g}, orange calibrated,",
-        f"× {session.choices.overlay.exaggeration_after:g}.",
+        "out of reach. **Arms:** the solid one is nominal, the orange one the real arm as far as known.",
+        f"**Points** were measured: coloured by their error once there is a fit{_scale_text(session)}.",
+        "**Arrows** lead from predicted to measured positions: grey nominal, orange the model at that step.",
+        f"All errors, of arms and arrows alike, are drawn × {session.choices.overlay.exaggeration:g}.",
     ]
     return "\n".join(lines)
 
@@ -77,7 +76,7 @@ def _scale_text(session: Session) -> str:
     rows = session.results.comparison
     if rows is None or not rows.stages:
         return ""
-    scale, stage = error_scale(rows), rows.nearest_stage(session.choices.overlay.stage)
+    scale, stage = error_scale(rows), shown_stage(session, rows)
     return f", {stage}: light green up to {1e3 * scale.low:.3g} mm, violet from {1e3 * scale.high:.3g} mm"
 
 

@@ -6,6 +6,7 @@ Each keeps what it needs of earlier steps; everything else is drawn from the cur
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import rerun as rr
@@ -13,11 +14,14 @@ import rerun as rr
 from workbench.diagnosis.result import judged
 from workbench.plate.plate import Plate
 from workbench.report.numbers import short
+from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
+from workbench.session.commands.messages import SetCaption
 from workbench.session.journal.entry import Ending
 from workbench.session.state import Session
 from workbench.session.target_state import Score
 from workbench.views.appearance.colours import CALIBRATED, NOMINAL, REACHED, SELECTED
+from workbench.views.drawables.sink import differences
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.rerun_sink import THIN, markdown
@@ -43,12 +47,17 @@ class AbstractTimeline(ABC):
 
 
 class Log(AbstractTimeline):
-    """`log`: one line per decision; the many places of a drag are left out."""
+    """`log`: one line per decision, and what a demo says.
+
+    The places of a drag are left out, what the session computes by itself, and how the page looks.
+    """
 
     def __init__(self) -> None:
         self._message_count = 0
+        self._last: Session | None = None
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
+        before, self._last = self._last, moment.session
         if moment.entry is None:
             self._message_count = moment.session.page.message_count
             summary = "The session begins" if moment.step == 0 else "The session continues"
@@ -56,11 +65,23 @@ class Log(AbstractTimeline):
             return
         messages = [m.text for m in moment.session.page.messages if m.number > self._message_count]
         self._message_count = moment.session.page.message_count
-        place = isinstance(moment.entry.command, MoveTarget) and moment.entry.ending is Ending.DONE
-        if place and not messages:
+        command, is_done = moment.entry.command, moment.entry.ending is Ending.DONE
+        if isinstance(command, SetCaption) and moment.session.page.caption:
+            canvas.log("log", rr.TextLog(f"“{moment.session.page.caption}”", level="INFO"))
+            return
+        is_quiet = isinstance(command, MoveTarget | AbstractChore) or _look_alike(before, moment.session)
+        if is_done and is_quiet and not messages:
             return
         text = sentence(moment.entry, moment.session, messages)
         canvas.log("log", rr.TextLog(text, level=LEVELS[moment.entry.ending]))
+
+
+def _look_alike(before: Session | None, now: Session) -> bool:
+    """Whether two sessions differ in nothing but the page and what is laid over the scene."""
+    if before is None:
+        return False
+    alike = replace(before.choices, overlay=now.choices.overlay)
+    return differences(before, now) <= {"page", "choices"} and not differences(alike, now.choices)
 
 
 class Trails(AbstractTimeline):
@@ -73,6 +94,9 @@ class Trails(AbstractTimeline):
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         session = moment.session
+        if not session.shows_plate and self._drawn:
+            self._drawn = {}
+            canvas.clear("world/plate/trails")
         if session.history.first_plate is not self._plate or len(self._trails) != len(session.plate):
             self._plate, self._drawn = session.history.first_plate, {}
             self._trails = [[] for _ in session.plate.targets]
@@ -87,7 +111,7 @@ class Trails(AbstractTimeline):
                 trail.append(target.xyz)
                 if len(trail) > 2 * MAX_TRAIL:
                     del trail[1:-1:2]
-        if session.drag is None:
+        if session.drag is None and session.shows_plate:
             for i, trail in enumerate(self._trails):
                 self._show(canvas, i, trail)
 

@@ -5,7 +5,6 @@ from workbench.views.page.panels.arm import ArmPanel
 from workbench.views.page.panels.columns import ColumnsPanel
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.data import DataPanel
-from workbench.views.page.panels.deflection import BendingPanel
 from workbench.views.page.panels.diagnose import DiagnosePanel
 from workbench.views.page.panels.display_options import LookPanel
 from workbench.views.page.panels.files import FilesPanel
@@ -44,7 +43,6 @@ PANELS: tuple[type[AbstractPanel], ...] = (
     JointsPanel,
     FitDetailsPanel,
     ComparePanel,
-    BendingPanel,
     FilesPanel,
 )
 """The built-in ones, in no order."""

@@ -6,46 +6,37 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.session.commands.compare import MAX_EXAGGERATION, MIN_EXAGGERATION, SetOverlay, ShowRow
+from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
 from workbench.session.page_state import Tab
-from workbench.session.played_motion import Played
 from workbench.session.state import Session
-from workbench.views.appearance.colours import CALIBRATED, NOMINAL, css
+from workbench.views.drawables.viewpoint import view_of_rows
 from workbench.views.page.camera import aim
-from workbench.views.page.first_view import view_of_rows
-from workbench.views.page.html import MUTED, badge, block, number, table, text
+from workbench.views.page.html import MUTED, block, number, table
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 
 SWITCHES = {
     "ghosts": ("Other branches", "Show the other branches that reach the selected target as faint arms."),
     "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
-    "calibrated": ("Calibrated arm", "Show the orange shell, with the identified parameters."),
+    "calibrated": ("Real arm", "Show the real arm in orange, bent away from the model by its error."),
     "points": (
         "Measured points",
         "Show the measured tool positions, coloured by their error once there is a fit.",
     ),
     "frames": ("Frames", "Show the measured tool orientations."),
-    "arrows": ("Error arrows", "From measured to predicted positions: grey nominal, orange calibrated."),
+    "arrows": ("Error arrows", "From predicted to measured positions: grey nominal, orange the model now."),
 }
 OF_ROWS = ("points", "frames")
 """Switches for what rows show before anything is identified."""
-FACTORS = {
-    "exaggeration": (
-        "Nominal ×",
-        "Exaggeration of the nominal arm's error arrows, and of errors along a trajectory.",
-    ),
-    "exaggeration_after": ("Calibrated ×", "Exaggeration of the calibrated arm's error arrows."),
-}
 
 
 class ComparePanel(AbstractPanel):
     """Scrubber, switches, errors at the pose."""
 
     tab, order = Tab.COMPARE, 10
-    depends = ("results", "choices.overlay", "measurements", lambda session: session.part(Played))
+    depends = ("results", "choices.overlay", "measurements")
 
     def build(self, gui: viser.GuiApi) -> None:
         row = self.slider(
@@ -68,8 +59,7 @@ class ComparePanel(AbstractPanel):
         self.form(self._leave_out, excluded)
         with gui.add_folder("Shown in the scene"):
             switches = [self._switch(name, *texts) for name, texts in SWITCHES.items()]
-            factors = [self._factor(name, *texts) for name, texts in FACTORS.items()]
-        self.form(self._set, *switches, *factors)
+        self.form(self._set, *switches)
         hint = "Move the camera to show the robot and all measured positions."
         self.press("View all measurements", self._look_at_all, viser.Icon.FOCUS_2, hint, visible=_has_rows)
 
@@ -79,14 +69,6 @@ class ComparePanel(AbstractPanel):
             return name == "ghosts" or is_fitted or (name in OF_ROWS and _has_rows(session))
 
         return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
-
-    def _factor(self, name: str, label: str, hint: str) -> Control:
-        def visible(session: Session) -> bool:
-            of_track = name == "exaggeration" and session.part(Played) is not None
-            return of_track or session.results.identification is not None
-
-        limits = (MIN_EXAGGERATION, MAX_EXAGGERATION, 1.0)
-        return self.number(label, limits, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
 
     def _look_at_all(self, event: viser.GuiEvent) -> None:
         session = self._worker.session
@@ -103,7 +85,7 @@ class ComparePanel(AbstractPanel):
         return LeaveRowsOut(tuple(sorted(rows)))
 
     def _set(self, *typed: Any) -> SetOverlay:
-        chosen = dict(zip((*SWITCHES, *FACTORS), typed, strict=True))
+        chosen = dict(zip(SWITCHES, typed, strict=True))
         return SetOverlay(replace(self._worker.session.choices.overlay, **chosen))
 
 
@@ -123,23 +105,10 @@ def _readout(session: Session) -> str:
     comparison, row = session.results.comparison, session.results.row
     if comparison is None:
         return ""
-    kind = "held out" if comparison.held_out[row] else "fitted"
     head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])}"
-    if session.results.identification is None:
-        return block(f"{head}{_as_opened(comparison, row)}", testid="row", style="margin:6px 0")
-    before, after = comparison.errors[row]
-    if np.isnan(before):
-        sentence = "No position was measured here."
-        return block(f"{head} · {kind}<br>{sentence}", testid="row", style="margin:6px 0")
-    rows = [
-        (badge("Nominal", css(NOMINAL)), f"{number(1e3 * before)} mm"),
-        (badge("Calibrated", css(CALIBRATED)), f"{number(1e3 * after)} mm"),
-    ]
-    return block(
-        f'<div style="color:{MUTED}">{text(head)} · {kind}</div>' + table(("Position error", ""), rows),
-        testid="row",
-        style="margin:6px 0",
-    )
+    kind = f" · {'held out' if comparison.held_out[row] else 'fitted'}"
+    below = _as_opened(comparison, row) if session.results.identification is None else kind
+    return block(f"{head}{below}", testid="row", style="margin:6px 0")
 
 
 def _as_opened(comparison: Comparison, row: int) -> str:

@@ -96,7 +96,7 @@ def _verdict(session: Session) -> str:
     if (found := session.results.diagnosis) is None:
         return ""
     added = "; now part of the model" if session.results.accepted else ""
-    head = heading(f"{capital(found.verdict_text)}{added}. Sizes at the tool [mm]")
+    head = heading(f"{capital(found.verdict_text)}{added}. Sizes at the tool [mm], which add in squares")
     return block(f"{head}{budget_bars(found)}{_why(found)}", testid="verdict")
 
 

@@ -1,11 +1,13 @@
 """Light or dark mode, the help sheet, and keyboard shortcuts."""
 
 from functools import partial
+from typing import Any
 
+import numpy as np
 import viser
 
 from workbench.session.commands.compare import SetDark, SetUnits
-from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.page_state import Tab, Units
 from workbench.session.state import Session
@@ -24,17 +26,14 @@ KEYS = (
     ("Ctrl Z", "undo"),
     ("Ctrl Shift Z", "redo"),
     ("N · P", "next and previous target"),
+    ("Shift ← → ↑ ↓", "moves the selected target by 1 cm along y and x"),
     ("B", "back to the best plate so far"),
     ("Esc", "closes a sheet"),
 )
-ORDER = (
-    ("Robot", "choose the arm, or open your own; move it"),
-    ("Plate", "drag targets until the predicted error in the region is small enough"),
-    ("Measure", "load the rows of a real arm, or try a virtual one"),
-    ("Calibrate", "identify the geometry, then find and add the effects beyond it"),
-    ("Compare", "see the remaining errors, pose by pose and along a trajectory"),
-    ("Export", "save the arm, the plate, the measurements and the report"),
-)
+STEP = 0.01
+"""By which a key moves a target [m]."""
+STEPS = {"up": (1, 0, 0), "down": (-1, 0, 0), "left": (0, 1, 0), "right": (0, -1, 0)}
+"""Directions of the arrow keys."""
 
 
 class LookPanel(AbstractPanel):
@@ -69,6 +68,16 @@ class LookPanel(AbstractPanel):
         add("Back to the best plate", hotkey="B").on_trigger(send(lambda _: RestoreBest()))
         add("Next target", hotkey="N").on_trigger(send(lambda _: self._step(1)))
         add("Previous target", hotkey="P").on_trigger(send(lambda _: self._step(-1)))
+        for key, along in STEPS.items():
+            name: Any = f"arrow{key}"
+            move = send(partial(self._moved, STEP * np.array(along)))
+            add(f"Move the target 1 cm ({key})", hotkey=name, modifier="shift").on_trigger(move)
+
+    def _moved(self, by: np.ndarray, _: object) -> MoveTarget:
+        session = self._worker.session
+        target = session.plate.targets[session.selected]
+        (x, y, z), (roll, pitch, yaw) = (target.xyz + by).tolist(), target.rpy.tolist()
+        return MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw))
 
     def _step(self, by: int) -> SelectTarget:
         session = self._worker.session
@@ -76,7 +85,7 @@ class LookPanel(AbstractPanel):
 
 
 def help_sheet() -> str:
-    parts = (("In this order", ORDER), ("Mouse", MOUSE), ("Keys", KEYS))
+    parts = (("Mouse", MOUSE), ("Keys", KEYS))
     lines = "".join(heading(title) + pairs(rows) for title, rows in parts)
     sentence = "Hover over a control for an explanation."
     return block(f'{lines}<div style="color:{MUTED};margin-top:8px">{sentence}</div>', testid="help")

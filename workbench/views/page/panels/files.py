@@ -8,8 +8,10 @@ import viser
 from PIL import Image
 
 from workbench.base.wording import capital
+from workbench.data.accuracy_requirement import Wanted
 from workbench.exports import FORMS
 from workbench.identification.errors.file_errors import file_notes, judging_text, sizes
+from workbench.identification.errors.row_errors import Errors
 from workbench.identification.result import Identification
 from workbench.session.export import (
     calibrated_toml,
@@ -22,7 +24,7 @@ from workbench.session.export import (
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.appearance.colours import SKY, SKY_DARK
-from workbench.views.page.html import MUTED, block, bullets, folded, heading, note, text
+from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, note, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 FORMATS = (
@@ -40,7 +42,7 @@ def add_arm_files(panel: AbstractPanel) -> None:
     """What saves the arm once it is identified, with the error of each file."""
     forms = {name: form for name, form in FORMS.items() if not form.needs_source}
     titles = ". ".join(f"{name}: {form.title}" for name, form in forms.items())
-    panel.html(lambda s: _errors(s.results.identification, s.results.fit))
+    panel.html(lambda s: _errors(s.results.identification, s.results.fit, s.choices.wanted))
     panel.press_one(
         "Save",
         SAVED,
@@ -63,18 +65,19 @@ def _is_identified(session: Session) -> bool:
 
 
 @lru_cache(maxsize=1)
-def _errors(found: Identification | None, shown: str) -> str:
-    """A line for each format, with its error and what it holds; beneath, folded, what else must be known."""
+def _errors(found: Identification | None, shown: str, wanted: Wanted | None) -> str:
+    """A line for each format, with its error, whether it keeps the required one, and what it holds."""
     if found is None or (found.identifiability is not None and found.identifiability.refused):
         return ""
     run = found.runs[shown]
     added, errors = run.saved.robot.effects, sizes(run.file_errors)
     holds = {
-        "URDF": "geometry alone: it can't hold effects" if added else "for other programs",
+        "URDF": "geometry alone; the C and Python formats hold effects" if added else "for other programs",
         "TOML": "with all effects" if added else "for workbench",
     }
     lines = (
-        f'<div><b>{text(errors[name])}</b> <span style="color:{MUTED}">{what}</span></div>'
+        f"<div><b>{text(errors[name])}</b> {_verdict(run.file_errors[name], wanted)} "
+        f'<span style="color:{MUTED}">{what}</span></div>'
         for name, what in holds.items()
         if name in errors
     )
@@ -83,11 +86,24 @@ def _errors(found: Identification | None, shown: str) -> str:
     return block(content, testid="file-errors", style="margin:2px 0 6px")
 
 
+def _verdict(errors: Errors, wanted: Wanted | None) -> str:
+    """Whether the worst row keeps the required error; nothing where its length alone doesn't tell."""
+    if wanted is None or not np.isfinite(errors.position_mm.max):
+        return ""
+    worst = 1e-3 * errors.position_mm.max
+    turned = np.nan if errors.orientation_deg is None else np.deg2rad(errors.orientation_deg.max)
+    if wanted.within_by_norms(worst, turned):
+        return f'<span style="color:{GOOD}">✓ {text(wanted.text)}</span>'
+    if wanted.per_axis and worst <= np.sqrt(3.0) * wanted.position:
+        return ""
+    return f'<span style="color:{BAD}">✗ {text(wanted.text)}</span>'
+
+
 class FilesPanel(AbstractPanel):
     """The calibrated arm once there is one, and a button per file."""
 
     tab, order = Tab.EXPORT, 10
-    depends = ("measurements.loaded", "results.identification", "results.fit")
+    depends = ("measurements.loaded", "results.identification", "results.fit", "choices.wanted")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Calibrated arm"):

@@ -1,7 +1,6 @@
 """The strip above the tabs: the current state with the next step, the last message, running tasks."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import viser
 
@@ -11,6 +10,7 @@ from workbench.session.next_step import Action, NextStep, next_step
 from workbench.session.page_state import PASSING, Message, Severity
 from workbench.session.state import Session
 from workbench.session.worker import Worker
+from workbench.views.drawables.viewpoint import title
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.index import try_plate
@@ -24,7 +24,6 @@ TINTS = {
     Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
 PLAYING = "The demo is playing; any input ends it."
-FIGURE = "font-size:22px;font-weight:650;line-height:1.3;font-variant-numeric:tabular-nums"
 
 
 class HeaderVerdict(AbstractPanel):
@@ -70,16 +69,7 @@ class HeaderVerdict(AbstractPanel):
 class Header(AbstractPanel):
     """Below the verdict: the last message, and the long work under way."""
 
-    depends = (
-        "robot",
-        "plate.name",
-        "page.caption",
-        "page.is_paused",
-        "page.messages",
-        "page.chore",
-        "page.job",
-        next_step,
-    )
+    depends = (title, "page.caption", "page.is_paused", "page.messages", "page.chore", "page.job", next_step)
 
     def build(self, gui: viser.GuiApi) -> None:
         back, hint = lambda: SteerDemo(Steer.BACK), "Replay the previous scene."
@@ -105,7 +95,7 @@ class Header(AbstractPanel):
         self.button("Cancel", cancel, viser.Icon.PLAYER_STOP, hint, visible=lambda s: s.page.job is not None)
 
     def show(self, session: Session) -> None:
-        self._gui.set_panel_label(f"{session.robot.name} · {session.plate.name}")
+        self._gui.set_panel_label(title(session))
 
 
 def _progress(session: Session) -> float:
@@ -116,13 +106,11 @@ def _progress(session: Session) -> float:
 
 def _verdict(session: Session) -> str:
     step = next_step(session)
-    if session.page.caption:
-        step = replace(step, sentence=PLAYING, figure="")
-    style = f"margin:0 12px;padding:1px 10px;border-left:3px solid {INKS[step.tone]};font-size:13px"
-    figure = (
-        f'<div data-testid="figure-now" style="{FIGURE}">{text(step.figure)}</div>' if step.figure else ""
+    sentence = PLAYING if session.page.caption else step.sentence
+    style = (
+        f"margin:0 12px;padding:1px 10px;border-left:3px solid {INKS[step.tone]};font-size:var(--words, 13px)"
     )
-    return block(text(step.sentence) + figure, testid="hint", style=style)
+    return block(text(sentence), testid="hint", style=style)
 
 
 def _job(session: Session) -> str:
@@ -159,7 +147,7 @@ def _message(message: Message | None) -> str:
     return (
         '<div style="padding:0 12px">'
         f'<div data-testid="message" data-severity="{message.severity}" data-number="{message.number}" '
-        f'style="font-size:13px;line-height:1.45;background:{ground};'
+        f'style="font-size:var(--words, 13px);line-height:1.45;background:{ground};'
         f"color:var(--mantine-color-text);border-left:3px solid {ink};"
         f"border-radius:4px;padding:4px 10px;overflow-wrap:anywhere;overflow-y:auto;box-sizing:border-box;"
         f'max-height:calc({1.45 * lines:.2f}em + 8px)">'

@@ -36,34 +36,20 @@ class HistoryPanel(AbstractPanel):
         return block(plot(scores, first, links), testid="history") if is_shown else ""
 
 
-def values_of(scores: tuple[Score, ...]) -> tuple[np.ndarray, str, str]:
-    """A number for every step, its unit, and what it is."""
-    values = 1e3 * np.array([s.position for s in scores])
-    if np.isfinite(values).any():
-        return values, "mm", "Predicted error after each step, rms [mm]"
-    return np.array([s.indices["O1"] for s in scores]), "", "Index O1 after each step"
-
-
-def _best(values: np.ndarray, unit: str) -> int:
-    known = np.where(np.isfinite(values), values, np.nan)
-    if np.isnan(known).all():
-        return -1
-    return int(np.nanargmin(known) if unit else np.nanargmax(known))
-
-
 def plot(scores: tuple[Score, ...], first: int, links: Sequence[str] = ()) -> str:
     """The value after each step; a click on a point leads back to it."""
-    values, unit, title = values_of(scores)
+    values = 1e3 * np.array([s.position for s in scores])
     if np.isfinite(values).sum() < 2:
         return ""
-    x, best = np.arange(len(values), dtype=float), _best(values, unit)
+    x, best = np.arange(len(values), dtype=float), int(np.nanargmin(values))
     titles = [
-        f"step {first + k + 1}: {number(float(v))} {unit}" + (", the best so far" if k == best else "")
+        f"step {first + k + 1}: {number(float(v))} mm" + (", the best so far" if k == best else "")
         for k, v in enumerate(values)
     ]
     points = Marks(x, values, css(SELECTED), titles, links)
     top = Marks(x[[best]], values[[best]], GOOD, [titles[best]], links[best : best + 1], radius=4.5)
     ends = (f"step {first + 1}", str(first + len(values)))
     line = Marks(x, values, MUTED, is_line=True)
-    chart = Chart((line, points, top) if best >= 0 else (line, points), 78.0, ends, is_log=True)
-    return heading(f"{title}; click one to go back to it") + chart.svg()
+    chart = Chart((line, points, top), 78.0, ends, is_log=True)
+    title = "Predicted error after each step, rms [mm]; click one to go back to it"
+    return heading(title) + chart.svg()

@@ -1,5 +1,7 @@
 """The live numbers: how well measurements at these targets would determine the arm."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import viser
 
@@ -11,52 +13,61 @@ from workbench.report.chart import UprightBar, columns
 from workbench.session.commands.identify import SetWanted
 from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.page_state import Tab
-from workbench.session.state import Session
+from workbench.session.state import Drag, Session
 from workbench.session.target_postures import from_limit
 from workbench.session.target_state import Score
 from workbench.session.target_steps import score_as_drawn
 from workbench.session.worker import Worker
-from workbench.views.appearance.colours import css
+from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.drawables.plate import target_colour
-from workbench.views.page.html import BAD, MUTED, UNCHANGED, block, change, heading, note, number, text
-from workbench.views.page.panels.form import DEGREE, Shown
+from workbench.views.page.html import BAD, MUTED, block, change, heading, number, text
+from workbench.views.page.panels.form import DEGREE
 from workbench.views.page.panels.panel import AbstractPanel, ask
 
-INDEX = "O1"
-"""Of all targets together."""
+INDEX = INDICES["O"]
+"""The one index of the page: of all targets together."""
+TRACE = 60
+"""Places of a drag that its curves have at most."""
+ONE_LINE = f"color:{MUTED};white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
+"""Style of a sentence that keeps the height."""
 FULL = 0.3
 """Rise of the error, as a share, of a bar of full height, at least."""
 
 
 class IndexPanel(AbstractPanel):
-    """Predicted error, and the contribution of each target; the strip judges it."""
+    """Predicted error, index, the contribution of each target: of a fixed height; the strip judges them."""
 
     tab, order = Tab.PLATE, 20
     pause = 0.0
     depends = ("score", "history.first_score", "states", "selected", "noise", "plate.region", "drag")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self.html(_prediction)
+        self._drag: Drag | None = None
+        self._trace: list[tuple[float, float]] = []
+        self.html(self._prediction)
 
-
-def _prediction(session: Session) -> str:
-    return block(
-        heading(predicted_heading(session))
-        + _measurable(session)
-        + predicted(session)
-        + reading(session.score, session.noise.position)
-        + heading("Predicted error without each target")
-        + loss_bars(session)
-        + determined(session),
-        testid="index",
-    )
+    def _prediction(self, session: Session) -> str:
+        if session.drag is not None:
+            if session.drag is not self._drag:
+                self._drag, self._trace = session.drag, []
+            if len(self._trace) >= TRACE:
+                del self._trace[1::2]
+            self._trace.append((session.score.position, session.score.indices["O"]))
+        return block(
+            heading(predicted_heading(session))
+            + headline(session, self._trace)
+            + heading("Predicted error without each target [%]")
+            + loss_bars(session)
+            + determined(session),
+            testid="index",
+        )
 
 
 class DetailsPanel(AbstractPanel):
     """What a calibration on these targets would determine, in a specialist's words; folded."""
 
     tab, order = Tab.PLATE, 92
-    depends = ("score", "history.first_score")
+    depends = ("score", "drag")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Details of the plate", expand_by_default=False):
@@ -64,84 +75,91 @@ class DetailsPanel(AbstractPanel):
 
 
 def _details(session: Session) -> str:
-    now, first = session.score, session.history.first_score
-    index = change(now.indices[INDEX], first.indices[INDEX], larger_is_better=True)
+    now = session.score
+    drawn = score_as_drawn(session) if session.drag is None else None
     content = (
-        f'<div title="{text(INDICES[INDEX].meaning)} — {text(INDICES[INDEX].source)}">'
-        f"Observability index {INDEX} of all targets: {number(now.indices[INDEX], 4)} {index}</div>"
-        + _worst(now)
-        + f"<div>Rank {now.rank} of {now.parameters} · condition {number(now.condition)}</div>"
+        _worst(now) + f"<div>Rank {now.rank} of {now.parameters} · condition {number(now.condition)}</div>"
     )
+    if drawn is not None:
+        content += (
+            f'<div data-testid="as-drawn">{number(1e3 * drawn.position)} mm if it is only made to the '
+            f"tolerances of its drawing ({text(session.plate.made_as_drawn.assumptions)}), and not measured."
+            "</div>"
+        )
     return block(content, testid="details")
-
-
-def reading(score: Score, noise: float) -> str:
-    """A predicted error against that of one reading; `noise` is the instrument's along each axis [m]."""
-    if not np.isfinite(score.position):
-        return ""
-    length = np.sqrt(3.0) * noise
-    times = score.position / length
-    if times < 1.0:
-        sentence = f"below the error of one instrument reading ({number(1e3 * length)} mm rms)"
-    else:
-        sentence = f"{number(times, 2)} × the error of one reading ({number(1e3 * length)} mm rms)"
-    return f'<div data-testid="reading" style="color:{MUTED}">{sentence}</div>'
-
-
-def _measurable(session: Session) -> str:
-    """How many targets count, where some don't."""
-    lost = [f"target {i}: {s.obstacle}" for i, s in enumerate(session.states, 1) if not s.measurable]
-    if not lost:
-        return ""
-    count = len(session.states)
-    return (
-        f'<div data-testid="measurable" title="{text("; ".join(lost))}" style="color:{BAD};'
-        f'font-weight:600">{count - len(lost)} of {count} targets measurable; the others are ignored</div>'
-    )
 
 
 def predicted_heading(session: Session) -> str:
     """What is predicted, and where: nobody may have noticed that the region follows the rows."""
     box = session.measurements.box
     place = "the region" if box is None or session.plate.region is not box else "the box of the rows"
-    return f"Predicted error in {place} after calibration"
+    return f"Predicted after calibration in {place}"
 
 
-def predicted(session: Session) -> str:
-    """The predicted error, and what the last step changed in it."""
-    now, first, noise = session.score, session.history.first_score, session.noise
-    if np.isnan(now.position):
-        is_sampled = session.region.sampled is session.plate.region
-        unknown = "The arm does not reach the region." if is_sampled else "Not computed yet."
-        return f'<div style="color:{MUTED}">{unknown}</div>'
-    if np.isinf(now.position):
-        is_reached = now.measurable == len(session.plate)
-        way = "Add targets at other places and heights" if is_reached else "Move more targets into reach"
-        return (
-            f'<div style="color:{BAD}">Unbounded: these targets leave parameters open which '
-            f"affect the tool there. {way}.</div>"
-        )
-    is_moved = session.plate is not session.history.first_plate
+def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
+    """Error and index side by side, with curves of the last drag, and what the last step changed."""
+    now, noise = session.score, session.noise
     scores = session.history.scores if session.drag is not None else session.history.scores[:-1]
-    before = scores[-1] if scores else first
-    better = change(now.position, before.position, larger_is_better=False) if is_moved else ""
-    if better:
-        better += f'<span style="color:{MUTED}">against before the last step</span>'
-    drawn = score_as_drawn(session) if session.drag is None else None
-    if drawn is not None:
-        better = (
-            f'<span data-testid="as-drawn" title="{text(session.plate.made_as_drawn.assumptions)}">'
-            f"as drawn {number(1e3 * drawn.position)} mm</span>{better}"
-        )
+    before = scores[-1] if scores else session.history.first_score
+    is_moved = session.plate is not session.history.first_plate
     included = assumptions(session.plate, (noise.position, noise.rotation))
-    return (
-        '<div style="display:flex;flex-wrap:wrap;align-items:baseline;gap:0 8px" title="Root mean square '
-        f"over the cuboid, turned from a target by up to {np.rad2deg(PLATE_CONE):.0f}°, in any posture, "
-        f'each target measured once. Includes: {text(included)}.">'
-        f'<span data-testid="predicted" style="font-size:22px;font-weight:650">{number(1e3 * now.position)} '
-        f'mm rms</span><span style="font-size:14px;color:{MUTED}">{number(np.rad2deg(now.rotation))}°</span>'
-        f"{better}</div>"
+    about = (
+        f"Root mean square over the cuboid, turned from a target by up to {np.rad2deg(PLATE_CONE):.0f}°, in "
+        f"any posture, each target measured once. Includes: {included}."
     )
+    own = f"rms, {number(np.rad2deg(now.rotation))}°" if np.isfinite(now.rotation) else "rms"
+    index, last = now.indices[INDEX.name], before.indices[INDEX.name]
+    error_change = change(now.position, before.position, larger_is_better=False) if is_moved else ""
+    index_change = change(index, last, larger_is_better=True) if is_moved else ""
+    errors, indices = zip(*trace, strict=True) if trace else ((), ())
+    return (
+        '<div style="display:flex;gap:16px;font-variant-numeric:tabular-nums">'
+        + _figure("predicted", f"{number(1e3 * now.position)} mm", f"{own} {error_change}", about, errors)
+        + _figure("O", f"O {number(index, 4)}", f"1 is best {index_change}", INDEX.meaning, indices)
+        + f'</div><div data-testid="reading" style="{ONE_LINE}">{_about(session)}</div>'
+    )
+
+
+def _figure(name: str, shown: str, below: str, hint: str, curve: Sequence[float]) -> str:
+    return (
+        f'<div title="{text(hint)}" style="flex:1 1 0;min-width:0;white-space:nowrap;overflow:hidden">'
+        f'<div style="font-size:26px;font-weight:650;line-height:1.25" data-testid="{name}">{shown}</div>'
+        f'<div style="color:{MUTED}">{below}</div>{sparkline(curve)}</div>'
+    )
+
+
+def sparkline(values: Sequence[float]) -> str:
+    """A curve without numbers, as wide as its place; empty room where there are no two."""
+    y = np.array(values)
+    y = y[np.isfinite(y)]
+    if len(y) > 1:
+        low, span = y.min(), max(float(np.ptp(y)), 1e-12)
+        places = zip(np.linspace(1.0, 99.0, len(y)), 22.0 - 20.0 * (y - low) / span, strict=True)
+        points = " ".join(f"{a:.1f},{b:.1f}" for a, b in places)
+        line = f'<polyline points="{points}" fill="none" stroke="{css(SELECTED)}" stroke-width="2"'
+        drawn = f'{line} vector-effect="non-scaling-stroke"/>'
+    else:
+        drawn = ""
+    return (
+        '<svg viewBox="0 0 100 24" preserveAspectRatio="none" aria-hidden="true" '
+        f'style="display:block;width:100%;height:24px">{drawn}</svg>'
+    )
+
+
+def _about(session: Session) -> str:
+    """The predicted error against that of one reading, or why there is none."""
+    error = session.score.position
+    if np.isnan(error):
+        is_sampled = session.region.sampled is session.plate.region
+        return "The arm does not reach the region." if is_sampled else "Not computed yet."
+    if np.isinf(error):
+        is_reached = session.score.measurable == len(session.plate)
+        way = "Add targets at other places and heights" if is_reached else "Move more targets into reach"
+        return f'<span style="color:{BAD}">Unbounded: parameters stay open. {way}.</span>'
+    length = np.sqrt(3.0) * session.noise.position
+    times = error / length
+    share = "below" if times < 1.0 else f"{number(times, 2)} ×"
+    return f"{share} the error of one instrument reading ({number(1e3 * length)} mm rms)"
 
 
 def loss_bars(session: Session) -> str:
@@ -155,30 +173,11 @@ def loss_bars(session: Session) -> str:
         colour = css(target_colour(state, selected=i == session.selected))
         tooltip = f"target {i + 1}: " + (_without(rise) if state.measurable else state.obstacle)
         drawn.append(UprightBar(f"{i + 1}", share, colour, above, tooltip))
-    selected, own = (of[session.selected] for of in (rises, session.score.per_target))
+    selected = _without(rises[session.selected]) or "does not count"
     return (
-        f"{columns(drawn)}"
-        f'<div style="color:{MUTED}">Target {session.selected + 1}: '
-        f'<span data-testid="loss">{_without(selected) or "does not count"}</span> (bars in %) · '
-        '<span title="Inverse condition number of the target alone; 1 is best.">index O '
-        f'<span data-testid="own">{number(own)}</span></span>{alone_or_together(session)}</div>'
+        f'{columns(drawn)}<div style="{ONE_LINE}">Target {session.selected + 1}: '
+        f'<span data-testid="loss">{selected}</span></div>'
     )
-
-
-def alone_or_together(session: Session) -> str:
-    """Why index and error of the selected target moved the same way since the beginning, where they did."""
-    now, first, i = session.score, session.history.first_score, session.selected
-    if i >= len(first.per_target):
-        return ""
-    own = now.per_target[i] / first.per_target[i] - 1.0
-    error = now.position / first.position - 1.0
-    if not (own * error > 0.0 and min(abs(own), abs(error)) > UNCHANGED):
-        return ""
-    more, falls = ("less", "rises") if error > 0.0 else ("more", "falls")
-    sentence = (
-        f"the index rates it alone; with the other targets it adds {more} information, so the error {falls}"
-    )
-    return f'<span data-testid="alone">: {sentence}</span>'
 
 
 def _without(rise: float) -> str:
@@ -207,28 +206,23 @@ def _spread(error: float, unit: str) -> str:
 
 
 def determined(session: Session) -> str:
-    """How much these targets leave undetermined, how many count, and how near joints come to their limits."""
+    """How many targets count, how much these leave undetermined, and how near joints come to their limits."""
     now, reached = session.score, [s.q for s in session.states if s.measurable]
+    lost = [f"target {i}: {s.obstacle}" for i, s in enumerate(session.states, 1) if not s.measurable]
     nearest = min((from_limit(session.robot, q) for q in reached), default=None)
     room = "" if nearest is None else f"; joints stay {nearest.text} or more from their limits"
     missing = now.parameters - now.rank
-    colour = MUTED if missing == 0 else BAD
-    more = f"; they leave {plural(missing, 'combination')} of parameters undetermined" if missing else ""
-    return (
-        f'<div data-testid="rank" style="color:{colour}">{plural(now.measurable, "target")}{room}{more}</div>'
-    )
+    sentence = f"{plural(now.measurable, 'target')}{room}"
+    if missing:
+        sentence = f"{plural(now.measurable, 'target')} leave {plural(missing, 'combination')} undetermined"
+    if lost:
+        sentence = f"{now.measurable} of {len(session.states)} targets measurable; the others are ignored"
+    style = f"{ONE_LINE};color:{BAD};font-weight:600" if lost or missing else ONE_LINE
+    hint = text("; ".join([sentence, *lost]))
+    return f'<div data-testid="rank" title="{hint}" style="{style}">{sentence}</div>'
 
 
-FIELDS = (
-    ("Required [mm]", "Maximum position error allowed for the calibrated arm; 0: no requirement."),
-    ("Required [°]", "Maximum orientation error allowed; 0: no requirement."),
-)
-SHOWN: tuple[Shown, Shown] = (
-    lambda s: 0.0 if s.choices.wanted is None else s.choices.wanted.position,
-    lambda s: 0.0 if s.choices.wanted is None else s.choices.wanted.rotation or 0.0,
-)
-NOTHING = "0 mm: no requirement, so there is no pass or fail. Set a value to assess plate and arm against it."
-NO_ANGLE = "0°: no requirement for orientations."
+REQUIRED = "Required [mm]", "Maximum position error allowed for the calibrated arm; 0: no requirement."
 
 
 class WantedPanel(AbstractPanel):
@@ -238,24 +232,21 @@ class WantedPanel(AbstractPanel):
     depends = ("choices.wanted",)
 
     def build(self, gui: viser.GuiApi) -> None:
-        self.form(
-            self._want,
-            *(
-                self.number(label, (0.0, 1000.0, 0.01), hint, shows, unit=unit, digits=3)
-                for (label, hint), shows, unit in zip(FIELDS, SHOWN, (1e-3, DEGREE), strict=True)
-            ),
-        )
-        self.html(_unjudged)
+        (label, hint), limits = REQUIRED, (0.0, 1000.0, 0.01)
+        position = self.number(label, limits, hint, lambda s: _wanted(s)[0], unit=1e-3, digits=3)
+        hint = "Maximum orientation error allowed; 0: no requirement."
+        rotation = self.number("Required [°]", limits, hint, lambda s: _wanted(s)[1], unit=DEGREE, digits=3)
+        self.form(self._want, position, rotation)
 
     def _want(self, position: float, rotation: float) -> SetWanted:
         before = self._worker.session.choices.wanted
         return SetWanted(position or None, rotation or None, before is not None and before.per_axis)
 
 
-def _unjudged(session: Session) -> str:
+def _wanted(session: Session) -> tuple[float, float]:
+    """The required errors [m, rad]; 0 for none."""
     wanted = session.choices.wanted
-    sentence = NOTHING if wanted is None else NO_ANGLE if wanted.rotation is None else ""
-    return sentence and note(sentence, "unjudged", margin="0 0 4px")
+    return (0.0, 0.0) if wanted is None else (wanted.position, wanted.rotation or 0.0)
 
 
 TIMES = 3.0
@@ -277,7 +268,7 @@ def try_plate(event: viser.GuiEvent, worker: Worker, trial: AbstractPlateTrial) 
     fields: list[viser.GuiNumberHandle] = []
 
     def build(gui: viser.GuiApi) -> None:
-        label, hint = FIELDS[0]
+        label, hint = REQUIRED
         fields.append(gui.add_number(label, offered, min=minimum, max=maximum, step=0.001, hint=hint))
 
     def begin() -> None:

@@ -9,16 +9,17 @@ import viser
 
 from workbench.arm.effects.events import AbstractEvent
 from workbench.session.commands.compare import SetOverlay
-from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
+from workbench.session.comparison import MAX_TIMES, STAGES, Comparison, ModelStage
 from workbench.session.cube_fields import AbstractCubeField, CubeValues
 from workbench.session.cube_values import are_shown, drawn_field, inputs
-from workbench.session.deflection import bending_robot
+from workbench.session.played_motion import Played
+from workbench.session.real_arm import bending_robot, sample_error
+from workbench.session.stages import shown_stage
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import (
     BLOCKED,
     BRANCH,
     CALIBRATED,
-    DEFLECTED,
     EVENT,
     EXCLUDED,
     FITTED,
@@ -33,12 +34,16 @@ from workbench.views.appearance.colours import (
     css,
     gradient,
 )
+from workbench.views.drawables.arms import model_and_real
 from workbench.views.drawables.measured import error_scale
 from workbench.views.page.html import MUTED, badge, block, number, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.style import MORE
+from workbench.views.page.style import MORE, ONLY_TRACK
 
+DECADES = int(np.log10(MAX_TIMES))
+"""Of the slider, which is logarithmic."""
+MARKS = tuple((float(k), f"{10**k:,}".replace(",", " ")) for k in range(DECADES + 1))
 WIDTH, MARGIN = 300, 15
 BAR = "height:10px;border-radius:3px;margin-top:5px"
 """Style of a colour scale."""
@@ -70,6 +75,17 @@ class LegendPanel(AbstractPanel):
         window = gui.add_panel(visible=False)
         with window.add_tab("Legend"):
             key = self.html(self._key).control
+            self.html(lambda s: f"<div {ONLY_TRACK}></div>" if has_errors(s) else "")
+            hint = "How many times larger than they are all errors are drawn: of arms, arrows and paths."
+            slider = gui.add_slider("Errors ×", 0.0, float(DECADES), 0.01, 0.0, marks=MARKS, hint=hint)
+            times = Control(
+                slider,
+                lambda power: float(f"{10.0**power:.2g}"),
+                visible=has_errors,
+                label=lambda s: f"Errors × {s.choices.overlay.exaggeration:g}",
+                value=lambda s: round(float(np.log10(s.choices.overlay.exaggeration)), 2),
+            )
+        self.form(self._enlarge, self.add(times))
         window.float(x=MARGIN, y=-MARGIN, width=WIDTH)
         self.add(Control(window, visible=lambda session: key.content))
         self._links = {
@@ -80,14 +96,33 @@ class LegendPanel(AbstractPanel):
     def _colour_by(self, stage: ModelStage) -> SetOverlay:
         return SetOverlay(replace(self._worker.session.choices.overlay, stage=stage))
 
+    def _enlarge(self, times: float) -> SetOverlay:
+        return SetOverlay(replace(self._worker.session.choices.overlay, exaggeration=times))
+
     def _key(self, session: Session) -> str:
         rows = coloured_rows(session)
         scales = cubes_scale(session)
         if rows is not None:  # two scales of the same colours each need a name
             named = '<div style="margin-top:6px">Error at the measured points</div>' if scales else ""
             scales += named + points(session, rows, self._links)
-        content = scales + things(session, is_alone=not scales)
+        content = scales + things(session, is_alone=not scales) + sample(session)
         return content and block(content, testid="key", style="margin:2px 0 6px")
+
+
+def has_errors(session: Session) -> bool:
+    """Whether the scene has anything that is drawn larger than it is."""
+    is_known = model_and_real(session) is not None or session.part(Played) is not None
+    return is_known and session.playback.focus is not Focus.TARGET
+
+
+def sample(session: Session) -> str:
+    """How long an error is drawn: the arrow that stands beside the base."""
+    rows, focus, overlay = session.results.comparison, session.playback.focus, session.choices.overlay
+    if rows is None or not rows.stages or not overlay.arrows or focus not in (Focus.ROW, Focus.JOG):
+        return ""
+    error = 1e3 * sample_error(overlay.exaggeration, session.robot.reach)
+    arrow = f'<b style="color:{css(MARK)};-webkit-text-stroke:.5px currentColor">↑</b>'
+    return f'<div data-testid="sample">{arrow} beside the base: this long = {error:g} mm</div>'
 
 
 def coloured_rows(session: Session) -> Comparison | None:
@@ -127,7 +162,7 @@ def things(session: Session, *, is_alone: bool = False) -> str:
     """Colours of what stands and moves in the scene; in a narrow window only where there is nothing else."""
     overlay, focus, rows = session.choices.overlay, session.playback.focus, session.results.comparison
     has_plate, rows = session.shows_plate, rows if overlay.points else None
-    is_fitted = session.results.calibrated is not None and overlay.calibrated and focus is not Focus.TARGET
+    is_bent = model_and_real(session) is not None and overlay.calibrated and focus is not Focus.TARGET
     marks = (
         ("measured", FITTED, rows is not None and not rows.stages and focus is not Focus.TRACK),
         ("selected row", MARK, rows is not None and focus is Focus.ROW),
@@ -135,9 +170,8 @@ def things(session: Session, *, is_alone: bool = False) -> str:
         ("selected", SELECTED, has_plate),
         ("out of reach", OUT_OF_REACH, has_plate and any(not s.reached for s in session.states)),
         ("blocked", BLOCKED, has_plate and any(s.reached and s.hit for s in session.states)),
-        ("nominal arm", JOINT, is_fitted),
-        ("calibrated arm", CALIBRATED, is_fitted),
-        ("deflected arm", DEFLECTED, overlay.is_deflected and bending_robot(session) is not None),
+        ("model", JOINT, is_bent),
+        ("real arm", CALIBRATED, is_bent),
         ("other branches", BRANCH, overlay.ghosts and focus is Focus.TARGET),
     )
     content = "".join(_mark(label, colour) for label, colour, is_seen in marks if is_seen)
@@ -153,23 +187,25 @@ def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) 
     """Errors of the measured points, their colours and their arrows."""
     overlay, focus = session.choices.overlay, session.playback.focus
     parts = (
-        stage_choice(rows, overlay.stage, links),
+        stage_choice(rows, shown_stage(session, rows), links),
         colour_bar(error_scale(rows)),
         marks(rows, is_left_out=bool(session.measurements.left_out)),
         "" if session.results.diagnosis is None else events(session.results.diagnosis.events, rows),
-        arrow_factors(rows, overlay) if focus in (Focus.ROW, Focus.JOG) else "",
+        arrows(rows, shown_stage(session, rows))
+        if overlay.arrows and focus in (Focus.ROW, Focus.JOG)
+        else "",
         row_errors(rows, session.results.row) if focus is Focus.ROW else "",
     )
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
 
 
-def stage_choice(rows: Comparison, wanted: ModelStage, links: Mapping[ModelStage, str] | None = None) -> str:
-    """Whose errors colour the points; a click on another stage of the model chooses it."""
-    shown, parts = rows.nearest_stage(wanted), []
+def stage_choice(rows: Comparison, shown: ModelStage, links: Mapping[ModelStage, str] | None = None) -> str:
+    """Whose errors are shown; a click on another stage of the model chooses it."""
+    parts = []
     for stage in rows.stages:
         style = "font-weight:650;color:inherit" if stage is shown else f"color:{MUTED}"
         href = f'href="{text(links[stage])}"' if links else ""
-        hint = f"Colour the points by the errors of this model: {stage}"
+        hint = f"Show the errors of this model: {stage}"
         parts.append(f'<a {href} title="{text(hint)}" style="{style}">{text(stage)}</a>')
     return f"<div>Error: {' · '.join(parts)}</div>"
 
@@ -209,15 +245,12 @@ def events(happened: Sequence[AbstractEvent], rows: Comparison) -> str:
     return f'<div data-testid="events">{marked}<span style="color:{MUTED}">{small}</span></div>'
 
 
-def arrow_factors(rows: Comparison, overlay: Overlay) -> str:
-    """How many times longer than the errors the arrows are."""
-    if not overlay.arrows or rows.calibrated is None:
+def arrows(rows: Comparison, stage: ModelStage) -> str:
+    """Whose errors the arrows are."""
+    if not rows.stages:
         return ""
-    return (
-        f'<div data-testid="factors" {MORE}>Arrows: {badge("Nominal", css(NOMINAL))} × '
-        f'{overlay.exaggeration:g} <span style="white-space:nowrap">'
-        f"{badge('Calibrated', css(CALIBRATED))} × {overlay.exaggeration_after:g}</span></div>"
-    )
+    other = "" if stage is ModelStage.NOMINAL else badge(str(stage), css(CALIBRATED))
+    return f'<div data-testid="arrows" {MORE}>Arrows: {badge("nominal", css(NOMINAL))} &nbsp; {other}</div>'
 
 
 def row_errors(rows: Comparison, row: int) -> str:

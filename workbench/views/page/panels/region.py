@@ -24,6 +24,10 @@ class RegionPanel(AbstractPanel):
     depends = ("region.view", "plate.region", "page.units", "page.chore", inputs)
 
     def build(self, gui: viser.GuiApi) -> None:
+        with gui.add_folder("Region and cubes", expand_by_default=False):
+            self._build()
+
+    def _build(self) -> None:
         fields = CUBE_FIELDS.values()
         names = {"Nothing": NO_FIELD} | {field.choice: field.name for field in fields}
         meanings = [f"{field.choice}: {field.meaning}." for field in fields]
@@ -52,8 +56,7 @@ class RegionPanel(AbstractPanel):
             "Move the selected target to the centre of the clicked cube.",
             visible=lambda s: s.region.view.picked is not None and s.region.view.field != NO_FIELD,
         )
-        with gui.add_folder("Cuboid"):
-            corners = self._build_cuboid()
+        corners = self._build_cuboid()
         self.form(self._view, field, cut, layer, corners)
 
     def _build_cuboid(self) -> Control:
@@ -74,8 +77,9 @@ class RegionPanel(AbstractPanel):
         return self.checkbox("Corner handles", hint, lambda s: s.region.view.corners)
 
     def _view(self, field: str, cut: int | None, layer: int, corners: bool) -> ShowCubes:
-        now = self._worker.session.region.view
-        return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer - 1, corners=corners))
+        now, shape = self._worker.session.region.view, self._worker.session.plate.region.shape
+        layer = layer - 1 if cut in (None, now.cut) else shape[cut] // 2
+        return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer, corners=corners))
 
     def _move_there(self) -> MoveTarget | None:
         session = self._worker.session

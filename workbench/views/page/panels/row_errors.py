@@ -1,8 +1,7 @@
-"""Error of every row in the order of measuring: a click on one, or playing, puts the arm there."""
+"""Error of every row in the order of measuring: a click on one puts the arm there."""
 
 from collections.abc import Collection, Sequence
 from functools import partial
-from threading import Event, Thread
 
 import numpy as np
 import viser
@@ -19,27 +18,16 @@ from workbench.views.page.panels.panel import AbstractPanel
 
 MAX_BARS = 250
 """Rows that are drawn at most; of more, evenly chosen ones."""
-PACE = 0.3
-"""Time for each row while the rows are played [s]."""
 
 
 class RowErrorsPanel(AbstractPanel):
-    """A chart, and a button that goes through its rows."""
+    """A chart."""
 
     tab, order = Tab.CALIBRATE, 25
     depends = ("results.comparison", "results.row", "measurements.left_out")
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(self._chart)
-        self._stop = Event()
-        self._stop.set()
-        self.button(
-            "Play the rows",
-            self._toggle,
-            viser.Icon.PLAYER_PLAY,
-            "Move the arm from row to row in the order of measuring; press again to stop.",
-            visible=_is_shown,
-        )
 
     def _chart(self, session: Session) -> str:
         rows = session.results.comparison
@@ -52,28 +40,6 @@ class RowErrorsPanel(AbstractPanel):
         happened = () if found is None else found.events
         drawing = chart(rows, session.results.row, links, excluded, happened)
         return block(drawing, testid="row-chart")
-
-    def _toggle(self) -> None:
-        """Play the rows, or stop."""
-        if not self._stop.is_set():
-            self._stop.set()
-            return
-        self._stop = Event()
-        Thread(target=self._play, args=(self._stop,), name="workbench-play", daemon=True).start()
-
-    def _play(self, stop: Event) -> None:
-        while not stop.is_set() and (command := self._next()) is not None:
-            self._worker.submit(command)
-            stop.wait(PACE)
-        stop.set()
-
-    def _next(self) -> ShowRow | None:
-        """The row that was measured after the one that is shown."""
-        rows, row = self._worker.session.results.comparison, self._worker.session.results.row
-        if rows is None:
-            return None
-        later = np.flatnonzero(rows.number > rows.number[row])
-        return ShowRow(int(later[np.argmin(rows.number[later])])) if len(later) else None
 
 
 def _is_shown(session: Session) -> bool:

@@ -1,8 +1,8 @@
 """The cubes of the region as one batched mesh, however many there are.
 
 Only their outer faces are drawn, those that no other shown cube covers, and none that looks away, so that a
-computer without a graphics card keeps pace; a cut shows those inside, as flat tiles. All are translucent: arm
-and targets are seen behind them.
+computer without a graphics card keeps pace; a cut shows those inside. All are translucent: arm and targets
+are seen behind them.
 """
 
 import numpy as np
@@ -13,16 +13,12 @@ from workbench.base import se3
 from workbench.base.types import Vector3
 from workbench.plate.region import Region
 from workbench.views.appearance.colours import linear
-from workbench.views.drawables.drawable import Cubes
+from workbench.views.drawables.drawable import FILL, Cubes
 from workbench.views.drawables.sink import differences
 from workbench.views.page.scene.node import Node
 
-FILL = 0.6
-"""Edge of a drawn cube, as a share of the room that it has: one sees the arm between them."""
 PICKED = 0.95
-"""The same for the faces of the cube that was clicked."""
-TILE = 0.92
-"""The same for the tiles of one layer."""
+"""As `FILL`, for the faces of the cube that was clicked."""
 OPACITY = 0.7
 SQUARE = 0.5 * np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
 HALVES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -36,7 +32,7 @@ FACE_ROTATIONS = np.stack([ACROSS, np.cross(NORMALS, ACROSS), NORMALS], axis=-1)
 
 def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
     """The outer faces of cubes; `cube_under` finds what is clicked."""
-    numbers, side = _faces(cubes).T
+    numbers, side = outer_faces(cubes.region, cubes.shown).T
     mesh = server.scene.add_batched_meshes_simple(
         name,
         SQUARE,
@@ -47,7 +43,7 @@ def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
         batched_colors=linear(cubes.colours)[numbers],
         flat_shading=True,
         lod="off",
-        side="front" if cubes.cut is None else "double",
+        side="front",
         opacity=OPACITY,
         cast_shadow=False,
         receive_shadow=False,
@@ -55,7 +51,7 @@ def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
 
     def change(old: Cubes, new: Cubes) -> bool:
         changed = differences(old, new)
-        if changed & {"region", "shown", "cut", "level"}:
+        if changed & {"region", "shown"}:
             return False
         if "colours" in changed:
             mesh.batched_colors = linear(new.colours)[numbers]
@@ -66,40 +62,29 @@ def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
     return Node(mesh, change)
 
 
-def _faces(cubes: Cubes) -> Int[np.ndarray, "faces 2"]:
-    """Cube and side of all that is drawn: of one layer a tile each, which looks along the axis across it."""
-    if cubes.cut is None:
-        return outer_faces(cubes.region, cubes.shown)
-    numbers = np.flatnonzero(cubes.shown)
-    return np.stack([numbers, np.full(len(numbers), 3 + cubes.cut)], -1)
-
-
 def _places(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
-    region, centres = cubes.region, cubes.region.centres[numbers]
-    if cubes.cut is None:
-        return centres + 0.5 * FILL * (region.size / region.shape) * NORMALS[side]
-    centres[:, cubes.cut] = cubes.level
-    return centres
+    region = cubes.region
+    return region.centres[numbers] + 0.5 * FILL * (region.size / region.shape) * NORMALS[side]
 
 
 def _edges(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
     """Lengths along the axes of every face's square, the last one zero."""
     room = cubes.region.size / cubes.region.shape
-    share = np.where(numbers == cubes.picked, PICKED, FILL if cubes.cut is None else TILE)[:, None]
+    share = np.where(numbers == cubes.picked, PICKED, FILL)[:, None]
     along = np.abs(np.swapaxes(FACE_ROTATIONS, 1, 2) @ room)[side]
     return share.astype(np.float32) * along.astype(np.float32)
 
 
 def cube_under(cubes: Cubes, origin: Vector3, direction: Vector3) -> tuple[float, int] | None:
     """Distance [m] and number of the first cube that a ray of unit length meets, a face of which is drawn."""
-    numbers, side = _faces(cubes).T
+    numbers, side = outer_faces(cubes.region, cubes.shown).T
     off = _places(cubes, numbers, side) - origin
     towards = NORMALS[side] @ direction
     with np.errstate(divide="ignore", invalid="ignore"):
         along = np.einsum("ij,ij->i", off, NORMALS[side]) / towards
         met = np.einsum("ijk,ij->ik", FACE_ROTATIONS[side], along[:, None] * direction - off)
     inside = (np.abs(met[:, :2]) <= 0.5 * _edges(cubes, numbers, side)[:, :2]).all(axis=1)
-    hit = np.flatnonzero(inside & ((towards < 0.0) | (cubes.cut is not None)) & (along > 0.0))
+    hit = np.flatnonzero(inside & (towards < 0.0) & (along > 0.0))
     if not len(hit):
         return None
     first = hit[np.argmin(along[hit])]

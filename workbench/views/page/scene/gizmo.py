@@ -5,6 +5,7 @@ nudged once more at their end, because viser does not send a pose that it alread
 commands; while a handle is dragged its own pose is left alone, everything else follows the session.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,11 @@ import viser
 from workbench.base import se3
 from workbench.plate.region import Region
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
-from workbench.session.commands.region import SetRegion, corner
-from workbench.session.state import Focus, Session
+from workbench.session.commands.region import SetRegion, ShowCubes, corner
+from workbench.session.cube_values import are_shown, shown_layer
+from workbench.session.state import CubeView, Focus, Session
 from workbench.session.worker import Worker
+from workbench.views.drawables.sink import is_same
 from workbench.views.page.scene.node import put
 
 ARROWS, RINGS = "arrows", "rings"
@@ -106,55 +109,81 @@ class Gizmo:
 
 THINNEST = 0.02
 """Corners keep this distance along every axis [m]."""
+CORNERS, FACE = ("minimum", "maximum"), "face"
 
 
 class Corners:
-    """Corners are dragged along the axes; the cuboid keeps its sense, whatever the hand does."""
+    """Corners are dragged along the axes, the cuboid keeps its sense; the slice is dragged along any."""
 
     def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
         self._worker = worker
-        self._dragged: int | None = None
-        self._handles = [
-            server.scene.add_transform_controls(
+        self._dragged: str | None = None
+        self._begun, self._shown = np.zeros(3), tuple[Any, ...]()
+        self._handles = {
+            name: server.scene.add_transform_controls(
                 f"/corners/{name}",
-                scale=0.12 * session.robot.reach,
+                scale=(0.12 if name in CORNERS else 0.07) * session.robot.reach,
                 disable_rotations=True,
                 disable_sliders=True,
                 line_width=3.0,
                 depth_test=False,
                 visible=False,
             )
-            for name in ("minimum", "maximum")
-        ]
-        for which, handle in enumerate(self._handles):
-            self._listen(which, handle)
+            for name in (*CORNERS, FACE)
+        }
+        for name, handle in self._handles.items():
+            self._listen(name, handle)
         self.show(session)
 
     def show(self, session: Session) -> None:
         """Follow the region."""
-        region = session.plate.region
-        for which, handle in enumerate(self._handles):
-            handle.visible = session.region.view.corners
-            if which != self._dragged:
-                put(handle, (region.min, region.max)[which])
+        now = session.plate.region, session.region.view, are_shown(session) and session.drag is None
+        if self._shown and self._dragged is None and all(map(is_same, now, self._shown)):
+            return
+        (region, view, has_cubes), self._shown = now, now
+        for name, place in zip((*CORNERS, FACE), (region.min, region.max, _face(session)), strict=True):
+            handle = self._handles[name]
+            handle.visible = view.corners if name in CORNERS else has_cubes and view.cut is not None
+            if name != self._dragged:
+                put(handle, place)
 
-    def _listen(self, which: int, handle: viser.TransformControlsHandle) -> None:
+    def _listen(self, name: str, handle: viser.TransformControlsHandle) -> None:
         @handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
-            if event.phase == "start":
-                self._dragged = which
-                self._submit(self._worker.session.plate.region, step=True)
-            elif event.phase == "update":
-                place = np.array(event.target.position)
-                if np.isfinite(place).all():
-                    self._submit(dragged(self._worker.session.plate.region, which, place), step=False)
-            else:
-                self._dragged = None
-                put(handle, np.array(event.target.position) + 1e-3)
-                self.show(self._worker.session)
+            session, place = self._worker.session, np.array(event.target.position)
+            if event.phase == "end":
+                self._dragged, self._shown = None, ()
+                put(handle, place + 1e-3)
+                self.show(session)
+                return
+            if not np.isfinite(place).all():
+                return
+            if is_first := event.phase == "start":
+                self._dragged, self._begun = name, place
+            if name == FACE:
+                self._worker.submit(ShowCubes(_cut_at(session, place, place - self._begun)))
+                return
+            region = session.plate.region
+            region = region if is_first else dragged(region, CORNERS.index(name), place)
+            new = SetRegion(corner(region.min), corner(region.max), region.cube, step=is_first)
+            self._worker.submit(new)
 
-    def _submit(self, region: Region, *, step: bool) -> None:
-        self._worker.submit(SetRegion(corner(region.min), corner(region.max), region.cube, step=step))
+
+def _face(session: Session) -> np.ndarray:
+    """Where the face that is cut has its handle: above the region's farthest edge."""
+    region, cut = session.plate.region, session.region.view.cut
+    place = np.array([*(0.5 * (region.min + region.max))[:2], region.max[2]])
+    if cut is not None:
+        place[cut] = region.min[cut] + region.size[cut] / region.shape[cut] * (shown_layer(session) + 0.5)
+    return place
+
+
+def _cut_at(session: Session, place: np.ndarray, way: np.ndarray) -> CubeView:
+    """The face through a place, across the axis along which it has moved there, if it has."""
+    region, view = session.plate.region, session.region.view
+    axis = int(np.argmax(np.abs(way))) if way.any() else view.cut or 0
+    layer = int(np.clip((place - region.min)[axis] * region.shape[axis] // region.size[axis], 0, None))
+    return replace(view, is_chosen=True, cut=axis, layer=min(layer, region.shape[axis] - 1))
 
 
 def dragged(region: Region, which: int, place: np.ndarray) -> Region:

@@ -21,8 +21,8 @@ from workbench.session.played_motion import AbstractMotion, Played
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.scene_contents import in_motion, on_page
-from workbench.views.page.camera import aim_all, from_outside, look_at
-from workbench.views.page.first_view import first_view
+from workbench.views.drawables.viewpoint import first_view, from_outside
+from workbench.views.page.camera import aim_all, look_at
 from workbench.views.page.scene.gizmo import Corners, Gizmo
 from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.style import name_pages

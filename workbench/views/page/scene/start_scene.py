@@ -8,7 +8,8 @@ from workbench.arm.robot import Robot
 from workbench.plate.plate import Plate
 from workbench.views.appearance.colours import GRID, GRID_DARK, GRID_SECTION, GRID_SECTION_DARK
 from workbench.views.drawables.nominal_arm import nominal_arm_at
-from workbench.views.page.camera import aim_all, view_of_region
+from workbench.views.drawables.viewpoint import view_of_region
+from workbench.views.page.camera import aim_all
 from workbench.views.page.scene.viser_sink import PageSink
 
 

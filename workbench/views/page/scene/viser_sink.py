@@ -200,7 +200,11 @@ def _add_line(server: viser.ViserServer, name: str, line: Line) -> Node:
 
 
 def _add_cuboid(server: viser.ViserServer, name: str, cuboid: Cuboid) -> Node:
-    return _segments(server, name, cuboid_edges(cuboid.low, cuboid.high), np.array(cuboid.colour), 1.6)
+    edges, pixels = (
+        cuboid_edges(cuboid.low, cuboid.high, cuboid.cubes),
+        1.6 if max(cuboid.cubes) == 1 else 0.5,
+    )
+    return _segments(server, name, edges, np.array(cuboid.colour), pixels)
 
 
 def _segments(

@@ -1,6 +1,0 @@
-"""The virtual arms of the diagnosis serve here too."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "diagnosis"))

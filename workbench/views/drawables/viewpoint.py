@@ -1,0 +1,66 @@
+"""Where one looks from at first, and when the arm, its plate or its measurements are others."""
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.kinematics.skeleton import body_frames, height_above_floor
+from workbench.arm.robot import Robot
+from workbench.base.types import Vector3
+from workbench.plate.region import Region
+from workbench.session.comparison import Comparison
+from workbench.session.state import Focus, Session
+
+VIEW = np.array([1.0, -0.86, 0.66])
+"""Direction from which everything is looked at first."""
+BALL_FILLS_PICTURE = 3.4
+"""Distance from which a ball fills the picture, in its radii."""
+MIN_RADIUS = 0.3
+"""Minimum radius of what is looked at [m]."""
+MAX_POSTURES = 40
+"""Rows at which the arm has to be in the picture."""
+
+
+def title(session: Session) -> str:
+    """The arm, and what is seen beside it: the plate, or the rows."""
+    loaded = session.measurements.loaded
+    beside = session.plate if loaded is None or session.shows_plate else loaded
+    return f"{session.robot.name} · {beside.name}"
+
+
+def first_view(session: Session) -> tuple[Vector3, Vector3]:
+    """Initial camera position and point of view [m]: towards the measured rows, or else the plate."""
+    rows, loaded = session.results.comparison, session.measurements.loaded
+    if rows is not None and loaded is not None and (loaded.virtual or session.playback.focus is Focus.ROW):
+        return view_of_rows(session.robot, rows)
+    return view_of_region(session.robot, session.plate.region)
+
+
+def view_of_rows(robot: Robot, rows: Comparison) -> tuple[Vector3, Vector3]:
+    """Where the camera has the arm and all measured positions in its picture, from their side of the base."""
+    seen = rows.measured[np.isfinite(rows.measured).all(1)]
+    postures = rows.q[:: max(1, -(-len(rows) // MAX_POSTURES))]
+    arm = body_frames(robot, postures)[..., :3, 3].reshape(-1, 3)
+    return view_of(np.vstack([seen, arm]), along=from_outside(seen if len(seen) else arm))
+
+
+def view_of(places: Float[np.ndarray, "places 3"], *, along: Vector3 = VIEW) -> tuple[Vector3, Vector3]:
+    """Camera position and point of view that show all given points [m]."""
+    middle = 0.5 * (places.min(0) + places.max(0))
+    radius = max(float(np.linalg.norm(places - middle, axis=1).max()), MIN_RADIUS)
+    return middle + BALL_FILLS_PICTURE * radius * along / np.linalg.norm(along), middle
+
+
+def view_of_region(robot: Robot, region: Region) -> tuple[Vector3, Vector3]:
+    """Camera position and point of view that show an arm and what is in front of it [m]."""
+    middle = 0.5 * (region.min + region.max)
+    height = 0.24 * robot.reach - height_above_floor(robot)
+    look_at = np.array([0.62 * middle[0], 0.62 * middle[1], height])
+    return look_at + robot.reach * np.array([1.0, -0.86, 0.66]), look_at
+
+
+def from_outside(places: Float[np.ndarray, "places 3"]) -> Vector3:
+    """A direction towards the arm's base from beyond some places, a little from the side and above."""
+    x, y = places[:, :2].mean(0)
+    size = float(np.hypot(x, y))
+    outward = np.array([x, y]) / size if size > 0.0 else np.array([1.0, 0.0])
+    return np.array([*(outward + 0.7 * np.array([outward[1], -outward[0]])), 0.7])
