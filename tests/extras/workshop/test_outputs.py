@@ -38,7 +38,7 @@ def test_every_format_is_written(tmp_path, run, small):
 
 def test_the_page_packs_them_all(first, small):
     """STEP, too, with what was decided about the plate."""
-    _, content, notes = fixture_zip(replace(first, plate=small))
+    _, content, notes = fixture_zip(replace(first, plate=small, states=first.states[:1]))
     assert set(zipfile.ZipFile(io.BytesIO(content)).namelist()) == {f"fixture/{name}" for name in FILES}
     assert notes == fixture_of(small).notes
 
