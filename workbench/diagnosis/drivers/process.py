@@ -31,7 +31,7 @@ REGULAR = 1e-6
 TIMES = 8
 """Number of eigenfunctions over time."""
 
-Features = Float[np.ndarray, "rows k"]
+Features = Float[np.ndarray, "rows _"]
 
 
 def smooth(u: Float[np.ndarray, " rows"], length: float) -> Features:

@@ -42,7 +42,7 @@ FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], *([i, (i + 1) % 4, 4 + (i + 1) % 4
 """Corners of the six faces of a hull, anticlockwise from outside."""
 Placements = Float[np.ndarray, "rows frames 4 4"]
 """Frames of an arm's base and of the link after each joint entry, in the robot's base."""
-Lines = Float[np.ndarray, "rows lines 2 3"]
+Lines = Float[np.ndarray, "#rows #lines 2 3"]
 """Ends of segments in the robot's base [m]."""
 
 
@@ -303,7 +303,7 @@ _REQUEST = coal.DistanceRequest()
 
 def _is_close(distance: float, minimum: float | None) -> bool:
     """Whether no more need be known of a row: it is known to have less than the minimum."""
-    return minimum is not None and distance < minimum
+    return minimum is not None and bool(distance < minimum)
 
 
 def _distance(
