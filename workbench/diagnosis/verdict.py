@@ -52,7 +52,8 @@ def conclude(
         verdict = Verdict.UNEXPLAINED if remaining.is_more_than_noise else Verdict.NO_EFFECT
         left = _remaining_text(after, rest)
         return verdict, f"{warning}No effect was found beside the geometry; {left}."
-    verdict = Verdict.PARTLY if remaining.is_more_than_noise else Verdict.EXPLAINED
+    is_named = any(c.is_law for c in causes)  # a map alone predicts, but explains nothing
+    verdict = Verdict.EXPLAINED if is_named and not remaining.is_more_than_noise else Verdict.PARTLY
     claims = _claims(causes, followed, residual_map)
     if not causes and residual_map is None:
         return Verdict.UNEXPLAINED, f"{warning}{claims}{more} {capital(_remaining_text(after, rest))}."
