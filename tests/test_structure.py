@@ -55,7 +55,7 @@ BUDGETS = {
     "data": 6_159,
     "plate": 6_261,
     "identification": 9_889,
-    "diagnosis": 7_479,
+    "diagnosis": 7_480,
     "exports": 354,
     "session": 7_341,
     "views": 8_977,
