@@ -8,10 +8,10 @@ renamed its value. A command that this version doesn't know, or whose fields it 
 
 import dataclasses
 import functools
-import getpass
 import hashlib
 import hmac
 import math
+import os
 import re
 import types
 import typing
@@ -114,7 +114,7 @@ def _machine() -> bytes:
         number = Path("/etc/machine-id").read_text(encoding="ascii").strip()
     except OSError:
         number = ""
-    return f"{number or uuid.getnode()} {getpass.getuser()}".encode()
+    return f"{number or uuid.getnode()} {os.getuid()}".encode()
 
 
 def file_name(content: bytes, ending: str) -> str:
