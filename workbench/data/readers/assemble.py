@@ -95,6 +95,7 @@ def assemble(
         + _excluded_notes(fields, excluded, found, reasons)
         + _label_notes(fields),
         joint_units=joint_units(fields),
+        unsaid=fields.unsaid,
         **_plain(fields, q.shape[1]),
     )
     return replace(dataset, notes=dataset.notes + _repeats(dataset, fields))

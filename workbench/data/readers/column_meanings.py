@@ -11,11 +11,21 @@ from workbench.base.remedy import remedy
 from workbench.base.units import EXAMPLES, REMARKS, Conversion, Quantity, conversion, parse_heading
 from workbench.base.wording import listed, span
 from workbench.data.known_columns import known_columns
-from workbench.data.readers.headings import is_commanded, meaning, quantities_of, split_ending
+from workbench.data.readers.headings import (
+    Meaning,
+    is_commanded,
+    known_together,
+    meaning,
+    normalised,
+    quantities_of,
+    split_ending,
+)
 from workbench.data.readers.table import NUMBER, Table
 
 CHOOSE_ON_PAGE = "choose its meaning in the Measure tab, under 'Columns of the file'"
 _JOINT = re.compile(r"q\d+")
+_TOLD_BY_ROWS = re.compile(r"q\d+|[xyz]|roll|pitch|yaw|r[xyz]|m\d+[xyz]")
+"""Columns whose unit rows of a known arm tell."""
 _NUMBER = Quantity.NUMBER
 TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
 """Units that are offered first where numbers are larger than the others would have them."""
@@ -34,6 +44,7 @@ class TableColumn:
         conversion: To SI; None for labels, dates and columns that are left out.
         remark: A decision to be said.
         problem: Why it can't be read.
+        unsaid: The same of a unit that the rows may tell: until then the conversion is that of the likeliest.
     """
 
     index: int
@@ -43,19 +54,29 @@ class TableColumn:
     conversion: Conversion | None = None
     remark: str | None = None
     problem: WorkbenchError | None = None
+    unsaid: UnitError | None = None
 
 
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     """What each column of a table holds; problems are kept in the columns, not raised."""
-    columns = _counted_from_one([_column(table, index) for index in range(len(table.headings))])
+    names = [normalised(parse_heading(text).name) for text in table.headings]
+    together = known_together(names)
+    columns = _counted_from_one(
+        [_column(table, index, together.get(name)) for index, name in enumerate(names)]
+    )
+    columns = [_with_unit(column, table, columns) for column in columns]
     return _without_duplicates(columns, table)
 
 
-def _column(table: Table, index: int) -> TableColumn:
-    """One column by its heading, its units row, or its unit ending ('x_mm')."""
+def _column(table: Table, index: int, key: str | None) -> TableColumn:
+    """One column by its heading, its units row, or its unit ending ('x_mm').
+
+    Args:
+        key: What it means beside the others, if that is another thing than alone.
+    """
     text = table.headings[index]
     name, unit = parse_heading(text)
-    found = meaning(name)
+    found = meaning(name) if key is None else Meaning(key, False)
     remark = None
     if found is None and unit is None and (split := split_ending(name)) is not None:
         name, unit = split
@@ -70,16 +91,15 @@ def _column(table: Table, index: int) -> TableColumn:
         return TableColumn(index=index, heading=text, remark=goal)
     if not found.own and remark is None:
         remark = f"'{text}' is read as {found.key}"
-    column = TableColumn(index=index, heading=text, key=found.key, remark=remark)
-    return _with_unit(column, table, unit if unit is not None else table.units[index] or None)
+    unit = unit if unit is not None else table.units[index] or None
+    return TableColumn(index=index, heading=text, key=found.key, unit=unit, remark=remark)
 
 
-def _with_unit(column: TableColumn, table: Table, unit: str | None) -> TableColumn:
+def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) -> TableColumn:
     """The column with its conversion to SI, or with the problem that it has none."""
-    assert column.key is not None
-    quantities = quantities_of(column.key)
-    if not quantities:
-        return column
+    unit, quantities = column.unit, quantities_of(column.key) if column.key is not None else ()
+    if column.key is None or not quantities:
+        return replace(column, unit=None)
     where = place(table, column.heading)
     wanted = EXAMPLES[quantities[0]]
     if unit is None and wanted != EXAMPLES[_NUMBER]:
@@ -87,8 +107,11 @@ def _with_unit(column: TableColumn, table: Table, unit: str | None) -> TableColu
             return replace(
                 column, remark=f"'{column.heading}' holds dates, read as seconds from the first row"
             )
+        if column.key == "time":
+            remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[s]'"
+            return replace(column, key=None, remark=remark)
         offered = wanted.split(" or ")
-        largest = _largest(table, quantities)
+        largest = _largest(table, [c for c in columns if c.key and quantities_of(c.key) == quantities])
         too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
         first = next(too_large, offered[0])
         elsewhere = remedy(
@@ -98,7 +121,10 @@ def _with_unit(column: TableColumn, table: Table, unit: str | None) -> TableColu
             f"{where}: the unit is missing: write '{column.heading}[{first}]' in the header "
             f"({wanted}, whichever applies), or {elsewhere}"
         )
-        return replace(column, problem=UnitError(message, unit=""))
+        missing = UnitError(message, unit="")
+        if not _TOLD_BY_ROWS.fullmatch(column.key):
+            return replace(column, problem=missing)
+        return replace(column, unit=first, conversion=conversion(first, *quantities), unsaid=missing)
     try:
         found = conversion(unit or "", *quantities)
     except UnitError as error:
@@ -146,9 +172,14 @@ def _without_duplicates(columns: list[TableColumn], table: Table) -> tuple[Table
     return tuple(columns)
 
 
-def problems(columns: tuple[TableColumn, ...]) -> list[WorkbenchError]:
-    """What stands against reading the columns; equal sentences about several columns are joined."""
-    found = [(column, column.problem) for column in columns if column.problem is not None]
+def problems(columns: tuple[TableColumn, ...], *, rows_tell: bool) -> list[WorkbenchError]:
+    """What stands against reading the columns; equal sentences about several columns are joined.
+
+    Args:
+        rows_tell: Whether units that the rows may tell are no problem.
+    """
+    kept = ((column, column.problem or (None if rows_tell else column.unsaid)) for column in columns)
+    found = [(column, problem) for column, problem in kept if problem is not None]
     missing = [column for column, problem in found if isinstance(problem, UnitError) and not problem.unit]
     result: list[WorkbenchError] = []
     for column, problem in found:
@@ -201,10 +232,8 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(notes))
 
 
-def _largest(table: Table, quantities: tuple[Quantity, ...]) -> float:
-    """Of all numbers in the columns of a kind."""
-    found = (meaning(parse_heading(heading).name) for heading in table.headings)
-    kind = [known is not None and quantities_of(known.key) == quantities for known in found]
-    cells = (cell for column, own in zip(table.columns, kind, strict=True) if own for cell in column)
+def _largest(table: Table, columns: list[TableColumn]) -> float:
+    """Of all numbers in some columns."""
+    cells = (cell for column in columns for cell in table.columns[column.index])
     numbers = (cell.replace(",", ".") for cell in cells if NUMBER.fullmatch(cell))
     return max((abs(float(number.replace("\u2212", "-"))) for number in numbers), default=0.0)

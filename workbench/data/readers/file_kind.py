@@ -13,6 +13,7 @@ class FileKind(StrEnum):
     TEXT = "text table"
     EXCEL = "xlsx"
     PARQUET = "parquet"
+    NPZ = "npz"
 
 
 TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
@@ -59,11 +60,11 @@ def kind_of(data: bytes, path: Path) -> FileKind:
 
 
 def _zip_kind(data: bytes, path: Path) -> FileKind:
-    """An xlsx is a zip archive with a workbook in it."""
+    """An xlsx is a zip archive with a workbook in it, an npz one with arrays."""
     if b"xl/" in data and b"[Content_Types].xml" in data:
         return FileKind.EXCEL
     if b"opendocument.spreadsheet" in data[:200]:
         raise FileError("this is an OpenDocument table (.ods): save it as .xlsx or CSV", path=str(path))
     if b".npy" in data[:200]:
-        raise FileError(f"these are arrays of NumPy, not a table; {POSE_PAIRS}; {TABLE}", path=str(path))
+        return FileKind.NPZ
     raise FileError(f"this is a zip archive: unpack it first; {TABLE}", path=str(path))

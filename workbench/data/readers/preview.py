@@ -89,7 +89,7 @@ def _of_table(path: Path, table: Table, joints: Joints, base: Matrix4 | None) ->
     """Preview of a plain table: as much as can be said even if it can't be read."""
     understood = interpret_columns(table)
     shown = tuple(_shown(column, table) for column in understood)
-    found = [str(problem) for problem in problems(understood)]
+    found = [str(problem) for problem in problems(understood, rows_tell=True)]
     if not found:
         try:
             return _of_fields(path, convert(table, understood), shown, joints, base, "plain")

@@ -13,6 +13,7 @@ from workbench.base.types import Matrix4
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
+from workbench.data.readers.arrays import read_npz
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.columns_option import Joints, Naming, headings_in_order, parse_columns
 from workbench.data.readers.fields import Fields, fields_of
@@ -61,13 +62,14 @@ def read_measurements(
         OptionError: An option does not fit the file.
         MissingExtraError: An optional library is needed.
     """
-    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
+    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints, rows_tell=True)
     if joint_table is not None:
         if "q1" in fields.values:
             raise OptionError(
                 f"{fields.source} already has joints; leave out the table of joints", option="joint_table"
             )
-        fields = join(fields, read_fields(joint_table, columns=joint_columns, joints=joints))
+        own = read_fields(joint_table, columns=joint_columns, joints=joints, rows_tell=True)
+        fields = join(fields, own)
     return assemble(fields, joints=joints, base=base)
 
 
@@ -78,12 +80,17 @@ def read_fields(
     layout: str | None = None,
     sheet: str | None = None,
     joints: Joints = None,
+    rows_tell: bool = False,
 ) -> Fields:
-    """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
+    """All columns of a file in SI, whatever they are; options and errors as `read_measurements`.
+
+    Args:
+        rows_tell: As of `fields_of`.
+    """
     found, _, table = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
     if found is None:
         assert table is not None, "what has no layout of its own is a table"
-        return fields_of(table)
+        return fields_of(table, rows_tell=rows_tell)
     return found
 
 
@@ -178,6 +185,8 @@ def read_table(
         grid = read_excel(data, path, sheet=sheet)
     elif kind is FileKind.PARQUET:
         grid = read_parquet(data, path)
+    elif kind is FileKind.NPZ:
+        grid = read_npz(data, path)
     else:
         grid = read_text(data, path)
     _refuse_transform(grid)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from workbench.base.errors import FileError
 from workbench.base.remedy import remedy
+from workbench.data.readers.arrays import read_json
 from workbench.data.readers.file_kind import POSE_PAIRS, TABLE
 from workbench.data.readers.table import NUMBER, Grid, Separator
 
@@ -34,6 +35,8 @@ _SAMPLE = 200
 def read_text(data: bytes, path: Path) -> Grid:
     """Cells of a text table (CSV, TSV, semicolons, blanks)."""
     text, encoding = decode(data, path)
+    if re.match(r"\s*(\{|\[\s*\{)", text):
+        return read_json(text, path)
     refuse_other_text(text, path)
     lines, numbers, comments = _significant(text)
     if not lines:
@@ -103,8 +106,6 @@ def refuse_other_text(text: str, path: Path) -> None:
         elsewhere = remedy("give it as --robot", page="open it in the Robot tab")
         urdf = f"this is a robot description (URDF): {elsewhere}"
         found = urdf if "<robot" in start else "this is an XML or HTML file"
-    elif start.startswith(("{", "[{")) and ":" in start:
-        found = f"this is JSON, not a table; {POSE_PAIRS}"
     elif _YAML.match(start):
         found = f"this is YAML, not a table; {POSE_PAIRS}"
     elif _PROGRAM.search(start):
