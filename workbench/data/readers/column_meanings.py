@@ -1,8 +1,6 @@
 """The meaning of each column of a table, and problems that prevent its use."""
 
-import math
 import re
-from collections import Counter
 from dataclasses import dataclass, replace
 
 from workbench.base.columns import Per
@@ -11,14 +9,11 @@ from workbench.base.remedy import remedy
 from workbench.base.units import EXAMPLES, REMARKS, Conversion, Quantity, conversion, parse_heading
 from workbench.base.wording import listed, span
 from workbench.data.known_columns import known_columns
+from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.headings import is_commanded, meaning, quantities_of, split_ending
-from workbench.data.readers.table import NUMBER, Table
+from workbench.data.readers.table import Table
 
 CHOOSE_ON_PAGE = "choose its meaning in the Measure tab, under 'Columns of the file'"
-_JOINT = re.compile(r"q\d+")
-_NUMBER = Quantity.NUMBER
-TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
-"""Units that are offered first where numbers are larger than the others would have them."""
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
 
 
@@ -30,9 +25,9 @@ class TableColumn:
         index: Place in the table, from 0.
         heading: Text of the file.
         key: Its name in formats.md; None: left out.
-        unit: Unit of the file; None for labels and plain numbers.
+        unit: Unit of the file; None for labels and plain numbers, and where it is missing.
         conversion: To SI; None for labels, dates and columns that are left out.
-        remark: A decision to be said.
+        remark: A decision to be said; empty if there is none.
         problem: Why it can't be read.
     """
 
@@ -41,71 +36,82 @@ class TableColumn:
     key: str | None = None
     unit: str | None = None
     conversion: Conversion | None = None
-    remark: str | None = None
+    remark: str = ""
     problem: WorkbenchError | None = None
 
 
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     """What each column of a table holds; problems are kept in the columns, not raised."""
-    columns = _counted_from_one([_column(table, index) for index in range(len(table.headings))])
-    return _without_duplicates(columns, table)
+    columns = [_column(table, index) for index in range(len(table.headings))]
+    from_zero = {c.key[:-1] for c in columns if c.key is not None and c.key in _zeroth()}
+    seen: dict[str, TableColumn] = {}
+    for i, column in enumerate(columns):
+        counted = re.fullmatch(r"(\D+)(\d+)", column.key or "")
+        if counted is not None and counted[1] in from_zero:
+            key = f"{counted[1]}{int(counted[2]) + 1}"
+            remark = f"'{column.heading}' is read as {key}, as the file counts joints from 0"
+            column = columns[i] = replace(column, key=key, remark=remark)
+        if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
+            columns[i] = replace(column, problem=_twice(table, other, column))
+    return tuple(columns)
+
+
+def _zeroth() -> set[str]:
+    """Names of the first joint's columns in files that count from 0 (joint_0 …)."""
+    return {"q0", *(f"{c.name}0" for c in known_columns().values() if c.per is Per.JOINT)}
+
+
+def _twice(table: Table, other: TableColumn, column: TableColumn) -> FileError:
+    both = f"columns {other.index + 1} and {column.index + 1} ('{other.heading}', '{column.heading}')"
+    text = f"{both} both mean {column.key}: remove or rename one"
+    return FileError(text, path=table.source, line=table.heading_line, column=column.heading)
 
 
 def _column(table: Table, index: int) -> TableColumn:
-    """One column by its heading, its units row, or its unit ending ('x_mm')."""
-    text = table.headings[index]
-    name, unit = parse_heading(text)
+    """One column by its name and unit, or its unit ending ('x_mm')."""
+    text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
+    column = TableColumn(index=index, heading=text)
+    if name == IGNORED:
+        return column
     found = meaning(name)
-    remark = None
-    if found is None and unit is None and (split := split_ending(name)) is not None:
+    if found is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
         name, unit = split
-        found = meaning(name)
-        remark = f"the unit of '{text}' is taken from its name"
-    if found is None or is_commanded(name):
-        goal = (
-            f"'{text}' is a commanded value, not a measurement, and is left out"
-            if is_commanded(name)
-            else None
-        )
-        return TableColumn(index=index, heading=text, remark=goal)
-    if not found.own and remark is None:
+        found, remark = meaning(name), f"the unit of '{text}' is taken from its name"
+    if is_commanded(name):
+        return replace(column, remark=f"'{text}' is a commanded value, not a measurement, and is left out")
+    if found is None:
+        return column
+    if not found.own and not remark:
         remark = f"'{text}' is read as {found.key}"
-    column = TableColumn(index=index, heading=text, key=found.key, remark=remark)
-    return _with_unit(column, table, unit if unit is not None else table.units[index] or None)
+    return _with_unit(replace(column, key=found.key, unit=unit, remark=remark), table)
 
 
-def _with_unit(column: TableColumn, table: Table, unit: str | None) -> TableColumn:
+def _with_unit(column: TableColumn, table: Table) -> TableColumn:
     """The column with its conversion to SI, or with the problem that it has none."""
     assert column.key is not None
-    quantities = quantities_of(column.key)
-    if not quantities:
+    if not (quantities := quantities_of(column.key)):
         return column
-    where = place(table, column.heading)
-    wanted = EXAMPLES[quantities[0]]
-    if unit is None and wanted != EXAMPLES[_NUMBER]:
+    if column.unit is None and quantities[0] is not Quantity.NUMBER:
         if column.key == "time" and table.rows and _DATE.fullmatch(table.columns[column.index][0]):
-            return replace(
-                column, remark=f"'{column.heading}' holds dates, read as seconds from the first row"
-            )
-        offered = wanted.split(" or ")
-        largest = _largest(table, quantities)
-        too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
-        first = next(too_large, offered[0])
+            remark = f"'{column.heading}' holds dates, read as seconds from the first row"
+            return replace(column, remark=remark)
+        wanted = EXAMPLES[quantities[0]]
+        first = wanted.split(" or ")[0]
         elsewhere = remedy(
             f"give columns='{column.key}[{first}]={column.heading}' (--columns)", page=CHOOSE_ON_PAGE
         )
         message = (
-            f"{where}: the unit is missing: write '{column.heading}[{first}]' in the header "
-            f"({wanted}, whichever applies), or {elsewhere}"
+            f"{place(table, column.heading)}: the unit is missing: write '{column.heading}[{first}]' in the "
+            f"header ({wanted}, whichever applies), or {elsewhere}"
         )
         return replace(column, problem=UnitError(message, unit=""))
     try:
-        found = conversion(unit or "", *quantities)
+        found = conversion(column.unit or "", *quantities)
     except UnitError as error:
-        return replace(column, unit=unit, problem=UnitError(f"{where}: {error}", unit=unit or ""))
-    remark = REMARKS.get(unit or "")
-    remark = "; ".join(part for part in (column.remark, remark) if part) or None
-    return replace(column, unit=unit, conversion=found, remark=remark)
+        problem = UnitError(f"{place(table, column.heading)}: {error}", unit=column.unit or "")
+        return replace(column, problem=problem)
+    remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
+    return replace(column, conversion=found, remark="; ".join(remarks))
 
 
 def place(table: Table, heading: str) -> str:
@@ -114,97 +120,37 @@ def place(table: Table, heading: str) -> str:
     return f"{table.source}{line}, column '{heading}'"
 
 
-def _counted_from_one(columns: list[TableColumn]) -> list[TableColumn]:
-    """Joints, torques and directions that a file counts from 0 (joint_0 …) are counted from 1."""
-    for stem in ("q", *(c.name for c in known_columns().values() if c.per is Per.JOINT)):
-        pattern = re.compile(rf"{stem}(\d+)")
-        if not any(column.key == f"{stem}0" for column in columns):
-            continue
-        for i, column in enumerate(columns):
-            if column.key is not None and (match := pattern.fullmatch(column.key)):
-                key = f"{stem}{int(match[1]) + 1}"
-                remark = f"'{column.heading}' is read as {key}, as the file counts joints from 0"
-                columns[i] = replace(column, key=key, remark=remark)
-    return columns
-
-
-def _without_duplicates(columns: list[TableColumn], table: Table) -> tuple[TableColumn, ...]:
-    """Columns, where two of the same meaning are each other's problem."""
-    seen: dict[str, TableColumn] = {}
-    for i, column in enumerate(columns):
-        if column.key is None:
-            continue
-        if (other := seen.setdefault(column.key, column)) is not column:
-            both = (
-                f"the heading appears twice (columns {other.index + 1} and {column.index + 1})"
-                if other.heading == column.heading
-                else f"'{other.heading}' and '{column.heading}' both mean {column.key}"
-            )
-            message = f"{both}: remove or rename one"
-            problem = FileError(message, path=table.source, line=table.heading_line, column=column.heading)
-            columns[i] = replace(column, problem=problem)
-    return tuple(columns)
-
-
 def problems(columns: tuple[TableColumn, ...]) -> list[WorkbenchError]:
-    """What stands against reading the columns; equal sentences about several columns are joined."""
-    found = [(column, column.problem) for column in columns if column.problem is not None]
-    missing = [column for column, problem in found if isinstance(problem, UnitError) and not problem.unit]
-    result: list[WorkbenchError] = []
-    for column, problem in found:
-        if column not in missing:
-            result.append(problem)
-        elif column is missing[0]:
-            more = f" (likewise {listed([c.heading for c in missing[1:]])})" if len(missing) > 1 else ""
-            result.append(UnitError(f"{problem}{more}", unit=""))
-    return result
+    """What stands against reading the columns; missing units are one sentence."""
+    found = [column.problem for column in columns if column.problem is not None]
+    unitless = [c for c in columns if isinstance(c.problem, UnitError) and not c.problem.unit]
+    if len(unitless) < 2:
+        return found
+    others = {id(column.problem) for column in unitless[1:]}
+    joined = f"{unitless[0].problem} (likewise {listed([c.heading for c in unitless[1:]])})"
+    kept = [problem for problem in found if id(problem) not in others]
+    return [UnitError(joined, unit="") if problem is unitless[0].problem else problem for problem in kept]
 
 
 def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     """Everything decided about the columns, in few sentences."""
-    notes: list[str] = []
-    renamed = [
-        column
-        for column in columns
-        if column.remark == f"'{column.heading}' is read as {column.key}"
-        and _JOINT.fullmatch(str(column.key))
-    ]
-    if len(renamed) > 3:
-        keys, headings = [str(column.key) for column in renamed], [column.heading for column in renamed]
-        notes.append(f"headings {span([repr(h) for h in headings])} are read as {span(keys)}")
+    renamed = {
+        f"'{c.heading}'": str(c.key)
+        for c in columns
+        if c.remark == f"'{c.heading}' is read as {c.key}" and re.fullmatch(r"q\d+", str(c.key))
+    }
+    notes = [f"{span([*renamed])} are read as {span([*renamed.values()])}"] if len(renamed) > 1 else []
     notes += [
-        column.remark for column in columns if column.remark and not (len(renamed) > 3 and column in renamed)
+        c.remark for c in columns if c.remark and not (len(renamed) > 1 and f"'{c.heading}'" in renamed)
     ]
-    units: dict[tuple[str, str], list[str]] = {}
+    units: dict[tuple[str, Quantity], list[str]] = {}
     for column in columns:
         if column.conversion is not None and column.unit:
-            si = str(column.conversion.quantity)
-            units.setdefault((column.unit, si), []).append(str(column.key))
+            units.setdefault((column.unit, column.conversion.quantity), []).append(str(column.key))
     notes += [
         f"{span(keys)}: {unit} converted to {si}"
         for (unit, si), keys in units.items()
-        if unit != si and si != str(_NUMBER)
+        if unit != si and si is not Quantity.NUMBER
     ]
-    left_out = [
-        column.heading
-        for column in columns
-        if column.key is None and column.remark is None and column.heading
-    ]
-    if left_out:
-        notes.append(f"unknown columns are left out: {listed(left_out)}")
-    nameless = sum(column.key is None and not column.heading for column in columns)
-    if nameless:
-        notes.append(f"{nameless} column(s) without a heading are left out")
-    twice = [heading for heading, n in Counter(left_out).items() if n > 1]
-    if twice:
-        notes.append(f"among them {listed(twice)} more than once")
-    return tuple(dict.fromkeys(notes))
-
-
-def _largest(table: Table, quantities: tuple[Quantity, ...]) -> float:
-    """Of all numbers in the columns of a kind."""
-    found = (meaning(parse_heading(heading).name) for heading in table.headings)
-    kind = [known is not None and quantities_of(known.key) == quantities for known in found]
-    cells = (cell for column, own in zip(table.columns, kind, strict=True) if own for cell in column)
-    numbers = (cell.replace(",", ".") for cell in cells if NUMBER.fullmatch(cell))
-    return max((abs(float(number.replace("\u2212", "-"))) for number in numbers), default=0.0)
+    left_out = [c.heading or "(no heading)" for c in columns if c.key is None and not c.remark]
+    return (*dict.fromkeys(notes), *((f"columns left out: {listed(left_out)}",) if left_out else ()))
