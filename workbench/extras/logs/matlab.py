@@ -10,7 +10,7 @@ import numpy as np
 from workbench.base.bounded_process import ChildError
 from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
-from workbench.data.binary_tables import read_bounded, refusal
+from workbench.data.binary_tables import read_in_child, refusal
 from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys, with_unit
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import kind_of, read_bytes
@@ -155,7 +155,7 @@ def read_arrays(data: bytes, path: Path) -> dict[str, np.ndarray]:
     what, instead = "this MATLAB file", "save it with -v7, or as CSV"
     if len(data) < 136 or 0 in data[:4] or data[124:128] not in (b"\0\1IM", b"\1\0MI"):
         raise refusal(what, "it has no header of version 5 to 7", instead, path)
-    return read_bounded(matlab_arrays, "scipy.io", data, path, what=what, instead=instead)
+    return read_in_child(matlab_arrays, data, path, needs="scipy.io", what=what, instead=instead)
 
 
 def matlab_arrays(data: bytes) -> dict[str, np.ndarray]:
