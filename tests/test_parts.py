@@ -68,7 +68,7 @@ WEATHER = """
 
         def read(self, table):
             joints = [f"axis-{i}" for i in range(1, 7)]
-            pick = Picker(table, [*joints, "H"])
+            pick = Picker(table)
             pick.take([f"q{i}" for i in range(1, 7)], joints, "deg", Quantity.ANGLE)
             pick.take(["height"], ["H"], "mm", Quantity.LENGTH)
             return pick.fields("their log")

@@ -85,7 +85,7 @@ def test_rows_tell_the_units(form, measured, tmp_path):
     names, *columns = FORMS[form](*measured)
     path = tmp_path / "rows.csv"
     path.write_text(table(names, *columns))
-    assert preview(path, joints=6).ok
+    assert not preview(path, joints=6).problems
     errors = identify("ur5e", path).best.held_out
     assert errors.position_mm.mean < 1e-3
     assert form == "a controller" or errors.orientation_deg.mean < 1e-4

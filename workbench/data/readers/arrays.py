@@ -8,6 +8,7 @@ import io
 import json
 import zipfile
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -39,29 +40,25 @@ def read_npz(data: bytes, path: Path) -> Grid:
             arrays = {name: file[name] for name in file.files}
     except (ValueError, OSError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile) as error:
         raise FileError(f"its arrays can't be read ({error}); {TABLE}", path=str(path)) from None
-    return _table(arrays, path)
+    return _table(arrays, path, "these are arrays of NumPy")
 
 
-def read_json(text: str, path: Path) -> Grid:
+def read_json(data: bytes, path: Path) -> Grid:
     """JSON of arrays, of one object a row, or of one object a line, as a table."""
-    try:
-        found = json.loads(text)
-    except ValueError:
+    found = None
+    with suppress(ValueError, RecursionError):  # text that isn't UTF-8 is a ValueError, too
+        text = data.decode("utf-8-sig")
         try:
+            found = json.loads(text)
+        except json.JSONDecodeError:
             found = [json.loads(line) for line in text.splitlines() if line.strip()]
-        except (ValueError, RecursionError):
-            found = None
-    except RecursionError:
-        found = None
     if isinstance(found, list) and found and all(isinstance(row, dict) for row in found):
         found = {name: [row.get(name) for row in found] for name in found[0]}
-    if not isinstance(found, dict):
-        raise FileError(f"this is JSON, but no rows of measurements; {POSE_PAIRS}; {TABLE}", path=str(path))
-    return _table(found, path)
+    return _table(found if isinstance(found, dict) else {}, path, "this is JSON")
 
 
-def _table(arrays: Mapping[str, Any], path: Path) -> Grid:
-    """Arrays with as many rows as most have, side by side."""
+def _table(arrays: Mapping[str, Any], path: Path, what: str) -> Grid:
+    """Arrays with as many rows as the joints, or the first, side by side."""
     columns, left_out = dict[str, list[str]](), list[str]()
     for name, values in arrays.items():
         try:
@@ -77,7 +74,8 @@ def _table(arrays: Mapping[str, Any], path: Path) -> Grid:
     rows = len(columns.get("q1", next(iter(columns.values()), [])))
     kept = {name: cells for name, cells in columns.items() if len(cells) == rows}
     if not rows or not any(meaning(name) for name in kept):
-        raise FileError(f"its arrays are no rows of measurements; {POSE_PAIRS}; {TABLE}", path=str(path))
+        text = f"{what}, but no arrays with joints and places of rows; {POSE_PAIRS}; {TABLE}"
+        raise FileError(text, path=str(path))
     left_out += [name for name in columns if name not in kept]
     notes = (f"left out: {', '.join(left_out)[:200]}",) if left_out else ()
     cells = [list(kept), *map(list, zip(*kept.values(), strict=True))]

@@ -29,7 +29,7 @@ class Rtde(AbstractTableLayout):
         return {"timestamp", *self.joints} <= set(headings) and not {"x", "y", "z"} <= set(headings)
 
     def read(self, table: Table) -> Fields:
-        pick = Picker(table, ["timestamp", *self.joints])
+        pick = Picker(table)
         pick.take(Q, [*self.joints], "rad", Quantity.ANGLE)
         pick.take(["time"], ["timestamp"], "s", Quantity.TIME)
         return pick.fields(f"layout '{self.name}': measured joints over time; TCP poses are left out")
@@ -54,7 +54,7 @@ class TargetDeviation(AbstractTableLayout):
         joints = sorted(
             (h for h in table.headings if re.fullmatch(r"joint_\d+", h)), key=lambda h: int(h[6:])
         )
-        pick = Picker(table, [*joints, *self.targets, *self.deviations])
+        pick = Picker(table)
         pick.take([f"q{heading[6:]}" for heading in joints], joints, "deg", Quantity.ANGLE)
         pick.take("xyz", [*self.deviations], "mm", Quantity.LENGTH)
         for axis, target in zip("xyz", pick.numbers([*self.targets], "mm", Quantity.LENGTH), strict=True):
@@ -88,7 +88,7 @@ class IpaGrid(AbstractTableLayout):
 
     def read(self, table: Table) -> Fields:
         angles = [*self.angles]
-        pick = Picker(table, [*self.joints, *self.position, *angles])
+        pick = Picker(table)
         pick.take(Q, [*self.joints], "rad", Quantity.ANGLE)
         pick.take("xyz", [*self.position], "mm", Quantity.LENGTH)
         pick.values["time"] = _seconds(table, pick.text("Timestamp"))

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.base.errors import FileError
 from workbench.base.units import Quantity, to_si
 from workbench.data.readers.columns_option import Naming
-from workbench.data.readers.fields import Decimal, Fields, decimal_of, to_numbers
+from workbench.data.readers.fields import Fields, to_numbers
 from workbench.data.readers.table import Table
 
 
@@ -51,12 +51,10 @@ class Picker:
 
     Args:
         table: The table.
-        numeric: Headings of all columns that will be asked for as numbers; decimal marks are decided by them.
     """
 
-    def __init__(self, table: Table, numeric: list[str]):
+    def __init__(self, table: Table):
         self.table = table
-        self.decimal = decimal_of(table, [self._index(heading) for heading in numeric])
         self.values: dict[str, np.ndarray] = {}
         self.headings: dict[str, str] = {}
         self.units: dict[str, str] = {}
@@ -72,10 +70,7 @@ class Picker:
 
     def numbers(self, headings: list[str], unit: str, quantity: Quantity) -> list[np.ndarray]:
         """One array (rows,) a column, in SI."""
-        return [
-            to_si(to_numbers(self.table, self._index(heading), self.decimal), unit, quantity)
-            for heading in headings
-        ]
+        return [to_si(to_numbers(self.table, self._index(h)), unit, quantity) for h in headings]
 
     def take(self, keys: Iterable[str], headings: list[str], unit: str, quantity: Quantity) -> None:
         """Gather columns under our names."""
@@ -100,5 +95,5 @@ class Picker:
             headings=self.headings,
             units=self.units,
             rotation=rotation,
-            notes=(*self.table.notes, *(("decimal commas",) * (self.decimal is Decimal.COMMA)), *notes),
+            notes=(*self.table.notes, *notes),
         )
