@@ -189,4 +189,4 @@ def _explain(
     found = unreachable.nearest(arm, target, q, task=task, limits=limits, rng=deepcopy(rng))
     if branches:
         return found, unreachable.limits_reason(q, limits, arm.slides)
-    return found, unreachable.geometry_reason(arm, found)
+    return found, unreachable.geometry_reason(arm, target, found, limits)

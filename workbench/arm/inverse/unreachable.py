@@ -1,7 +1,7 @@
 """The posture nearest to a target within the limits, and why none reaches it, in one sentence.
 
 The nearest posture minimises |p* − p|² + w² |ρ|² from many starts (`damped_newton`), with w so small that the
-position comes first: what remains then says whether position or orientation can't be met.
+position comes first: if the position alone can be met from there, it is the orientation that can't be.
 """
 
 import numpy as np
@@ -17,8 +17,6 @@ NEAREST_STARTS = 96
 """Random starts of a search for the nearest posture."""
 POSITION_FIRST = 2e-3
 """Weight w that gives priority to the position, as a share of the arm's length."""
-POSITION_MET = 5e-4
-"""Position error that leaves a search with this weight at a position that can be met, likewise."""
 
 
 def nearest(
@@ -61,9 +59,12 @@ def limits_reason(
     return sentence if len(q) == 1 else f"{sentence}, the closest of {len(q)} solutions"
 
 
-def geometry_reason(arm: ReducedArm, found: Reached) -> str:
+def geometry_reason(
+    arm: ReducedArm, target: Float[np.ndarray, "4 4"], found: Reached, limits: Float[np.ndarray, "n 2"]
+) -> str:
     """Why no joint positions reach a target of which this is the nearest posture."""
-    if found.position_error > POSITION_MET * arm.length:
-        return f"the target is {in_mm(float(found.position_error))} out of the arm's reach"
+    there = refine(arm, target[None], found.q[None], task=Task.POSITION, limits=limits).row(0)
+    if not there.converged:
+        return f"the target is {in_mm(float(there.position_error))} out of the arm's reach"
     off = f"the nearest is about {np.degrees(found.rotation_error):.2g}° off"
     return f"the position is reachable, but not in this orientation: {off}"
