@@ -129,7 +129,7 @@ def controller_numbers(
             expected=nominal.dof,
             found=calibrated.dof,
         )
-    usable = usable_arm(calibrated.in_session(session), nominal=nominal)
+    usable = usable_arm(calibrated.in_session(session))
     actual = usable.robot
     if q is None:
         q = usable.q if rng is None else sampled(nominal, rng)
@@ -166,7 +166,7 @@ def controller_numbers(
         after=_errors(wanted, arm, here),
         rows=len(q),
         losses=tuple(_losses(usable, start, arm, q)),
-        notes=unobserved_text(calibrated, {"the model": actual, "these numbers": arm}, nominal=nominal),
+        notes=unobserved_text(calibrated, {"the model": actual, "these numbers": arm}),
     )
 
 
