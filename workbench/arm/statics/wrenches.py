@@ -209,8 +209,6 @@ def _summed(
     for rows, source in ((velocity, "joint velocities"), (acceleration, "joint accelerations")):
         if rows is not None:
             robot.check_joints(rows, source)
-    if np.count_nonzero(robot.chain.drivers >= 0) - len(robot.chain.followers) != robot.dof:
-        raise RobotError(f"a joint of robot '{robot.name}' drives several elements; each may drive only one")
     moving = velocity is not None or acceleration is not None
     zeros = np.zeros(q.shape) if moving else NO_SHIFT
     out = np.empty((len(q), len(weights.mass) if separate else 1, robot.dof, 6))
