@@ -146,8 +146,9 @@ def _seconds(table: Table, index: int) -> tuple[np.ndarray, datetime]:
     return np.array(seconds), first
 
 
-def to_numbers(table: Table, index: int) -> Float[np.ndarray, " rows"]:
-    """One column as numbers; NaN where a cell is blank or says so."""
+def to_numbers(table: Table, column: int | str) -> Float[np.ndarray, " rows"]:
+    """One column, by its place or heading, as numbers; NaN where a cell is blank or says so."""
+    index = column if isinstance(column, int) else table.headings.index(column)
     cells = table.columns[index]
     try:
         if "_" in "".join(cells):

@@ -12,8 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base import se3
-from workbench.base.hand_eye import nearest_rotation
-from workbench.data.orientations import WrittenOrientation
+from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.readers.columns_option import GROUPS
 from workbench.data.readers.fields import Fields
 
@@ -32,7 +31,6 @@ class Form(NamedTuple):
         name: For people.
         convention: Its name in `data/orientations.py`.
         keys: Its columns.
-        matrices: What makes rotation matrices of rows of them.
         deviations: How far rows are from being rotations; None for numbers that always are.
         tolerance: How far they may be, by rounding.
         text: What deviates.
@@ -41,7 +39,6 @@ class Form(NamedTuple):
     name: str
     convention: str
     keys: tuple[str, ...]
-    matrices: Callable[[np.ndarray], np.ndarray]
     deviations: Callable[[np.ndarray], np.ndarray] | None = None
     tolerance: float = np.inf
     text: str = ""
@@ -100,9 +97,11 @@ def _matrices(form: Form, fields: Fields, usable: Rows) -> tuple[np.ndarray, tup
             form.keys[0],
         )
     rows = ~np.isnan(raw).any(1) & (off <= form.tolerance)
-    matrices = np.full((fields.rows, 3, 3), np.nan)
-    matrices[rows] = form.matrices(raw[rows])
-    worst = off[rows & usable].max(initial=0.0)
+    matrices, worst = np.full((fields.rows, 3, 3), np.nan), off[rows & usable].max(initial=0.0)
+    if worst > MAX_SILENT or form.convention != "matrix":
+        matrices[rows] = _MATRICES[form.convention](raw[rows])
+    else:  # bit by bit
+        matrices[rows] = raw[rows].reshape(-1, 3, 3)
     return matrices, (f"{form.text} by up to {worst:.1g}; mended",) if worst > MAX_SILENT else ()
 
 
@@ -126,26 +125,15 @@ def _off_orthonormal(raw: Float[np.ndarray, "rows 9"]) -> Float[np.ndarray, " ro
     return np.where(np.linalg.det(matrices) < 0.0, np.inf, off)
 
 
-def _orthonormal(raw: Float[np.ndarray, "rows 9"]) -> Float[np.ndarray, "rows 3 3"]:
-    """The nearest rotations where rounding shows; else the matrices as they are, bit by bit."""
-    matrices = raw.reshape(-1, 3, 3)
-    return matrices if _off_orthonormal(raw).max(initial=0.0) <= MAX_SILENT else nearest_rotation(matrices)
-
-
-_MATRIX = "the matrix r11 … r33", "matrix", GROUPS["matrix"], _orthonormal, _off_orthonormal, 5e-3
-_QUATERNION = (
-    "the quaternion qw, qx, qy, qz",
-    "wxyz",
-    GROUPS["quat"],
-    se3.quaternion_to_matrix,
-    _off_unit,
-    0.02,
-)
+_MATRIX, _QUATERNION = "the matrix r11 … r33", "the quaternion qw, qx, qy, qz"
+_SKEW = _off_orthonormal, 5e-3, "matrices are not orthonormal with a determinant of 1: RᵀR is off"
+_LONG = _off_unit, 0.02, "quaternions are not normalised: their norm is off"
 FORMS = (
-    Form(*_MATRIX, "matrices are not orthonormal with a determinant of 1: RᵀR is off"),
-    Form(*_QUATERNION, "quaternions are not normalised: their norm is off"),
-    Form("the rotation vector rx, ry, rz", "rotvec", GROUPS["rotvec"], se3.rotvec_to_matrix),
-    Form("roll, pitch, yaw (R = Rz(yaw) Ry(pitch) Rx(roll))", "xyz", GROUPS["rpy"], se3.rpy_to_matrix),
-    Form("ZXZ Euler angles (R = Rz(Φ) Rx(θ) Rz(Ψ))", "ZXZ", GROUPS["zxz"], se3.zxz_to_matrix),
+    Form(_MATRIX, "matrix", GROUPS["matrix"], *_SKEW),
+    Form(_QUATERNION, "wxyz", GROUPS["quat"], *_LONG),
+    Form("the rotation vector rx, ry, rz", "rotvec", GROUPS["rotvec"]),
+    Form("roll, pitch, yaw (R = Rz(yaw) Ry(pitch) Rx(roll))", "xyz", GROUPS["rpy"]),
+    Form("ZXZ Euler angles (R = Rz(Φ) Rx(θ) Rz(Ψ))", "ZXZ", GROUPS["zxz"]),
 )
 """The most exact form first: it is the one that counts where a file gives several."""
+_MATRICES = {kind.name: kind.matrices for kind in ORIENTATIONS}

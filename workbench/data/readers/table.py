@@ -76,6 +76,10 @@ class Table:
         """Number of data rows."""
         return len(self.lines)
 
+    def cells(self, heading: str) -> tuple[str, ...]:
+        """Of the first column with a heading of the file."""
+        return self.columns[self.headings.index(heading)]
+
     def error(self, message: str, index: int | None = None, row: int | None = None) -> FileError:
         """An error that names the file, the column at an index, and the line of a data row."""
         line = None if row is None else self.lines[row]
