@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.base.wording import plural
 from workbench.session.commands.drag import DropTarget, MoveTarget
-from workbench.session.cube_values import field_of
+from workbench.session.cube_fields import field_of
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.stages import shown_stage
 from workbench.session.state import Session
