@@ -39,6 +39,7 @@ HOMES = {
     "typer": {"cli"},
     "yourdfpy": {"arm"},
     "ezdxf": {"extras/workshop"},
+    "matplotlib": {"extras/workshop"},
     "OCP": {"extras/workshop"},
     "rosbags": {"extras/logs"},
     "playwright": set(),

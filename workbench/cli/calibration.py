@@ -1,5 +1,6 @@
 """The commands that turn measurements into a calibrated robot: identify, diagnose, evaluate, export."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -43,9 +44,9 @@ def identify(
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import posed_arm
     from workbench.data.accuracy_requirement import default_requirement
-    from workbench.identification.errors.file_errors import file_text
     from workbench.identification.prior import read_prior
     from workbench.identification.report.document import identification_blocks
+    from workbench.identification.report.page import write_identification
     from workbench.identification.report.results_json import identification_json
     from workbench.identification.result import LOOK_AGAIN
 
@@ -78,15 +79,7 @@ def identify(
         saved = _save(run, out.save, reasons, force=fit.force)
     opt.write_result(out.json, identification_json(run))
     opt.describe("tables", lambda: opt.show(identification_blocks(run, wanted=requested)))
-    if out.report is not None:
-        from workbench.identification.report.page import write_identification
-
-        written = partial(write_identification, run, out.report, wanted=requested)
-        opt.describe("report", lambda: opt.say(f"report: {written()}"))
-    if saved.path is not None:
-        opt.say(f"calibrated robot ({run.best.fit.title}): {saved.path}")
-        opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(run.best)}"))
-    opt.say_notes(saved.notes)
+    _say_files(out.report, partial(write_identification, run, wanted=requested), saved, run.best)
     if saved.reason or reasons:
         opt.fail(saved.reason or "; ".join(reasons))
     opt.check_converged(run.best.fit)
@@ -122,8 +115,8 @@ def diagnose(
     tip: opt.TipOption = None,
 ) -> None:
     """Find the effects missing from the model, add them, and report the held-out error before and after."""
+    from workbench.diagnosis.report.page import write_diagnosis
     from workbench.diagnosis.report.results_json import diagnosis_json
-    from workbench.identification.errors.file_errors import file_text
 
     arm = wb.load_robot(robot, tip=tip)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
@@ -135,14 +128,7 @@ def diagnose(
     saved = _save(whole, out.save, [run.harm] if run.harm else [], force=fit.force)
     opt.write_result(out.json, diagnosis_json(run))
     opt.describe("tables", lambda: opt.show(run.blocks()))
-    if (page := out.report) is not None:
-        from workbench.diagnosis.report.page import write_diagnosis
-
-        opt.describe("report", lambda: opt.say(f"report: {write_diagnosis(run, page)}"))
-    if saved.path is not None:
-        opt.say(f"calibrated robot: {saved.path}")
-        opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(whole.best)}"))
-    opt.say_notes(saved.notes)
+    _say_files(out.report, partial(write_diagnosis, run), saved, whole.best)
     opt.check_converged(run.final_fit)
     if saved.reason or run.harm is not None:
         opt.fail(saved.reason or str(run.harm))
@@ -167,6 +153,18 @@ def _save(run, path: Path | None, reasons: list[str], *, force: bool) -> _Saved:
     done = opt.save_robot(run.robot, path, force=True) if force or not reasons else None
     kept = opt.not_written(path, forced=force)
     return _Saved(done, "; ".join(reasons) + kept if reasons else "", notes)
+
+
+def _say_files(report: Path | None, write: Callable[[Path], Path], saved: _Saved, best) -> None:
+    """Write the report if a folder is given, and say where it and the calibrated arm are, with its errors."""
+    from workbench.identification.errors.file_errors import file_text
+
+    if report is not None:
+        opt.describe("report", lambda: opt.say(f"report: {write(report)}"))
+    if saved.path is not None:
+        opt.say(f"calibrated robot ({best.fit.title}): {saved.path}")
+        opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(best)}"))
+    opt.say_notes(saved.notes)
 
 
 @opt.flattened
