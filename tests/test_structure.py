@@ -268,7 +268,7 @@ def test_what_takes_long_to_load_is_loaded_when_it_is_used():
         "print('coal' in sys.modules)",
         "import workbench.data.readers, workbench.views.page.app, workbench.views.recording.recorder",
         "from workbench.views.page.panels import panels; panels()",
-        "import workbench.identification.report.table",
+        "import workbench.identification.report.document",
         f"print([n for n in {heavy!r} if n in sys.modules])",
     )
     run = subprocess.run(
