@@ -19,8 +19,7 @@ import numpy as np
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.meshes import find_mesh
 from workbench.arm.motion import Motion
-from workbench.arm.robot import JointKind, Robot
-from workbench.arm.urdf_source import UrdfSource
+from workbench.arm.robot import JointKind, Robot, UrdfSource
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.plate.optimiser.capsules import LAST_LINK_RADIUS, PROBE_RADIUS
