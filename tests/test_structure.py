@@ -44,8 +44,8 @@ HOMES = {
     "playwright": set(),
 }
 """With the order of the wings they keep viewers and the command line out of the numeric core."""
-UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "read_urdf", "save_robot", "tool_poses")}
-"""`Robot.from_dh`, `from_urdf`, `save` and `predict` call these, which take or make a `Robot`."""
+UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "save_robot", "tool_poses")}
+"""`Robot.from_dh`, `save` and `predict` call these, which take or make a `Robot`."""
 LONGEST = 600
 BUDGETS = {
     "root": 255,
