@@ -74,7 +74,7 @@ def arm_judgement(session: Session) -> Judgement | None:
     if not judged.check.judged.any():
         return None
     passed = Tone.GOOD if judged.held_out else Tone.PLAIN
-    return Judgement(passed if judged.check.ok else Tone.BAD, judged.verdict)
+    return Judgement(Tone.BAD if judged.failed else passed, judged.verdict)
 
 
 @lru_cache(maxsize=2)
