@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench.base.errors import DataError
+from workbench.base.errors import DataError, FileError
 from workbench.data.readers import read_measurements
 
 SPOTS = ("A", "B", "C")
@@ -52,6 +52,36 @@ def test_sockets_and_repeats_stay_rows(tmp_path):
     assert read_measurements(tmp_path / "sockets.csv").markers is None
 
 
+REPORT = """Accuracy run
+Arm,desk arm
+Targets,3
+
+TARGETS
+Index,X,Y,Z
+0,0.2,0.0,0.3
+1,0.2,0.1,0.3
+
+MEASUREMENTS
+Number,Target,Joint 1[rad],Joint 2[rad],Actual X[m],Actual Y[m],Actual Z[m]
+0,0,0.2929,0.2023,0.12981,0.11636,0.29711
+1,1,0.7850,0.1551,0.27621,0.25728,0.23957
+"""
+
+
+def test_of_a_report_the_table_with_joints_is_read(tmp_path):
+    (tmp_path / "run.csv").write_text(REPORT + "\nSUMMARY\nMean,Max\n0.1,0.2\n")
+    data = read_measurements(tmp_path / "run.csv")
+    assert data.q.tolist() == [[0.2929, 0.2023], [0.785, 0.1551]]
+    assert data.position[1].tolist() == [0.27621, 0.25728, 0.23957]
+    assert any("lines 11–13" in note for note in data.notes)
+
+
+def test_several_tables_with_joints_are_named_by_their_lines(tmp_path):
+    (tmp_path / "run.csv").write_text(REPORT + REPORT)
+    with refuses(FileError, "lines 11–13", "lines 24–26"):
+        read_measurements(tmp_path / "run.csv")
+
+
 def test_a_list_of_a_measuring_machine_joins_by_its_names(tmp_path):
     rows = "\n".join(f"P{k},1,0.0,{k}.5,2,3" for k in range(3))
     (tmp_path / "cmm.csv").write_text(
@@ -63,3 +93,17 @@ def test_a_list_of_a_measuring_machine_joins_by_its_names(tmp_path):
     data = read_measurements(tmp_path / "cmm.csv", joint_table=tmp_path / "q.csv")
     assert np.rad2deg(data.q[:, 0]) == pytest.approx([0, 10, 20])
     assert data.position[2] == pytest.approx([0.0025, 0.002, 0.003])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "def main():\n  movej(posj(10.0, -20.0), v=30)\n",
+        "/PROG  A\n/MN\n   1:J P[1] 100% FINE ;\n",
+        ".PROGRAM a()\n  JMOVE #p1\n",
+    ],
+)
+def test_a_program_is_called_one(tmp_path, text):
+    (tmp_path / "weld.drl").write_text(text)
+    with refuses(FileError, "RAPID", "KRL", "JBI", "URScript"):
+        read_measurements(tmp_path / "weld.drl")

@@ -25,8 +25,8 @@ from studies import katana_printed as printed
 from studies.katana_generator import VirtualKatana, draw_arm
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.backlash import Backlash
-from workbench.arm.effects.clearance_tilt import ClearanceTilt
 from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.effects.tilting import ClearanceTilt
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot

@@ -17,7 +17,7 @@ from workbench.base import se3
 from workbench.base.arguments import Reads, admit
 from workbench.base.array_checks import check_rotations, numbers
 from workbench.base.columns import Per
-from workbench.base.errors import DataError, OptionError, ShapeError
+from workbench.base.errors import DataError, OptionError, ShapeError, UnitError
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
 from workbench.data.known_columns import known_columns
@@ -50,7 +50,7 @@ Labels = Annotated[Shaped[np.ndarray, " rows"], Reads("text in every row", _labe
 Marks = Annotated[Bool[np.ndarray, " rows"], Reads("True or False in every row", _marks)]
 PER_JOINT = {"q", "torque", "direction"}
 UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "written"}
-UNSHOWN |= {"source", "notes", "read_as", "is_of_later", "joint_units"}
+UNSHOWN |= {"source", "notes", "read_as", "is_of_later", "joint_units", "unsaid"}
 """What is not named where a table is printed."""
 SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
 WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
@@ -95,6 +95,7 @@ class Dataset:
         read_as: What the rows were taken to mean where that isn't what their headings say.
         is_of_later: Whether they were measured after all that happened while others were, which then is over.
         joint_units: Unit of each joint's column in the file; empty where nothing says it.
+        unsaid: What is wrong where the file lacks units and nothing told them yet; they are the likeliest.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -127,6 +128,7 @@ class Dataset:
     read_as: str = ""
     is_of_later: bool = False
     joint_units: tuple[str, ...] = ()
+    unsaid: str = ""
 
     def __post_init__(self):
         admit(self, is_finite=False)
@@ -176,6 +178,13 @@ class Dataset:
 
     def __len__(self) -> int:
         return len(self.q)
+
+    @property
+    def said(self) -> "Dataset":
+        """These rows, for those who take them as they stand; refused if the file lacks units."""
+        if self.unsaid:
+            raise UnitError(self.unsaid, unit="")
+        return self
 
     def column(self, name: str) -> np.ndarray | None:
         return getattr(self, name) if name in self.__dataclass_fields__ else self.more.get(name)

@@ -23,7 +23,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import identification_jacobian, joint_elements, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import (
@@ -129,7 +129,7 @@ def controller_numbers(
             expected=nominal.dof,
             found=calibrated.dof,
         )
-    usable = usable_arm(calibrated.in_session(session), nominal=nominal)
+    usable = usable_arm(calibrated.in_session(session))
     actual = usable.robot
     if q is None:
         q = usable.q if rng is None else sampled(nominal, rng)
@@ -156,7 +156,7 @@ def controller_numbers(
     held = tuple(n for i, n in enumerate(names) if i not in own)
     free = tuple(names[i] for i in own)
     arm = closest(start, free, lambda arm: at(arm, free), prior=np.zeros(len(free)))
-    drives = joint_elements(arm)
+    drives = arm.chain.driven
     return ControllerNumbers(
         parts=chosen,
         offsets=frozen(arm.chain.values[drives] - start.chain.values[drives]),
@@ -166,7 +166,7 @@ def controller_numbers(
         after=_errors(wanted, arm, here),
         rows=len(q),
         losses=tuple(_losses(usable, start, arm, q)),
-        notes=unobserved_text(calibrated, {"the model": actual, "these numbers": arm}, nominal=nominal),
+        notes=unobserved_text(calibrated, {"the model": actual, "these numbers": arm}),
     )
 
 
@@ -184,7 +184,7 @@ def _names(arm: Robot, parts: tuple[ControllerPart, ...]) -> tuple[str, ...]:
     """Constants to search, in order of preference."""
     names: list[str] = []
     if ControllerPart.OFFSETS in parts:
-        names += [arm.chain.elements[i].name for i in joint_elements(arm)]
+        names += [arm.chain.elements[i].name for i in arm.chain.driven]
     for part in (ControllerPart.TOOL, ControllerPart.BASE):
         if part in parts:
             names += [f"{part}.{piece}" for piece in FRAME_PARTS]

@@ -93,6 +93,7 @@ def assemble(
         source=fields.source,
         notes=(*fields.notes, *notes, *rounded, *moved, *_row_notes(fields, excluded, found, reasons)),
         joint_units=joint_units(fields),
+        unsaid=fields.unsaid,
         **_plain(fields, q.shape[1]),
     )
     lines = fields.lines

@@ -1,5 +1,6 @@
 """The meaning of each column of a table, and problems that prevent its use."""
 
+import math
 import re
 from dataclasses import dataclass, replace
 
@@ -10,10 +11,22 @@ from workbench.base.units import EXAMPLES, REMARKS, Conversion, Quantity, conver
 from workbench.base.wording import listed, span
 from workbench.data.known_columns import known_columns
 from workbench.data.readers.columns_option import IGNORED
-from workbench.data.readers.headings import is_commanded, meaning, quantities_of, split_ending
-from workbench.data.readers.table import Table
+from workbench.data.readers.headings import (
+    Meaning,
+    is_commanded,
+    known_together,
+    meaning,
+    normalised,
+    quantities_of,
+    split_ending,
+)
+from workbench.data.readers.table import NUMBER, Table
 
 CHOOSE_ON_PAGE = "choose its meaning in the Measure tab, under 'Columns of the file'"
+_TOLD_BY_ROWS = re.compile(r"q\d+|[xyz]|roll|pitch|yaw|r[xyz]|m\d+[xyz]")
+"""Columns whose unit rows of a known arm tell."""
+TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
+"""Units that are likeliest where numbers are larger than the others would have them."""
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
 
 
@@ -29,6 +42,7 @@ class TableColumn:
         conversion: To SI; None for labels, dates and columns that are left out.
         remark: A decision to be said; empty if there is none.
         problem: Why it can't be read.
+        unsaid: The same of a unit that the rows may tell: until then the conversion is that of the likeliest.
     """
 
     index: int
@@ -38,11 +52,15 @@ class TableColumn:
     conversion: Conversion | None = None
     remark: str = ""
     problem: WorkbenchError | None = None
+    unsaid: UnitError | None = None
 
 
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     """What each column of a table holds; problems are kept in the columns, not raised."""
-    columns = [_column(table, index) for index in range(len(table.headings))]
+    names = [normalised(parse_heading(text).name) for text in table.names]
+    together = known_together(names)
+    columns = [_column(table, index, together.get(name)) for index, name in enumerate(names)]
+    columns = [_with_unit(column, table, columns) for column in columns]
     from_zero = {c.key[:-1] for c in columns if c.key is not None and c.key in _zeroth()}
     seen: dict[str, TableColumn] = {}
     for i, column in enumerate(columns):
@@ -67,13 +85,17 @@ def _twice(table: Table, other: TableColumn, column: TableColumn) -> FileError:
     return FileError(text, path=table.source, line=table.heading_line, column=column.heading)
 
 
-def _column(table: Table, index: int) -> TableColumn:
-    """One column by its name and unit, or its unit ending ('x_mm')."""
+def _column(table: Table, index: int, key: str | None) -> TableColumn:
+    """One column by its name and unit, or its unit ending ('x_mm').
+
+    Args:
+        key: What it means beside the others, if that is another thing than alone.
+    """
     text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
     column = TableColumn(index=index, heading=text)
     if name == IGNORED:
         return column
-    found = meaning(name)
+    found = meaning(name) if key is None else Meaning(key, False)
     if found is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
         name, unit = split
         found, remark = meaning(name), f"the unit of '{text}' is taken from its name"
@@ -83,20 +105,25 @@ def _column(table: Table, index: int) -> TableColumn:
         return column
     if not found.own and not remark:
         remark = f"'{text}' is read as {found.key}"
-    return _with_unit(replace(column, key=found.key, unit=unit, remark=remark), table)
+    return replace(column, key=found.key, unit=unit, remark=remark)
 
 
-def _with_unit(column: TableColumn, table: Table) -> TableColumn:
+def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) -> TableColumn:
     """The column with its conversion to SI, or with the problem that it has none."""
-    assert column.key is not None
-    if not (quantities := quantities_of(column.key)):
+    if column.key is None or not (quantities := quantities_of(column.key)):
         return column
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
         if column.key == "time" and table.rows and _DATE.fullmatch(table.columns[column.index][0]):
             remark = f"'{column.heading}' holds dates, read as seconds from the first row"
             return replace(column, remark=remark)
+        if column.key == "time":
+            remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[s]'"
+            return replace(column, key=None, remark=remark)
         wanted = EXAMPLES[quantities[0]]
-        first = wanted.split(" or ")[0]
+        offered = wanted.split(" or ")
+        largest = _largest(table, [c for c in columns if c.key and quantities_of(c.key) == quantities])
+        too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
+        first = next(too_large, offered[0])
         elsewhere = remedy(
             f"give columns='{column.key}[{first}]={column.heading}' (--columns)", page=CHOOSE_ON_PAGE
         )
@@ -104,7 +131,10 @@ def _with_unit(column: TableColumn, table: Table) -> TableColumn:
             f"{place(table, column.heading)}: the unit is missing: write '{column.heading}[{first}]' in the "
             f"header ({wanted}, whichever applies), or {elsewhere}"
         )
-        return replace(column, problem=UnitError(message, unit=""))
+        missing = UnitError(message, unit="")
+        if not _TOLD_BY_ROWS.fullmatch(column.key):
+            return replace(column, problem=missing)
+        return replace(column, unit=first, conversion=conversion(first, *quantities), unsaid=missing)
     try:
         found = conversion(column.unit or "", *quantities)
     except UnitError as error:
@@ -120,16 +150,19 @@ def place(table: Table, heading: str) -> str:
     return f"{table.source}{line}, column '{heading}'"
 
 
-def problems(columns: tuple[TableColumn, ...]) -> list[WorkbenchError]:
-    """What stands against reading the columns; missing units are one sentence."""
-    found = [column.problem for column in columns if column.problem is not None]
-    unitless = [c for c in columns if isinstance(c.problem, UnitError) and not c.problem.unit]
-    if len(unitless) < 2:
-        return found
-    others = {id(column.problem) for column in unitless[1:]}
-    joined = f"{unitless[0].problem} (likewise {listed([c.heading for c in unitless[1:]])})"
-    kept = [problem for problem in found if id(problem) not in others]
-    return [UnitError(joined, unit="") if problem is unitless[0].problem else problem for problem in kept]
+def problems(columns: tuple[TableColumn, ...], *, rows_tell: bool) -> list[WorkbenchError]:
+    """What stands against reading the columns; missing units are one sentence.
+
+    Args:
+        rows_tell: Whether units that the rows may tell are no problem.
+    """
+    found = [(c, c.problem or (None if rows_tell else c.unsaid)) for c in columns]
+    unitless = [(c, problem) for c, problem in found if isinstance(problem, UnitError) and not problem.unit]
+    others = [problem for pair in found if (problem := pair[1]) is not None and pair not in unitless]
+    if not unitless:
+        return others
+    more = f" (likewise {listed([c.heading for c, _ in unitless[1:]])})" if unitless[1:] else ""
+    return [UnitError(f"{unitless[0][1]}{more}", unit=""), *others]
 
 
 def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
@@ -154,3 +187,10 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     ]
     left_out = [c.heading or "(no heading)" for c in columns if c.key is None and not c.remark]
     return (*dict.fromkeys(notes), *((f"columns left out: {listed(left_out)}",) if left_out else ()))
+
+
+def _largest(table: Table, columns: list[TableColumn]) -> float:
+    """Of all numbers in some columns."""
+    cells = (cell for column in columns for cell in table.columns[column.index])
+    numbers = (cell.replace(",", ".").replace("\u2212", "-") for cell in cells if NUMBER.fullmatch(cell))
+    return max((abs(float(number)) for number in numbers), default=0.0)

@@ -33,7 +33,8 @@ class Fields:
         began: Date of the first row, where `time` was read from dates and counts from there.
         rotation: Orientations that a layout has already made, in place of columns; NaN where missing.
         notes: Decisions taken so far.
-        unread: The file's text over columns that are left out.
+        unread: Text of columns that are left out, by the file's text over them.
+        unsaid: What is wrong where units are missing that the rows may tell.
     """
 
     source: str
@@ -44,7 +45,8 @@ class Fields:
     began: datetime | None = None
     rotation: Float[np.ndarray, "rows 3 3"] | None = None
     notes: tuple[str, ...] = ()
-    unread: tuple[str, ...] = ()
+    unread: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    unsaid: str = ""
 
     @property
     def rows(self) -> int:
@@ -87,10 +89,14 @@ class Fields:
         return FileError(message, path=self.source, line=self.lines[row], column=column)
 
 
-def fields_of(table: Table) -> Fields:
-    """All columns of a table that are understood, in SI."""
+def fields_of(table: Table, *, rows_tell: bool = False) -> Fields:
+    """All columns of a table that are understood, in SI.
+
+    Args:
+        rows_tell: Whether units may be missing that the rows tell (`Dataset.unsaid`).
+    """
     columns = interpret_columns(table)
-    for problem in problems(columns):
+    for problem in problems(columns, rows_tell=rows_tell):
         raise problem
     return convert(table, columns)
 
@@ -112,7 +118,8 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         units={key: column.unit for key, column in used.items() if column.unit},
         began=began,
         notes=table.notes + decisions(columns),
-        unread=tuple(column.heading for column in columns if column.key is None),
+        unread={c.heading: tuple(table.columns[c.index]) for c in columns if c.key is None and c.heading},
+        unsaid=str(next(iter(problems(columns, rows_tell=False)), "")),
     )
 
 

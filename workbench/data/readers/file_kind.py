@@ -15,6 +15,8 @@ class FileKind(StrEnum):
     TEXT = "text table"
     EXCEL = "xlsx"
     PARQUET = "parquet"
+    NPZ = "npz"
+    JSON = "JSON"
 
 
 TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
@@ -22,15 +24,20 @@ TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
 TABLE = "write the measurements as CSV, TSV, xlsx, parquet or MATLAB v5"
 """What to do about a file that is no table."""
 POSE_PAIRS = "pairs of a robot's pose and a target's in a camera are for 'workbench handeye'"
+_PROGRAM = (
+    rb"(?mi)\s*(?:def \w+\(|(?:PROC|MODULE|PROGRAM|[JL]MOVE|PTP) \S|/PROG\b|/JOB\b|\.PROGRAM\b|&ACCESS)"
+    rb"|(?s:.*)(?:\bmove?[jlcp] ?\(|^\s*\d+ ?: *[JLC] +P\[)"
+)
+"""How programs of robots begin, and how they move."""
 _REFUSED = (
     (rb"\x89PNG|\xff\xd8\xff|GIF8", "a picture (PNG, JPEG, GIF)"),
     (rb"%PDF", "a PDF document"),
     (rb"PK\x03\x04|\x1f\x8b|7z\xbc\xaf", f"an archive (zip, gzip, 7z), which must be unpacked; {POSE_PAIRS}"),
     (rb"\xd0\xcf\x11\xe0", "an old Excel file (.xls), to be saved as .xlsx"),
     (rb"\x89HDF|MATLAB 7\.3", "an HDF5 file, as of MATLAB's -v7.3, to be saved with -v7"),
+    (_PROGRAM, "a robot's program; of programs RAPID, KRL, JBI and URScript are read by 'compensate'"),
     (rb"RRF", "a recording, which 'workbench review' opens"),
     (rb"\s*<", "XML, such as a robot description (URDF): {robot}"),
-    (rb"\s*(\{|\[\s*\{)", f"JSON; {POSE_PAIRS}"),
     (rb"\s*(---\s*)?(- *\r?\n? *)?[A-Za-z_]\w*:( +[\"']{2})?\r?\n", f"YAML; {POSE_PAIRS}"),
     (
         rb"(\s*#.*\n)*\s*(\[\[?[\w.\"' -]+\]\]?\s*[\r\n]|[\w-]+\s*=\s*[\"\[{\d.+-])",
@@ -61,6 +68,10 @@ def kind_of(data: bytes, path: Path) -> FileKind:
         return FileKind.EXCEL
     if data.startswith(b"PAR1"):
         return FileKind.PARQUET
+    if data.startswith(b"PK\x03\x04") and b".npy" in data[:200]:
+        return FileKind.NPZ
+    if re.match(rb"(\xef\xbb\xbf)?\s*(\{|\[\s*\{)", data[:4000]):
+        return FileKind.JSON
     start = data[:4000].removeprefix(b"\xef\xbb\xbf")
     found = next((what for pattern, what in _REFUSED if re.match(pattern, start)), None)
     if found is not None:

@@ -76,7 +76,7 @@ def preview(
             c for c in shown if c.key is None and c.heading not in fields.headings.values()
         )
     else:
-        found = [str(problem) for problem in problems(understood)]
+        found = [str(problem) for problem in problems(understood, rows_tell=True)]
     try:
         if fields is None and table is not None and not found:
             fields = convert(table, understood)

@@ -14,12 +14,14 @@ from workbench.base.types import Matrix4
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
+from workbench.data.readers.arrays import read_json, read_npz
 from workbench.data.readers.assemble import assemble, markers_of
 from workbench.data.readers.columns_option import Joints, Naming, headings_in_order, parse_columns
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
+from workbench.data.readers.several_tables import only_table
 from workbench.data.readers.table import Grid, Table, with_headings, with_names
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet
@@ -61,13 +63,14 @@ def read_measurements(
         OptionError: An option does not fit the file.
         MissingExtraError: An optional library is needed.
     """
-    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
+    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints, rows_tell=True)
     if joint_table is not None:
         if "q1" in fields.values:
             raise OptionError(
                 f"{fields.source} already has joints; leave out the table of joints", option="joint_table"
             )
-        fields = join(fields, read_fields(joint_table, columns=joint_columns, joints=joints))
+        own = read_fields(joint_table, columns=joint_columns, joints=joints, rows_tell=True)
+        fields = join(fields, own)
     return assemble(fields, joints=joints, base=base)
 
 
@@ -78,12 +81,17 @@ def read_fields(
     layout: str | None = None,
     sheet: str | None = None,
     joints: Joints = None,
+    rows_tell: bool = False,
 ) -> Fields:
-    """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
+    """All columns of a file in SI, whatever they are; options and errors as `read_measurements`.
+
+    Args:
+        rows_tell: As of `fields_of`.
+    """
     found, _, table = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
     if found is None:
         assert table is not None, "what has no layout of its own is a table"
-        return fields_of(table)
+        return fields_of(table, rows_tell=rows_tell)
     return found
 
 
@@ -163,7 +171,7 @@ def read_table(
     grid = read_grid(Path(source), sheet=sheet) if isinstance(source, str | PathLike) else read_frame(source)
     if naming is not None and naming.items:
         return with_names(grid, headings_in_order(naming, len(grid.rows[-1])))
-    return with_headings(grid, naming, joints)
+    return with_headings(only_table(grid), naming, joints)
 
 
 def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
@@ -174,7 +182,13 @@ def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
         return read_excel(data, path, sheet=sheet)
     if sheet is not None:
         raise _no_workbook(path, sheet)
-    return read_parquet(data, path) if kind is FileKind.PARQUET else read_text(data, path)
+    readers = {
+        FileKind.PARQUET: read_parquet,
+        FileKind.NPZ: read_npz,
+        FileKind.JSON: read_json,
+        FileKind.TEXT: read_text,
+    }
+    return readers[kind](data, path)
 
 
 def _no_workbook(path: Path, sheet: str) -> OptionError:
@@ -191,5 +205,6 @@ def read_marker_rows(path: Path | str, rows: int) -> Float[np.ndarray, "rows mar
     if found is None or found.shape[1] < 3 or fields.rows != rows or not np.isfinite(found).all():
         what = "one row, the markers on the tool" if rows == 1 else "two rows, as designed and as measured"
         text = f"{what}: three markers or more (m1x[mm] m1y[mm] m1z[mm] …), no cell blank"
-        raise FileError(f"has {fields.rows} rows; give {text}", path=str(path))
+        count = 0 if found is None else found.shape[1]
+        raise FileError(f"has {fields.rows} rows of {count} markers; give {text}", path=str(path))
     return found
