@@ -17,8 +17,7 @@ import coal
 import numpy as np
 
 from workbench.arm.meshes import find_mesh
-from workbench.arm.robot import JointKind, Robot
-from workbench.arm.urdf_source import UrdfSource
+from workbench.arm.robot import JointKind, Robot, UrdfSource
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.plate.optimiser.capsules import LAST_LINK_RADIUS, PROBE_RADIUS
