@@ -16,7 +16,7 @@ from rigid_body import rigid_body
 
 from workbench import Motion, Robot, tool_poses
 from workbench.arm.chain import NO_SHIFT
-from workbench.arm.statics.wrenches import motion_wrenches, own_axis
+from workbench.arm.statics.wrenches import TrialArm, motion_wrenches, own_axis
 from workbench.base import se3
 from workbench.base.types import JointRows
 
@@ -106,12 +106,11 @@ def check_jacobian(
     return float(error[column])
 
 
-def joint_wrenches(
-    robot: Robot, q: JointRows, *, payload_com=None, values=None, shift=NO_SHIFT, weights=None, **rows
-):
+def joint_wrenches(robot: Robot, q: JointRows, *, payload_com=None, values=None, shift=NO_SHIFT, **rows):
     """`motion_wrenches` of joint positions; further rows, such as payload or wrench, as `Motion` has them."""
-    how = {"payload_com": payload_com, "values": values, "shift": shift, "weights": weights}
-    return motion_wrenches(robot, Motion(q, **rows), **how)
+    chain = robot.chain if values is None else robot.chain.with_values(values)
+    arm = TrialArm(robot, chain, robot.effects)
+    return motion_wrenches(arm, Motion(q, **rows), payload_com=payload_com, shift=shift)
 
 
 def holding(wrenches, robot):

@@ -163,7 +163,7 @@ def test_the_derivative_of_the_wrenches(arms, arm):
         return joint_wrenches(robot, motion.q, **loads, values=values, shift=shift)
 
     everything = np.array([(j, i) for j in range(robot.dof) for i in range(6)])
-    found = wrench_derivative(robot, motion.q, columns, everything, **loads, shift=shift)
+    found = wrench_derivative(robot, Motion(motion.q, **loads), columns, everything, shift=shift)
     found = found.reshape(*motion.q.shape, 6, -1)
     checks.check_jacobian(wrenches, found, robot.chain.values[columns], tolerance=1e-6)
 

@@ -6,7 +6,7 @@ from checks import check_forward, check_jacobian, pose_change
 
 from workbench import Frame, Motion, identification_jacobian, load_robot, tool_poses
 from workbench.arm.chain import Axis
-from workbench.arm.kinematics.forward import geometric_jacobian, joint_elements
+from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.types import frozen
@@ -146,4 +146,4 @@ def test_joint_columns_are_the_derivative_by_the_joints(tmp_path):
                 q[row].copy(),
                 difference=pose_change,
             )
-        assert [robot.chain.elements[k].joint for k in joint_elements(robot)] == list(range(robot.dof))
+        assert [robot.chain.elements[k].joint for k in robot.chain.driven] == list(range(robot.dof))

@@ -44,7 +44,7 @@ def oracle(robot: Robot, target: np.ndarray, starts: int, rng: np.random.Generat
     """Distinct solutions by damped Newton on the chain from many starts; shares no code with ours."""
     axis_only = robot.dof == 5
     q = rng.uniform(-np.pi, np.pi, (starts, robot.dof))
-    columns = forward.joint_elements(robot)
+    columns = robot.chain.driven
 
     def gaps(q):
         pose, jacobian = chains.twists(robot.chain, q, columns)
@@ -207,7 +207,6 @@ def test_reasons():
     askew = inverse.solve(robot, down(0.75, 0.2, 0.1))
     assert "not in this orientation" in askew.reason
     free = inverse.solve(robot, table2()[0])
-    q = free.within_limits[0].q
     limits = robot.limits.copy()
     limits[1] = [2.5, 2.6]
     held = inverse.solve(robot, table2()[0], limits=limits)
@@ -215,8 +214,8 @@ def test_reasons():
     assert len(held.branches) == len(free.branches)
     assert not held.within_limits
     assert 2.5 <= held.nearest.q[1] <= 2.6
-    assert held.nearest.position_error > 1e-4
-    assert q.shape == (6,)
+    assert held.nearest.position_error < 1e-4  # which comes first
+    assert held.nearest.rotation_error > 1e-3
 
 
 def test_a_prismatic_arm_is_searched():

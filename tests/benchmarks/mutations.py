@@ -39,7 +39,7 @@ MUTATIONS = tuple(Mutation(*parts) for parts in (
     ("arm/statics/wrenches.py", "[3] += y * w - z * v", "[3] += y * w + z * v", "arm/statics built_in"),
     ("arm/effects/joint_compliance.py", "diagonal(-own(", "diagonal(own(", "arm/effects load_effects"),
     ("arm/effects/backlash.py", "(-np.sign(motion", "(np.sign(motion", "diagnosis/arms laws_equal"),
-    ("arm/effects/clearance_tilt.py", "paired(-direct", "paired(direct", "arm/effects clearance_tips"),
+    ("arm/effects/tilting.py", "return side, (np", "return -side, (np", "arm/effects clearance_tips"),
     ("arm/effects/thermal_growth.py", "name) - self.ref", "name) + self.ref", "arm/effects thermal"),
     ("arm/effects/valid_range.py", "(FADING_KNOTS * self", "(0.1 * self", "arm/effects fades"),
     ("arm/urdf_writer.py", "(name, first) if", "(first, name) if", "arm/urdf through_urdf"),

@@ -8,8 +8,6 @@ from problems import fitted, geometric, slopes
 from workbench.arm.effects import Candidate
 from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.base_drift import BaseDrift
-from workbench.arm.effects.bearing_compliance import BearingCompliance
-from workbench.arm.effects.clearance_tilt import ClearanceTilt
 from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_coupling import JointCoupling
@@ -17,6 +15,7 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.thermal_growth import ThermalGrowth
+from workbench.arm.effects.tilting import BearingCompliance, ClearanceTilt
 from workbench.diagnosis.search.evidence import Term
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import refit

@@ -7,9 +7,8 @@ from conditions import CONDITIONS, under
 from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.effects.bearing_compliance import BearingCompliance
-from workbench.arm.effects.clearance_tilt import ClearanceTilt
 from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.effects.tilting import BearingCompliance, ClearanceTilt
 from workbench.base.errors import FileError
 from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.problem import Problem

@@ -6,7 +6,7 @@ from lift import LOST, draw, file, measure, rotation, table
 from round_trip import read_arm, read_rows
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.effects.slide_extension import ExtensionClearance, ExtensionCompliance
+from workbench.arm.effects.tilting import ExtensionClearance, ExtensionCompliance
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
 from workbench.data.readers.read import read_measurements

@@ -8,10 +8,10 @@ from arms import ARMS, make
 from problems import fitted, geometric
 
 from workbench.arm.effects import Candidate
-from workbench.arm.effects.bearing_compliance import BearingCompliance
 from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.effects.tilting import BearingCompliance
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis.search import refit as refits

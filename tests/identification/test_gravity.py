@@ -13,7 +13,7 @@ from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.gravity import GRAVITY, angles_between, tilted
 from workbench.arm.kinematics.forward import watched_poses
 from workbench.arm.robot_toml import read_toml, robot_to_table
-from workbench.arm.statics.wrenches import gravity_regressor, masses, motion_wrenches
+from workbench.arm.statics.wrenches import gravity_regressor, motion_wrenches
 from workbench.data.observations.tilt import reading, seen_from
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import FrameFreedom, Problem
@@ -55,7 +55,7 @@ def test_wrenches_by_the_angles_of_gravity():
     motion = Motion(np.random.default_rng(1).uniform(-2, 2, (6, 6)), payload=np.linspace(0.0, 2.0, 6))
     check_jacobian(
         lambda a: motion_wrenches(robot.under(tilted(ODD, a)), motion),
-        gravity_regressor(robot, motion, masses(robot)),
+        gravity_regressor(robot, motion),
         np.zeros(2),
     )
 

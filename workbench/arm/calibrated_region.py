@@ -26,7 +26,7 @@ def region_text(robot: Robot, q: JointRows | None = None) -> tuple[str, ...]:
         q: Joint positions of a path; anywhere within the limits if None.
     """
     found = robot.calibration
-    if found is None or found.observed is None or (near := _uncertainty(robot, found.observed.q)) is None:
+    if found is None or (near := _uncertainty(robot, found.observed.q)) is None:
         return ()
     measured, known = found.observed.q, 0.0 if found.error is None else np.nan_to_num(found.error.position)
 
@@ -52,7 +52,7 @@ def region_text(robot: Robot, q: JointRows | None = None) -> tuple[str, ...]:
 def _uncertainty(robot: Robot, q: JointRows) -> Float[np.ndarray, " rows"] | None:
     """Standard deviation of the tool's position [m] by that of the arm's constants; None if not on record."""
     found = robot.calibration
-    if found is None or found.covariance is None:
+    if found is None:
         return None
     arm = {e.name for e in robot.elements}
     names = tuple(n for n in found.nominal if n in arm)

@@ -111,10 +111,10 @@ class Calibration:
         source: Name of the file of measurements.
         poses: Keys of all fitted rows, from `pose_keys`.
         std: Standard errors of the identified constants by name, in SI; without unobservable ones.
-        nominal: Nominal values of the identified constants of arm and frames, SI; empty in older files.
+        nominal: Nominal values of the identified constants of arm and frames, SI.
         covariance: Of the arm's constants among them, SI, in that order, for base and tool as found: of many
-            only sums are known. None in older files.
-        observed: Observability of the tool; None in older files.
+            only sums are known.
+        observed: Observability of the tool.
         error: Mean error on held-out rows, or fitted ones if none were held out [m], [rad]; None if unknown.
         reading: What its rows were taken to mean where that isn't what they say; its joints count so.
         refused: Why the arm should not be used, by the file that holds it (TOML, URDF); empty if it may.
@@ -126,8 +126,8 @@ class Calibration:
     poses: UInt32[np.ndarray, " rows"]
     std: Mapping[str, float] = field(default_factory=dict)
     nominal: Mapping[str, float] = field(default_factory=dict)
-    covariance: Float[np.ndarray, "k k"] | None = None
-    observed: Observed | None = None
+    covariance: Float[np.ndarray, "k k"] = field(default_factory=lambda: np.zeros((0, 0)))
+    observed: Observed
     error: Expected | None = None
     reading: str = ""
     refused: Mapping[str, str] = field(default_factory=dict)
@@ -139,22 +139,21 @@ class Calibration:
 
     def table(self) -> dict[str, Any]:
         """The `[calibration]` table of the robot's file."""
-        poses = base64.b64encode(self.poses.astype("<u4").tobytes()).decode()
-        table: dict[str, Any] = {"source": self.source, "poses": poses, "std": dict(self.std)}
-        if self.nominal:
-            table["nominal"] = dict(self.nominal)
-        if self.covariance is not None:
-            half = self.covariance[np.tril_indices(len(self.covariance))].astype("<f4")
-            table["covariance"] = base64.b64encode(half.tobytes()).decode()
+        half = self.covariance[np.tril_indices(len(self.covariance))]
+        table: dict[str, Any] = {
+            "source": self.source,
+            "poses": base64.b64encode(self.poses.astype("<u4").tobytes()).decode(),
+            "std": dict(self.std),
+            "nominal": dict(self.nominal),
+            "covariance": base64.b64encode(half.astype("<f4").tobytes()).decode(),
+        }
         if self.error is not None:
             table["error"] = list(self.error)
         if self.reading:
             table["reading"] = self.reading
         if self.refused:
             table["refused"] = dict(self.refused)
-        if self.observed is not None:
-            table["observed"] = self.observed.table()
-        return table
+        return table | {"observed": self.observed.table()}
 
 
 def pose_keys(q: Float[np.ndarray, "rows n"]) -> UInt32[np.ndarray, " rows"]:

@@ -118,7 +118,7 @@ class Chain:
 
     @cached_property
     def driven(self) -> Int[np.ndarray, " n"]:
-        """The (first) element driven by each joint; 0 for a joint without one."""
+        """Element driven by each joint; 0 for a joint without one."""
         return frozen(np.array([int(np.argmax(self.drivers == j)) for j in range(self.dof)], np.int64))
 
     @cached_property

@@ -78,8 +78,12 @@ class Robot:
             raise RobotError(
                 f"the robot's name {self.name!a} contains control characters; remove them", found=self.name
             )
-        if not any(e.joint is not None for e in self.elements):
-            raise RobotError(f"robot '{self.name}' has no joint that moves; give at least one")
+        driven = [e.joint for e in self.elements if e.joint is not None]
+        if not driven or driven != list(range(self.dof)):
+            raise RobotError(
+                f"the elements of robot '{self.name}' must be driven by joints 1 to {max(self.dof, 1)}, one "
+                f"each and in this order; they name {[j + 1 for j in driven]}"
+            )
         if self.dof > MAX_JOINTS:
             raise RobotError(f"'{self.name}' has {self.dof} joints that move; at most {MAX_JOINTS} may move")
         names = Counter(e.name for e in self.elements)

@@ -233,9 +233,11 @@ def _calibration(table: Any, reader: _RobotReader) -> Calibration | None:
         return None
     what = "[calibration]"
     reader.keys(table, {f.name for f in fields(Calibration)}, what)
+    if "observed" not in table:
+        raise reader.fail(f"{what} lacks 'observed'; identify the arm again, or delete this table")
     try:
         poses = poses_of(str(table.get("poses", "")))
-        covariance = covariance_of(str(table["covariance"])) if "covariance" in table else None
+        covariance = covariance_of(str(table.get("covariance", "")))
     except ValueError:
         text = f"{what} poses or covariance are damaged; use the file written by the calibration"
         raise reader.fail(text) from None
@@ -251,7 +253,7 @@ def _calibration(table: Any, reader: _RobotReader) -> Calibration | None:
         nominal=named("nominal"),
         covariance=covariance,
         error=_expected(table, "error", what, reader) if "error" in table else None,
-        observed=_observed(table["observed"], reader) if "observed" in table else None,
+        observed=_observed(table["observed"], reader),
         reading=str(table.get("reading", "")),
         refused={k: str(v) for k, v in reader.table(table.get("refused", {}), f"{what} refused").items()},
     )

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.calibration_record import Calibration, Expected
+from workbench.arm.calibration_record import Expected
 from workbench.arm.effects import AbstractEffect, Loads
-from workbench.arm.frame import FRAME_PARTS, Frame
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.mounting import Mounting
@@ -75,7 +75,6 @@ class Usable:
         left: Difference of its tool from the calibrated arm's over the measured poses.
         sees_position: Whether positions are the calibrated arm's.
         sees_rotation: Whether orientations are.
-        has_nominal: Whether the nominal arm was available for unobserved directions.
         free_frames: Parts of base and tool that were identified.
         q: Joint positions compared [rad or m].
         notes: What was not observed, and assumptions, one sentence each.
@@ -87,7 +86,6 @@ class Usable:
     calibrated: Robot
     sees_position: bool = True
     sees_rotation: bool = True
-    has_nominal: bool = True
     free_frames: tuple[str, ...] = ()
     q: Float[np.ndarray, "rows n"]
     notes: tuple[str, ...] = ()
@@ -105,30 +103,26 @@ class Usable:
         return poses
 
 
-def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = True) -> Usable:
+def usable_arm(robot: Robot, *, effects: bool = True) -> Usable:
     """The usable part of an arm.
 
     Args:
         robot: As calibrated.
-        nominal: The nominal arm, for files without it; one of another convention is not used.
         effects: Whether the format represents effects; if not, the geometry approximates them.
     """
-    found = robot.calibration
-    free = _free(robot)
+    found, free, seen = robot.calibration, _free(robot), _observed(robot)
     frames = tuple(n for n in free if n.startswith(("base.", "tool.")))
-    seen, _ = _observed(robot)
-    notes: tuple[str, ...] = ()
-    q = found.observed.q if found is not None and found.observed is not None else sampled(robot)
+    q = sampled(robot) if found is None else found.observed.q
     known, unknown = divided(robot)
-    if unknown:
+    notes: tuple[str, ...] = ()
+    if unknown and not effects:
         names = ", ".join(dict.fromkeys(str(e.name) for e in unknown))
-        notes += () if effects else (f"can't represent {names}, which depends on more than joint positions",)
+        notes += (f"can't represent {names}, which depends on more than joint positions",)
     if robot.sessions and not effects:
         notes += (
             f"base and tool are those of session '{next(iter(robot.sessions))}', as the format has only one",
         )
-    plain = robot.with_effects(*known) if robot.effects else robot
-    actual = plain.in_first_session
+    actual = robot.with_effects(*known).in_first_session
     alone = None if found is None or effects else found.geometry
     wanted = actual if alone is None else replace(alone.in_first_session, calibration=found)
     if all(seen) and (effects or not known or alone is not None):
@@ -136,23 +130,18 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
         left = PoseErrors(0.0, 0.0, 0.0, 0.0) if alone is None else _difference(actual, wanted, q)
         kept = replace(kept, calibration=None)
         return Usable(robot=kept, left=left, calibrated=actual, free_frames=frames, q=q, notes=notes)
-    start = nominal_arm(wanted, nominal)
-    begin = start or wanted
-    begin = begin if effects else begin.with_effects()
-    trusted = (True, True) if start is None else seen
-    fitted = _fitted(begin, tool_poses(wanted, Motion(q)), q, free, trusted)
-    left = _difference(actual, fitted, q)
+    start = nominal_arm(wanted) if effects else nominal_arm(wanted).with_effects()
+    fitted = _fitted(start, tool_poses(wanted, Motion(q)), q, free, seen)
     arm = replace(fitted, effects=robot.effects if effects else (), sessions={}, calibration=None)
     return Usable(
         robot=_with_sessions(arm, alone or robot, wanted),
-        left=left,
+        left=_difference(actual, fitted, q),
         calibrated=actual,
         sees_position=seen[0],
         sees_rotation=seen[1],
-        has_nominal=start is not None,
         free_frames=frames,
         q=q,
-        notes=(*unobserved_text(robot, {"": fitted}, nominal=nominal), *notes),
+        notes=(*unobserved_text(robot, {"": fitted}), *notes),
     )
 
 
@@ -175,31 +164,25 @@ def off_nominal(arm: Robot, nominal: Robot, q: Float[np.ndarray, "rows n"]) -> E
     return Expected(errors.position_mean, errors.rotation_mean)
 
 
-def unobserved_text(
-    robot: Robot, arms: Mapping[str, Robot] | None = None, *, nominal: Robot | None = None
-) -> tuple[str, ...]:
+def unobserved_text(robot: Robot, arms: Mapping[str, Robot] | None = None) -> tuple[str, ...]:
     """What a calibration did not observe, and the distance of arms from nominal there; empty if it observed
     everything.
 
     Args:
         robot: As calibrated.
         arms: Saved or used arms by name; the calibrated arm itself if None.
-        nominal: The nominal arm, for files without it.
     """
-    (sees_position, sees_rotation), why = _observed(robot)
-    if sees_position and sees_rotation:
+    sees_position, sees_rotation = _observed(robot)
+    if (found := robot.calibration) is None or (sees_position and sees_rotation):
         return ()
-    if (start := nominal_arm(robot, nominal)) is None:
-        return (why, "its file lacks the nominal arm, so nothing was kept near it")
-    seen = None if robot.calibration is None else robot.calibration.observed
-    q, poses = (sampled(robot), "poses") if seen is None else (seen.q, "measured poses")
-    sizes = []
+    seen, start, sizes = found.observed, nominal_arm(robot), []
     for name, arm in ({"": robot} if arms is None else arms).items():
-        off = off_nominal(arm, start, q)
+        off = off_nominal(arm, start, seen.q)
         size = [] if sees_position else [in_mm(off.position)]
         size += [] if sees_rotation else [_in_degrees(off.rotation)]
         sizes.append(" and ".join(size) + (f" ({name})" if name else ""))
-    return (f"{why}; the flange differs from nominal by {', '.join(sizes)}, mean over {len(q)} {poses}",)
+    far = f"the flange differs from nominal by {', '.join(sizes)}, mean over {len(seen.q)} measured poses"
+    return (f"{seen.missing}; {far}",)
 
 
 def carried_text(robot: Robot) -> tuple[str, ...]:
@@ -230,8 +213,7 @@ def away_text(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[st
 
 def off_text(robot: Robot, left: PoseErrors) -> tuple[str, str]:
     """Mean and maximum difference from a calibrated arm, in orientation only if observed."""
-    (_, sees_rotation), _ = _observed(robot)
-    if not sees_rotation:
+    if not _observed(robot)[1]:
         return in_mm(left.position_mean), in_mm(left.position_max)
     return (
         f"{in_mm(left.position_mean)} and {_in_degrees(left.rotation_mean)}",
@@ -266,47 +248,24 @@ def divided(robot: Robot) -> tuple[list[AbstractEffect], list[AbstractEffect]]:
     return known, [e for e in mine if e not in known]
 
 
-def _observed(robot: Robot) -> tuple[tuple[bool, bool], str]:
-    """Whether positions and orientations were observed, and notes on it."""
+def _observed(robot: Robot) -> tuple[bool, bool]:
+    """Whether positions and orientations were observed."""
     if (found := robot.calibration) is None:
-        return (True, True), ""
-    if (seen := found.observed) is not None:
-        return (seen.sees_position, seen.sees_rotation), seen.missing
-    if _turned(found):
-        return (True, True), ""
-    return (True, False), (
-        "its file does not say what was measured: positions alone are assumed, as no orientation of the tool "
-        "was identified; identify it again to be sure"
-    )
+        return True, True
+    return found.observed.sees_position, found.observed.sees_rotation
 
 
-def _turned(found: Calibration) -> bool:
-    """Whether the tool's orientation was identified, which requires measured orientations."""
-    return any(name.startswith("tool") and name.endswith(FRAME_PARTS[3:]) for name in found.std)
-
-
-def nominal_arm(robot: Robot, other: Robot | None) -> Robot | None:
-    """The arm with its constants before the calibration; None if unknown."""
-    if (found := robot.calibration) is None:
-        return robot
+def nominal_arm(robot: Robot) -> Robot:
+    """The arm with its constants before its calibration."""
     arm = {e.name for e in robot.elements}
-    if found.nominal:
-        return robot.with_values({n: v for n, v in found.nominal.items() if n in arm})
-    if other is None or [e.name for e in other.elements] != [e.name for e in robot.elements]:
-        return None
-    return robot.with_values({e.name: e.value for e in other.elements if e.matrix is None})
+    found = {} if robot.calibration is None else robot.calibration.nominal
+    return robot.with_values({n: v for n, v in found.items() if n in arm})
 
 
 def _free(robot: Robot) -> tuple[str, ...]:
     """Constants that were identified, base and tool for one session."""
-    found = robot.calibration
-    if found is None:
+    if (found := robot.calibration) is None:
         return robot.default_free
-    if not found.nominal:
-        owners = {n.split("[")[0].split(".")[0] for n in found.std}
-        tool = FRAME_PARTS if _turned(found) else FRAME_PARTS[:3]
-        parts = [f"{f}.{p}" for f, own in (("base", FRAME_PARTS), ("tool", tool)) if f in owners for p in own]
-        return (*robot.default_free, *parts)
     names = (f"{n.split('[')[0]}.{n.rpartition('.')[2]}" if "[" in n else n for n in found.nominal)
     return tuple(n for n in dict.fromkeys(names) if n in robot.chain.index)
 

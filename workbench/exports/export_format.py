@@ -161,10 +161,10 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         rows: Poses to compare.
     """
     before = _before(job)
-    calibrated, whole = job.robot, usable_arm(job.robot, nominal=job.nominal)
+    calibrated, whole = job.robot, usable_arm(job.robot)
     if job.nominal is not None:
         require_same_arm(whole.robot, job.nominal)
-    carried = whole if form.takes_calibrated else usable_arm(job.robot, nominal=job.nominal, effects=False)
+    carried = whole if form.takes_calibrated else usable_arm(job.robot, effects=False)
     if not form.takes_calibrated:
         job = replace(job, robot=carried.robot.in_first_session)
     job = replace(job, before=before)
@@ -174,7 +174,7 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
     left = whole.left if max(whole.left.position_max, whole.left.rotation_max) > NO_DIFFERENCE else None
     remarks = carried.notes
     if form.takes_calibrated and read is not None:
-        remarks = unobserved_text(calibrated, {"": read}, nominal=job.nominal)
+        remarks = unobserved_text(calibrated, {"": read})
     notes = list(dict.fromkeys([*region_text(calibrated), *remarks, *form.notes(job)]))
     if read is not None:
         known, unknown = divided(whole.robot)
@@ -199,7 +199,7 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
 def _before(job: Job) -> Robot | None:
     """The arm before its calibration: by its record, or the nominal arm if it has the same constants."""
     if job.robot.calibration is not None:
-        return nominal_arm(job.robot, job.nominal)
+        return nominal_arm(job.robot)
     other = job.nominal
     same = other is not None and [e.name for e in other.elements] == [e.name for e in job.robot.elements]
     return other if same else None

@@ -23,7 +23,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import identification_jacobian, joint_elements, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import (
@@ -119,7 +119,7 @@ def controller_numbers(
         parts: What the controller accepts.
         session: Session whose base and tool are used, where the calibrated arm has several.
     """
-    usable = usable_arm(calibrated.in_session(session), nominal=nominal)
+    usable = usable_arm(calibrated.in_session(session))
     actual = usable.robot
     here = Motion(np.ascontiguousarray(usable.q if q is None else q))
     wanted = usable.wanted(here.q)
@@ -135,13 +135,13 @@ def controller_numbers(
         return closest(arm, names, lambda arm: at(arm, names), prior=np.zeros(len(names))) if names else arm
 
     start = nearest(start, usable.free_frames)
-    offsets = [start.chain.elements[i].name for i in joint_elements(start)]
+    offsets = [start.chain.elements[i].name for i in start.chain.driven]
     frames = [f"{f}.{piece}" for f in FRAMES if f in parts for piece in FRAME_PARTS]
     names = offsets * (ControllerPart.OFFSETS in parts) + frames
     jacobian = at(start, names)[1]
     own = independent_columns(jacobian, MIN_OWN_SHARE * np.linalg.norm(jacobian, axis=0))
     arm = nearest(start, tuple(names[i] for i in own))
-    drives = joint_elements(arm)
+    drives = arm.chain.driven
     before, after = (PoseErrors.of(se3.pose_error(wanted, tool_poses(a, here))) for a in (start, arm))
     return ControllerNumbers(
         parts=tuple(parts),
@@ -152,7 +152,7 @@ def controller_numbers(
         after=after,
         rows=len(here.q),
         losses=tuple(_losses(usable, start, arm, here.q)),
-        notes=unobserved_text(calibrated, {"the model": actual, "these numbers": arm}, nominal=nominal),
+        notes=unobserved_text(calibrated, {"the model": actual, "these numbers": arm}),
     )
 
 

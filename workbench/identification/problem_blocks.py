@@ -21,7 +21,7 @@ from workbench.arm.kinematics.forward import TOOL, Watched, watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import Twists, deflect, effect_columns
-from workbench.arm.statics.wrenches import Masses, masses
+from workbench.arm.statics.wrenches import Masses, TrialArm, masses
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, TiltObservation, Unknown
@@ -89,6 +89,10 @@ class Deflected:
     inertia: np.ndarray
     gravity: np.ndarray
     sized: dict[tuple[float, ...], tuple[AbstractEffect, ...]]
+
+    def at(self, x: np.ndarray, values: np.ndarray) -> TrialArm:
+        """The arm at x, with these constants of its chain."""
+        return TrialArm(self.robot, self.robot.chain.with_values(values), self.effects(x), self.weights(x))
 
     def weights(self, x: np.ndarray) -> Masses | None:
         """Masses, centres and gravity at x; None if all of them are known."""
@@ -240,14 +244,12 @@ class RowBlock:
         """Through every joint of the deflected arm at x; empty if no effect depends on them."""
         if (arm := self.deflected) is None:
             return NO_WRENCHES
-        values, effects, weights = self.values(x), arm.effects(x), arm.weights(x)
-        return deflect(arm.robot, arm.motion, values=values, effects=effects, weights=weights).wrenches
+        return deflect(arm.at(x, self.values(x)), arm.motion).wrenches
 
     def poses(self, x: np.ndarray) -> np.ndarray:
         values, part, shift = self.values(x), self.watched.part, chains.NO_SHIFT
         if (arm := self.deflected) is not None:
-            effects, weights = arm.effects(x), arm.weights(x)
-            shift = deflect(arm.robot, arm.motion, values=values, effects=effects, weights=weights).shift
+            shift = deflect(arm.at(x, values), arm.motion).shift
         poses = chains.poses(self.chain, self.q, values=values, shift=shift, part=part)
         return self.view(x).turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
@@ -258,16 +260,9 @@ class RowBlock:
             poses, plain = chains.twists(self.chain, self.q, self.elements, values=values, part=part)
             found = Twists(plain, plain[:, :, :0], ())
         else:
+            trial, varying = arm.at(x, values), arm.varying
             poses, found = effect_columns(
-                arm.robot,
-                arm.motion,
-                self.elements,
-                arm.names,
-                values=values,
-                effects=arm.effects(x),
-                weights=arm.weights(x),
-                varying=arm.varying,
-                part=part,
+                trial, arm.motion, self.elements, arm.names, varying=varying, part=part
             )
         (turned, plain), (_, moved) = (view.turned(poses, t) for t in (found.plain, found.moved))
         if len(self.turned):

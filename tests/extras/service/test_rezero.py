@@ -8,7 +8,7 @@ from generator import VirtualArm, three_parallel
 from refusals import mentions, refuses
 
 import workbench as wb
-from workbench.arm.calibration_record import Calibration
+from workbench.arm.calibration_record import Calibration, Expected, Observed
 from workbench.arm.frame import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -47,9 +47,9 @@ def framed(arm, base=FIXED, tool=FIXED):
     frame = Frame.from_pose(
         se3.pose(se3.rpy_to_matrix(np.array([0.1, -0.2, 0.3])), np.array([0.02, 0.05, 0.11]))
     )
-    record = Calibration(
-        source="a.csv", poses=np.zeros(0, np.uint32), std=dict.fromkeys(arm.default_free, KNOWN)
-    )
+    known, std, poses = Expected(KNOWN, KNOWN), dict.fromkeys(arm.default_free, KNOWN), np.zeros(0, np.uint32)
+    seen = Observed(position=3, rotation=3, tool=known, flange=known, q=np.zeros((1, arm.dof)))
+    record = Calibration(source="a.csv", poses=poses, std=std, observed=seen)
     arm = arm.with_frames(base=replace(Frame(), free=base), tool=replace(frame, free=tool))
     return replace(arm, calibration=record)
 

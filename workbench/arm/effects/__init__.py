@@ -2,8 +2,6 @@
 
 from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.base_drift import BaseDrift
-from workbench.arm.effects.bearing_compliance import BearingCompliance
-from workbench.arm.effects.clearance_tilt import ClearanceTilt
 from workbench.arm.effects.effect import AbstractEffect, Candidate, extrapolation_notes
 from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.arm.effects.events import FrameStep, ToolStep, WarmUp, ZeroStep
@@ -14,8 +12,13 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.law import Loads
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
-from workbench.arm.effects.slide_extension import ExtensionClearance, ExtensionCompliance
 from workbench.arm.effects.thermal_growth import ThermalGrowth
+from workbench.arm.effects.tilting import (
+    BearingCompliance,
+    ClearanceTilt,
+    ExtensionClearance,
+    ExtensionCompliance,
+)
 from workbench.arm.effects.uneven_compliance import UnevenCompliance
 from workbench.parts import PartTable
 

@@ -12,16 +12,19 @@ equilibrium if the load changes sign within the play; such a row keeps the flank
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import diagonal, own
-from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, offered
+from workbench.arm.effects.effect import AbstractEffect, Candidate, offered
 from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
 from workbench.arm.motion import Motion
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
 
 CAUSES = ("moment", "motion")
 RELATIVE_WIDTH = 0.002
@@ -106,11 +109,11 @@ class Backlash(AbstractEffect):
         return f"{self.where} has backlash of ±{self.size(chain)}; the flank depends on its {cause}"
 
     @classmethod
-    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: "Robot", motion: Motion) -> Iterator[Candidate | str]:
         yield from offered([cls((j,)) for j in range(arm.dof)], arm, motion)
         reversing = [j for j in range(arm.dof) if motion.direction is None or np.ptp(motion.direction[:, j])]
         yield from offered([cls((j,), by="motion") for j in reversing or range(arm.dof)], arm, motion)
 
     @classmethod
-    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "Backlash":
+    def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "Backlash":
         return cls((joint,), (1.0,), by="moment" if arm.has_masses else "motion")

@@ -10,7 +10,7 @@ times, t is the row in the file, c is in [m] and [rad] per row, and poses outsid
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Float
@@ -18,9 +18,12 @@ from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import PART_UNITS, PARTS, Insertion
-from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, offered
+from workbench.arm.effects.effect import AbstractEffect, Candidate, offered
 from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.motion import Motion
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
 
 HOUR = 3600.0
 """Of an hour."""
@@ -108,7 +111,7 @@ class BaseDrift(AbstractEffect):
         return "no pose was repeated later, which would be needed to confirm it"
 
     @classmethod
-    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: "Robot", motion: Motion) -> Iterator[Candidate | str]:
         """From the first row on; by row number without times, if postures are in random order."""
         begin = 0.0 if motion.time is None else float(np.min(motion.time))
         found = list(offered([cls(reference=begin)], arm, motion))
@@ -119,7 +122,7 @@ class BaseDrift(AbstractEffect):
             yield Candidate(cls(reference=float(np.min(motion.row)), by_row=True))
 
     @classmethod
-    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "BaseDrift":
+    def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "BaseDrift":
         """Along and about random directions."""
         directions = (rng.normal(size=3) for _ in range(2))
         return cls((), tuple(v for d in directions for v in (d / np.linalg.norm(d)).tolist()))

@@ -18,7 +18,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from math import isfinite
-from typing import ClassVar, Protocol, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -43,6 +43,9 @@ from workbench.base.errors import OptionError, RobotError
 from workbench.base.wording import capital, joint_list
 from workbench.report.numbers import readable
 
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
+
 Same = TypeVar("Same", bound="AbstractEffect")
 STILL = float(np.deg2rad(1.0))
 """Range of a joint [rad, or m] below which its own errors are unobservable."""
@@ -53,31 +56,6 @@ MIN_STATED_ERRORS = 3.0
 """Standard errors below which a size is not stated."""
 MIN_LAW = 1e-9
 """Law sizes per unit coefficient [rad or m] below this count as zero."""
-
-
-@runtime_checkable
-class EffectArm(Protocol):
-    """What an effect may require of its arm: a `Robot`, a module that imports this one."""
-
-    @property
-    def chain(self) -> Chain:
-        """Base, arm and tool."""
-
-    @property
-    def dof(self) -> int:
-        """Number of joints."""
-
-    @property
-    def gravity(self) -> Float[np.ndarray, "3"]:
-        """Acceleration in the base frame [m/s²]."""
-
-    @property
-    def has_masses(self) -> bool:
-        """Whether the moments of its joints can be computed."""
-
-    @property
-    def search_limits(self) -> Float[np.ndarray, "n 2"]:
-        """Minimum and maximum position of every joint, all finite [rad or m]."""
 
 
 @dataclass(frozen=True)
@@ -277,7 +255,7 @@ class AbstractEffect(ABC):
         return ""
 
     @classmethod
-    def offers(cls, arm: EffectArm, motion: Motion) -> "Iterator[Candidate | str]":
+    def offers(cls, arm: "Robot", motion: Motion) -> "Iterator[Candidate | str]":
         """Candidates for an arm and its rows, and sentences on what can't be tried, and why.
 
         Usually the effect alone at every joint, or once for the whole arm, if its loads and drivers are
@@ -290,7 +268,7 @@ class AbstractEffect(ABC):
         return offered(separate_and_joint(cls((j,)) for j in joints), arm, motion)
 
     @classmethod
-    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
+    def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "AbstractEffect":
         """One to hide in a virtual arm, scaled to a maximum coefficient of about 1; usually all are 1.
 
         Args:
@@ -362,20 +340,16 @@ class AbstractEffect(ABC):
         largest = int(np.argmax(values))
         return readable(float(values[largest]), self.units(chain)[largest])
 
-    def error_phrase(
-        self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"] | None = None
-    ) -> str:
+    def error_phrase(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
         """Maximum deviation of its joint's error from the mean over the rows, for laws without loads; over
         those where it is significant, and `UNCLEAR` if there are none."""
         law = self.law(chain, motion, NO_WRENCHES)[:, 0]
         law = law - law.mean(0)
         error = np.abs(law @ self.coefficients)
-        if covariance is not None:
-            clear = error >= MIN_STATED_ERRORS * np.sqrt(np.maximum(((law @ covariance) * law).sum(1), 0.0))
-            if not clear.any():
-                return UNCLEAR
-            error = error[clear]
-        return f"an error of up to {readable(float(error.max()), self.units(chain)[0])}"
+        clear = error >= MIN_STATED_ERRORS * np.sqrt(np.maximum(((law @ covariance) * law).sum(1), 0.0))
+        if not clear.any():
+            return UNCLEAR
+        return f"an error of up to {readable(float(error[clear].max()), self.units(chain)[0])}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -440,7 +414,7 @@ def separate_and_joint(effects: Iterable[AbstractEffect]) -> list[AbstractEffect
 
 
 def offered(
-    effects: Iterable[AbstractEffect | Candidate], arm: EffectArm, motion: Motion
+    effects: Iterable[AbstractEffect | Candidate], arm: "Robot", motion: Motion
 ) -> "Iterator[Candidate | str]":
     """Those effects whose loads and drivers are known in the rows, and why others can't be tried.
 
@@ -452,7 +426,7 @@ def offered(
             yield _trouble(candidate.effect, arm, motion) or candidate
 
 
-def _trouble(effect: AbstractEffect, arm: EffectArm, motion: Motion) -> str | None:
+def _trouble(effect: AbstractEffect, arm: "Robot", motion: Motion) -> str | None:
     """Why an effect whose columns are present can't be tried, one sentence; None if it can."""
     for driver in effect.needs:
         values = motion.drivers[driver]

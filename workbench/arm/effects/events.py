@@ -12,7 +12,7 @@ from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, final
+from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -20,11 +20,14 @@ from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import PARTS, Insertion
-from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm
+from workbench.arm.effects.effect import AbstractEffect, Candidate
 from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.motion import Motion
 from workbench.base.wording import plural
 from workbench.report.numbers import readable, with_error
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
 
 WARM_AT = 3.0
 """Number of time constants after which an arm counts as warm."""
@@ -58,12 +61,12 @@ class AbstractEvent(AbstractEffect):
     """A tripod or a tool that moved farther than 50 mm or 50 mrad was set up anew."""
 
     @classmethod
-    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: "Robot", motion: Motion) -> Iterator[Candidate | str]:
         """None: a search over the rows finds the times to try."""
         return iter(())
 
     @classmethod
-    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEvent":
+    def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "AbstractEvent":
         """After the first `ROWS_BEFORE_EVENT` rows, along and about random directions."""
         one = cls(() if cls.whole_arm else (joint,), row=ROWS_BEFORE_EVENT)
         size = rng.normal(size=len(one.names))

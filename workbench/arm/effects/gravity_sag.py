@@ -23,7 +23,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -31,17 +31,14 @@ from jaxtyping import Float, Int
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import BASE, across_axes, turns
-from workbench.arm.effects.effect import (
-    AbstractEffect,
-    Candidate,
-    EffectArm,
-    has_complete_payload,
-    has_complete_torques,
-)
+from workbench.arm.effects.effect import AbstractEffect, Candidate, has_complete_payload, has_complete_torques
 from workbench.arm.effects.law import Growth, Law, Wrenches
 from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
 from workbench.report.numbers import readable
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
 
 MAX_FREE_TERMS = 2
 """Number of terms up to which they are free; more are shrunk together."""
@@ -138,7 +135,7 @@ class GravitySag(AbstractEffect):
         return f"{self.where} deflects under the weight it carries, by up to {largest}"
 
     @classmethod
-    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: "Robot", motion: Motion) -> Iterator[Candidate | str]:
         """At every revolute joint, if neither masses nor torques are known."""
         is_known = arm.has_masses or has_complete_torques(motion)
         if is_known or not has_complete_payload(motion) or not np.any(arm.gravity):
@@ -153,7 +150,7 @@ class GravitySag(AbstractEffect):
                 )
 
     @classmethod
-    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "GravitySag":
+    def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "GravitySag":
         terms = terms_of(arm.chain, joint)
         return cls((joint,), tuple(rng.uniform(-1.0, 1.0, len(terms.split()))), terms=terms)
 
@@ -174,7 +171,7 @@ class GravitySag(AbstractEffect):
         return self.joints[0] <= link < chain.dof and (found[2] != "m" or not turns(chain, link))
 
 
-def sags(arm: EffectArm, motion: Motion) -> list[GravitySag]:
+def sags(arm: "Robot", motion: Motion) -> list[GravitySag]:
     """A sag of every revolute joint, due to its links and a varying payload; none without weight."""
     if not np.any(arm.gravity):
         return []

@@ -6,13 +6,16 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import TYPE_CHECKING, final
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import driven_names, turns
-from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints, offered
+from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints, offered
 from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.motion import Motion
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
 
 WRIST_JOINTS = 3
 """Number of last joints whose motors may be coupled with each other, neighbours or not."""
@@ -59,7 +62,7 @@ class JointCoupling(AbstractEffect):
         return f"Joint {moved} moves along with joint {by}: {self.size(chain)} of its {kind}"
 
     @classmethod
-    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: "Robot", motion: Motion) -> Iterator[Candidate | str]:
         last = arm.dof - WRIST_JOINTS
         pairs = (
             cls((joint, other))
@@ -70,5 +73,5 @@ class JointCoupling(AbstractEffect):
         return offered(pairs, arm, motion)
 
     @classmethod
-    def example(cls, arm: EffectArm, joint: int, rng) -> "JointCoupling":
+    def example(cls, arm: "Robot", joint: int, rng) -> "JointCoupling":
         return cls((joint, joint - 1 if joint else 1), (1.0,))

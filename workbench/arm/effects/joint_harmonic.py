@@ -9,17 +9,20 @@ part of a turn fades out beyond its `range`: many orders can't extrapolate.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, final
+from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
-from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints
+from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
 from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.effects.valid_range import Learned, range_problem
 from workbench.arm.motion import Motion
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
 
 MAX_ORDER = 64
 """Maximum order."""
@@ -111,17 +114,13 @@ class JointHarmonic(AbstractEffect):
         return f"needs revolute joints, but joint {slides[0]} is prismatic" if slides else None
 
     def sentence(self, chain: Chain, motion: Motion) -> str:
-        return self._of(self.error_phrase(chain, motion), motion, np.zeros(2 * (len(self.names),)))
+        return self.stated(chain, motion, np.zeros(2 * (len(self.names),)))
 
-    def stated(self, chain: Chain, motion: Motion, covariance) -> str:
-        return self._of(self.error_phrase(chain, motion, covariance), motion, covariance)
-
-    def _of(self, error: str, motion: Motion, covariance: np.ndarray) -> str:
-        """The sentence: periods per turn only if the rows cover a whole period, and the covered part of a
-        turn."""
+    def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
+        """With periods per turn only if the rows cover a whole period, and the covered part of a turn."""
         span = float(np.ptp(motion.q[:, list(self.joints)], axis=0).max())
         periods = span * self.orders[-1] / (2.0 * np.pi)
-        begin = f"{self.where} has {error} that"
+        begin = f"{self.where} has {self.error_phrase(chain, motion, covariance)} that"
         seen = f"its range of {np.rad2deg(span):.0f}°"
         if periods < MIN_PERIOD_SHARE:
             return f"{begin} varies slowly over {seen}, less than a period"
@@ -161,7 +160,7 @@ class JointHarmonic(AbstractEffect):
         )
 
     @classmethod
-    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: "Robot", motion: Motion) -> Iterator[Candidate | str]:
         """Each order, and a band of all orders that the rows can support."""
         for joint in moved_joints(motion):
             if not turns(arm.chain, joint):
@@ -179,7 +178,7 @@ class JointHarmonic(AbstractEffect):
                     yield Candidate(effect, np.diag(1.0 / (1.0 + (orders / MAX_LOW_ORDER) ** decay)))
 
     @classmethod
-    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "JointHarmonic":
+    def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "JointHarmonic":
         phase = rng.uniform(0.0, 2.0 * np.pi)
         return cls((joint,), (np.cos(phase), np.sin(phase)), order=2)
 

@@ -9,16 +9,19 @@ x axis runs along the link (Hayati, DH), c_x is torsion and c_y bending [rad/(N 
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Int
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, across, blocks, diagonal, turns
-from workbench.arm.effects.effect import AbstractEffect, EffectArm
+from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.effects.law import Growth, Law, Loads, Slope, Wrenches
 from workbench.arm.motion import Motion
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
 
 
 @final
@@ -59,7 +62,7 @@ class LinkFlexure(AbstractEffect):
         return f"The {link} bends by {self.size(chain)} under the moment that it carries"
 
     @classmethod
-    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "LinkFlexure":
+    def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "LinkFlexure":
         return cls((joint,), (0.5, 1.0))
 
     def _sizes(self) -> np.ndarray:

@@ -9,17 +9,21 @@ their ends, and are constant beyond. Outside `range`, where it was identified, t
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
-from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints
+from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
 from workbench.arm.effects.joint_harmonic import places
 from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.effects.valid_range import Learned, range_problem
 from workbench.arm.motion import Motion
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
 
 TURN = 2.0 * np.pi
 MAX_KNOTS = 40
@@ -91,18 +95,14 @@ class LocalJointError(AbstractEffect):
         return None
 
     def sentence(self, chain: Chain, motion: Motion) -> str:
-        return self._of(self.error_phrase(chain, motion))
+        return self.stated(chain, motion, np.zeros(2 * (len(self.names),)))
 
-    def stated(self, chain: Chain, motion: Motion, covariance) -> str:
-        return self._of(self.error_phrase(chain, motion, covariance))
-
-    def _of(self, error: str) -> str:
-        return (
-            f"{self.where} has {error.replace('an error', 'a smooth error', 1)} that no other effect explains"
-        )
+    def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
+        error = self.error_phrase(chain, motion, covariance).replace("an error", "a smooth error", 1)
+        return f"{self.where} has {error} that no other effect explains"
 
     @classmethod
-    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: "Robot", motion: Motion) -> Iterator[Candidate | str]:
         """Splines of several widths over the positions that occur."""
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
@@ -117,7 +117,7 @@ class LocalJointError(AbstractEffect):
                 yield Candidate(effect, covariance)
 
     @classmethod
-    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "LocalJointError":
+    def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "LocalJointError":
         bumps = rng.uniform(-1.0, 1.0, EXAMPLE_KNOTS)
         low, high = arm.search_limits[joint]
         knots = np.linspace(low, high, EXAMPLE_KNOTS)

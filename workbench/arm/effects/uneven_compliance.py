@@ -12,17 +12,20 @@ constant.
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import own
-from workbench.arm.effects.effect import AbstractEffect, Candidate, EffectArm, moved_joints, offered
+from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints, offered
 from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
 from workbench.arm.effects.valid_range import range_problem
 from workbench.arm.motion import Motion
 from workbench.report.numbers import readable
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
 
 SHAPES = ("along", "along2", "load2")
 """Names of the coefficients of a joint."""
@@ -88,14 +91,14 @@ class UnevenCompliance(AbstractEffect):
         return f"{self.where} deflects nonlinearly, by up to {size} beyond other effects"
 
     @classmethod
-    def offers(cls, arm: EffectArm, motion: Motion) -> Iterator[Candidate | str]:
+    def offers(cls, arm: "Robot", motion: Motion) -> Iterator[Candidate | str]:
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
             effect = cls((joint,), range=(float(q.min()), float(q.max())))
             yield from offered([Candidate(effect, np.eye(len(SHAPES)))], arm, motion)
 
     @classmethod
-    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "UnevenCompliance":
+    def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "UnevenCompliance":
         low, high = arm.search_limits[joint]
         sizes = rng.uniform(-1.0, 1.0, len(SHAPES))
         scaled = tuple((sizes / np.abs(sizes).max()).tolist())

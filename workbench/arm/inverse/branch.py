@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.inverse.damped_newton import Task
+from workbench.arm.inverse.damped_newton import Reached, Task
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 
@@ -108,21 +108,6 @@ def planned_margins(limits: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, " n"]
 
 
 @dataclass(frozen=True, eq=False)
-class Nearest:
-    """The closest that the arm comes to a target within its limits.
-
-    Args:
-        q: Joint coordinates [rad or m].
-        position_error: Distance of the tool from the target [m].
-        rotation_error: Angle between the two, as far as the task requires [rad].
-    """
-
-    q: Float[np.ndarray, " n"]
-    position_error: float
-    rotation_error: float
-
-
-@dataclass(frozen=True, eq=False)
 class InverseResult:
     """All solutions at one target.
 
@@ -130,27 +115,27 @@ class InverseResult:
         branches: Those within the limits first, best manipulability first among them; of infinitely many (a
             redundant arm or task, a singular pose) representatives.
         task: Which part of the pose was required.
-        explain: Computes `reason` and `nearest` on first use: without a solution within the limits, this
+        explain: Computes `nearest` and `reason` on first use: without a solution within the limits, this
             takes longer than the branches.
     """
 
     branches: tuple[Branch, ...]
     task: Task
-    explain: Callable[[], tuple[str | None, Nearest]]
+    explain: Callable[[], tuple[Reached, str | None]]
 
     @cached_property
-    def _explained(self) -> tuple[str | None, Nearest]:
+    def _explained(self) -> tuple[Reached, str | None]:
         return self.explain()
+
+    @property
+    def nearest(self) -> Reached:
+        """The best branch within the limits, or the geometry's nearest posture within them."""
+        return self._explained[0]
 
     @property
     def reason(self) -> str | None:
         """Why no branch is within the limits; None if one is."""
-        return None if self.reachable else self._explained[0]
-
-    @property
-    def nearest(self) -> Nearest:
-        """The best branch within the limits, or the nearest configuration within them."""
-        return self._explained[1]
+        return None if self.reachable else self._explained[1]
 
     @property
     def reachable(self) -> bool:

@@ -35,11 +35,7 @@ AXIS_TOLERANCE = 0.35
 
 
 def branch_names(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> list[str]:
-    """A name for every solution of one target, unique among them.
-
-    Args:
-        x: Solutions in the chain's order [rad or m].
-    """
+    """A name for every solution of one target, unique among them."""
     if len(x) == 0:
         return []
     plain = plain_names(arm, x)
@@ -53,14 +49,10 @@ def branch_names(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> list[str]:
 
 
 def plain_names(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> list[str]:
-    """A name for every configuration by its signs alone, without numbering.
-
-    Args:
-        x: Configurations in the chain's order [rad or m].
-    """
+    """A name for every configuration by its signs alone, without numbering."""
     signs = _signs(arm, x)
     if signs is None:
-        wrapped = np.where(arm.slides, x, np.angle(np.exp(1j * x)))[:, arm.places]
+        wrapped = np.where(arm.slides, x, np.angle(np.exp(1j * x)))
         return ["".join("+" if v >= 0 else "-" for v in row) for row in wrapped]
     return [
         f"shoulder {'right' if s >= 0 else 'left'}, elbow {'up' if e >= 0 else 'down'}, "

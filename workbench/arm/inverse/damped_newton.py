@@ -46,29 +46,31 @@ self-motion."""
 
 
 @dataclass(frozen=True, eq=False)
-class Refined:
-    """Final states of the starts.
+class Reached:
+    """How near some runs came to their targets; one of them without an axis of rows.
 
     Args:
-        x: Joint coordinates in the chain's order [rad or m].
+        q: Joint coordinates [rad or m].
         position_error: Distance of the tool from its target [m].
         rotation_error: Angle between the two, as far as the task asks [rad].
-        steps: Steps taken.
     """
 
-    x: Float[np.ndarray, "rows n"]
-    position_error: Float[np.ndarray, " rows"]
-    rotation_error: Float[np.ndarray, " rows"]
-    steps: Int[np.ndarray, " rows"]
+    q: Float[np.ndarray, "*rows n"]
+    position_error: Float[np.ndarray, "*rows"]
+    rotation_error: Float[np.ndarray, "*rows"]
 
     @property
-    def converged(self) -> Bool[np.ndarray, " rows"]:
-        """Rows that meet their targets."""
+    def converged(self) -> Bool[np.ndarray, "*rows"]:
+        """Whether the targets are met."""
         return (self.position_error < POSITION_TOLERANCE) & (self.rotation_error < ROTATION_TOLERANCE)
 
-    def cost(self, weight: float) -> Float[np.ndarray, " rows"]:
+    def cost(self, weight: float) -> Float[np.ndarray, "*rows"]:
         """|p* − p|² + w² |ρ|² [m²]."""
         return self.position_error**2 + (weight * self.rotation_error) ** 2
+
+    def row(self, i: int) -> "Reached":
+        """A single run."""
+        return Reached(self.q[i], self.position_error[i, ...], self.rotation_error[i, ...])
 
 
 def unlimited(n: int) -> Float[np.ndarray, "n 2"]:
@@ -86,35 +88,35 @@ def refine(
     limits: Float[np.ndarray, "n 2"] | None = None,
     weight: float | None = None,
     iterations: int = MAX_ITERATIONS,
-) -> Refined:
+) -> Reached:
     """Run every start to a solution, or as near to the target as it gets.
 
     Args:
         targets: Poses of the tool in the measuring frame.
-        starts: Joint coordinates in the chain's order [rad or m].
+        starts: Joint coordinates [rad or m].
         task: What of the target must be met.
-        target_of: Target of each start; row by row if None.
-        limits: Joint limits, in the chain's order; none if None.
+        target_of: Target of each start; if None row by row, or the only one.
+        limits: Joint limits; none if None.
         weight: w [m/rad]; `ROTATION_WEIGHT` of the arm's length if None.
         iterations: Steps before giving up.
     """
-    rows = len(starts)
+    if target_of is None:
+        target_of = np.zeros(len(starts)) if len(targets) == 1 else np.arange(len(starts))
     # fresh arrays, as a read-only one would make numba compile the loop again
-    x, errors, steps = np.array(starts, float, order="C"), np.empty((rows, 2)), np.empty(rows, np.int64)
+    x, errors = np.array(starts, float, order="C"), np.empty((len(starts), 2))
     _refine_many(
         arm.constants,
         arm.slides,
         np.array(targets, float, order="C"),
-        np.arange(rows) if target_of is None else np.array(target_of, np.int64),
+        np.array(target_of, np.int64),
         int(task),
         ROTATION_WEIGHT * arm.length if weight is None else weight,
         np.array(unlimited(arm.dof) if limits is None else limits, float, order="C"),
         iterations,
         x,
         errors,
-        steps,
     )
-    return Refined(x, errors[:, 0], errors[:, 1], steps)
+    return Reached(x, errors[:, 0], errors[:, 1])
 
 
 @njit(cache=True, error_model="numpy")
@@ -223,7 +225,7 @@ def _solve_damped(h, g, damping, held, low, step):
 
 @njit(cache=True, error_model="numpy")
 @no_type_check
-def _refine_many(constants, slides, targets, target_of, task, weight, limits, iterations, xs, errors, steps):
+def _refine_many(constants, slides, targets, target_of, task, weight, limits, iterations, xs, errors):
     n = slides.shape[0]
     tool, axes, points = np.empty((3, 4)), np.empty((n, 3)), np.empty((n, 3))
     r, m, j = np.empty(6), np.empty((3, 3)), np.zeros((n, 6))  # entries outside the task stay zero
@@ -274,4 +276,3 @@ def _refine_many(constants, slides, targets, target_of, task, weight, limits, it
             for k in range(n):
                 x[k] = new[k]
         errors[row, 0], errors[row, 1] = distance, angle
-        steps[row] = count

@@ -3,50 +3,20 @@
 A deflected arm is then refined (`refine_deflected`).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from workbench.arm.inverse.damped_newton import Task, refine
+from workbench.arm.inverse.damped_newton import Reached, Task, refine
 from workbench.arm.inverse.deflected_arm import refine_deflected
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.array_checks import as_pose, numbers
 from workbench.base.errors import DataError, ShapeError
-from workbench.base.types import frozen
 
 FOLLOW_STEPS = 40
 """Number of steps per drag event."""
-
-
-@dataclass(frozen=True, eq=False)
-class Followed:
-    """Result of a warm-started run within the limits.
-
-    Args:
-        q: Joint coordinates [rad or m].
-        converged: Whether the target is met.
-        position_error: Distance of the tool from the target [m].
-        rotation_error: Angle between the two, as far as the task asks [rad].
-    """
-
-    q: Float[np.ndarray, " n"]
-    converged: bool
-    position_error: float
-    rotation_error: float
-
-
-@dataclass(frozen=True, eq=False)
-class FollowedMany:
-    """`Followed` for many targets, one row each."""
-
-    q: Float[np.ndarray, "rows n"]
-    converged: Bool[np.ndarray, " rows"]
-    position_error: Float[np.ndarray, " rows"]
-    rotation_error: Float[np.ndarray, " rows"]
 
 
 def follow(
@@ -56,7 +26,7 @@ def follow(
     *,
     task: Task | None = None,
     motion: Motion | None = None,
-) -> Followed:
+) -> Reached:
     """The solution next to a start, or the nearest configuration within the limits.
 
     Args:
@@ -77,13 +47,7 @@ def follow(
         )
     if not np.isfinite(start).all():
         raise DataError(f"joint positions to start from must be finite, got {start.tolist()}")
-    many = follow_many(robot, as_pose(pose)[None], start[None], task=task, motion=motion)
-    return Followed(
-        frozen(many.q[0]),
-        bool(many.converged[0]),
-        float(many.position_error[0]),
-        float(many.rotation_error[0]),
-    )
+    return follow_many(robot, as_pose(pose)[None], start[None], task=task, motion=motion).row(0)
 
 
 def follow_many(
@@ -93,12 +57,11 @@ def follow_many(
     *,
     task: Task | None = None,
     motion: Motion | None = None,
-) -> FollowedMany:
+) -> Reached:
+    """`follow` for many targets, one row each."""
     robot.check_joints(q_starts)
     arm, task = compile_arm(robot), task or Task.default(robot.dof)
-    limits = robot.limits
-    bounds = limits[arm.columns]
-    r = refine(arm, poses, q_starts[:, arm.columns], task=task, limits=bounds, iterations=FOLLOW_STEPS)
-    if robot.effects:
-        r = refine_deflected(robot, poses, r.x[:, arm.places], task=task, limits=limits, motion=motion)
-    return FollowedMany(frozen(r.x[:, arm.places]), r.converged, r.position_error, r.rotation_error)
+    found = refine(arm, poses, q_starts, task=task, limits=arm.limits, iterations=FOLLOW_STEPS)
+    if not robot.effects:
+        return found
+    return refine_deflected(robot, poses, found.q, task=task, limits=arm.limits, motion=motion)

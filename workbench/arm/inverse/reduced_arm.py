@@ -8,12 +8,11 @@ frames right before each Z.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import no_type_check
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 from numba import njit
 
 from workbench.arm import chain as chains
@@ -29,19 +28,17 @@ ONTO_Z = tuple(frozen(se3.pose(np.roll(np.eye(3), -(axis + 1), axis=1), np.zeros
 
 @dataclass(frozen=True, eq=False)
 class ReducedArm:
-    """Constants between joints, in the order of the chain.
+    """Constants between joints.
 
     Args:
         constants: C_0 … C_n, base and tool included.
         slides: Whether each joint translates.
-        columns: Column of q that drives each joint of the chain.
-        limits: Minimum and maximum coordinate per joint of the chain [rad or m].
+        limits: Minimum and maximum coordinate of each joint [rad or m].
         length: Length of the stretched arm [m]: the unit that makes its Jacobian dimensionless.
     """
 
     constants: Float[np.ndarray, "links 4 4"]
     slides: Bool[np.ndarray, " n"]
-    columns: Int[np.ndarray, " n"]
     limits: Float[np.ndarray, "n 2"]
     length: float
 
@@ -50,19 +47,10 @@ class ReducedArm:
         """Number of joints."""
         return len(self.slides)
 
-    @cached_property
-    def places(self) -> Int[np.ndarray, " n"]:
-        """Index in the chain of each column of q: q = x[places] for x in the chain's order."""
-        return frozen(np.argsort(self.columns))
-
     def geometry(
         self, x: Float[np.ndarray, "rows n"]
     ) -> tuple[Float[np.ndarray, "rows 3 4"], Float[np.ndarray, "rows n 3"], Float[np.ndarray, "rows n 3"]]:
-        """Tool poses (upper three rows), and direction and a point of every joint axis.
-
-        Args:
-            x: Joint coordinates in the chain's order [rad or m].
-        """
+        """Tool poses (upper three rows), and direction and a point of every joint axis."""
         rows, n = x.shape
         out = np.empty((rows, 3, 4)), np.empty((rows, n, 3)), np.empty((rows, n, 3))
         _geometry(self.constants, self.slides, np.array(x, float, order="C"), *out)
@@ -88,34 +76,24 @@ def compile_arm(robot: Robot) -> ReducedArm:
 
 
 def _compile(robot: Robot) -> ReducedArm:
-    constants, columns, slides = [], [], []
+    if len(robot.chain.followers):
+        name = robot.chain.elements[robot.chain.followers[0]].name
+        raise RobotError(
+            f"{name} of robot '{robot.name}' follows another joint; inverse kinematics requires that every "
+            "joint moves one element"
+        )
+    constants, slides = [], []
     current = np.eye(4)
     for element in robot.chain.elements:
-        if element.follows is not None:
-            columns.append(element.follows)
         if element.joint is not None:
             turn = ONTO_Z[element.axis % 3]
             constants.append(current @ turn)
-            columns.append(element.joint)
             slides.append(not Axis(element.axis).turns)
             current = turn.T
         still = chains.Element(element.axis, element.name, element.value, matrix=element.matrix)
         current = current @ chains.poses(Chain((still,), 0), np.zeros((1, 0)))[0]
-    if sorted(columns) != list(range(robot.dof)):
-        double = next(c for c in columns if columns.count(c) > 1)
-        raise RobotError(
-            f"joint {double + 1} of robot '{robot.name}' drives several elements; inverse kinematics "
-            "requires exactly one per joint"
-        )
-    constants.append(current)
-    order = np.array(columns, np.int64)
-    return ReducedArm(
-        frozen(np.array(constants)),
-        frozen(np.array(slides, bool)),
-        frozen(order),
-        frozen(robot.limits[order]),
-        max(robot.reach, 1e-3),
-    )
+    fixed, moves = frozen(np.array([*constants, current])), frozen(np.array(slides, bool))
+    return ReducedArm(fixed, moves, robot.limits, max(robot.reach, 1e-3))
 
 
 @njit(cache=True)

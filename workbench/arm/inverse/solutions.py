@@ -1,4 +1,4 @@
-"""All joint coordinates that reach a target, limits ignored: completeness is decided here.
+"""All joint coordinates that reach a target: completeness is decided here.
 
 Six revolute joints and a pose, and five of them and a position with an axis (whose free turn about the tool's
 z axis is a sixth), have at most sixteen solutions, and all of them follow from `elimination`. The closed loop
@@ -12,7 +12,6 @@ and more random starts compensate for it.
 
 from collections.abc import Sequence
 from copy import deepcopy
-from dataclasses import dataclass
 from typing import no_type_check
 
 import numpy as np
@@ -44,19 +43,10 @@ SAME_SINGULAR = 0.03
 """Singular solutions closer than this are the same, as merging solutions are ill-conditioned [rad]."""
 SEARCH_DISTANCES = (0.03, 0.15, 0.6)
 """Search distance from a nearly singular solution [rad]."""
-
-
-@dataclass(frozen=True, eq=False)
-class Solutions:
-    """Distinct solutions of one target, in the chain's order.
-
-    Args:
-        x: Joint coordinates [rad or m].
-        smallest: Smallest singular value of the task's Jacobian, dimensionless.
-    """
-
-    x: Float[np.ndarray, "rows n"]
-    smallest: Float[np.ndarray, " rows"]
+MAX_REPRESENTATIVES = 8
+"""Maximum number of solutions shown for a redundant arm."""
+SPREAD_STARTS = 96
+"""Random starts for these, per round."""
 
 
 def is_algebraic(arm: ReducedArm, task: Task) -> bool:
@@ -65,9 +55,17 @@ def is_algebraic(arm: ReducedArm, task: Task) -> bool:
 
 
 def all_solutions(
-    arm: ReducedArm, targets: Float[np.ndarray, "rows 4 4"], *, task: Task, rng: np.random.Generator
-) -> list[Solutions]:
-    """Every solution of every target, for an arm with as many joints as conditions (or fewer)."""
+    arm: ReducedArm,
+    targets: Float[np.ndarray, "rows 4 4"],
+    *,
+    task: Task,
+    limits: Float[np.ndarray, "n 2"],
+    rng: np.random.Generator,
+) -> list[np.ndarray]:
+    """Every solution of every target, limits ignored; of infinitely many representatives, within the limits
+    where possible."""
+    if arm.dof > task:
+        return [_spread(arm, target[None], task, limits, rng) for target in targets]
     rows, n = len(targets), arm.dof
     found = [np.empty((0, n))] * rows
     if is_algebraic(arm, task):
@@ -82,7 +80,7 @@ def all_solutions(
     else:
         for i in range(rows):
             found[i] = _searched(arm, targets[i : i + 1], task, rng)
-    return [_representatives(arm, targets[i : i + 1], found[i], task) for i in range(rows)]
+    return [_representatives(arm, targets[i : i + 1], found[i], task, limits) for i in range(rows)]
 
 
 def algebraic_starts(
@@ -135,7 +133,7 @@ def _extend(
     """Solutions so far, and the distinct new ones found from starts (rows, k, n)."""
     rows, k, n = starts.shape
     result = refine(arm, targets, starts.reshape(-1, n), task=task, target_of=np.repeat(np.arange(rows), k))
-    good, x = result.converged.reshape(rows, k), result.x.reshape(rows, k, n)
+    good, x = result.converged.reshape(rows, k), result.q.reshape(rows, k, n)
     return [distinct(arm, np.concatenate([found[i], x[i, good[i]]])) for i in range(rows)]
 
 
@@ -167,23 +165,43 @@ def _searched(arm: ReducedArm, target: np.ndarray, task: Task, rng: np.random.Ge
     return x
 
 
-def _representatives(arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: Task) -> Solutions:
-    """Solutions, and of infinitely many at a singular pose one for each name, with a joint at zero if it can
-    be: the last one that can turn."""
+def _representatives(
+    arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: Task, limits: np.ndarray
+) -> np.ndarray:
+    """Solutions, and of infinitely many at a singular pose one for each name: within the limits if it can be,
+    and with a joint at zero, the last one that can turn."""
     singular = smallest_singular_value(arm, x, task) < SINGULAR_VALUE
-    rest, still = x[singular], [np.empty((0, arm.dof))]
-    for joint in reversed(range(arm.dof)):
-        bounds = np.where(np.arange(arm.dof)[:, None] == joint, 0.0, unlimited(arm.dof))
-        one = np.zeros(len(rest), np.int64)
-        r = refine(arm, target, rest, task=task, target_of=one, limits=bounds)
-        held = r.converged & (smallest_singular_value(arm, r.x, task) < 10 * SINGULAR_VALUE)
-        still.append(r.x[held])
+    rest, found = x[singular], [np.empty((0, arm.dof))]
+    still = [np.where(np.arange(arm.dof)[:, None] == k, 0.0, limits) for k in reversed(range(arm.dof))]
+    for bounds in (*still, limits, unlimited(arm.dof)):
+        r = refine(arm, target, rest, task=task, limits=bounds)
+        held = r.converged & (smallest_singular_value(arm, r.q, task) < 10 * SINGULAR_VALUE)
+        found.append(r.q[held])
         rest = rest[~held]
-    merged = distinct(arm, np.concatenate([*still, rest]), SAME_SINGULAR)
+    merged = distinct(arm, np.concatenate([*found, rest]), SAME_SINGULAR)
     merged = merged[np.argsort(np.abs(merged).sum(1), kind="stable")]
     first = np.unique(np.array(plain_names(arm, merged), str), return_index=True)[1]
-    x = np.concatenate([x[~singular], merged[np.sort(first)]])
-    return Solutions(x, smallest_singular_value(arm, x, task))
+    return np.concatenate([x[~singular], merged[np.sort(first)]])
+
+
+def _spread(
+    arm: ReducedArm, target: np.ndarray, task: Task, limits: np.ndarray, rng: np.random.Generator
+) -> np.ndarray:
+    """Representatives of infinitely many solutions within the limits, far apart from each other."""
+    x = np.empty((0, arm.dof))
+    for bounds in (limits, limits, limits, None):
+        r = refine(
+            arm, target, random_starts(arm, (SPREAD_STARTS,), rng, limits=limits), task=task, limits=bounds
+        )
+        x = distinct(arm, r.q[r.converged])
+        if len(x):
+            break
+    place = np.concatenate([np.where(arm.slides, x, np.cos(x)), np.where(arm.slides, 0.0, np.sin(x))], 1)
+    picked = [int(np.argmax(smallest_singular_value(arm, x, task)))] if len(x) else []
+    while len(picked) < min(MAX_REPRESENTATIVES, len(x)):
+        away = np.linalg.norm(place[:, None] - place[picked], axis=2).min(1)
+        picked.append(int(np.argmax(away)))
+    return x[picked]
 
 
 def smallest_singular_value(

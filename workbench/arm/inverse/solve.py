@@ -22,7 +22,6 @@ from workbench.arm.inverse.branch import (
     LIMIT_SLACK,
     Branch,
     InverseResult,
-    Nearest,
     choose,
     margins,
     nearest_branch,
@@ -30,18 +29,11 @@ from workbench.arm.inverse.branch import (
     representative,
 )
 from workbench.arm.inverse.branch_names import branch_names
-from workbench.arm.inverse.damped_newton import Task, refine
-from workbench.arm.inverse.deflected_arm import deflected_result
-from workbench.arm.inverse.follow import Followed, FollowedMany, follow, follow_many
+from workbench.arm.inverse.damped_newton import Reached, Task, refine, unlimited
+from workbench.arm.inverse.deflected_arm import refine_deflected
+from workbench.arm.inverse.follow import follow, follow_many
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
-from workbench.arm.inverse.solutions import (
-    SINGULAR_VALUE,
-    Solutions,
-    all_solutions,
-    distinct,
-    random_starts,
-    smallest_singular_value,
-)
+from workbench.arm.inverse.solutions import all_solutions, smallest_singular_value
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.array_checks import as_pose, check_rotations, numbers
@@ -50,10 +42,8 @@ from workbench.base.types import frozen
 
 __all__ = [
     "Branch",
-    "Followed",
-    "FollowedMany",
     "InverseResult",
-    "Nearest",
+    "Reached",
     "Task",
     "choose",
     "follow",
@@ -62,11 +52,6 @@ __all__ = [
     "solve",
     "solve_many",
 ]
-
-MAX_REPRESENTATIVES = 8
-"""Maximum number of solutions shown for a redundant arm."""
-SPREAD_STARTS = 96
-"""Random starts for these, per round."""
 
 
 def solve(
@@ -107,18 +92,12 @@ def solve_many(
     arm, task = compile_arm(robot), task or Task.default(robot.dof)
     rng = np.random.default_rng(0) if rng is None else rng
     targets, limits = check_poses(poses), _limits(robot, limits)
-    inner = limits[arm.columns]
-    if arm.dof > task:
-        solutions = [_spread(arm, t[None], task, inner, rng) for t in targets]
-    else:
-        solutions = all_solutions(arm, targets, task=task, rng=rng)
+    solutions = all_solutions(arm, targets, task=task, limits=limits, rng=rng)
+    states = [None if motion is None else motion.take(np.array([i])) for i in range(len(targets))]
     later = deepcopy(rng)  # for `explain`, whatever the order of use
-    results = [_result(arm, t, s, task, limits, later) for t, s in zip(targets, solutions, strict=True)]
-    if not robot.effects:
-        return results
-    states = [None if motion is None else motion.take(np.array([i])) for i in range(len(results))]
     return [
-        deflected_result(robot, t, r, limits, s) for t, r, s in zip(targets, results, states, strict=True)
+        _result(robot, target, x, task=task, limits=limits, rng=later, motion=state)
+        for target, x, state in zip(targets, solutions, states, strict=True)
     ]
 
 
@@ -156,104 +135,58 @@ def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
     return limits
 
 
-def _spread(
-    arm: ReducedArm, target: np.ndarray, task: Task, limits: np.ndarray, rng: np.random.Generator
-) -> Solutions:
-    """Representatives of infinitely many solutions within the limits, far apart from each other."""
-    x = np.empty((0, arm.dof))
-    for bounds in (limits, limits, limits, None):
-        starts = random_starts(arm, (SPREAD_STARTS,), rng, limits=limits)
-        one = np.zeros(len(starts), np.int64)
-        r = refine(arm, target, starts, task=task, target_of=one, limits=bounds)
-        x = distinct(arm, r.x[r.converged])
-        if len(x):
-            break
-    if len(x):
-        place = np.concatenate([np.where(arm.slides, x, np.cos(x)), np.where(arm.slides, 0.0, np.sin(x))], 1)
-        picked = [int(np.argmax(smallest_singular_value(arm, x, task)))]
-        away = np.linalg.norm(place - place[picked[0]], axis=1)
-        while len(picked) < min(MAX_REPRESENTATIVES, len(x)):
-            picked.append(int(np.argmax(away)))
-            away = np.minimum(away, np.linalg.norm(place - place[picked[-1]], axis=1))
-        x = x[picked]
-    return Solutions(x, smallest_singular_value(arm, x, task))
-
-
 def _result(
-    arm: ReducedArm,
+    robot: Robot,
     target: np.ndarray,
-    solutions: Solutions,
+    x: np.ndarray,
+    *,
     task: Task,
     limits: np.ndarray,
     rng: np.random.Generator,
+    motion: Motion | None,
 ) -> InverseResult:
-    inner = limits[arm.columns]
-    x = representative(solutions.x, inner, arm.slides)
-    x = _into_limits(arm, target, x, solutions, task, inner)
-    names = [f"sample {i + 1}" for i in range(len(x))] if arm.dof > task else branch_names(arm, x)
-    branches = _branches(arm, x, names, solutions.smallest, limits)
-    explain = partial(_explain, arm, target, x, branches, task, inner, rng)
-    return InverseResult(branches, task, explain)
+    """The branches of a target, from the solutions of the geometry alone."""
+    arm = compile_arm(robot)
+    manipulability = smallest_singular_value(arm, x, task).tolist()
+    q = representative(x, limits, arm.slides)
+    names = [f"sample {i + 1}" for i in range(len(q))] if arm.dof > task else branch_names(arm, q)
+    if robot.effects and len(q):
+        rows = np.zeros(len(q), np.int64)
+        state = None if motion is None else motion.take(rows)
+        q = refine_deflected(
+            robot, target[None][rows], q, task=task, limits=unlimited(arm.dof), motion=state
+        ).q
+    room = margins(q, limits).min(1, initial=np.inf).tolist()
+    branches = tuple(
+        Branch(
+            q=frozen(row.copy()),
+            name=name,
+            within_limits=margin >= -LIMIT_SLACK,
+            margin=margin,
+            manipulability=size,
+            limits=limits,
+            slides=arm.slides,
+        )
+        for row, name, margin, size in zip(q, names, room, manipulability, strict=True)
+    )
+    branches = tuple(sorted(branches, key=lambda b: (not b.within_limits, -b.manipulability)))
+    return InverseResult(branches, task, partial(_explain, arm, target, branches, task, limits, rng))
 
 
 def _explain(
     arm: ReducedArm,
     target: np.ndarray,
-    x: np.ndarray,
     branches: tuple[Branch, ...],
     task: Task,
     limits: np.ndarray,
     rng: np.random.Generator,
-) -> tuple[str | None, Nearest]:
-    """Why no branch is within the limits, and the nearest configuration."""
-    reason = None
-    inside = [b for b in branches if b.within_limits]
-    if inside:
+) -> tuple[Reached, str | None]:
+    """The nearest posture, and why no branch is within the limits."""
+    q = np.array([b.q for b in branches]).reshape(-1, arm.dof)
+    if inside := [b for b in branches if b.within_limits]:
         best = max(inside, key=quality)
-        closest = refine(arm, target[None], best.q[None, arm.columns], task=task, iterations=0)
-    else:
-        rng = deepcopy(rng)
-        closest = unreachable.nearest(arm, target, task=task, limits=limits, rng=rng, starts=x)
-        if len(x):
-            reason = unreachable.limits_reason(arm, x, limits)
-        else:
-            reason = unreachable.geometry_reason(arm, target, task=task, limits=limits, rng=rng)
-    nearest = Nearest(
-        frozen(closest.x[0, arm.places]), float(closest.position_error[0]), float(closest.rotation_error[0])
-    )
-    return reason, nearest
-
-
-def _into_limits(
-    arm: ReducedArm, target: np.ndarray, x: np.ndarray, solutions: Solutions, task: Task, limits: np.ndarray
-) -> np.ndarray:
-    """Move representatives of infinitely many solutions into the limits where possible."""
-    outside = (solutions.smallest < SINGULAR_VALUE) & (margins(x, limits).min(1, initial=np.inf) < 0.0)
-    if not outside.any():
-        return x
-    one = np.zeros(int(outside.sum()), np.int64)
-    r = refine(arm, target[None], x[outside], task=task, target_of=one, limits=limits)
-    x = x.copy()
-    x[np.flatnonzero(outside)[r.converged]] = r.x[r.converged]
-    return x
-
-
-def _branches(
-    arm: ReducedArm, x: np.ndarray, names: list[str], smallest: np.ndarray, limits: np.ndarray
-) -> tuple[Branch, ...]:
-    slides = frozen(arm.slides[arm.places])
-    branches = []
-    for row, name, manipulability in zip(x[:, arm.places], names, smallest.tolist(), strict=True):
-        margin = float(margins(row[None], limits).min())
-        branches.append(
-            Branch(
-                q=frozen(row.copy()),
-                name=name,
-                within_limits=margin >= -LIMIT_SLACK,
-                margin=margin,
-                manipulability=manipulability,
-                limits=limits,
-                slides=slides,
-            )
-        )
-    return tuple(sorted(branches, key=lambda b: (not b.within_limits, -b.manipulability)))
+        return refine(arm, target[None], best.q[None], task=task, limits=limits).row(0), None
+    found = unreachable.nearest(arm, target, q, task=task, limits=limits, rng=deepcopy(rng))
+    if branches:
+        return found, unreachable.limits_reason(q, limits, arm.slides)
+    return found, unreachable.geometry_reason(arm, target, found, limits)

@@ -176,12 +176,6 @@ def _deflected_jacobian(
     return poses, out
 
 
-def joint_elements(robot: Robot) -> np.ndarray:
-    """Element of the full chain that each joint coordinate drives, in the order of q."""
-    drivers = robot.chain.drivers
-    return np.array([int(np.flatnonzero(drivers == j)[0]) for j in range(robot.dof)], np.int64)
-
-
 def _rows(robot: Robot, at: ArrayLike | Motion) -> tuple[Motion, bool]:
     """Rows of motion, and whether they were a single pose without an axis of rows."""
     if isinstance(at, Motion):

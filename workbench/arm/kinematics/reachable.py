@@ -53,7 +53,7 @@ def reachable(
     if exact:
         _solve_rest(arm, targets, x, task)
     mask = ~np.isnan(x[:, 0]) if arm.dof else np.zeros(len(x), bool)
-    return mask, x[:, arm.places]
+    return mask, x
 
 
 def _table(robot: Robot, arm: ReducedArm, task: Task) -> tuple[np.ndarray, cKDTree]:
@@ -90,7 +90,7 @@ def _try(arm: ReducedArm, targets: np.ndarray, x: np.ndarray, starts: np.ndarray
     )
     good = r.converged.reshape(-1, k)
     hit = good.any(1)
-    x[rows[hit]] = r.x.reshape(-1, k, arm.dof)[hit, good[hit].argmax(1)]
+    x[rows[hit]] = r.q.reshape(-1, k, arm.dof)[hit, good[hit].argmax(1)]
 
 
 def _solve_rest(arm: ReducedArm, targets: np.ndarray, x: np.ndarray, task: Task) -> None:
@@ -102,7 +102,7 @@ def _solve_rest(arm: ReducedArm, targets: np.ndarray, x: np.ndarray, task: Task)
         if len(part) == 0 or k == 0:
             continue
         r = refine(arm, targets, starts.reshape(-1, arm.dof), task=task, target_of=np.repeat(part, k))
-        ends = representative(r.x, arm.limits, arm.slides).reshape(len(part), k, arm.dof)
+        ends = representative(r.q, arm.limits, arm.slides).reshape(len(part), k, arm.dof)
         room = np.where(
             r.converged.reshape(-1, k),
             margins(ends.reshape(-1, arm.dof), arm.limits).min(1).reshape(-1, k),

@@ -8,7 +8,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm import chain as chains
-from workbench.arm.kinematics.forward import joint_elements
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Freedom
@@ -26,11 +25,8 @@ def body_frames(
         q: Joint positions [rad or m].
         shift: Increment of each element of its chain, row by row [rad or m]; none if empty.
     """
-    drivers = joint_elements(robot)
-    order = np.argsort(drivers)
-    after = np.concatenate([[robot.base_size - 1], drivers[order]])
-    frames = se3.inverse(robot.base.pose) @ chains.frames(robot.chain, q, after, shift=shift)
-    return np.concatenate([frames[:, :1], frames[:, 1:][:, np.argsort(order)]], axis=1)
+    after = np.concatenate([[robot.base_size - 1], robot.chain.driven])
+    return se3.inverse(robot.base.pose) @ chains.frames(robot.chain, q, after, shift=shift)
 
 
 def link_paths(robot: Robot) -> tuple[Float[np.ndarray, "points 3"], ...]:
@@ -38,14 +34,9 @@ def link_paths(robot: Robot) -> tuple[Float[np.ndarray, "points 3"], ...]:
 
     The last link of the chain ends at the tool's origin. A path of one point has no length.
     """
-    drivers = joint_elements(robot)
-    order = np.argsort(drivers)
-    lines: list[np.ndarray] = [np.zeros((1, 3))] * (robot.dof + 1)
-    lines[0] = _line(robot, robot.base_size - 1, int(drivers[order[0]]) - 1)
-    for i, joint in enumerate(order):
-        end = int(drivers[order[i + 1]]) - 1 if i + 1 < len(order) else len(robot.chain.elements) - 1
-        lines[joint + 1] = _line(robot, int(drivers[joint]), end)
-    return tuple(lines)
+    starts = [robot.base_size - 1, *robot.chain.driven.tolist()]
+    ends = [*(drive - 1 for drive in starts[1:]), len(robot.chain.elements) - 1]
+    return tuple(_line(robot, start, end) for start, end in zip(starts, ends, strict=True))
 
 
 def height_above_floor(robot: Robot) -> float:

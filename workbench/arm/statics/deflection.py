@@ -27,13 +27,13 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from workbench.arm import chain as chains
-from workbench.arm.chain import NO_SHIFT, WHOLE, Chain
+from workbench.arm.chain import NO_SHIFT, WHOLE
 from workbench.arm.effects import AbstractEffect, Loads
 from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.load_derivatives import wrench_derivative
-from workbench.arm.statics.wrenches import Masses, load_regressor, motion_wrenches, own_axis
+from workbench.arm.statics.wrenches import TrialArm, load_regressor, motion_wrenches, own_axis
 from workbench.base.errors import DataError
 from workbench.base.types import Outcome
 
@@ -111,45 +111,24 @@ class Twists:
                 out[coefficients[which]] += pull @ law.reshape(len(pull), len(which))
 
 
-def deflect(
-    robot: Robot,
-    motion: Motion,
-    *,
-    values: Float[np.ndarray, " k"] | None = None,
-    effects: Sequence[AbstractEffect] | None = None,
-    weights: Masses | None = None,
-) -> Deflection:
-    """The fixed point of a robot's effects.
-
-    Args:
-        robot: Arm with its effects; K elements in the full chain.
-        values: Constants of the chain to use instead of the robot's own.
-        effects: The robot's effects with other coefficients, to use instead.
-        weights: Masses to use instead of the robot's own.
-    """
-    chain = robot.chain if values is None else robot.chain.with_values(values)
-    effects = robot.effects if effects is None else effects
-    return _fixed_point(robot, chain, motion, effects, _laws(chain, motion, effects, loaded=False), weights)
+def deflect(arm: Robot | TrialArm, motion: Motion) -> Deflection:
+    """The fixed point of an arm's effects; K elements in its full chain."""
+    arm = TrialArm.of(arm)
+    return _fixed_point(arm, motion, _laws(arm, motion, loaded=False))
 
 
-def shift_of(
-    robot: Robot,
-    motion: Motion,
-    *,
-    values: Float[np.ndarray, " k"] | None = None,
-    effects: Sequence[AbstractEffect] | None = None,
-    weights: Masses | None = None,
-) -> Float[np.ndarray, "_ _"]:
-    """Increments of the chain's elements by effects; empty for a robot without any.
+def shift_of(arm: Robot | TrialArm, motion: Motion) -> Float[np.ndarray, "_ _"]:
+    """Increments of the chain's elements by effects; empty for an arm without any.
 
     Raises:
         DataError: the arm has no equilibrium in a row.
     """
-    if not robot.effects:
+    arm = TrialArm.of(arm)
+    if not arm.effects:
         return NO_SHIFT
-    deflected = deflect(robot, motion, values=values, effects=effects, weights=weights)
+    deflected = deflect(arm, motion)
     if not deflected.outcome.ok:
-        raise no_equilibrium(robot, deflected.shift)
+        raise no_equilibrium(arm.robot, deflected.shift)
     return deflected.shift
 
 
@@ -165,105 +144,90 @@ def no_equilibrium(robot: Robot, found: Float[np.ndarray, "rows *values"]) -> Da
 
 
 def effect_columns(
-    robot: Robot,
+    arm: Robot | TrialArm,
     motion: Motion,
     columns: Int[np.ndarray, " p"],
     coefficients: Sequence[str],
     *,
-    values: Float[np.ndarray, " k"] | None = None,
-    effects: Sequence[AbstractEffect] | None = None,
-    weights: Masses | None = None,
     varying: Int[np.ndarray, " w"] | None = None,
     part: slice = WHOLE,
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Twists]:
     """Poses of the deflected arm, and the tool's twist per constant, coefficient, mass: the total derivative.
 
     Args:
+        arm: With effects.
         columns: Elements of the full chain whose constants vary, P of them.
         coefficients: Names of the coefficients that vary, C of them.
-        values: Constants of the chain to use instead of the robot's own.
-        effects: The robot's effects with other coefficients, to use instead.
-        weights: Masses and gravity to use instead of the robot's own.
-        varying: Which of them vary: indices in `Robot.inertia`, followed by the two angles of gravity; all of
-            the former if None.
+        varying: Which of a trial's own masses and angles of gravity vary: indices in `Robot.inertia`,
+            followed by the two angles; all of the former if None.
         part: Elements between the first frame and the one observed instead of the tool, if not all.
     """
-    chain = robot.chain if values is None else robot.chain.with_values(values)
-    effects = robot.effects if effects is None else effects
-    laws = _laws(chain, motion, effects, loaded=False)
-    deflected = _fixed_point(robot, chain, motion, effects, laws, weights)
-    laws |= _laws(chain, motion, effects, loaded=True, wrenches=deflected.wrenches)
+    arm = TrialArm.of(arm)
+    chain, effects = arm.chain, arm.effects
+    laws = _laws(arm, motion, loaded=False)
+    deflected = _fixed_point(arm, motion, laws)
+    laws |= _laws(arm, motion, loaded=True, wrenches=deflected.wrenches)
     places = [chain.indices(e.elements(chain)) for e in effects]
     moved = np.unique(np.concatenate(places))
     union, where = np.unique(np.concatenate([columns, moved]), return_inverse=True)
     poses, twists = chains.twists(chain, motion.q, union, shift=deflected.shift, part=part)
     rows = [np.searchsorted(moved, p) for p in places]
-    gain, change = _loads(robot, chain, motion, deflected, effects, union, rows, weights)
+    components = np.concatenate([e.components(chain) for e in effects])
+    if not arm.robot.has_masses:
+        components = components[:0]
+    gain, change = np.zeros((0, len(moved), 0)), np.zeros((0, 0, len(union)))
+    if len(components):
+        gain = _gain(arm, motion, deflected, rows, len(moved))
+        change = wrench_derivative(arm, motion, union, components, shift=deflected.shift)
     by_mass = np.zeros((len(motion), len(moved), 0))
-    if weights is not None:
-        which = np.arange(4 * len(weights.mass)) if varying is None else varying
-        by_mass = _by_inertia(robot, chain, motion, deflected, effects, gain, weights, which)
+    if arm.weights is not None:
+        which = np.arange(4 * len(arm.weights.mass)) if varying is None else varying
+        by_mass = np.zeros((len(motion), len(moved), len(which)))
+        if len(components):
+            known = load_regressor(arm, motion, which, shift=deflected.shift)
+            by_mass = gain @ known[:, components[:, 0], components[:, 1]]
     plain = np.empty((len(motion), 6, len(columns) + by_mass.shape[2]))
     z = np.empty((len(motion), 6, len(moved)))
-    _total(
-        twists,
-        change,
-        gain,
-        _growth(chain, motion, deflected, effects, columns, rows),
-        by_mass,
-        where[: len(columns)],
-        where[len(columns) :],
-        plain,
-        z,
-    )
+    growth = _growth(arm, motion, deflected, columns, rows, len(moved))
+    own, other = where[: len(columns)], where[len(columns) :]
+    _total(twists, change, gain, growth, by_mass, own, other, plain, z)
     return poses, Twists(plain, z, tuple(_chosen(effects, laws, rows, coefficients)))
 
 
 def law_sizes(robot: Robot, motion: Motion, coefficients: Sequence[str]) -> dict[str, float]:
     """Maximum change of any element over the rows per unit of some coefficients [rad or m per unit]."""
-    laws = _laws(robot.chain, motion, robot.effects, loaded=False)
-    if any(e.loads for e in robot.effects):
-        deflected = deflect(robot, motion)
-        laws |= _laws(robot.chain, motion, robot.effects, loaded=True, wrenches=deflected.wrenches)
+    arm = TrialArm.of(robot)
+    laws = _laws(arm, motion, loaded=False)
+    if any(e.loads for e in arm.effects):
+        laws |= _laws(arm, motion, loaded=True, wrenches=deflect(arm, motion).wrenches)
     sizes: dict[str, float] = {}
-    for i, effect in enumerate(robot.effects):
+    for i, effect in enumerate(arm.effects):
         maximum = np.maximum(laws[i].max((0, 1), initial=0.0), -laws[i].min((0, 1), initial=0.0))
         sizes |= dict(zip(effect.names, maximum.tolist(), strict=True))
     return {name: sizes[name] for name in coefficients}
 
 
 def _laws(
-    chain: Chain,
-    motion: Motion,
-    effects: Sequence[AbstractEffect],
-    *,
-    loaded: bool,
-    wrenches: np.ndarray = NO_WRENCHES,
+    arm: TrialArm, motion: Motion, *, loaded: bool, wrenches: np.ndarray = NO_WRENCHES
 ) -> dict[int, np.ndarray]:
     """Laws of the effects that need wrenches, or of those that do not, by their index."""
-    mine = ((i, e) for i, e in enumerate(effects) if bool(e.loads) is loaded)
-    return {i: e.law(chain, motion, wrenches) for i, e in mine}
+    mine = ((i, e) for i, e in enumerate(arm.effects) if bool(e.loads) is loaded)
+    return {i: e.law(arm.chain, motion, wrenches) for i, e in mine}
 
 
-def _fixed_point(
-    robot: Robot,
-    chain: Chain,
-    motion: Motion,
-    effects: Sequence[AbstractEffect],
-    laws: dict[int, np.ndarray],
-    weights: Masses | None,
-) -> Deflection:
+def _fixed_point(arm: TrialArm, motion: Motion, laws: dict[int, np.ndarray]) -> Deflection:
     """The deflected arm, starting from the effects that need no wrenches."""
+    robot, chain = arm.robot, arm.chain
     robot.check_joints(motion.q)
     fixed = np.zeros((len(motion), len(chain.elements)))
     for i, law in laws.items():
-        _add(fixed, chain.indices(effects[i].elements(chain)), effects[i], law)
-    deflected = [e for e in effects if e.loads]
+        _add(fixed, chain.indices(arm.effects[i].elements(chain)), arm.effects[i], law)
+    deflected = [e for e in arm.effects if e.loads]
     if not deflected or not len(motion):
         return Deflection(fixed, NO_WRENCHES)
     _check_loads(robot, motion, deflected)
     if robot.has_masses:
-        return _deflected(robot, chain, motion, deflected, fixed, weights)
+        return _deflected(arm, motion, deflected, fixed)
     measured = np.full((*motion.q.shape, 6), np.nan)
     measured[:, np.arange(robot.dof), own_axis(robot)] = motion.torque
     for effect in deflected:
@@ -273,21 +237,17 @@ def _fixed_point(
 
 
 def _deflected(
-    robot: Robot,
-    chain: Chain,
-    motion: Motion,
-    deflected: Sequence[AbstractEffect],
-    fixed: np.ndarray,
-    weights: Masses | None,
+    arm: TrialArm, motion: Motion, deflected: Sequence[AbstractEffect], fixed: np.ndarray
 ) -> Deflection:
     """Fixed-point iterations, each over the rows that have not converged."""
+    chain = arm.chain
     elements = [chain.indices(e.elements(chain)) for e in deflected]
     moved = np.unique(np.concatenate(elements))
     places = [np.searchsorted(moved, mine) for mine in elements]
     shift, wrenches = fixed.copy(), np.empty((*motion.q.shape, 6))
     rows, now, start = np.arange(len(motion)), shift, fixed[:, moved]
     for _ in range(MAX_ITERATIONS):
-        loads = motion_wrenches(robot, motion, values=chain.values, shift=now, weights=weights)
+        loads = motion_wrenches(arm, motion, shift=now)
         new = start.copy()
         for effect, mine in zip(deflected, places, strict=True):
             _add(new, mine, effect, effect.law(chain, motion, loads))
@@ -342,10 +302,9 @@ def _chosen(effects, laws, rows, coefficients) -> Iterator[tuple[np.ndarray, np.
             yield rows[i], np.array([column[effect.names[k]] for k in mine]), np.ascontiguousarray(law)
 
 
-def _growth(chain, motion, deflected, effects, columns, rows) -> np.ndarray:
+def _growth(arm, motion, deflected, columns, rows, size) -> np.ndarray:
     """Derivative of changed elements' increments in P constants at fixed wrenches; no rows if all are 0."""
-    size = 1 + max(int(r.max()) for r in rows)
-    parts = [e.growth(chain, motion, deflected.wrenches, columns) for e in effects]
+    parts = [e.growth(arm.chain, motion, deflected.wrenches, columns) for e in arm.effects]
     out = np.zeros((0 if all(p is None for p in parts) else len(motion), size, len(columns)))
     for part, mine in zip(parts, rows, strict=True):
         if part is not None:
@@ -353,40 +312,15 @@ def _growth(chain, motion, deflected, effects, columns, rows) -> np.ndarray:
     return out
 
 
-def _loads(robot, chain, motion, deflected, effects, union, rows, weights) -> tuple[np.ndarray, np.ndarray]:
-    """Derivative of the changed elements' increments in M wrench components, and of those in the union."""
-    size = 1 + max(int(r.max()) for r in rows)
-    requested = [e.components(chain) for e in effects]
-    components = np.concatenate(requested)
-    if not robot.has_masses or not len(components):
-        return np.zeros((0, size, 0)), np.zeros((0, 0, len(union)))
-    gain = np.zeros((len(motion), size, len(components)))
-    start = 0
-    for effect, mine, own in zip(effects, rows, requested, strict=True):
-        if len(own):
-            gain[:, mine, start : start + len(own)] = effect.slope(chain, motion, deflected.wrenches)
-            start += len(own)
-    change = wrench_derivative(
-        robot,
-        motion.q,
-        union,
-        components,
-        payload=motion.payload,
-        wrench=motion.wrench,
-        values=chain.values,
-        shift=deflected.shift,
-        weights=weights,
-    )
-    return gain, change
-
-
-def _by_inertia(robot, chain, motion, deflected, effects, gain, weights, varying) -> np.ndarray:
-    """Derivative of the changed elements' increments in masses, centres, angles of gravity, (rows, E, W)."""
-    components = np.concatenate([e.components(chain) for e in effects])
-    if not gain.shape[2]:
-        return np.zeros((len(motion), gain.shape[1], len(varying)))
-    known = load_regressor(robot, motion, weights, varying, values=chain.values, shift=deflected.shift)
-    return gain @ known[:, components[:, 0], components[:, 1]]
+def _gain(arm, motion, deflected, rows, size) -> np.ndarray:
+    """Derivative of the changed elements' increments in M wrench components."""
+    counts = [len(e.components(arm.chain)) for e in arm.effects]
+    gain, start = np.zeros((len(motion), size, sum(counts))), 0
+    for effect, mine, count in zip(arm.effects, rows, counts, strict=True):
+        if count:
+            gain[:, mine, start : start + count] = effect.slope(arm.chain, motion, deflected.wrenches)
+            start += count
+    return gain
 
 
 @njit(cache=True, nogil=True)

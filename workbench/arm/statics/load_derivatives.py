@@ -27,52 +27,46 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from workbench.arm.chain import NO_SHIFT, _advance
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.wrenches import NO_PULL, Masses, masses, mounts
-from workbench.base.types import JointRows, frozen
+from workbench.arm.statics.wrenches import NO_PULL, TrialArm, mounts
+from workbench.base.types import frozen
 
 
 def wrench_derivative(
-    robot: Robot,
-    q: JointRows,
+    arm: Robot | TrialArm,
+    motion: Motion,
     columns: Int[np.ndarray, " p"],
     components: Int[np.ndarray, "m 2"],
     *,
-    payload: Float[np.ndarray, " _"] | None = None,
-    wrench: Float[np.ndarray, "_ 6"] | None = None,
-    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
-    weights: Masses | None = None,
 ) -> Float[np.ndarray, "rows m p"]:
     """Derivative of some components of `motion_wrenches`, at rest, in the values of some elements.
 
     Args:
-        robot: Geometry with masses; n joints.
-        q: Joint positions [rad or m].
+        arm: With masses.
+        motion: Rows with payload and wrench at the tool if known.
         columns: Elements of the full chain, each once.
         components: Joint (column of q), and component of [f; τ] in the joint's own axes.
-        payload: Mass at the tool, one number a row [kg].
-        wrench: External wrench at the tool, as in `Motion`.
-        values: Constants of the chain to use instead of the robot's own.
         shift: Increments by effects, per element.
-        weights: Masses to use instead of the robot's own.
     """
-    chain, weights = robot.chain, masses(robot) if weights is None else weights
-    out = np.empty((len(q), len(components), len(columns)))
+    arm = TrialArm.of(arm)
+    chain, weights = arm.chain, arm.masses
+    out = np.empty((len(motion), len(components), len(columns)))
     _derivatives(
-        robot.base_size,
+        arm.robot.base_size,
         chain.axes,
         chain.drivers,
-        mounts(robot),
-        frozen(chain.values if values is None else values),
+        mounts(arm.robot),
+        frozen(chain.values),
         chain.constants,
         weights.after,
         weights.mass,
         weights.com,
         weights.gravity,
-        frozen(chain.positions(q)),
-        frozen(np.zeros(0) if payload is None else payload),
-        frozen(NO_PULL if wrench is None else np.asarray(wrench, float)),
+        frozen(chain.positions(motion.q)),
+        frozen(np.zeros(0) if motion.payload is None else motion.payload),
+        frozen(NO_PULL if motion.wrench is None else np.asarray(motion.wrench, float)),
         frozen(shift),
         np.ascontiguousarray(columns),
         np.ascontiguousarray(components),

@@ -27,7 +27,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
-from workbench.arm.chain import NO_SHIFT, _advance
+from workbench.arm.chain import NO_SHIFT, Chain, _advance
+from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import Insertion
 from workbench.arm.gravity import level_axes
 from workbench.arm.motion import Motion
@@ -91,40 +92,58 @@ def mounts(robot: Robot) -> Int[np.ndarray, " n"]:
     return frozen(out)
 
 
+@dataclass(frozen=True, eq=False)
+class TrialArm:
+    """A robot with other values than its own, as a fit tries them.
+
+    Args:
+        robot: Geometry; n joints.
+        chain: Its full chain with the constants in force; K elements.
+        effects: Its effects with the coefficients in force.
+        weights: Masses and gravity if they are unknown; None for the robot's own.
+    """
+
+    robot: Robot
+    chain: Chain
+    effects: tuple[AbstractEffect, ...]
+    weights: Masses | None = None
+
+    @classmethod
+    def of(cls, arm: "Robot | TrialArm") -> "TrialArm":
+        """A robot as it is, or the trial itself."""
+        return arm if isinstance(arm, TrialArm) else cls(arm, arm.chain, arm.effects)
+
+    @property
+    def masses(self) -> Masses:
+        """Those in force."""
+        return masses(self.robot) if self.weights is None else self.weights
+
+
 def motion_wrenches(
-    robot: Robot,
+    arm: Robot | TrialArm,
     motion: Motion,
     *,
     payload_com: Vector3 | None = None,
-    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
-    weights: Masses | None = None,
 ) -> Float[np.ndarray, "rows n 6"]:
     """Wrench [f; τ] that the link before each joint exerts on the link after it, in the joint's own axes.
 
     Args:
-        robot: Geometry with masses; K elements in the full chain, n joints.
+        arm: With masses.
         motion: Rows with payload, wrench at the tool and motion if known.
         payload_com: Centre of the payload in the tool frame [m]; the tool's origin if None.
-        values: Constants of the chain to use instead of the robot's own.
         shift: What effects add to each element's value; an empty array for nothing.
-        weights: Masses to use instead of the robot's own.
 
     Returns:
         By column of q: force [N] and moment [N m] at the origin of the joint's mount, in the mount's axes.
         `own_axis` gives the component along the joint's axis.
     """
-    weights = masses(robot) if weights is None else weights
-    return _summed(robot, motion, weights, payload_com=payload_com, values=values, shift=shift)[:, 0]
+    arm = TrialArm.of(arm)
+    return _summed(arm, motion, arm.masses, shift, payload_com=payload_com)[:, 0]
 
 
 def inertia_regressor(
-    robot: Robot,
-    motion: Motion,
-    weights: Masses,
-    *,
-    values: Float[np.ndarray, " k"] | None = None,
-    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+    arm: Robot | TrialArm, motion: Motion, *, shift: Float[np.ndarray, "_ _"] = NO_SHIFT
 ) -> Float[np.ndarray, "rows n 6 links4"]:
     """Derivative of `motion_wrenches` in every link's mass and centre, in the order of `Robot.inertia`.
 
@@ -134,27 +153,24 @@ def inertia_regressor(
     Pinocchio's regressors are those of the drives' own torques, without deflection; here the moments across
     the joints' axes are needed too. The tests compare the two where both apply.
     """
-    steps = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
-    points = weights.com[:, None] + steps
-    mass = np.concatenate([np.ones((len(points), 1)), np.tile(weights.mass[:, None], 6)], axis=1)
-    parts = Masses(np.repeat(weights.after, len(steps)), mass.ravel(), points.reshape(-1, 3), weights.gravity)
+    arm = TrialArm.of(arm)
+    known, steps = arm.masses, np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    points = known.com[:, None] + steps
+    mass = np.concatenate([np.ones((len(points), 1)), np.tile(known.mass[:, None], 6)], axis=1)
+    parts = Masses(np.repeat(known.after, len(steps)), mass.ravel(), points.reshape(-1, 3), known.gravity)
     bare = replace(motion, payload=None, wrench=None)
-    found = _summed(robot, bare, parts, separate=True, values=values, shift=shift)
-    table = found.reshape(len(motion), len(points), len(steps), robot.dof, 6)
+    found = _summed(arm, bare, parts, shift, separate=True)
+    table = found.reshape(len(motion), len(points), len(steps), arm.robot.dof, 6)
     by_com = 0.5 * (table[:, :, 1:4] - table[:, :, 4:])
-    out = np.concatenate([table[:, :, :1], by_com], axis=2).reshape(
-        len(motion), 4 * len(points), robot.dof, 6
-    )
-    return np.moveaxis(out, 1, 3)
+    out = np.concatenate([table[:, :, :1], by_com], axis=2)
+    return np.moveaxis(out.reshape(len(motion), 4 * len(points), arm.robot.dof, 6), 1, 3)
 
 
 def load_regressor(
-    robot: Robot,
+    arm: Robot | TrialArm,
     motion: Motion,
-    weights: Masses,
     varying: Int[np.ndarray, " w"],
     *,
-    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
 ) -> Float[np.ndarray, "rows n 6 w"]:
     """Derivative of `motion_wrenches` in masses and centres, and in the angles of gravity.
@@ -162,77 +178,59 @@ def load_regressor(
     Args:
         varying: Which columns to compute, ascending: indices in `Robot.inertia`, followed by the two angles.
     """
-    size = 4 * len(weights.mass)
-    parts = [np.zeros((len(motion), robot.dof, 6, 0))]
+    arm = TrialArm.of(arm)
+    size = 4 * len(arm.masses.mass)
+    parts = [np.zeros((len(motion), arm.robot.dof, 6, 0))]
     if (varying < size).any():
-        known = inertia_regressor(robot, motion, weights, values=values, shift=shift)
-        parts.append(known[..., varying[varying < size]])
+        parts.append(inertia_regressor(arm, motion, shift=shift)[..., varying[varying < size]])
     if (varying >= size).any():
-        turned = gravity_regressor(robot, motion, weights, values=values, shift=shift)
-        parts.append(turned[..., varying[varying >= size] - size])
+        parts.append(gravity_regressor(arm, motion, shift=shift)[..., varying[varying >= size] - size])
     return np.concatenate(parts, axis=3)
 
 
 def gravity_regressor(
-    robot: Robot,
-    motion: Motion,
-    weights: Masses,
-    *,
-    values: Float[np.ndarray, " k"] | None = None,
-    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+    arm: Robot | TrialArm, motion: Motion, *, shift: Float[np.ndarray, "_ _"] = NO_SHIFT
 ) -> Float[np.ndarray, "rows n 6 2"]:
     """Derivative of `motion_wrenches` in the two angles of gravity (`arm/gravity.py`): it is linear in g."""
+    arm = TrialArm.of(arm)
     still = replace(motion, wrench=None, velocity=None, acceleration=None)
-    axes = level_axes(weights.gravity)[:2]
-    parts = [
-        _summed(
-            robot, still, replace(weights, gravity=np.cross(a, weights.gravity)), values=values, shift=shift
-        )
-        for a in axes
-    ]
-    return np.stack([p[:, 0] for p in parts], axis=-1)
+    turned = np.cross(level_axes(arm.masses.gravity)[:2], arm.masses.gravity)
+    parts = [_summed(arm, still, replace(arm.masses, gravity=gravity), shift)[:, 0] for gravity in turned]
+    return np.stack(parts, axis=-1)
 
 
 def _summed(
-    robot: Robot,
+    arm: TrialArm,
     motion: Motion,
     weights: Masses,
+    shift: Float[np.ndarray, "_ _"],
     *,
     separate: bool = False,
     payload_com: Vector3 | None = None,
-    values: Float[np.ndarray, " k"] | None,
-    shift: Float[np.ndarray, "_ _"],
 ) -> Float[np.ndarray, "rows sums n 6"]:
-    """Wrenches of all point masses together, with payload and external wrench, or of each `apart`."""
-    q, velocity, acceleration = motion.q, motion.velocity, motion.acceleration
-    robot.check_joints(q)
-    for rows, source in ((velocity, "joint velocities"), (acceleration, "joint accelerations")):
+    """Wrenches of all point masses together, with payload and external wrench, or of each separately."""
+    robot, chain, rates = arm.robot, arm.chain, (motion.velocity, motion.acceleration)
+    robot.check_joints(motion.q)
+    for rows, source in zip(rates, ("joint velocities", "joint accelerations"), strict=True):
         if rows is not None:
             robot.check_joints(rows, source)
-    if np.count_nonzero(robot.chain.drivers >= 0) - len(robot.chain.followers) != robot.dof:
-        raise RobotError(f"a joint of robot '{robot.name}' drives several elements; each may drive only one")
-    moving = velocity is not None or acceleration is not None
-    zeros = np.zeros(q.shape) if moving else NO_SHIFT
-    out = np.empty((len(q), len(weights.mass) if separate else 1, robot.dof, 6))
+    none = NO_SHIFT if all(rows is None for rows in rates) else np.zeros(motion.q.shape)
+    out = np.empty((len(motion), len(weights.mass) if separate else 1, robot.dof, 6))
     _wrenches(
         robot.base_size,  # gravity is given in the frame after the base
-        robot.chain.axes,
-        robot.chain.drivers,
+        chain.axes,
+        chain.drivers,
         mounts(robot),
-        frozen(robot.chain.values if values is None else values),
-        robot.chain.constants,
+        frozen(chain.values),
+        chain.constants,
         weights.after,
         separate,
         weights.mass,
         weights.com,
         weights.gravity,
         *(
-            frozen(robot.chain.positions(np.asarray(rows, float)))
-            for rows in (
-                q,
-                zeros if velocity is None else velocity,
-                zeros if acceleration is None else acceleration,
-            )
+            frozen(chain.positions(np.asarray(none if rows is None else rows, float)))
+            for rows in (motion.q, *rates)
         ),
         frozen(np.zeros(0) if motion.payload is None else np.asarray(motion.payload, float)),
         frozen(np.zeros(3) if payload_com is None else np.asarray(payload_com, float)),

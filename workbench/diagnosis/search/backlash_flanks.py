@@ -185,13 +185,12 @@ def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Backla
             arm, values = block.deflected, block.values(x)
             assert arm is not None, "backlash needs an arm with effects"
             weights, own = arm.weights(x), tuple(own_components(block.chain, [joint])[0])
-            deflected = deflect(arm.robot, arm.motion, values=values, effects=arm.effects(x), weights=weights)
+            trial = arm.at(x, values)
+            deflected = deflect(trial, arm.motion)
             size[block.rows, k] = deflected.wrenches[:, *own]
             mine, columns = acting(problem, block)
             if weights is not None and len(mine):
-                by_mass = load_regressor(
-                    arm.robot, arm.motion, weights, columns, values=values, shift=deflected.shift
-                )
+                by_mass = load_regressor(trial, arm.motion, columns, shift=deflected.shift)
                 slope[np.ix_(block.rows, np.array([k]), np.searchsorted(weighing, mine))] = by_mass[
                     :, None, *own
                 ]

@@ -17,7 +17,7 @@ from workbench.arm.kinematics.forward import watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
-from workbench.arm.statics.wrenches import load_regressor, masses, motion_wrenches, own_axis
+from workbench.arm.statics.wrenches import load_regressor, motion_wrenches, own_axis
 from workbench.base.threads import in_order
 from workbench.identification.column_products import Columns
 from workbench.identification.problem import Problem
@@ -130,7 +130,7 @@ def effect_twists(
     poses, twists = view.turned(*chains.twists(chain, motion.q, union, shift=shift, part=view.part))
     laws = [e.law(chain, motion, wrenches) for e in effects]
     if loaded and varying is not None:
-        known = load_regressor(robot, motion, masses(robot), varying, shift=deflected.shift)
+        known = load_regressor(robot, motion, varying, shift=deflected.shift)
         for effect in loaded:
             loads = effect.components(chain)
             laws.append(effect.slope(chain, motion, wrenches) @ known[:, loads[:, 0], loads[:, 1]])

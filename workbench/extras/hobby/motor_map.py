@@ -224,7 +224,7 @@ def map_motors(robot: RobotLike, data: DatasetLike, *, motors: tuple[str, ...] =
     names = motors or (tuple(given[0]) if given else tuple(f"motor {k + 1}" for k in range(robot.dof)))
     if len(names) != robot.dof:
         raise OptionError(f"motors names {len(names)} motors; {robot.name} has {robot.dof} joints")
-    q, poses, rows = _seen(robot, data)
+    q, poses, rows = _seen(robot, data.said)
     _check(data, q, poses, names)
     found = find_counting(robot, q, poses)
     near = _near(robot, found, q, data)

@@ -169,7 +169,7 @@ def new(
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
         names = readings_of(source, tip=tip)[0].robot.joint_names
-        shown = pose or [] if poses is None else wb.read_measurements(poses, joints=names)
+        shown = pose or [] if poses is None else wb.read_measurements(poses, joints=names).said
         found = check_robot(source, shown, tip=tip)
         arm = found.robot
         for text in convention_notes(found):

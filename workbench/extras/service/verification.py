@@ -225,7 +225,7 @@ def verify(
     Raises:
         DataError: no fresh row is left, or data that contradict the robot beyond doubt.
     """
-    robot.check_joints(data.q, data.source)
+    robot.check_joints(data.said.q, data.source)
     wanted = Wanted(position=wanted) if isinstance(wanted, int | float) else wanted
     data, warnings = _fresh(robot, data)
     found = evaluate(robot, data, fit_frames=fit_frames)

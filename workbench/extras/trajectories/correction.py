@@ -14,7 +14,7 @@ import numpy as np
 
 import workbench.extras.trajectories.report  # noqa: F401 how results are shown
 from workbench.arm.inverse.branch import margins
-from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Refined, refine
+from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Reached, refine
 from workbench.arm.inverse.deflected_arm import refine_deflected, rigid_targets
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
@@ -67,12 +67,11 @@ def correct(
     before = _errors(commanded, state)
     after = _corrected(commanded, state, method)
     arm = compile_arm(robot)
-    new = after.x[:, arm.places]
-    _check(commanded, new, after, method)
+    _check(commanded, after, method)
     weight = ROTATION_WEIGHT * arm.length
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
-    state = state.at(frozen(np.where(worse[:, None], q, new)))
+    state = state.at(frozen(np.where(worse[:, None], q, after.q)))
     errors = PathErrors(
         frozen(np.where(worse, before.position_error, after.position_error)),
         frozen(np.where(worse, before.rotation_error, after.rotation_error)),
@@ -93,14 +92,14 @@ def correct(
     )
 
 
-def _errors(commanded: Commanded, state: Motion) -> Refined:
+def _errors(commanded: Commanded, state: Motion) -> Reached:
     """Errors of the deflected arm in a state."""
     arm = compile_arm(commanded.calibrated)
     wanted = rigid_targets(commanded.calibrated, commanded.poses, state)
-    return refine(arm, wanted, state.q[:, arm.columns], task=commanded.task, iterations=0)
+    return refine(arm, wanted, state.q, task=commanded.task, iterations=0)
 
 
-def _corrected(commanded: Commanded, state: Motion, method: CorrectionMethod) -> Refined:
+def _corrected(commanded: Commanded, state: Motion, method: CorrectionMethod) -> Reached:
     """Corrected joints with their remaining errors."""
     robot, task = commanded.calibrated, commanded.task
     limits = robot.limits
@@ -108,27 +107,27 @@ def _corrected(commanded: Commanded, state: Motion, method: CorrectionMethod) ->
         return refine_deflected(robot, commanded.poses, state.q, task=task, limits=limits, motion=state)
     arm = compile_arm(robot)
     wanted = rigid_targets(robot, commanded.poses, state)
-    step = refine(arm, wanted, state.q[:, arm.columns], task=task, limits=limits[arm.columns], iterations=1)
-    return _errors(commanded, state.at(step.x[:, arm.places]))
+    step = refine(arm, wanted, state.q, task=task, limits=limits, iterations=1)
+    return _errors(commanded, state.at(step.q))
 
 
-def _check(commanded: Commanded, new: np.ndarray, after: Refined, method: CorrectionMethod) -> None:
+def _check(commanded: Commanded, after: Reached, method: CorrectionMethod) -> None:
     """Refuse rows that a limit stops, that don't converge, or that a singularity throws far away."""
     robot, time = commanded.calibrated, commanded.time
     left = 1e3 * after.position_error
-    at_limit = margins(new, robot.limits) < AT_LIMIT
+    at_limit = margins(after.q, robot.limits) < AT_LIMIT
     refuse(
         ~after.converged[:, None] & at_limit,
         time,
         lambda row, joint: (
-            f": the correction needs joint {joint + 1} beyond its limit {new[row, joint]:.4f} (rad or m), "
-            f"{left[row]:.3g} mm remain; keep the path farther from it"
+            f": the correction needs joint {joint + 1} beyond its limit {after.q[row, joint]:.4f} (rad or "
+            f"m), {left[row]:.3g} mm remain; keep the path farther from it"
         ),
     )
 
     def unconverged(row: int) -> str:
         """A rigid arm that ends short of its target within the limits has Jᵀ r = 0: a singularity."""
-        jacobian = task_jacobian(compile_arm(robot), after.x[row : row + 1], commanded.task)
+        jacobian = task_jacobian(compile_arm(robot), after.q[row : row + 1], commanded.task)
         minimum = float(np.linalg.svd(jacobian, compute_uv=False)[0, -1])
         why = "check the effects of the calibrated robot, or change the path there"
         if minimum < BOUNDARY:
@@ -140,7 +139,7 @@ def _check(commanded: Commanded, new: np.ndarray, after: Refined, method: Correc
 
     if method is CorrectionMethod.ITERATED:
         refuse(after.position_error > ACCEPTED_ERROR + _play(robot), time, unconverged)
-    size = np.abs(new - commanded.q)
+    size = np.abs(after.q - commanded.q)
     refuse(
         size > MAX_CORRECTION,
         time,

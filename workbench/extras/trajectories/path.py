@@ -112,8 +112,7 @@ def command_poses(
     furthest, last = 0, None
     for start in sorted(first.within_limits, key=quality, reverse=True):
         arm, limits = compile_arm(planned), planned.limits
-        rows = followed(arm, poses, start.q[arm.columns], task=task, limits=limits[arm.columns], jump=JUMP)
-        q = rows[:, arm.places]
+        q = followed(arm, poses, start.q, task=task, limits=limits, jump=JUMP)
         if len(q) == len(poses):
             branch = f"the path is followed in the branch '{start.name}'"
             return _commanded(arms, poses, q, time, *region_text(calibrated, q), branch)
@@ -159,9 +158,9 @@ def followed(
     rows, x = [], start[None]
     for pose in poses:
         step = refine(arm, pose[None], x, task=task, limits=limits)
-        if not step.converged[0] or np.abs(step.x - x).max() > jump:
+        if not step.converged[0] or np.abs(step.q - x).max() > jump:
             break
-        x = step.x
+        x = step.q
         rows.append(x[0])
     return np.array(rows).reshape(-1, len(start))
 

@@ -165,7 +165,7 @@ def _orientations(curve: Curve, axis: Vector3, spin: float, rows: int) -> Rotati
 def _clear(command: Commanded) -> bool:
     """Whether a path leaves margin for its correction."""
     arm = compile_arm(command.nominal)
-    jacobian = task_jacobian(arm, command.q[:, arm.columns], command.task)
+    jacobian = task_jacobian(arm, command.q, command.task)
     singular = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
     return bool(
         margins(command.q, command.nominal.limits).min() > LIMIT_MARGIN and singular.min() > MIN_SINGULAR

@@ -62,19 +62,19 @@ def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Ve
     from scipy.interpolate import make_interp_spline  # no page needs it to begin with
 
     arm = compile_arm(robot)
-    limits = robot.limits[arm.columns]
+    limits = robot.limits
     few = np.linspace(0.0, 1.0, KNOTS)
     knots, aims = curve.points(few), _aims(curve.points(shares))
     found: list[tuple[float, JointRows]] = []
     for start in _starts(robot, knots[0], wanted):
-        led = followed(arm, _aims(knots), start[arm.columns], task=Task.POSITION, limits=limits)
+        led = followed(arm, _aims(knots), start, task=Task.POSITION, limits=limits)
         if len(led) < KNOTS:
             continue
         x, cost = _optimised(arm, knots, led, wanted, limits)
         rows = make_interp_spline(few, x, k=5)(shares)
         met = refine(arm, aims, rows, task=Task.POSITION, limits=limits)
-        if met.position_error.max() < ALLOWED and margins(met.x, limits).min() > MIN_LIMIT_MARGIN:
-            found.append((cost, met.x[:, arm.places]))
+        if met.position_error.max() < ALLOWED and margins(met.q, limits).min() > MIN_LIMIT_MARGIN:
+            found.append((cost, met.q))
     return min(found, key=lambda pair: pair[0])[1] if found else None
 
 

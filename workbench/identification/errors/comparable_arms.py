@@ -32,7 +32,7 @@ class ComparedArms(NamedTuple):
 
 def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None = None) -> ComparedArms:
     """Both arms in the robot's base frame and with the calibrated tool, without the instrument's drift."""
-    usable = usable_arm(calibrated, nominal=nominal)
+    usable = usable_arm(calibrated)
     require_same_arm(usable.robot, nominal)
     if positions_only is False and not usable.sees_rotation:
         raise OptionError(
@@ -40,7 +40,7 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
             "orientations too, or correct positions alone",
             option="positions_only",
         )
-    place = positions_only or not (usable.sees_rotation or usable.has_nominal)
+    place = bool(positions_only)
     effects = tuple(e for e in calibrated.effects if e.moves_arm)
     skipped = [e.name for e in calibrated.effects if not e.moves_arm]
     notes = [f"{name} is ignored: it moves the measuring frame, not the arm" for name in skipped]

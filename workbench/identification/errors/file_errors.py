@@ -40,7 +40,8 @@ def file_notes(run: Run) -> list[str]:
         first = next(iter(arm.sessions))
         notes.append(f"each session with its own base; a URDF holds only that of '{first}'")
     seen = arm.calibration
-    if seen is not None and (at := seen.observed) is not None:
+    if seen is not None:
+        at = seen.observed
         known = f"flange uncertain by {in_mm(at.flange.position)} and {np.rad2deg(at.flange.rotation):.2g}°"
         if at.flange.position > MAX_POSITION or at.flange.rotation > MAX_ROTATION:
             known = "the flange could not be observed separately from the tool"

@@ -116,6 +116,8 @@ class ReadingSearch:
         """Factors of the joint columns that are possible, and their complexity."""
         turns = units(self.robot, self.data.joints, 0.0) == 0.0
         largest, degree = np.abs(self.data.q[:, turns]).max(initial=0.0), np.pi / 180.0
+        if self.data.unsaid:
+            return [(1.0, 0.0), (degree, UNIT), (1.0 / degree, UNIT)]
         if largest > 2.0 * TURN:
             return [(degree, UNIT)]
         return [(1.0, 0.0), (1.0 / degree, UNIT)] if largest < 7.0 * degree else [(1.0, 0.0)]

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import coal
 import numpy as np
 
-from workbench.arm.kinematics.forward import joint_elements, link_frames
+from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.kinematics.skeleton import body_frames, link_paths
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -70,7 +70,7 @@ class Capsule(NamedTuple):
 def capsule_arm(robot: Robot) -> ArmShape:
     """Capsules along the links of an arm."""
     radii = robot.reach * np.linspace(FIRST_LINK_RADIUS, LAST_LINK_RADIUS, max(robot.dof, 2))
-    frames = [0, *(np.searchsorted(robot.chain_ends, joint_elements(robot)) + 1)]
+    frames = [0, *(np.searchsorted(robot.chain_ends, robot.chain.driven) + 1)]
     q = np.zeros((1, robot.dof))
     own = se3.inverse(robot.base.pose) @ link_frames(robot, Motion(q))[0, frames]
     paths = zip(frames, se3.inverse(own) @ body_frames(robot, q)[0], link_paths(robot), strict=True)

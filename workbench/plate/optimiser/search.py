@@ -149,7 +149,7 @@ class Search:
 
     def _same_branch(self, q: Float[np.ndarray, "rows n"], reference: Float[np.ndarray, " n"]) -> np.ndarray:
         arm = compile_arm(self.setting.robot)
-        *names, name = plain_names(arm, np.concatenate([q, reference[None]])[:, arm.columns])
+        *names, name = plain_names(arm, np.concatenate([q, reference[None]]))
         return np.array([other == name for other in names], bool)
 
     def _covariance(self, rows: Float[np.ndarray, "targets m p"]) -> Float[np.ndarray, "p p"]:

@@ -14,7 +14,7 @@ from jaxtyping import Float
 from workbench.arm import chain as chains
 from workbench.arm.chain import Element
 from workbench.arm.kinematics import skeleton
-from workbench.arm.kinematics.forward import joint_elements, link_frames
+from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
@@ -52,7 +52,7 @@ def make_bodies(robot: Robot, *, swell: float = 1.0, is_plain: bool = False) -> 
     """
     if not is_plain and (given := file_bodies(robot)):
         return given
-    drivers = joint_elements(robot)
+    drivers = robot.chain.driven
     order = np.argsort(drivers)
     paths = skeleton.link_paths(robot)
     radii = swell * robot.reach * np.linspace(THICK, THIN, max(len(order), 2))

@@ -12,7 +12,7 @@ from workbench.identification.report.parameters import unseen
 from workbench.identification.result import Identification
 from workbench.report.numbers import signed, standard_error
 from workbench.session.commands.drag import DropTarget, MoveTarget
-from workbench.session.cube_values import field_of
+from workbench.session.cube_fields import field_of
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.stages import shown_stage
 from workbench.session.state import Session

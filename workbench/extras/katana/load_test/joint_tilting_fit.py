@@ -16,8 +16,8 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.backlash import Backlash
-from workbench.arm.effects.clearance_tilt import ClearanceTilt
 from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.effects.tilting import ClearanceTilt
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2

@@ -16,7 +16,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import shift_of
 from workbench.arm.statics.moments import joint_moments
-from workbench.arm.statics.wrenches import masses, motion_wrenches
+from workbench.arm.statics.wrenches import TrialArm, masses, motion_wrenches
 from workbench.base.types import JointRows
 
 LENGTH = 5e-5
@@ -67,8 +67,8 @@ def moment_errors(robot: Robot, motion: Motion, known: Mapping[str, float]) -> t
         elif name:
             values[chain.index[name]] += change
         weights = masses(robot).with_values(loads)
-        shift = shift_of(robot, motion, values=values, weights=weights)
-        return motion_wrenches(robot, motion, values=values, shift=shift, weights=weights)[:, *axes]
+        arm = TrialArm(robot, robot.chain.with_values(values), robot.effects, weights)
+        return motion_wrenches(arm, motion, shift=shift_of(arm, motion))[:, *axes]
 
     at = moments()
     squares = sum((moments(name, std) - at) ** 2 for name, std in known.items()) + np.zeros(at.shape)

@@ -64,7 +64,7 @@ def tips(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "row
 def read_touches(source: Path | Dataset, robot: Robot) -> Dataset:
     """Touches of a file that needs no more than joints; `contact` (or `point`) names what was touched."""
     if isinstance(source, Dataset):
-        robot.check_joints(source.q, source.source)
+        robot.check_joints(source.said.q, source.source)
         where, units, names = source.source, source.joint_units, source.contact
         names = source.point if names is None else names
         found, kept = Dataset(source.q, row=source.row), source.included
