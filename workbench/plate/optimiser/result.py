@@ -131,7 +131,7 @@ def _clearance(setting: Setting, targets: Candidates) -> Float[np.ndarray, " tar
     gaps = [
         [near.gap(i, j) for j in range(len(targets)) if setting.reading.blocks] for i in range(len(targets))
     ]
-    around = [setting.surroundings.distances(stops).min() for stops in targets.placements]
+    around = [setting.around(stops).min() for stops in targets.placements]
     return np.array([min([*row, own]) for row, own in zip(gaps, around, strict=True)])
 
 
