@@ -7,7 +7,7 @@ The code in between calls `progress`, `cancelled` and `check_cancelled`; outside
 Other threads and processes don't inherit it: work that is handed to them is asked about between its pieces.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import NamedTuple
@@ -71,6 +71,24 @@ def whole_or_nothing() -> Iterator[None]:
 def progress(share: float, text: str) -> None:
     """Report the share of the work done, and what is being done."""
     _RUN.get(_UNSEEN).show(share, text)
+
+
+_HEARD = ContextVar[Callable[[Mapping[str, float]], None]]("_HEARD", default=lambda sizes: None)
+
+
+@contextmanager
+def heard(hear: Callable[[Mapping[str, float]], None]) -> Iterator[None]:
+    """Hear what the work within suspects, long before it has found anything."""
+    token = _HEARD.set(hear)
+    try:
+        yield
+    finally:
+        _HEARD.reset(token)
+
+
+def suspected(sizes: Mapping[str, float]) -> None:
+    """Report what may be found, by name, and how much speaks for each."""
+    _HEARD.get()(sizes)
 
 
 def cancelled() -> bool:

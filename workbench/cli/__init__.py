@@ -27,7 +27,7 @@ from workbench.parts import offered, resolved, warn_of_broken
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
 """File extensions that the app opens in place of a command."""
-SERVED = ("host", "port", "open_browser", "record", "rerun")
+SERVED = ("host", "port", "open_browser", "record", "rerun", "session")
 """Options that do not determine what the app shows; without any others the user is asked."""
 
 app = typer.Typer(
@@ -194,7 +194,8 @@ def serve(
             data=data,
             demo=demo,
             beside=beside,
-            asks=not any(_is_given(context, name) for name in context.params if name not in SERVED),
+            asks=opening.is_new
+            and not any(_is_given(context, name) for name in context.params if name not in SERVED),
             host=host,
             port=port,
             open_browser=open_browser,

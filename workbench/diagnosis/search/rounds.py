@@ -151,11 +151,15 @@ def rounds(
     Returns:
         The searches, the last of them at the final fit.
     """
+
+    def share(past: float) -> float:  # mostly there are three rounds
+        return 0.8 - 0.5 / (1.0 + past)
+
     fold = folds_of(stage.data, rng)
     done: list[Searched] = []
     seen: set[frozenset[str]] = set()
     for number in range(MAX_ROUNDS):
-        progress(0.5, f"round {number + 1}: trying every effect on every joint")
+        progress(share(number), f"round {number + 1}: trying every effect on every joint")
         last = _search(stage, fold, tried, events, without)
         if stage.spared.any():
             stage = replace(stage, spared=np.zeros(len(stage.data), bool))
@@ -176,7 +180,8 @@ def rounds(
                 break
             stage = shorter
             continue
-        progress(0.5, f"round {number + 1}: fitting geometry and {plural(len(last.found.model), 'effect')}")
+        fitted = plural(len(last.found.model), "effect")
+        progress(share(number + 0.5), f"round {number + 1}: fitting geometry and {fitted}")
         stage = _fit(stage, last.grams, last.found.model)
         stage = _without_outliers(stage, last.grams)
     return (*done[:-1], _supported(done[-1], fold))

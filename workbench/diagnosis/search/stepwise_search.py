@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arm.effects import Candidate
-from workbench.base.progress import cancelled
+from workbench.base.progress import cancelled, suspected
 from workbench.diagnosis.claims.reduced_models import (
     left_of,
     left_without,
@@ -156,7 +156,9 @@ def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[M
     """The model with the best further effect, and candidates rejected on the way."""
     refused: list[Offer] = []
     strong = [o for o in _offers(left_of(grams, model), candidates) if significant(o, len(candidates))]
-    for best in sorted(strong, key=lambda o: -o.gain)[:5]:
+    ranked = sorted(strong, key=lambda o: -o.gain)[:5]
+    suspected({o.term.candidate.effect.plain: o.gain for o in ranked})
+    for best in ranked:
         if confirmed(grams, model, (*model, best.term)):
             return (*model, best.term), refused
         refused.append(best)

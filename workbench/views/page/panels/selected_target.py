@@ -37,7 +37,7 @@ class TargetsPanel(AbstractPanel):
     """Place and state of the selected target."""
 
     tab, order = Tab.PLATE, 10
-    depends = ("plate", "selected", "states", "drag", "page.units", "shows_plate")
+    depends = ("plate", "selected", "states", "drag", "shows_plate")
 
     def build(self, gui: viser.GuiApi) -> None:
         chosen = self.dropdown(
