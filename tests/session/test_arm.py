@@ -94,43 +94,39 @@ def test_a_urdf_from_the_page_is_corrected_in_a_copy(do, tmp_path):
     assert b"<robot" in content
 
 
-def archive(**files) -> bytes:
-    """A ZIP file of these, with endings behind two underscores."""
+def archive(files) -> bytes:
+    """A ZIP file of these."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as made:
         for name, content in files.items():
-            made.writestr(name.replace("__", "/").replace("_", "."), content)
+            made.writestr(name, content)
     return packed.getvalue()
 
 
-URDF = """<robot name="two"><link name="base"/>
-<link name="arm"><visual><geometry><mesh filename="package://two/meshes/arm.stl"/></geometry></visual></link>
-<link name="hand"/>
-<joint name="j1" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
-<limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
-<joint name="j2" type="revolute"><parent link="arm"/><child link="hand"/><origin xyz="0.3 0 0"/>
-<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint></robot>"""
+JOINT = '<axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>'
+URDF = f"""<robot name="one"><link name="base"/><link name="arm"><visual><geometry>
+<mesh filename="package://one/meshes/arm.stl"/></geometry></visual></link><link name="hand"/>
+<joint name="j1" type="revolute"><parent link="base"/><child link="arm"/>{JOINT}
+<joint name="j2" type="revolute"><parent link="arm"/><child link="hand"/>
+<origin xyz="0.3 0 0" rpy="1 0 0"/>{JOINT}</robot>"""
 
 
 def test_a_urdf_in_an_archive_brings_its_meshes(first):
     stl = trimesh.creation.box((0.3, 0.05, 0.05)).export(file_type="stl")
-    content = archive(two__robot_urdf=URDF, two__meshes__arm_stl=stl, two__readme_txt="nothing")
-    assert holds_urdf("arm.zip", content)
-    command = LoadModel("arm.zip", content)
-    session = command.finish(first, command.compute(first))
-    assert [len(mesh.faces) for mesh in link_meshes(session.robot)] == [12]
-    assert "shown without its meshes" not in session.page.messages[-1].text
-    alone = LoadModel("arm.zip", archive(two__robot_urdf=URDF))
-    told = alone.finish(first, alone.compute(first)).page.messages[-1].text
-    assert mentions(told, "shown without its meshes")
+    for meshes in ({"one/meshes/arm.stl": stl}, {}):
+        command = LoadModel("arm.zip", archive({"one/urdf/one.urdf": URDF} | meshes))
+        assert holds_urdf(command.name, command.content)
+        session = command.finish(first, command.compute(first))
+        assert [len(mesh.faces) for mesh in link_meshes(session.robot)] == [12] * len(meshes)
+        assert ("shown without its meshes" in session.page.messages[-1].text) is not bool(meshes)
 
 
 @pytest.mark.parametrize(
     ("content", "why"),
     [
         (b"PK\x03\x04 no archive", "damaged archive"),
-        (archive(meshes__arm_stl=b"x"), "found none"),
-        (archive(a_urdf=URDF, b_urdf=URDF), "found a.urdf, b.urdf"),
+        (archive({"arm.stl": b"x"}), "found none"),
+        (archive({"a.urdf": URDF, "b/b.urdf": URDF}), "found a.urdf, b.urdf"),
     ],
 )
 def test_an_archive_without_one_urdf_is_refused(first, content, why):

@@ -25,6 +25,7 @@ class Cancelled(Exception):
 class _Running(NamedTuple):
     show: Report
     cancel: Cancel
+    hear: Callable[[Mapping[str, float]], None] = lambda sizes: None
 
 
 _UNSEEN = _Running(lambda share, text: None, lambda: False)
@@ -32,15 +33,19 @@ _RUN = ContextVar[_Running]("_RUN")
 
 
 @contextmanager
-def running(show: Report | None = None, cancel: Cancel | None = None) -> Iterator[None]:
+def running(
+    show: Report | None = None, cancel: Cancel | None = None, *, hear: Callable | None = None
+) -> Iterator[None]:
     """Show the progress of the work within, and end it on request.
 
     Args:
         show: Called with the share of the work done and with what is being done; by default nothing
             is shown, whatever the work around it shows.
         cancel: Asked often; once it says True, the work ends with what it has or raises `Cancelled`.
+        hear: Told what the work suspects long before its end; who hears the work around it if None.
     """
-    token = _RUN.set(_Running(show or _UNSEEN.show, cancel or _UNSEEN.cancel))
+    hear = hear or _RUN.get(_UNSEEN).hear
+    token = _RUN.set(_Running(show or _UNSEEN.show, cancel or _UNSEEN.cancel, hear))
     try:
         yield
     finally:
@@ -73,22 +78,9 @@ def progress(share: float, text: str) -> None:
     _RUN.get(_UNSEEN).show(share, text)
 
 
-_HEARD = ContextVar[Callable[[Mapping[str, float]], None]]("_HEARD", default=lambda sizes: None)
-
-
-@contextmanager
-def heard(hear: Callable[[Mapping[str, float]], None]) -> Iterator[None]:
-    """Hear what the work within suspects, long before it has found anything."""
-    token = _HEARD.set(hear)
-    try:
-        yield
-    finally:
-        _HEARD.reset(token)
-
-
 def suspected(sizes: Mapping[str, float]) -> None:
     """Report what may be found, by name, and how much speaks for each."""
-    _HEARD.get()(sizes)
+    _RUN.get(_UNSEEN).hear(sizes)
 
 
 def cancelled() -> bool:

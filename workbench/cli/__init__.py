@@ -194,8 +194,7 @@ def serve(
             data=data,
             demo=demo,
             beside=beside,
-            asks=opening.is_new
-            and not any(_is_given(context, name) for name in context.params if name not in SERVED),
+            asks=not any(_is_given(context, name) for name in context.params if name not in SERVED),
             host=host,
             port=port,
             open_browser=open_browser,

@@ -25,13 +25,11 @@ class Opening:
         read: Reads nominal robot and fixture; None as the fixture for one that is made for the arm.
         begin: Makes the session from both once the page is open, and reports its progress.
         is_certain: Whether both are built in, so that they need no checks.
-        is_new: Whether nothing is reopened.
     """
 
     read: Callable[[], tuple[Any, Any]]
     begin: Callable
     is_certain: bool = False
-    is_new: bool = True
 
 
 def open_session(
@@ -104,7 +102,7 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
             return _with_recorder(folders.go_on_unrecorded(restored), live)
         return _with_recorder(folders.go_on(restored, is_branch=step is not None), live)
 
-    return Opening(read, begin, is_new=False)
+    return Opening(read, begin)
 
 
 def _with_recorder(begun, live: str | None):

@@ -20,7 +20,7 @@ from typing import Any
 
 from workbench.base.advice import failures
 from workbench.base.errors import WorkbenchError
-from workbench.base.progress import Cancelled, heard, running
+from workbench.base.progress import Cancelled, running
 from workbench.base.remedy import speak_to_page
 from workbench.base.threads import one_thread
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask
@@ -274,7 +274,7 @@ class Worker:
 
         result, failure = None, None
         try:
-            with running(progress, cancel.is_set), heard(suspect):
+            with running(progress, cancel.is_set, hear=suspect):
                 result = task.compute(session)
             if cancel.is_set() and not is_chore:
                 raise Cancelled

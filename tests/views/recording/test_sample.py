@@ -28,7 +28,7 @@ def test_every_kind_of_thing_is_there(pictures, replayed):
     targets = {f"/world/plate/targets/{i}" for i in range(1, 11)}
     scene = {"/world/plate/solid", "/world/region/outline", "/world/region/cubes", "/world/measured"}
     errors = {"/world/errors/nominal", "/world/errors/calibrated", "/row_error/nominal_mm/1_opt2"}
-    text = {"/log", "/about", "/parameters", "/target/index_O", "/figure/before_after"}
+    text = {"/log", "/about", "/parameters", "/target/index_O"}
     assert bodies | targets | scene | errors | text <= pictures.paths
     assert pictures.timelines == {STEP, TIME, ROW}
 

@@ -137,19 +137,15 @@ def trimmed(grams: Grams, model: Model) -> Model:
         left = left_by(grams, rest, term.candidate.names)
         best = offer(left, term.candidate)
         while best is not None and len(best.term.candidate.effect.joints) > 2:
-            fewer = [o for c in _without_one(best.term.candidate) if (o := offer(left, c)) is not None]
+            whole, joints = best.term.candidate, range(len(best.term.candidate.effect.joints))
+            parts = (whole.only([i for i in joints if i != k]) for k in joints)
+            fewer = [o for c in parts if (o := offer(left, c)) is not None]
             better = max(fewer, key=lambda o: o.gain, default=None)
             if better is None or better.gain < best.gain - MIN_JOINT_EVIDENCE:
                 break
             best = better
         model = rest if best is None else (*rest, best.term)
     return model
-
-
-def _without_one(candidate: Candidate) -> list[Candidate]:
-    """The same effect without each of its joints in turn."""
-    joints = range(len(candidate.effect.joints))
-    return [candidate.only([i for i in joints if i != k]) for k in joints]
 
 
 def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[Model | None, list[Offer]]:

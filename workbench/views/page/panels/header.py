@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from workbench.base.wording import capital
-from workbench.report.chart import Bar, bars
+from workbench.report.chart import Bar, Bars
 from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.next_step import Action, NextStep, next_step
@@ -126,7 +126,7 @@ def _job(session: Session) -> str:
     ranked = sorted(job.suspects.items(), key=lambda pair: -pair[1])[:SUSPECTS]
     drawn = [Bar(capital(name), gain, css(SELECTED)) for name, gain in ranked]
     suspects = heading("Suspects so far, by how much speaks for each") if drawn else ""
-    suspects += bars(drawn, unit="", testid="suspects")
+    suspects += Bars(drawn, unit="").svg()
     return block(f"{text(job.title)}{doing}{left}{suspects}", testid="job")
 
 
