@@ -216,7 +216,7 @@ def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_s
         file = write_measurements(rows, Path(folder) / "rows.csv").read_bytes()
     done(app, LoadData("rows.csv", file))
     edits = [control(app, label) for label in ("x, y, z [mm]", "Angles [°]", "Branch", "Locked")]
-    (group,) = (c for c in controls(app.server.gui).values() if "Copy" in getattr(c, "options", ()))
+    (group,) = (c for c in controls(app.server.gui).values() if "Delete" in getattr(c, "options", ()))
     show = control(app, "Show the plate")
     assert not app.worker.session.shows_plate
     assert (show.visible, group.visible) == (True, False)
