@@ -85,6 +85,13 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     return [*stages, lambda: search.family("orders", robot, own.orders), *zeros]
 
 
+def other_arm(robot: Robot, data: Dataset) -> RowReading | None:
+    """The built-in arm that fits points best as they are given, if one fits; no other reading is tried."""
+    search = ReadingSearch(robot, replace(data, rotation=None, written=None))
+    _try_arms(search)
+    return min((r for r in search.found if r.fits), key=lambda r: r.score, default=None)
+
+
 def _try_arms(search: ReadingSearch) -> None:
     """Built-in arms, read plainly; of those that differ in limits alone, within which more rows lie."""
     q = search.data.q
