@@ -183,15 +183,6 @@ def test_a_joint_that_moves_little_keeps_a_quarter_of_its_travel():
         assert {b.is_roomy for b in kept} == {has_room}
 
 
-def test_turns_are_all_within_limits_and_reach_the_target():
-    robot = load_robot("aria")
-    branch = inverse.solve(robot, table2()[0]).within_limits[0]
-    assert len(branch.turns) >= 8
-    assert np.array_equal(branch.turns[0], branch.q)
-    assert ((branch.turns >= robot.limits[:, 0]) & (branch.turns <= robot.limits[:, 1])).all()
-    assert wrapped(branch.turns - branch.q).max() < 1e-9
-
-
 def test_names_are_kept_from_pose_to_pose_and_from_nominal_to_calibrated():
     nominal = load_robot("aria")
     actual = perturbed(nominal, 2, mm=2.0, degrees=1.0)

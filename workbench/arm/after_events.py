@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool
 
-from workbench.arm.effects.effect import AbstractEffect
+from workbench.arm.effects.effect import NO_WRENCHES, AbstractEffect
 from workbench.arm.effects.events import AbstractEvent, FrameStep, ToolStep
-from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.mounting import Mounting

@@ -18,10 +18,9 @@ import numpy as np
 from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Element
 from workbench.arm.conventions import CONSTANTS
-from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.inverse.reduced_arm import ONTO_Z
 from workbench.arm.robot import Joint, JointKind, Robot
-from workbench.arm.urdf import CORRECTION_AXES, driven_elements
+from workbench.arm.urdf import driven_elements, origin_elements
 from workbench.base import se3
 from workbench.base.errors import RobotError
 from workbench.base.types import Matrix4, Vector3, frozen
@@ -93,12 +92,7 @@ class JointFrames:
         ends = []
         for k, frame in enumerate(self.joints):
             name = f"joint{k + 1}"
-            origin = frozen(frame.before @ frame.origin)
-            elements.append(Element(Axis.CONSTANT, f"{name}.origin", link=k, matrix=origin))
-            elements += [
-                Element(axis, f"{name}.{part}", free=True, link=k)
-                for axis, part in zip(CORRECTION_AXES, FRAME_PARTS, strict=True)
-            ]
+            elements += origin_elements(name, frame.before @ frame.origin, k)
             elements += driven_elements(name, frame.joint.kind, frame.axis, k, k)
             ends.append(len(elements) - 1)
         last = len(self.joints) - 1

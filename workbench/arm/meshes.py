@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.robot import Robot
-from workbench.arm.urdf_source import UrdfSource
+from workbench.arm.robot import Robot, UrdfSource
 from workbench.base.errors import FileError
 
 GREY = (200, 204, 210)

@@ -23,7 +23,6 @@ from workbench.arm.frame import BASE, TOOL, Frame
 from workbench.arm.gravity import GRAVITY
 from workbench.arm.joint import Joint, JointKind
 from workbench.arm.mounting import DOWN, Mounting
-from workbench.arm.urdf_source import UrdfSource
 from workbench.base.errors import OptionError, RobotError, ShapeError
 from workbench.base.types import Vector3, frozen
 from workbench.base.wording import plural
@@ -35,6 +34,23 @@ if TYPE_CHECKING:
 
 MAX_JOINTS = 50
 """Maximum number of moving joints, to bound computing times."""
+
+
+@dataclass(frozen=True)
+class UrdfSource:
+    """The file that a robot came from: for its meshes, and for writing a calibrated copy.
+
+    Args:
+        path: The URDF.
+        joints: Names in the file of the robot's joint entries, in order.
+        root: First link of the chain.
+        tip: Last link of the chain.
+    """
+
+    path: Path
+    joints: tuple[str, ...]
+    root: str
+    tip: str
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -113,13 +129,6 @@ class Robot:
         from workbench.arm.robot_toml import robot_from_rows
 
         return robot_from_rows(table, convention, name=name, limits=limits)
-
-    @classmethod
-    def from_urdf(cls, path: Path | str, *, tip: str | None = None) -> "Robot":
-        """The longest chain of a URDF, or the one that ends in the link `tip`."""
-        from workbench.arm.urdf import read_urdf
-
-        return read_urdf(path, tip=tip)
 
     def save(self, path: Path | str, *, force: bool = False) -> Path:
         """Write the robot in the format of the extension: `.toml`, or `.urdf` for its best geometry without

@@ -21,12 +21,11 @@ from workbench.arm.joint import Joint, JointKind
 from workbench.arm.masses import side_branches, with_bodies
 from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
-from workbench.arm.robot import Robot
-from workbench.arm.urdf_source import UrdfSource
+from workbench.arm.robot import Robot, UrdfSource
 from workbench.base import se3
 from workbench.base.errors import FileError, RobotError
 from workbench.base.files import read_bytes
-from workbench.base.types import Freedom, Vector3, frozen
+from workbench.base.types import Freedom, Matrix4, Vector3, frozen
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -85,12 +84,8 @@ def _read(path: Path, tip: str | None) -> Robot:
         origin = np.eye(4) if joint.origin is None else np.array(joint.origin, float)
         if not np.isfinite(origin).all():
             raise RobotError(f"joint '{joint.name}' has an <origin> that is not a number")
-        elements.append(Element(Axis.CONSTANT, f"{name}.origin", link=link, matrix=frozen(origin)))
+        elements += origin_elements(name, origin, link, is_free=turning is not JointKind.FIXED)
         if turning is not JointKind.FIXED:
-            elements += [
-                Element(axis, f"{name}.{part}", free=True, link=link)
-                for axis, part in zip(CORRECTION_AXES, FRAME_PARTS, strict=True)
-            ]
             drive = driven_elements(name, turning, _unit_axis(joint), len(names), link)
             if kind is JointKind.FIXED:
                 drive = [_following(e, joint, names, notes) for e in drive]
@@ -252,6 +247,13 @@ def _unit_axis(joint) -> Vector3:
     if axis.shape != (3,) or not np.isfinite(axis).all() or np.linalg.norm(axis) < 1e-9:
         raise RobotError(f"joint '{joint.name}' has the <axis> {axis.tolist()}; give a direction")
     return axis / np.linalg.norm(axis)
+
+
+def origin_elements(name: str, origin: Matrix4, link: int, *, is_free: bool = True) -> list[Element]:
+    """The constant frame of a joint, and its six corrections."""
+    pairs = zip(CORRECTION_AXES, FRAME_PARTS, strict=True) if is_free else ()
+    corrections = [Element(axis, f"{name}.{part}", free=True, link=link) for axis, part in pairs]
+    return [Element(Axis.CONSTANT, f"{name}.origin", link=link, matrix=frozen(origin)), *corrections]
 
 
 def driven_elements(name: str, kind: JointKind, axis: Vector3, joint: int, link: int) -> list[Element]:

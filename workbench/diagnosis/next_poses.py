@@ -15,8 +15,8 @@ from jaxtyping import Bool, Float
 from scipy import linalg
 
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.effects.gravity_sag import sags
-from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot

@@ -7,7 +7,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
-import workbench.identification.report.table  # noqa: F401 how results are shown
+import workbench.identification.report.document  # noqa: F401 how results are shown
 from workbench.arm.built_in_arms import posed_arm
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside

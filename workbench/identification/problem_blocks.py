@@ -15,7 +15,7 @@ from jaxtyping import Float
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.law import NO_WRENCHES
+from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.gravity import tilted, tilting
 from workbench.arm.kinematics.forward import TOOL, Watched, watched
 from workbench.arm.motion import Motion

@@ -18,9 +18,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import diagonal, own
-from workbench.arm.effects.effect import AbstractEffect, Candidate, offered
-from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
+from workbench.arm.effects.axes import Wrenches, diagonal, own
+from workbench.arm.effects.effect import AbstractEffect, Candidate, Law, Loads, Slope, offered
 from workbench.arm.motion import Motion
 
 if TYPE_CHECKING:

@@ -17,9 +17,8 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import PART_UNITS, PARTS, Insertion
-from workbench.arm.effects.effect import AbstractEffect, Candidate, offered
-from workbench.arm.effects.law import Law, Wrenches
+from workbench.arm.effects.axes import PART_UNITS, PARTS, Insertion, Wrenches
+from workbench.arm.effects.effect import AbstractEffect, Candidate, Law, offered
 from workbench.arm.motion import Motion
 
 if TYPE_CHECKING:

@@ -5,7 +5,9 @@
 An effect names the elements k that it changes and gives its law φ of the state: joint positions, direction of
 motion, time, temperature (`Motion`), and the wrenches through the joints. Nonlinear parameters (the order of
 a harmonic, the knots of a spline) are fixed fields of its record. Where the geometry lacks an element for an
-effect, rotations of value 0 are inserted.
+effect, rotations of value 0 are inserted. Wrenches are those of `arm/statics/wrenches.py`: they hold the
+later link against its load. A joint deflects with the load, so that load effects have a minus sign: a
+positive compliance sags.
 
 An effect's file contains its law, candidates for a diagnosis (`offers`), a sentence for people, an example to
 hide in a virtual arm, and flags. Other code uses this interface and never distinguishes effects by name.
@@ -16,6 +18,7 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from enum import IntEnum
 from functools import cached_property
 from math import isfinite
 from typing import TYPE_CHECKING, ClassVar, TypeVar
@@ -35,7 +38,6 @@ from workbench.arm.effects.axes import (
     own_components,
     turns,
 )
-from workbench.arm.effects.law import NO_COMPONENTS, NO_WRENCHES, Growth, Law, Loads, Slope
 from workbench.arm.effects.valid_range import Learned
 from workbench.arm.motion import Motion
 from workbench.base.advice import beside
@@ -46,6 +48,11 @@ from workbench.report.numbers import readable
 if TYPE_CHECKING:
     from workbench.arm.robot import Robot
 
+Law = Float[np.ndarray, "rows e c"]
+Slope = Float[np.ndarray, "rows e m"]
+Growth = Float[np.ndarray, "rows e p"]
+NO_WRENCHES = np.zeros((0, 0, 6))
+NO_WRENCHES.setflags(write=False)
 Same = TypeVar("Same", bound="AbstractEffect")
 STILL = float(np.deg2rad(1.0))
 """Range of a joint [rad, or m] below which its own errors are unobservable."""
@@ -56,6 +63,14 @@ MIN_STATED_ERRORS = 3.0
 """Standard errors below which a size is not stated."""
 MIN_LAW = 1e-9
 """Law sizes per unit coefficient [rad or m] below this count as zero."""
+
+
+class Loads(IntEnum):
+    """Which wrenches through the joints an effect depends on."""
+
+    NONE = 0
+    OWN = 1
+    ALL = 2
 
 
 @dataclass(frozen=True)
@@ -162,7 +177,7 @@ class AbstractEffect(ABC):
     def components(self, chain: Chain) -> Int[np.ndarray, "m 2"]:
         """Joint and index in [f; τ] of the M components required by `loads`."""
         if self.loads is Loads.NONE:
-            return NO_COMPONENTS
+            return np.zeros((0, 2), np.int64)
         chosen = own_components if self.loads is Loads.OWN else across_components
         return chosen(chain, self.joints)
 

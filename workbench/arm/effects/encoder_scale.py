@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import final
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import diagonal, turns
-from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Law, Wrenches
+from workbench.arm.effects.axes import Wrenches, diagonal, turns
+from workbench.arm.effects.effect import AbstractEffect, Law
 from workbench.arm.motion import Motion
 
 

@@ -19,9 +19,8 @@ from jaxtyping import Bool, Float
 from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import PARTS, Insertion
-from workbench.arm.effects.effect import AbstractEffect, Candidate
-from workbench.arm.effects.law import Law, Wrenches
+from workbench.arm.effects.axes import PARTS, Insertion, Wrenches
+from workbench.arm.effects.effect import AbstractEffect, Candidate, Law
 from workbench.arm.motion import Motion
 from workbench.base.wording import plural
 from workbench.report.numbers import readable, with_error

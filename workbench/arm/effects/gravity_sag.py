@@ -30,9 +30,15 @@ from jaxtyping import Float, Int
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import BASE, across_axes, turns
-from workbench.arm.effects.effect import AbstractEffect, Candidate, has_complete_payload, has_complete_torques
-from workbench.arm.effects.law import Growth, Law, Wrenches
+from workbench.arm.effects.axes import BASE, Wrenches, across_axes, turns
+from workbench.arm.effects.effect import (
+    AbstractEffect,
+    Candidate,
+    Growth,
+    Law,
+    has_complete_payload,
+    has_complete_torques,
+)
 from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
 from workbench.report.numbers import readable

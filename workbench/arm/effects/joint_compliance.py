@@ -9,9 +9,8 @@ from typing import final
 import numpy as np
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import diagonal, own, turns
-from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
+from workbench.arm.effects.axes import Wrenches, diagonal, own, turns
+from workbench.arm.effects.effect import AbstractEffect, Law, Loads, Slope
 from workbench.arm.motion import Motion
 
 

@@ -9,9 +9,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, final
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import driven_names, turns
-from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints, offered
-from workbench.arm.effects.law import Law, Wrenches
+from workbench.arm.effects.axes import Wrenches, driven_names, turns
+from workbench.arm.effects.effect import AbstractEffect, Candidate, Law, moved_joints, offered
 from workbench.arm.motion import Motion
 
 if TYPE_CHECKING:

@@ -15,9 +15,8 @@ import numpy as np
 from jaxtyping import Int
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import Insertion, across, blocks, diagonal, turns
-from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Growth, Law, Loads, Slope, Wrenches
+from workbench.arm.effects.axes import Insertion, Wrenches, across, blocks, diagonal, turns
+from workbench.arm.effects.effect import AbstractEffect, Growth, Law, Loads, Slope
 from workbench.arm.motion import Motion
 
 if TYPE_CHECKING:

@@ -15,10 +15,9 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import turns
-from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
+from workbench.arm.effects.axes import Wrenches, turns
+from workbench.arm.effects.effect import AbstractEffect, Candidate, Law, moved_joints
 from workbench.arm.effects.joint_harmonic import places
-from workbench.arm.effects.law import Law, Wrenches
 from workbench.arm.effects.valid_range import Learned, range_problem
 from workbench.arm.motion import Motion
 

@@ -13,9 +13,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.arm.chain import Axis, Chain
-from workbench.arm.effects.axes import BASE
-from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Growth, Law, Wrenches
+from workbench.arm.effects.axes import BASE, Wrenches
+from workbench.arm.effects.effect import AbstractEffect, Growth, Law
 from workbench.arm.motion import Motion
 from workbench.report.numbers import readable
 

@@ -22,9 +22,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import Insertion, across, blocks, paired, turns
-from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints, offered
-from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
+from workbench.arm.effects.axes import Insertion, Wrenches, across, blocks, paired, turns
+from workbench.arm.effects.effect import AbstractEffect, Candidate, Law, Loads, Slope, moved_joints, offered
 from workbench.arm.motion import Motion
 
 if TYPE_CHECKING:

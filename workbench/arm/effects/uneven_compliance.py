@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import own
-from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints, offered
-from workbench.arm.effects.law import Law, Loads, Slope, Wrenches
+from workbench.arm.effects.axes import Wrenches, own
+from workbench.arm.effects.effect import AbstractEffect, Candidate, Law, Loads, Slope, moved_joints, offered
 from workbench.arm.effects.valid_range import range_problem
 from workbench.arm.motion import Motion
 from workbench.report.numbers import readable

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -12,8 +11,6 @@ from workbench.arm.inverse.damped_newton import Reached, Task
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 
-MAX_TURNS = 4096
-"""Maximum number of alternatives in `Branch.turns`."""
 TURN = 2.0 * np.pi
 LIMIT_MARGIN = float(np.deg2rad(10.0))
 """Margin of a planned target from every limit, so that an arm with errors also reaches it [rad or m]; a
@@ -52,27 +49,6 @@ class Branch:
     @property
     def is_roomy(self) -> bool:
         return self.room >= -LIMIT_SLACK
-
-    @cached_property
-    def turns(self) -> Float[np.ndarray, "m n"]:
-        """All q of this branch within the limits that differ by full turns, nearest to `q` first.
-
-        A joint without limits keeps its turn. Empty if the branch is outside the limits.
-        """
-        choices = []
-        for value, (low, high), slide in zip(self.q, self.limits, self.slides, strict=True):
-            minimum, maximum = np.ceil((low - value) / TURN), np.floor((high - value) / TURN)
-            if slide or not (np.isfinite(minimum) and np.isfinite(maximum)):
-                choices.append([value] if low <= value <= high else [])
-            else:
-                choices.append(
-                    sorted(value + TURN * np.arange(minimum, maximum + 1), key=lambda v: abs(v - value))
-                )
-        while np.prod([float(len(c)) for c in choices]) > MAX_TURNS:
-            longest = max(choices, key=len)
-            longest.pop()
-        rows = np.array(list(product(*choices)), float).reshape(-1, len(self.q))
-        return frozen(rows[np.argsort(np.abs(rows - self.q).sum(1), kind="stable")])
 
     def nearest_turn(self, q: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         """The q of this branch nearest to another q, within the limits if the branch is."""

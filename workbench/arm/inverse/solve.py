@@ -1,13 +1,17 @@
 """Inverse kinematics: every branch that reaches a pose, the reason if there is none, and fast following.
 
-`solve` finds all solution branches where there are finitely many, for any geometry (`solutions`), names them
-(`branches`) and explains failure (`unreachable`). `follow` is one warm-started damped Newton run within the
+`solve` finds all solution branches where there are finitely many, for any geometry (`solutions`), and names
+them (`branches`). `follow` is one warm-started damped Newton run within the
 limits, for drags (`damped_newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved
 exactly.
 
 A deflected arm (`Robot.effects`) has the branches of its geometry, each refined so that the deflected arm
 reaches the target (`refine_deflected`); reasons, and nearest configurations, are the geometry's. A branch
 keeps its turn: with an effect that does not repeat every turn, use `follow` from another one.
+
+Where no branch is within the limits, the nearest posture minimises |p* − p|² + w² |ρ|² from many starts
+(`damped_newton`), with w so small that the position comes first: if the position alone can be met from there,
+it is the orientation that can't be.
 """
 
 from copy import deepcopy
@@ -17,7 +21,6 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from workbench.arm.inverse import unreachable
 from workbench.arm.inverse.branch import (
     LIMIT_SLACK,
     Branch,
@@ -30,15 +33,15 @@ from workbench.arm.inverse.branch import (
 )
 from workbench.arm.inverse.branch_names import branch_names
 from workbench.arm.inverse.damped_newton import Reached, Task, refine, unlimited
-from workbench.arm.inverse.deflected_arm import refine_deflected
-from workbench.arm.inverse.follow import follow, follow_many
+from workbench.arm.inverse.follow import follow, follow_many, refine_deflected
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
-from workbench.arm.inverse.solutions import all_solutions, smallest_singular_value
+from workbench.arm.inverse.solutions import all_solutions, random_starts, smallest_singular_value
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.array_checks import as_pose, check_rotations, numbers
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
+from workbench.base.wording import in_mm
 
 __all__ = [
     "Branch",
@@ -52,6 +55,12 @@ __all__ = [
     "solve",
     "solve_many",
 ]
+
+
+NEAREST_STARTS = 96
+"""Random starts of a search for the nearest posture."""
+POSITION_FIRST = 2e-3
+"""Weight w that gives priority to the position, as a share of the arm's length."""
 
 
 def solve(
@@ -186,7 +195,58 @@ def _explain(
     if inside := [b for b in branches if b.within_limits]:
         best = max(inside, key=quality)
         return refine(arm, target[None], best.q[None], task=task, limits=limits).row(0), None
-    found = unreachable.nearest(arm, target, q, task=task, limits=limits, rng=deepcopy(rng))
+    found = _nearest(arm, target, q, task=task, limits=limits, rng=deepcopy(rng))
     if branches:
-        return found, unreachable.limits_reason(q, limits, arm.slides)
-    return found, unreachable.geometry_reason(arm, target, found, limits)
+        return found, _limits_reason(q, limits, arm.slides)
+    return found, _geometry_reason(arm, target, found, limits)
+
+
+def _nearest(
+    arm: ReducedArm,
+    target: Float[np.ndarray, "4 4"],
+    starts: Float[np.ndarray, "rows n"],
+    *,
+    task: Task,
+    limits: Float[np.ndarray, "n 2"],
+    rng: np.random.Generator,
+) -> Reached:
+    """The nearest posture within the limits.
+
+    Args:
+        starts: Postures to start from beside random ones, such as solutions outside the limits.
+    """
+    weight = POSITION_FIRST * arm.length
+    starts = np.concatenate([starts, random_starts(arm, (NEAREST_STARTS,), rng, limits=limits)])
+    found = refine(arm, target[None], starts, task=task, limits=limits, weight=weight, iterations=200)
+    return found.row(int(np.argmin(found.cost(weight))))
+
+
+def _limits_reason(
+    q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"], slides: Float[np.ndarray, " n"]
+) -> str:
+    """The limits that exclude the existing solutions: those with the smallest violation.
+
+    Args:
+        q: Solutions outside the limits, at their best turn.
+    """
+    beyond = np.minimum(margins(q, limits), 0.0)
+    best = int(np.argmax(beyond.sum(1)))
+    parts = []
+    for k in np.flatnonzero(beyond[best]).tolist():
+        unit, value = "m" if slides[k] else "rad", q[best, k]
+        limit = limits[k, 0] if value < limits[k, 0] else limits[k, 1]
+        digits = 2 if abs(value - limit) >= 0.01 else 4
+        parts.append(f"joint {k + 1} (needs {value:.{digits}f} {unit}, limit {limit:.{digits}f} {unit})")
+    sentence = f"reachable only outside the limits of {' and '.join(parts)}"
+    return sentence if len(q) == 1 else f"{sentence}, the closest of {len(q)} solutions"
+
+
+def _geometry_reason(
+    arm: ReducedArm, target: Float[np.ndarray, "4 4"], found: Reached, limits: Float[np.ndarray, "n 2"]
+) -> str:
+    """Why no joint positions reach a target of which this is the nearest posture."""
+    there = refine(arm, target[None], found.q[None], task=Task.POSITION, limits=limits).row(0)
+    if not there.converged:
+        return f"the target is {in_mm(float(there.position_error))} out of the arm's reach"
+    off = f"the nearest is about {np.degrees(found.rotation_error):.2g}° off"
+    return f"the position is reachable, but not in this orientation: {off}"

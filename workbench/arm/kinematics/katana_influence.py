@@ -56,11 +56,6 @@ class Influence:
         """Maximum influence of each constant over the poses [m]."""
         return self.distances.max(axis=0)
 
-    @property
-    def mean_weights(self) -> Float[np.ndarray, " p"]:
-        """k of a pose whose influences are the means, as figure 3.8 of the thesis is read."""
-        return self.mean / self.mean.max()
-
 
 def influence(
     robot: Robot,

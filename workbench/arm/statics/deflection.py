@@ -29,7 +29,7 @@ from numba import njit
 from workbench.arm import chain as chains
 from workbench.arm.chain import NO_SHIFT, WHOLE
 from workbench.arm.effects import AbstractEffect, Loads
-from workbench.arm.effects.law import NO_WRENCHES
+from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.load_derivatives import wrench_derivative

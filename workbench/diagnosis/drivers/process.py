@@ -19,8 +19,7 @@ from jaxtyping import Float, Int
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, Wrenches
-from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.law import Law, Loads
+from workbench.arm.effects.effect import AbstractEffect, Law, Loads
 from workbench.arm.motion import Motion
 
 MAX_KNOTS, MAX_SIDE, FARTHEST = 26, 4, 1.8

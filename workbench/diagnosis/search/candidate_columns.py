@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from workbench.arm import chain as chains
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.law import NO_WRENCHES
+from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.kinematics.forward import watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot

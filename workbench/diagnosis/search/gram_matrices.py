@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.law import NO_WRENCHES
+from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.diagnosis.search.candidate_columns import candidate_columns, carriers, known_wrenches

@@ -1,7 +1,7 @@
 """Joint trajectories corrected with a calibrated model, effects included.
 
     one step     Δq = −Jᵀ (J Jᵀ + λ)⁻¹ Δx,      Δx the calibrated arm's error at the commanded joints
-    iterated     until the deflected arm is at the commanded pose (`arm.inverse.deflected_arm`)
+    iterated     until the deflected arm is at the commanded pose (`arm.inverse.follow`)
 
 The one step is Katana eq. (5.22) with damping. A row that a correction would make worse keeps its commanded
 joints, and is reported. Loads are those of the arm at rest, unless the motion has velocities and
@@ -15,7 +15,7 @@ import numpy as np
 import workbench.extras.trajectories.report  # noqa: F401 how results are shown
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Reached, refine
-from workbench.arm.inverse.deflected_arm import refine_deflected, rigid_targets
+from workbench.arm.inverse.follow import refine_deflected, rigid_targets
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.motion import Motion

@@ -157,13 +157,15 @@ def unexplained_text(meaning: RowMeaning) -> str:
     )
     if not meaning.tried:
         return said
-    if meaning.constant:
-        return f"{said}; {meaning.constant}"
+    if meaning.parts or meaning.constant:
+        return f"{said}; {meaning.parts or meaning.constant}"
     return f"{said}; tried in full: {meaning.tried_text}; the nearest leaves {meaning.best.size}"
 
 
 def remedy(meaning: RowMeaning) -> str:
     """What to do where rows mean something else."""
+    if meaning.parts:
+        return "name what was moved in between in a column 'session', or correct the rows"
     if not meaning.is_found:
         return "choose the robot that was measured, or correct its table"
     if meaning.best.other:
