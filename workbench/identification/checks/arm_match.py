@@ -26,7 +26,6 @@ from workbench.identification.meaning.as_read import (
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import majority, zeros_fitted
 from workbench.identification.meaning.read_rows import other_arm, read_rows
-from workbench.identification.meaning.search import CLEAR
 
 COMPARED_POSES = 60
 """Number of postures at which two arms are compared."""
@@ -129,11 +128,9 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
     flange = tool_poses(calibrated.bare, Motion(q))
     data = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
     off = zeros_fitted(nominal, data)
-    rival = other_arm(nominal, data) if off > SAME_ARM else None
-    if rival is not None and CLEAR * rival.position > off:
-        rival = None
-    if rival is not None or off > SAME_ARM_SHARE * nominal.reach:
-        fits = f" ({rival.robot.name} fits)" if rival is not None else ""
+    rival = other_arm(nominal, data, off) if off > SAME_ARM else ""
+    if rival or off > SAME_ARM_SHARE * nominal.reach:
+        fits = f" ({rival} fits)" if rival else ""
         raise RobotError(
             f"'{nominal.name}' is {in_mm(off)} off the calibrated '{calibrated.name}' after the best base, "
             f"tool and joint zeros{fits}: it is another arm; give the nominal model of the one that was "
