@@ -37,7 +37,7 @@ from workbench.base.types import Freedom, frozen
 CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
 PLACES = {"base", "tool", "session", "gravity", "gravity_tolerance"}
 ROBOT_KEYS = {"name", "convention", "joint", "element", "effect", "calibration", *PLACES}
-FACTS = {"name", "limits", "mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
+FACTS = {"name", "link", "limits", "mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
 JOINT_KEYS = {"type", "free", "order", "follows", "ratio", *FACTS, *CONSTANTS}
 ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
 ELEMENT_KEYS = {"axis", "value", "joint", "follows", "ratio", "free", "name"}
@@ -477,7 +477,7 @@ def write_toml(robot: Robot, path: Path | str) -> Path:
 
 
 def _joint_facts(joint: Joint) -> dict[str, Any]:
-    facts: dict[str, Any] = {"name": joint.label} if joint.label else {}
+    facts: dict[str, Any] = {k: v for k, v in (("name", joint.label), ("link", joint.link)) if v}
     if joint.kind is not JointKind.REVOLUTE:
         facts["type"] = str(joint.kind)
     if np.isfinite(joint.limits).all():

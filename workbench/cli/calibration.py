@@ -228,7 +228,6 @@ def export(
     json: opt.JsonOption = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or a file for a controller, driver or program."""
-    from workbench.arm.built_in_arms import refusal
     from workbench.arm.calibrated_region import region_text
     from workbench.arm.usable_arm import carried_text
     from workbench.exports import FORMS, form_named
@@ -245,7 +244,7 @@ def export(
     if (form is None) != (out is None) or (source is not None and form is None):
         raise OptionError("--for NAME and --out FILE belong together; --into goes with them")
     chosen = None if form is None else form_named(form)
-    if chosen is not None and not chosen.takes_calibrated and (reason := refusal(arm, ".urdf")):
+    if chosen is not None and (reason := chosen.refusal(arm)):
         opt.fail(f"{reason}; {out} is not written")
     if controller is not None and nominal is None:
         raise OptionError("--controller needs --nominal ROBOT, the controller's own model")
@@ -268,7 +267,7 @@ def export(
         from workbench.identification.report.how_to_apply import use_of
         from workbench.report.json import write_json
 
-        own = wb.load_robot(nominal)
+        own = opt.load_nominal(nominal, arm)
         require_same_arm(arm, own)
         use = use_of(arm, own)
         opt.show(use.blocks())
@@ -283,7 +282,7 @@ def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None, 
     from workbench.exports import Job, export_robot
 
     text = None if source is None else form.text_of(source)
-    job = Job(robot=arm, nominal=None if nominal is None else wb.load_robot(nominal), source=text)
+    job = Job(robot=arm, nominal=opt.load_nominal(nominal, arm), source=text)
     done = export_robot(form, out, job)
     opt.say(f"{arm.name}: {done.path}")
     opt.say(capital(done.verdict))

@@ -25,6 +25,7 @@ from workbench.identification.errors.row_errors import (
     explains_little,
     refusal,
     residuals_frame,
+    row_errors,
 )
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import MAX_NAMED_ROWS, Fit
@@ -287,8 +288,9 @@ class Identification(AbstractReported):
     @beside("whether the files may be used", {})
     def refused(self, run: Run) -> dict[str, str]:
         """Why a file of a run's arm should not be used, by format; without those that may."""
-        held = run.judging is run.held_out_data
-        rows, shown = self.nominal_rows[held], run.judging
+        held, shown = run.judging is run.held_out_data, run.judging
+        again = run.judged is not None and not held  # all rows, after the final fit
+        rows = row_errors(self.aligned, shown) if again else self.nominal_rows[held]
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
         return run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))

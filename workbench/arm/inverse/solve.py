@@ -157,7 +157,7 @@ def _result(
     """The branches of a target, from the solutions of the geometry alone."""
     arm = compile_arm(robot)
     manipulability = smallest_singular_value(arm, x, task).tolist()
-    q = representative(x, limits, arm.slides)
+    q = representative(x, limits, ~arm.repeats)
     names = [f"sample {i + 1}" for i in range(len(q))] if arm.dof > task else branch_names(arm, q)
     if robot.effects and len(q):
         rows = np.zeros(len(q), np.int64)
@@ -174,7 +174,7 @@ def _result(
             margin=margin,
             manipulability=size,
             limits=limits,
-            slides=arm.slides,
+            slides=frozen(~arm.repeats),
         )
         for row, name, margin, size in zip(q, names, room, manipulability, strict=True)
     )

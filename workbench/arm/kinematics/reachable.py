@@ -102,7 +102,7 @@ def _solve_rest(arm: ReducedArm, targets: np.ndarray, x: np.ndarray, task: Task)
         if len(part) == 0 or k == 0:
             continue
         r = refine(arm, targets, starts.reshape(-1, arm.dof), task=task, target_of=np.repeat(part, k))
-        ends = representative(r.q, arm.limits, arm.slides).reshape(len(part), k, arm.dof)
+        ends = representative(r.q, arm.limits, ~arm.repeats).reshape(len(part), k, arm.dof)
         room = np.where(
             r.converged.reshape(-1, k),
             margins(ends.reshape(-1, arm.dof), arm.limits).min(1).reshape(-1, k),

@@ -14,7 +14,7 @@ from workbench.identification.meaning.meaning import RowMeaning, ranked
 from workbench.identification.meaning.moved_between import parts_in_order
 from workbench.identification.meaning.one_constant import one_constant
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
-from workbench.identification.meaning.search import FEW_POINTS, SURE, ReadingSearch
+from workbench.identification.meaning.search import CLEAR, FEW_POINTS, SURE, ReadingSearch
 from workbench.identification.meaning.usable_rows import usable
 
 HELD_ROWS = 3
@@ -87,6 +87,14 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     if likely:
         return stages + zeros[:1]
     return [*stages, lambda: search.family("orders", robot, own.orders), *zeros]
+
+
+def other_arm(robot: Robot, data: Dataset, off: float) -> str:
+    """Name of the built-in arm that fits points, as they are given, clearly better than this misfit [m]."""
+    search = ReadingSearch(robot, replace(data, rotation=None, written=None))
+    _try_arms(search)
+    fits = [r for r in search.found if r.fits and CLEAR * r.position < off]
+    return min(fits, key=lambda r: r.score).robot.name if fits else ""
 
 
 def _try_arms(search: ReadingSearch) -> None:
