@@ -6,7 +6,6 @@ import urllib.request
 import webbrowser
 from pathlib import Path
 
-import matplotlib.figure
 import pytest
 
 pytestmark = pytest.mark.slow
@@ -38,10 +37,9 @@ def test_notebooks_show_what_they_say(path, tmp_path, monkeypatch):
         value = answer(source, names)
         assert not [out for out in kept if out["output_type"] == "error"]
         kinds = {kind for out in kept for kind in out.get("data", {})}
-        is_figure, is_table = isinstance(value, matplotlib.figure.Figure), hasattr(value, "_repr_html_")
-        if is_table and not is_figure:
+        is_shown = hasattr(value, "_repr_html_")
+        if is_shown:
             assert len(repr(value)) < LARGEST
-            assert "<table>" in value._repr_html_()
+            assert "<table" in value._repr_html_()
         if is_executed:
-            assert ("image/png" in kinds) == is_figure
-            assert ("text/html" in kinds) == (is_table and not is_figure)
+            assert ("text/html" in kinds) == is_shown

@@ -24,7 +24,7 @@ WEATHER = """
     from workbench.base.columns import Column
     from workbench.base.units import Quantity
     from workbench.data.observations import AbstractObservation, Channel, Linearised
-    from workbench.data.readers.layouts.layout import AbstractTableLayout, Picker
+    from workbench.data.readers.layouts.layout import AbstractTableLayout, named
     from workbench.exports import AbstractForm
 
     HUMIDITY = Column(
@@ -67,11 +67,8 @@ WEATHER = """
             return "axis-1" in headings
 
         def read(self, table):
-            joints = [f"axis-{i}" for i in range(1, 7)]
-            pick = Picker(table, [*joints, "H"])
-            pick.take([f"q{i}" for i in range(1, 7)], joints, "deg", Quantity.ANGLE)
-            pick.take(["height"], ["H"], "mm", Quantity.LENGTH)
-            return pick.fields("their log")
+            joints = {f"axis-{i}": f"q{i}[deg]" for i in range(1, 7)}
+            return named(table, {**joints, "H": "height[mm]"}, "their log")
 
     class NameOfArm(AbstractForm):
         name, title, ending = "their-name", "the name of an arm", ".txt"

@@ -45,9 +45,9 @@ NUMBERS = (
 FEW = {
     "diagnose": (
         *("diagnosis.claims.claimed_causes.find_causes", "diagnosis.coverage.coverage"),
-        *("diagnosis.report.table.effects_table", "diagnosis.verdict.conclude"),
+        *("diagnosis.report.document.effects", "diagnosis.verdict.conclude"),
     ),
-    "identify": ("identification.report.table.heading", "identification.result.Identification._warnings"),
+    "identify": ("identification.report.document.heading", "identification.result.Identification._warnings"),
 }
 """Broken at every run of the tests."""
 

@@ -3,7 +3,6 @@
 The pages need no network to be read: formulas become MathML, and the theme brings its own files.
 """
 
-import ast
 import re
 import shutil
 import sys
@@ -13,7 +12,6 @@ from tempfile import mkdtemp
 from docutils import nodes
 from docutils.parsers.rst import Directive
 from latex2mathml.converter import convert
-from sphinx_gallery.scrapers import figure_rst
 
 ROOT = Path(__file__).resolve().parents[2]
 GALLERY = Path(mkdtemp()) / "gallery"
@@ -43,7 +41,6 @@ sphinx_gallery_conf = {
     "gallery_dirs": "examples",
     "filename_pattern": r"/\d\d_",
     "within_subsection_order": "FileNameSortKey",
-    "image_scrapers": ("matplotlib", "conf.results"),
     "ignore_repr_types": r"_Drawing",
     "default_thumb_file": str(ROOT / "assets" / "pictures" / "identify.png"),
     "write_computation_times": False,
@@ -52,18 +49,6 @@ sphinx_gallery_conf = {
     "show_memory": False,
     "min_reported_time": 1000.0,
 }
-
-
-def results(block, block_vars, gallery_conf):
-    """The figure that a block of a gallery's program ends with, as a notebook shows it."""
-    figure = block_vars["example_globals"].get("___")
-    if block[0] != "code" or not hasattr(figure, "savefig"):
-        return ""
-    if not isinstance(ast.parse(block[1]).body[-1], ast.Expr):  # an earlier block's
-        return ""
-    path = next(block_vars["image_path_iterator"])
-    figure.savefig(path, dpi=110)
-    return figure_rst([path], gallery_conf["src_dir"])
 
 
 def _mathml(block: bool):

@@ -37,7 +37,7 @@ from workbench.session.commands.data import LoadData
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.region import SetRegion, ShowCubes, corner
-from workbench.session.cube_values import values
+from workbench.session.cube_fields import values
 from workbench.session.page_state import Tab
 from workbench.session.state import CubeView
 from workbench.views.page import html

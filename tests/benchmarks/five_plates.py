@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from rich.console import Console
 
 import workbench as wb
 from workbench.arm.built_in_arms import load_robot
@@ -24,7 +23,8 @@ from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.tolerances import Production
-from workbench.report.tables import new_table
+from workbench.report.blocks import ResultTable
+from workbench.report.result_display import as_text
 
 JOINT = float(np.deg2rad(0.002))
 """Noise of the joint readings [rad]."""
@@ -56,7 +56,7 @@ def plates(robot: Robot, places: int, wanted: tuple[str, ...]) -> Iterator[tuple
 
 def main(arms: str = "10000", places: str = "1200", *wanted: str) -> None:
     robot, table2 = load_robot("aria"), load_plate("table2")
-    table = new_table(f"{arms} arms", "", *("rms [mm]", "95 % [mm]", "predicted [mm]", "yield [%]", "blame"))
+    headings, rows = ("", "rms [mm]", "95 % [mm]", "predicted [mm]", "yield [%]", "blame"), []
     for name, plate, sigma in plates(robot, int(places), wanted or ("",)):
         poses = plate_region_poses(robot, replace(table2, region=plate.region), 500)
         predicted = wb.score(robot, plate, sigma=sigma, evaluation_poses=poses).measured.error.position_rms
@@ -64,9 +64,9 @@ def main(arms: str = "10000", places: str = "1200", *wanted: str) -> None:
         each = np.sqrt((found.errors[..., :3] ** 2).sum(-1).mean(-1))
         mm = (rms_of(found.errors)["position_rms_mm"], 1e3 * np.percentile(each, 95), 1e3 * predicted)
         cells = (*(f"{value:.3f}" for value in (*mm, 100 * found.share)), found.blame)
-        table.add_row(name, *cells)
+        rows.append((name, *cells))
         print(name, *cells, *found.interval, flush=True)
-    Console().print(table)
+    print(as_text([ResultTable(f"{arms} arms", headings, rows)]))
 
 
 if __name__ == "__main__":

@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 import task
-from rich.console import Console
 
-from workbench.report.tables import new_table
+from workbench.report.blocks import ResultTable
+from workbench.report.result_display import as_text
 
 HERE = Path(__file__).resolve().parent
 PEERS = {
@@ -124,17 +124,14 @@ def main() -> int:
     parser.add_argument("--limit", type=float, default=900.0, help="seconds until a worker is given up")
     parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
     given = parser.parse_args()
-    table = new_table(f"6R arm, 100 poses, medians of {given.repeats}", *HEADS)
     with tempfile.TemporaryDirectory() as name:
         folder, arrays = Path(name), task.make(given.seed, 100, 200)
         np.savez(folder / "task.npz", **arrays)
         (folder / "arm.urdf").write_text(task.urdf())
         packages = ("workbench", *filter(None, given.peers.split(",")))
         reports = {package: report_of(package, given, folder) for package in packages}
-    for package, report in reports.items():
-        for cells in rows(package, report, arrays):
-            table.add_row(*cells)
-    Console(width=150).print(table)
+    found = [cells for package, report in reports.items() for cells in rows(package, report, arrays)]
+    print(as_text([ResultTable(f"6R arm, 100 poses, medians of {given.repeats}", HEADS, found)], 150))
     checks = list(bounds(reports))
     for text, holds in checks:
         print(f"{'✓' if holds else '✗'} {text}")

@@ -34,7 +34,8 @@ from morphologies import ARMS, MORPHOLOGIES, SIX
 from rich.console import Console
 from rich.progress import track
 
-from workbench.report.tables import new_table
+from workbench.report.blocks import ResultTable
+from workbench.report.result_display import as_text
 
 DIAGNOSE = "workbench.diagnosis.diagnose:diagnose"
 GROUPS = {"all": tuple(MORPHOLOGIES), "six": SIX, "classic": tuple(ARMS)}
@@ -191,23 +192,19 @@ def wrong(task: Task, j: Judged) -> str:
 
 def main(arguments=None):
     given = options(arguments)
-    console, judged = Console(width=150), run(given)
+    judged = run(given)
     hidden = {task: j for task, j in judged.items() if task.kind not in WITHOUT}
     for condition in given.conditions:
         kinds = by_kind(j for task, j in judged.items() if task.condition == condition)
-        table = new_table(condition, *HEADS)
-        for kind, ones in kinds.items():
-            table.add_row(*cells(kind, ones))
-        console.print(table)
+        rows = [cells(kind, ones) for kind, ones in kinds.items()]
+        print(as_text([ResultTable(condition, HEADS, rows)], 150))
     calm = {c: [j for t, j in judged.items() if t.kind in WITHOUT and t.condition == c] for c in CONDITIONS}
     calm = {condition: ones for condition, ones in calm.items() if ones}
-    table = new_table("no effect", *HEADS)
-    for condition, ones in calm.items():
-        table.add_row(*cells(condition, ones))
-    console.print(table)
+    rows = [cells(condition, ones) for condition, ones in calm.items()]
+    print(as_text([ResultTable("no effect", HEADS, rows)], 150))
     for task, j in judged.items():
         if given.wrong and not (j.right and j.rows_right):
-            console.print(wrong(task, j), highlight=False)
+            print(wrong(task, j))
     for b in bins([pair for j in judged.values() for pair in j.odds]):
         print(f"stated {100 * b.stated:.4g} %: {b.true} of {b.claims} claims true")
     ideal = [j for task, j in hidden.items() if task.condition == "ideal"]

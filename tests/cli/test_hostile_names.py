@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
-from rich.text import Text
 
 from workbench import load_robot, measure_poses, read_measurements, write_toml
 from workbench.arm.robot_toml import read_toml
@@ -18,8 +17,9 @@ from workbench.base.errors import FileError, RobotError
 from workbench.base.wording import as_cell, of_cell, readable
 from workbench.cli import options
 from workbench.data.writer import measurements_csv
-from workbench.report.result_display import as_html
-from workbench.report.tables import new_table
+from workbench.report.blocks import ResultTable, Sentence
+from workbench.report.chart import Bar, Bars
+from workbench.report.result_display import as_html, as_markdown
 from workbench.views.page import html
 
 MARKUP = "<script>alert(1)</script>[red]x[/red]&amp"
@@ -32,9 +32,7 @@ def obeyed(text: str) -> list[str]:
 
 
 def test_a_terminal_obeys_no_name(capfd):
-    table = new_table(MARKUP, "name")
-    table.add_row(OBEYED + "a")
-    options.show(table)
+    options.show([ResultTable(MARKUP, ("name",), [(OBEYED + "a",)]), Sentence(OBEYED, MARKUP)])
     options.say(OBEYED + "b")
     options.say_notes([OBEYED + "c"])
     out = capfd.readouterr().out
@@ -47,9 +45,12 @@ def test_a_page_obeys_no_name():
     text = html.text(MARKUP + OBEYED)
     assert obeyed(text) == []
     assert "<" not in text
-    made = as_html(Text(MARKUP + OBEYED))
-    assert obeyed(made) == []
-    assert "<script" not in made
+    hostile = MARKUP + OBEYED
+    charts = Bars([Bar(hostile, 1.0, "red")], hostile)
+    blocks = [Sentence(hostile, hostile), ResultTable(hostile, (hostile,), [(hostile,)]), charts]
+    for made in (as_html(blocks), as_markdown(blocks)):
+        assert obeyed(made) == []
+    assert "<script" not in as_html(blocks)
 
 
 @pytest.mark.parametrize("name", ["a\nimport os", "a\x1b[2J", "a\u202eb", "a\x00"])

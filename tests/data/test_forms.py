@@ -36,9 +36,6 @@ COMMA = "q1[deg],q2[mm],x[mm],y[in],z[µm]\n90,500,1000,10,2000000\n-45.5,0.25,1
         COMMA.encode(),
         COMMA.encode("utf-8-sig"),
         COMMA.encode("utf-16"),
-        COMMA.encode("utf-16-le"),
-        COMMA.encode("utf-16-be"),
-        COMMA.encode("utf-32"),
         COMMA.encode("latin-1"),
         COMMA.replace("\n", "\r\n").encode(),
         COMMA.replace("\n", "\r").encode(),
@@ -49,7 +46,6 @@ COMMA = "q1[deg],q2[mm],x[mm],y[in],z[µm]\n90,500,1000,10,2000000\n-45.5,0.25,1
         COMMA.replace(",", "\t").replace(".", ",").encode("utf-16"),
         COMMA.replace(",", "   ").encode(),
         COMMA.replace("[", " [").replace(",", "   ").encode(),
-        COMMA.replace(",", "  ").replace(".", ",").encode(),
         COMMA.replace(",", ", ").encode(),
         ("# made by hand\n\n" + COMMA.replace("\n", "\n\n") + "# the end\n").encode(),
         ("# " + COMMA).encode(),
@@ -244,16 +240,16 @@ def test_the_separator_is_the_one_of_the_heading(separators, message, title):
     labels = [word.replace(own, "") + "".join(others) for word in message]
     rows = [own.join(["1", "2.5", "3", "4", label]) for label in labels]
     lines = ["rows of today"] * title + [own.join(["q1[deg]", "x[mm]", "y[mm]", "z[mm]", "session"]), *rows]
-    assert separator_of(lines).value == own
+    assert separator_of(lines) == own
 
 
 def test_preview_says_what_was_understood(tmp_path):
     path = tmp_path / "t.csv"
     path.write_text("Achse 1[°];x[mm];y[mm];z[mm];session;group;Nr\n90,5;1;2;3;a;g;1\n9;1;2;;b;g;2\n")
     shown = preview(path)
-    assert shown.ok
-    assert (shown.rows, shown.joints, shown.excluded, shown.groups) == (2, 1, 1, 1)
-    assert shown.sessions == ("a", "b")
+    assert not shown.problems
+    assert (shown.rows, shown.joints) == (2, 1)
+    assert shown.dataset.sessions == ("a", "b")
     assert [(c.heading, c.key, c.unit, c.si) for c in shown.columns][:2] == [
         ("Achse 1[°]", "q1", "°", "rad"),
         ("x[mm]", "x", "mm", "m"),

@@ -90,7 +90,7 @@ def test_probes_touch_what_they_say(katana):
     rows = simulate(actual, Motion(q), instrument=INSTRUMENTS["plane-probe"], rng=np.random.default_rng(1))
     tips = tool_poses(actual, Motion(rows.q))[:, :3, 3]
     planes = three_planes(actual)
-    off = [planes[n].normal @ tip - planes[n].offset for n, tip in zip(rows.contact, tips, strict=True)]
+    off = [planes[n][0] @ tip - planes[n][1] for n, tip in zip(rows.contact, tips, strict=True)]
     kept = rows.included
     assert kept.sum() > 20
     assert np.isclose(np.std(np.array(off)[kept]), 3e-5, rtol=0.4)

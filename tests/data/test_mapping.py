@@ -38,7 +38,7 @@ def test_a_mapping_is_stored_and_used_again(tmp_path, run):
     ("text", "message"),
     [
         ('[columns]\na = "nothing[m]"\n', "there is no such column"),
-        ("[columns]\na = 3\n", "must be a name"),
+        ("[columns]\na = 3\n", "there is no such column"),
         ("[other]\n", "unknown key 'other'"),
         ("layout = 3\n", "layout must be a name"),
     ],

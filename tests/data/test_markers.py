@@ -76,5 +76,5 @@ def test_marker_files(tmp_path):
     with refuses(FileError, "1 rows", path=str(file)):
         read_marker_rows(file, 2)
     file.write_text("m1x[mm],m1y[mm],m1z[mm]\n1,2,3\n")
-    with refuses(FileError, "1 markers", path=str(file)):
+    with refuses(FileError, "three markers", path=str(file)):
         read_marker_rows(file, 1)

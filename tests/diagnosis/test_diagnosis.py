@@ -15,8 +15,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.progress import Cancelled, cancelled, running
 from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.report.document import error_units
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.diagnosis.report.table import error_units
 from workbench.identification.problem import Problem
 from workbench.plate.simulated_measurement import measure_poses
 

@@ -20,7 +20,7 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.errors.expected_error import transfer
 from workbench.identification.identify import identify
 from workbench.identification.problem import FrameFreedom, Problem
-from workbench.identification.report.parameters import parameter_table
+from workbench.identification.report.parameters import identified
 
 SIGMA = 5e-5, np.deg2rad(0.01)
 POSE = generator.turn("z", 2.0) @ generator.turn("x", 0.6) @ generator.move("x", 1.2)
@@ -78,10 +78,8 @@ def test_an_effect_is_recovered_with_the_geometry(case, free, tmp_path):
         assert result.held_out.position_mm.mean < 1.25 * 1.6 * 1e3 * SIGMA[0]
         exact = rows_of(hidden, hidden.random(np.random.default_rng(9), 200), rng, (0.0, 0.0), **bend)
         assert evaluate(result.calibrated, exact).errors.position_mm.mean < 1e3 * SIGMA[0]
-    table = parameter_table(run.runs["ols"].fit)
-    assert [(c.name, c.unit) for c in table.others if c.name == coefficient] == [
-        (coefficient, robot.coefficient_units[coefficient])
-    ]
+    units = {one.name: one.unit for one in identified(run.runs["ols"].fit)}
+    assert units[coefficient] == robot.coefficient_units[coefficient]
     without = identify(robot.with_effects(), data, algorithms=("ols",), held_out=0.2)
     assert without.runs["ols"].held_out.position_mm.mean > 2.0 * run.runs["ols"].held_out.position_mm.mean
 

@@ -6,7 +6,6 @@ import pytest
 from workbench import Motion, identification_jacobian
 from workbench.arm.linearisation import linearise
 from workbench.plate.observability import INDICES, I
-from workbench.plate.optimality_criterion import criterion_of
 from workbench.plate.predicted_error import position_weight, predicted_error
 
 
@@ -37,11 +36,11 @@ def test_trace_with_the_weight_is_the_mean_square(aria, q):
     weight = position_weight(aria, q[10:], linearisation.names)
     error = predicted_error(linearisation, aria, q[10:])
     assert np.sqrt(np.trace(weight @ linearisation.covariance)) == pytest.approx(error.position_rms)
-    criterion = criterion_of(I(position_weight(aria, q[10:], linearisation.names, linearisation.weights)), 10)
+    index = I(position_weight(aria, q[10:], linearisation.names, linearisation.weights))
     gram = (linearisation.scaled.T @ linearisation.scaled)[None]
-    assert criterion(gram)[0] == pytest.approx(error.position_rms, rel=1e-6)
-    cost = criterion_of(INDICES["O4"], 10)(gram)[0]
-    assert cost == pytest.approx(-INDICES["O4"].value(linearisation), rel=1e-6)
+    assert 1.0 / index.of_grams(gram, 10)[0] == pytest.approx(error.position_rms, rel=1e-6)
+    found = INDICES["O4"].of_grams(gram, 10)[0]
+    assert found == pytest.approx(INDICES["O4"].value(linearisation), rel=1e-6)
 
 
 def test_an_open_combination_makes_the_error_infinite_only_where_it_matters(aria, q):

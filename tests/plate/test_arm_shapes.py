@@ -67,19 +67,17 @@ def plate():
     return load_plate("table2")
 
 
-def beyond(points, hull):
-    """Distance of points from a box, given by its corners."""
-    origin, edges = hull.corners[0], hull.corners[[1, 3, 4]] - hull.corners[0]
-    lengths = np.linalg.norm(edges, axis=1)
-    local = (points - origin) @ (edges / lengths[:, None]).T
-    return np.linalg.norm(np.maximum(np.maximum(-local, local - lengths), 0.0), axis=-1)
+def beyond(points, plate):
+    """Distance of points from a plate's box."""
+    local = se3.apply(se3.inverse(plate.pose), points) + 0.5 * plate.size * [0.0, 0.0, 1.0]
+    return np.linalg.norm(np.maximum(np.abs(local) - 0.5 * plate.size, 0.0), axis=-1)
 
 
 def test_meshes_are_as_far_from_the_plate_as_their_samples_say(arm, q, samples, plate):
-    hull = plate_hull(plate)
+    hull = plate_hull(plate.pose, plate.size)
     for body in range(len(NAMES)):
         found = arm.hull_distances(arm.placements(q), [hull], checked=arm.bodies == body, far=5.0)
-        sampled = beyond(samples[body], hull).min(1)
+        sampled = beyond(samples[body], plate).min(1)
         assert (found <= sampled + 1e-9).all()
         assert (found >= sampled - SPACING).all()
 
@@ -97,7 +95,7 @@ def test_links_are_as_far_apart_as_their_samples_say(arm, q, samples):
 
 def test_what_only_tells_whether_the_clearance_is_kept_agrees_with_the_distances(arm, plate):
     placements = arm.placements(rng(3).uniform(-3.0, 3.0, (200, 6)))
-    every, hulls = np.ones(len(arm.pieces), bool), [plate_hull(plate)]
+    every, hulls = np.ones(len(arm.pieces), bool), [plate_hull(plate.pose, plate.size)]
     for measure in (arm.own_distances, lambda *a, **k: arm.hull_distances(*a, hulls, checked=every, **k)):
         exact = measure(placements)
         quick = measure(placements, far=0.0101, minimum=0.01)
@@ -111,13 +109,10 @@ def test_neighbours_are_not_checked_and_the_flange_is_the_probe(arm):
     assert arm.probes.tolist() == [False] * 6 + [True]
 
 
-def test_a_capsule_about_a_mesh_has_all_of_it_inside(arm):
+def test_a_sphere_about_a_mesh_has_all_of_it_inside(arm):
     for piece in arm.pieces:
-        (start, end), radius = piece.capsule
-        along = end - start
-        share = np.clip((piece.corners - start) @ along / max(along @ along, 1e-12), 0.0, 1.0)
-        away = np.linalg.norm(start + share[:, None] * along - piece.corners, axis=1)
-        assert away.max() <= radius + 1e-9
+        centre, radius = piece.solid.sphere
+        assert np.linalg.norm(piece.solid.shape.vertices() - centre, axis=1).max() <= radius + 1e-9
 
 
 def test_a_tool_beyond_the_flange_is_a_slender_probe(ur5):
@@ -126,8 +121,10 @@ def test_a_tool_beyond_the_flange_is_a_slender_probe(ur5):
     assert found.probes.tolist() == [False] * 7 + [True]
     tip = link_frames(long, Motion(np.zeros((1, 6))))[0, -1, :3, 3]
     rod = found.pieces[-1]
-    ends = se3.apply(found.placements(np.zeros((1, 6)))[0, rod.frame], rod.corners)
-    assert np.linalg.norm(ends - tip, axis=1).min() == pytest.approx(rod.outline[1], abs=1e-9)
+    shape, at = rod.solid.shape, found.placements(np.zeros((1, 6)))[0, rod.frame] @ rod.pose
+    assert se3.apply(at, np.array([0.0, 0.0, shape.halfLength + shape.radius])) == pytest.approx(
+        tip, abs=1e-9
+    )
 
 
 def test_primitives_of_a_urdf_are_exact(tmp_path):

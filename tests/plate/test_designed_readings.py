@@ -32,7 +32,7 @@ def test_the_search_keeps_clear_of_a_ball_bar_s_posts(aria, plate):
         [" anchor " in hit for hit in hits(aria, replace(plate, anchors=reading.anchors), [0] * len(q), q)]
     )
     assert met.sum() > 3
-    assert (setting.surroundings.distances(setting.arm.placements(q[met]))[:, 2] < 1e-6).all()
+    assert (setting.around(setting.arm.placements(q[met]))[:, 2] < 1e-6).all()
 
 
 def test_a_designed_socket_is_measured_at_its_own_joint_angles(aria, plate):

@@ -4,15 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from refusals import refuses
 
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.plate.optimiser.search import gains
-from workbench.plate.optimiser.shapes import block_hulls, hull_bounds, plate_hull, segment_distances
+from workbench.plate.optimiser.shapes import plate_hull
 from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle, tool_poses_at
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.tolerances import PIN_PLAY, Production
@@ -53,50 +51,23 @@ def test_only_what_may_be_made_is_drawn(style):
     assert np.allclose(blocks.makeable(places, HALF), places)
 
 
-@given(st.integers(0, 10_000))
-@settings(max_examples=30)
-def test_segments_are_as_far_apart_as_their_samples_say(seed):
-    one, other = rng(seed).normal(size=(2, 2, 3))
-    share = np.linspace(0.0, 1.0, 400)[:, None]
-    points = [s[0] + share * (s[1] - s[0]) for s in (one, other)]
-    sampled = np.linalg.norm(points[0][:, None] - points[1][None], axis=2).min()
-    found = segment_distances(one[None, None], other[None, None])[0, 0]
-    assert found <= sampled + 1e-12
-    assert found >= sampled - 0.02
-
-
-def test_no_bound_is_above_a_distance(plate):
-    """Of lines near blocks of every kind and near the plate, from points of the line and corners alone."""
-    bodies = [*block_hulls(plate, plate.poses), plate_hull(plate)]
-    lines = np.stack([hull.corners.mean(0) + rng(3).normal(0.0, 0.1, (20, 2, 3)) for hull in bodies])
-    bounds = hull_bounds(lines, bodies)
-    share = np.linspace(0.0, 1.0, 60)[:, None]
-    mixes = rng(4).dirichlet(np.full(8, 0.1), 300)
-    for hull, own, bound in zip(bodies, lines, bounds, strict=True):
-        inside = np.concatenate([hull.corners, mixes @ hull.corners])
-        for line, least in zip(own, bound, strict=True):
-            points = line[0] + share * (line[1] - line[0])
-            assert least <= np.linalg.norm(points[:, None] - inside[None], axis=2).min() + 1e-12
-    assert 0.4 < (bounds > 0.0).mean() < 1.0
-
-
 def test_an_arm_is_as_far_from_a_hull_as_its_samples_say(aria, plate):
     """Distance of a box: largest excess beyond its faces, in its own frame."""
     arm = capsule_arm(aria)
     q = rng(5).uniform(*aria.limits.T, (30, 6))
     placements = arm.placements(q)
-    hull = plate_hull(plate)
+    hull = plate_hull(plate.pose, plate.size)
     found = arm.hull_distances(placements, [hull], checked=np.ones(len(arm.pieces), bool), far=5.0)
     share = np.linspace(0.0, 1.0, 1500)[:, None]
     for row, distance in zip(placements, found, strict=True):
         gaps = []
         for piece in arm.pieces:
-            (start, end), radius = piece.capsule
-            line = se3.apply(se3.inverse(plate.pose) @ row[piece.frame], np.stack([start, end]))
+            capsule, ends = piece.solid.shape, np.outer([-1.0, 1.0], [0.0, 0.0, piece.solid.shape.halfLength])
+            line = se3.apply(se3.inverse(plate.pose) @ row[piece.frame] @ piece.pose, ends)
             points = line[0] + share * (line[1] - line[0])
             points[:, 2] += 0.5 * plate.size[2]
             beyond = np.maximum(np.abs(points) - 0.5 * plate.size, 0.0)
-            gaps.append(np.linalg.norm(beyond, axis=1).min() - radius)
+            gaps.append(np.linalg.norm(beyond, axis=1).min() - capsule.radius)
         if min(gaps) > -0.02:
             assert distance == pytest.approx(min(gaps), abs=1e-3)
         else:

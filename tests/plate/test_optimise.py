@@ -25,7 +25,7 @@ from workbench.plate.plate import Kind
 from workbench.plate.reach_margin import with_reach_margin
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches
-from workbench.plate.target_readings import Look, TargetReading
+from workbench.plate.target_readings import TargetReading
 from workbench.plate.tolerances import Production
 
 
@@ -34,11 +34,11 @@ def rng(seed=0):
 
 
 def whole(poses):
-    return Look(np.tile(np.eye(6), (len(poses), 1, 1)), np.zeros((len(poses), 6, 0)))
+    return np.tile(np.eye(6), (len(poses), 1, 1))
 
 
 SIGMA = np.repeat([1e-4, np.deg2rad(0.02)], 3)
-SEAT = TargetReading(name="seat", kind=Kind.SEAT, look=whole, sigma=SIGMA)
+SEAT = TargetReading(name="seat", kind=Kind.SEAT, by_twist=whole, sigma=SIGMA)
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +134,7 @@ def test_ten_millimetres_stay_free(name, request, aria):
     frames = link_frames(aria, Motion(np.stack([t.q for t in plate.targets])))
     radii = aria.reach * np.linspace(0.035, 0.021, 6)
     share = np.linspace(0.0, 1.0, 200)[:, None]
-    hulls = block_corners(plate, plate.poses)
+    hulls = block_corners(plate.pose, plate.poses)
     for number, row in enumerate(frames):
         for link in range(1, 6):
             start, end = row[link, :3, 3], row[link + 1, :3, 3]

@@ -20,7 +20,13 @@ from workbench.base import se3
 from workbench.plate.design import NARROW
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import read_plate
-from workbench.plate.target_readings import MAKERS, anchors_of, contact_rows, linearise_reading, reading_named
+from workbench.plate.target_readings import (
+    READINGS,
+    anchors_of,
+    contact_rows,
+    linearise_reading,
+    reading_named,
+)
 from workbench.session.start import default_circle
 
 STEP = 1e-6
@@ -47,8 +53,8 @@ def test_a_reading_changes_as_the_tool_moves(name, aria, plate):
         / (2.0 * STEP)
         for e in np.eye(6)
     ]
-    found = reading.look(nominal[None])
-    assert np.allclose(found.by_twist[0], np.stack(expected, -1), atol=1e-6)
+    found = reading.by_twist(nominal[None])
+    assert np.allclose(found[0], np.stack(expected, -1), atol=1e-6)
 
 
 def test_distances_change_as_their_anchors_move(aria, plate):
@@ -60,8 +66,9 @@ def test_distances_change_as_their_anchors_move(aria, plate):
         gaps = [nominal[:3, 3] - anchors - s * off.reshape(3, 3) for s in (1, -1)]
         more, less = (np.linalg.norm(gap, axis=1) for gap in gaps)
         columns.append((more - less) / (2.0 * STEP))
-    found = reading_named("ball-bar", aria, plate).look(nominal[None])
-    assert np.allclose(found.by_unknown[0], np.stack(columns, -1), atol=1e-6)
+    reading = reading_named("ball-bar", aria, plate)
+    found, sigma = reading.rows(nominal[None], np.zeros((1, 6, 0)), np.zeros((1, 2)))
+    assert np.allclose(found[0] * sigma[0, :, None], np.stack(columns, -1), atol=1e-6)
 
 
 def test_six_contacts_locate_a_cube_in_all_six_directions(aria, plate):
@@ -73,7 +80,7 @@ def test_six_contacts_locate_a_cube_in_all_six_directions(aria, plate):
     pose = moved(np.eye(4), twist)
     points = np.array([[0.015, 0, 0], [-0.015, 0.015, 0], [-0.015, -0.015, 0]])
     assert np.allclose(rows[:3] @ twist, (se3.apply(pose, points) - points)[:, 2], atol=1e-8)
-    seat = reading_named("contacts", aria, plate).look(plate.poses[:1]).by_twist[0]
+    seat = reading_named("contacts", aria, plate).by_twist(plate.poses[:1])[0]
     turned = np.kron(np.eye(2), plate.poses[0, :3, :3].T)
     assert np.allclose(seat, rows @ turned, atol=1e-12)
 
@@ -96,14 +103,13 @@ def test_unknown_anchors_are_solved_with_the_arm(aria, plate):
     names = aria.default_free[4:12]
     found = linearise_reading(aria, q, reading, target_sigma=np.zeros((14, 2)), names=names)
     poses, twists = identification_jacobian(aria, Motion(q), names)
-    look = reading.look(poses)
-    rows = np.concatenate([look.by_twist @ twists, look.by_unknown], axis=2).reshape(-1, 8 + 9) / 5e-6
+    rows = reading.rows(poses, twists, np.zeros((14, 2)))[0].reshape(-1, 8 + 9)
     prior = np.diag(np.concatenate([np.zeros(8), np.full(9, 5e-5**-2.0)]))
     whole = np.linalg.inv(rows.T @ rows + prior)[:8, :8]
     assert np.allclose(found.covariance, whole, rtol=1e-6)
 
 
-@pytest.mark.parametrize("name", [n for n in MAKERS if n != "seat"])
+@pytest.mark.parametrize("name", [n for n in READINGS if n != "seat"])
 def test_plates_of_every_kind_are_designed(name, aria, plate, tmp_path):
     heights = (0.05, 0.35) if name == "ball-bar" else (0.04, 0.12)
     request = DesignRequest(number=9, places=40, starts=1, blocks=Blocks(heights=heights))

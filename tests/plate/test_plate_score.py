@@ -12,7 +12,8 @@ from workbench.plate.plate import Kind, Target
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.report.plates import score_json
 from workbench.plate.target_readings import (
-    SIGMAS,
+    READINGS,
+    SEAT,
     linearise_reading,
     linearise_targets,
     reading_named,
@@ -162,8 +163,8 @@ def test_a_score_solves_for_a_ball_bar_s_anchors_as_the_search_does(aria, plate,
     air, names = in_the_air(plate, 0.0), aria.default_free
     q = np.stack([found[0].q for found in solutions])
     sigma = usual_sigma(air)
-    assert sigma[0] == SIGMAS["ball-bar"][0]
-    assert usual_sigma(plate) == SIGMAS["seat"]
+    assert sigma[0] == READINGS["ball-bar"][1]
+    assert usual_sigma(plate) == SEAT
     seen = linearise_targets(aria, air, q, names=names, sigma=sigma)
     reading, exact = reading_named("ball-bar", aria, air), np.zeros((len(q), 2))
     searched = linearise_reading(aria, q, reading, target_sigma=exact, names=names)

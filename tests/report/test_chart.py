@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from workbench.report.chart import LEFT, MARGIN, WIDTH, Bar, Chart, Marks, bars
+from workbench.report.chart import LEFT, MARGIN, WIDTH, Bar, Bars, Chart, Marks
 
 
 def test_points_lie_where_their_values_are_and_lead_where_they_say():
@@ -24,8 +24,8 @@ def test_points_lie_where_their_values_are_and_lead_where_they_say():
 
 
 def test_bars_are_as_long_as_their_numbers():
-    svg = bars([Bar("play", 0.4, "red", "certain"), Bar("left <1>", 0.1, "grey")])
+    svg = Bars([Bar("play", 0.4, "red", "certain"), Bar("left <1>", 0.1, "grey")]).svg()
     lengths = [float(w) for w in re.findall(r'width="([\d.]+)" height="14"', svg)]
     assert lengths[0] == pytest.approx(4.0 * lengths[1], rel=1e-2)
     assert "left &lt;1&gt;" in svg
-    assert bars([]) == ""
+    assert Bars([]).svg() == ""

@@ -44,7 +44,7 @@ def test_the_page_of_a_diagnosis(rows, tmp_path):
     found = diagnose(robot, data)
     text = write_diagnosis(found, tmp_path).read_text("utf-8")
     assert stands_alone(text)
-    assert text.count("<svg") == 3
+    assert text.count("<svg") == 2
     assert found.causes[0].sentence[:20] in text.replace("&#39;", "'") or "joint 2" in text
     assert json.loads((tmp_path / "diagnosis.json").read_text("utf-8")) == plain(diagnosis_json(found))
 

@@ -19,8 +19,7 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
 from workbench.session.commands.undo import Undo
-from workbench.session.cube_fields import CHANGE, PREDICTED
-from workbench.session.cube_values import drawn_field, values
+from workbench.session.cube_fields import CHANGE, PREDICTED, drawn_field, field_of
 from workbench.session.journal import Ending
 from workbench.session.page_state import Severity
 from workbench.session.state import CubeView
@@ -74,7 +73,7 @@ def test_fields_agree_with_computations_of_their_own(run):
         tool = tool_poses(session.robot, Motion(cubes.q[i][None]))[0]
         assert tool[:3, 3] == pytest.approx(cubes.region.centres[i], abs=1e-7)
         expected = predicted_error(score.linearisation, session.robot, cubes.q[i][None])
-        assert values(session).numbers[i] == pytest.approx(expected.position_rms, rel=1e-9)
+        assert field_of(session).values(session).numbers[i] == pytest.approx(expected.position_rms, rel=1e-9)
 
 
 def test_measured_errors_are_means_over_the_rows_in_each_cube(run):
@@ -83,7 +82,7 @@ def test_measured_errors_are_means_over_the_rows_in_each_cube(run):
     errors = np.linalg.norm(rows.measured - rows.nominal[:, :3, 3], axis=1)
     number = int(region.cells(rows.measured[:1])[0])
     inside = np.abs(rows.measured - region.centres[number]) <= 0.5 * region.size / region.shape
-    assert values(session).numbers[number] == pytest.approx(errors[inside.all(1)].mean())
+    assert field_of(session).values(session).numbers[number] == pytest.approx(errors[inside.all(1)].mean())
 
 
 class Stubborn(AbstractChore):
@@ -152,7 +151,7 @@ def test_a_drag_colours_cubes_by_what_it_changes_on_a_scale_of_that_size(run):
         field = drawn_field(session)
         assert field is CHANGE
         change = field.values(session)
-        wanted = values(session).numbers / values(before).numbers - 1.0
+        wanted = field_of(session).values(session).numbers / field_of(before).values(before).numbers - 1.0
         seen = np.isfinite(wanted)
         assert np.allclose(change.numbers[seen], wanted[seen], atol=1e-12)
         assert -change.low == change.high

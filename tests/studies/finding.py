@@ -6,11 +6,8 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from rich import box
-from rich.console import Group, RenderableType
-from rich.markup import escape
-from rich.table import Table
-from rich.text import Text
+
+from workbench.report.blocks import Block, ResultTable, Sentence
 
 
 class Verdict(StrEnum):
@@ -95,24 +92,12 @@ def findings_json(work: str, findings: tuple[Finding, ...]) -> dict[str, Any]:
     }
 
 
-def findings_markdown(findings: tuple[Finding, ...]) -> str:
-    """The findings as a table of text."""
-    heads = ("where", "what", "printed", "here", "verdict", "why")
-    lines = (heads, ("---",) * len(heads), *(asdict(finding).values() for finding in findings))
-    return "\n".join(" | ".join(str(cell).replace("|", "∣") for cell in line) for line in lines) + "\n"
-
-
-def findings_table(findings: tuple[Finding, ...]) -> RenderableType:
+def findings_blocks(findings: tuple[Finding, ...]) -> list[Block]:
     """Printed numbers beside ours, and below why some differ."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in ("where", "what", "printed", "here", "verdict"):
-        table.add_column(heading)
-    for finding in findings:
-        cells = (finding.where, finding.what, finding.printed, finding.here, str(finding.verdict))
-        table.add_row(*(escape(cell) for cell in cells))
+    rows = [(f.where, f.what, f.printed, f.here, str(f.verdict)) for f in findings]
     reasons: dict[str, list[str]] = {}
     for finding in findings:
         if finding.verdict not in GOOD:
             reasons.setdefault(finding.reason, []).append(f"{finding.where}, {finding.what}")
-    lines = (f"{'; '.join(which)}: {reason}" for reason, which in reasons.items())
-    return Group(table, Text("\n".join(lines)))
+    table = ResultTable("", ("where", "what", "printed", "here", "verdict"), rows, words=5)
+    return [table, *(Sentence(f"{'; '.join(which)}: {reason}") for reason, which in reasons.items())]

@@ -1,16 +1,17 @@
 """The arm and the set-up of the Katana thesis: its tables of constants, its equations, its influences."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from studies import katana_printed as printed
 from studies.finding import Finding, checked, judged
+from studies.katana_study import zxz_of
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics.forward import identification_jacobian, link_frames, tool_poses
 from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, Influence, influence
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.plate.poses.iso_cube import CubePoses
 from workbench.plate.poses.sampling import random_poses
 
@@ -27,8 +28,9 @@ def arm() -> tuple[Finding, ...]:
     craig, three = load_robot("katana450"), load_robot("katana450-three-rotation")
     q = random_poses(craig, POSES, rng=np.random.default_rng(0))
     poses = tool_poses(craig, Motion(q))
+    turns = poses[:, :3, :3]
     distance = float(np.abs(poses - tool_poses(three, Motion(q))).max())
-    again = float(np.abs(se3.zxz_to_matrix(se3.matrix_to_zxz(poses[:, :3, :3])) - poses[:, :3, :3]).max())
+    again = float(np.abs(Rotation.from_euler("ZXZ", zxz_of(turns)).as_matrix() - turns).max())
     limits = np.rad2deg(craig.limits)
     masses = [joint.mass for joint in craig.moving[1:]]
     kilograms = printed.STIFFNESS[0] / printed.KILOGRAM_METRE_PER_DEGREE

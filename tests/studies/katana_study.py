@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial.transform import Rotation
 
 from studies import katana_printed as printed
 from studies.katana_generator import VirtualKatana, draw_arm
@@ -232,11 +233,16 @@ def _problem(robot: Robot, q: np.ndarray, seen: np.ndarray, method: Method) -> P
     )
 
 
+def zxz_of(rotations: Float[np.ndarray, "rows 3 3"]) -> Float[np.ndarray, "rows 3"]:
+    """Euler angles Φ, θ, Ψ of R = Rz(Φ) Rx(θ) Rz(Ψ) [rad]."""
+    return Rotation.from_matrix(rotations).as_euler("ZXZ")
+
+
 def differences(
     poses: Float[np.ndarray, "rows 4 4"], real: Float[np.ndarray, "rows 4 4"]
 ) -> Float[np.ndarray, "rows 7"]:
     """ΔX, ΔY, ΔZ, ΔP [mm] and ΔΦ, Δθ, ΔΨ [°] of ZXZ Euler angles, without sign."""
     away = 1e3 * (real[:, :3, 3] - poses[:, :3, 3])
-    turned = se3.matrix_to_zxz(real[:, :3, :3]) - se3.matrix_to_zxz(poses[:, :3, :3])
+    turned = zxz_of(real[:, :3, :3]) - zxz_of(poses[:, :3, :3])
     turned = np.rad2deg(np.abs((turned + np.pi) % (2.0 * np.pi) - np.pi))
     return np.hstack([np.abs(away), np.linalg.norm(away, axis=1, keepdims=True), turned])

@@ -47,7 +47,7 @@ def with_plausible_units(robot: Robot) -> Robot:
 
 def is_whole_degrees(value: float) -> bool:
     """Whether a number makes no sense as an angle in radians, but does in degrees."""
-    return bool(abs(value) > 2.0 * TURN and abs(value - round(value)) < ROUNDING)
+    return bool(2.0 * TURN < abs(value) < np.inf and abs(value - round(value)) < ROUNDING)
 
 
 def _distance(robot: Robot) -> float:

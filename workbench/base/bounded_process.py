@@ -5,13 +5,11 @@ expand from a few kilobytes to all available memory. In a child process this end
 program.
 """
 
-import contextlib
 import os
 import pickle
 import signal
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -51,53 +49,49 @@ def in_child(
         seconds: Time of the processor that it may take beyond its imports.
         memory: Memory that it may take beyond its imports [bytes].
     """
-    job = pickle.dumps((function.__module__, function.__name__, arguments, needs, seconds, memory))
+    job = pickle.dumps((function, arguments, needs, seconds, memory))
     command = [sys.executable, "-c", _COMMAND.format(path=[p or os.getcwd() for p in sys.path])]
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    with tempfile.TemporaryFile() as requested, tempfile.TemporaryFile() as answer:
-        requested.write(job)
-        requested.seek(0)
-        with subprocess.Popen(
-            command, stdin=requested, stdout=answer, stderr=subprocess.DEVNULL, env=environment
-        ) as child:
-            try:
-                _wait(child, seconds * _PATIENCE)
-            finally:
-                child.kill()
-        answer.seek(0)
-        if child.returncode == 0:
-            kind, value = pickle.load(answer)
-            if kind == "result":
-                return value
-            raise ChildError(value)
+    pipe, nowhere = subprocess.PIPE, subprocess.DEVNULL
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=nowhere, env=environment) as child:
+        try:
+            answer = _answer(child, job, seconds * _PATIENCE)
+        finally:
+            child.kill()
     if -child.returncode in (signal.SIGPROF, signal.SIGKILL):
         raise ChildError(f"it takes more than {seconds:.3g} s")
-    raise ChildError("its content crashes the reader")
+    found = pickle.loads(answer) if child.returncode == 0 else ChildError("its content crashes the reader")
+    if isinstance(found, ChildError):
+        raise found
+    return found
 
 
-def _wait(child: subprocess.Popen, longest: float) -> None:
+def _answer(child: subprocess.Popen[bytes], job: bytes, longest: float) -> bytes:
+    """What a child answers to its job; nothing if that takes too long."""
+    unsent: bytes | None = job
     for _ in range(int(longest / _POLL)):
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            child.wait(_POLL)
-            return
-        check_cancelled()
+        try:
+            return child.communicate(unsent, timeout=_POLL)[0]
+        except subprocess.TimeoutExpired:
+            unsent = None
+            check_cancelled()
+    return b""
 
 
 def _serve() -> None:
     """The child's side: read the job, set the bounds, write the answer."""
-    module, name, arguments, needs, seconds, memory = pickle.load(sys.stdin.buffer)
-    function = getattr(import_module(module), name)
+    function, arguments, needs, seconds, memory = pickle.load(sys.stdin.buffer)
     try:
         if needs:
             import_module(needs)
         _bound(seconds, memory)
-        content = pickle.dumps(("result", function(*arguments)))
+        content = pickle.dumps(function(*arguments))
     except ChildError as error:
-        content = pickle.dumps(("error", str(error)))
+        content = pickle.dumps(error)
     except MemoryError:
-        content = pickle.dumps(("error", f"it takes more than {memory // MEBIBYTE} MiB of memory"))
+        content = pickle.dumps(ChildError(f"it takes more than {memory // MEBIBYTE} MiB of memory"))
     except Exception as error:  # whatever a reader raises for a broken file
-        content = pickle.dumps(("error", type(error).__name__))
+        content = pickle.dumps(ChildError(type(error).__name__))
     sys.stdout.buffer.write(content)
     sys.stdout.buffer.flush()
     os._exit(0)  # libraries that were broken by a file are not asked to tidy up

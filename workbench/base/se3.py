@@ -39,22 +39,6 @@ def matrix_to_rpy(rotation: Float[np.ndarray, "*lead 3 3"]) -> Float[np.ndarray,
     return np.stack([roll, pitch, yaw], -1).reshape(*np.shape(rotation)[:-2], 3)
 
 
-def zxz_to_matrix(zxz: Float[np.ndarray, "*lead 3"]) -> Float[np.ndarray, "*lead 3 3"]:
-    """R = Rz(Φ) Rx(θ) Rz(Ψ) from ZXZ Euler angles [Φ, θ, Ψ] in rad (Katana §3.2)."""
-    return _as_matrix(Rotation.from_euler("ZXZ", np.reshape(zxz, (-1, 3))), np.shape(zxz)[:-1])
-
-
-def matrix_to_zxz(rotation: Float[np.ndarray, "*lead 3 3"]) -> Float[np.ndarray, "*lead 3"]:
-    """[Φ, θ, Ψ] in rad with θ in [0, π]; at θ = 0 and π, where Φ and Ψ can't be told apart, Ψ is 0."""
-    r = np.reshape(rotation, (-1, 3, 3))
-    sine = np.hypot(r[:, 0, 2], r[:, 1, 2])
-    phi = np.where(sine < 1e-15, np.arctan2(r[:, 1, 0], r[:, 0, 0]), np.arctan2(r[:, 0, 2], -r[:, 1, 2]))
-    c, s = np.cos(phi), np.sin(phi)
-    psi = np.arctan2(-c * r[:, 0, 1] - s * r[:, 1, 1], c * r[:, 0, 0] + s * r[:, 1, 0])  # of Rz(-Φ) R
-    theta = np.arctan2(sine, r[:, 2, 2])
-    return np.stack([phi, theta, psi], -1).reshape(*np.shape(rotation)[:-2], 3)
-
-
 def quaternion_to_matrix(wxyz: Float[np.ndarray, "*lead 4"]) -> Float[np.ndarray, "*lead 3 3"]:
     """Rotation of a quaternion [w, x, y, z], which is normalised first."""
     return _as_matrix(Rotation.from_quat(np.reshape(wxyz, (-1, 4)), scalar_first=True), np.shape(wxyz)[:-1])

@@ -44,10 +44,9 @@ def identify(
     from workbench.arm.built_in_arms import posed_arm
     from workbench.data.accuracy_requirement import default_requirement
     from workbench.identification.errors.file_errors import file_text
-    from workbench.identification.errors.pass_or_fail import judge
     from workbench.identification.prior import read_prior
-    from workbench.identification.report import results_json as reports
-    from workbench.identification.report import table
+    from workbench.identification.report.document import identification_blocks
+    from workbench.identification.report.results_json import identification_json
     from workbench.identification.result import LOOK_AGAIN
 
     if level == 1 and fit.free is not None:
@@ -77,10 +76,8 @@ def identify(
         saved = _Saved(None, f"{out.save} is not written: {unknown}", [])
     else:
         saved = _save(run, out.save, reasons, force=fit.force)
-    opt.write_result(out.json, reports.identification_json(run))
-    opt.describe("tables", lambda: opt.show(table.identification_tables(run, every=algorithm is not None)))
-    if requested is not None:
-        opt.describe("verdict", lambda: opt.say(judge(run, requested).verdict))
+    opt.write_result(out.json, identification_json(run))
+    opt.describe("tables", lambda: opt.show(identification_blocks(run, wanted=requested)))
     if out.report is not None:
         from workbench.identification.report.page import write_identification
 
@@ -126,7 +123,6 @@ def diagnose(
 ) -> None:
     """Find the effects missing from the model, add them, and report the held-out error before and after."""
     from workbench.diagnosis.report.results_json import diagnosis_json
-    from workbench.diagnosis.report.table import diagnosis_tables
     from workbench.identification.errors.file_errors import file_text
 
     arm = wb.load_robot(robot, tip=tip)
@@ -138,7 +134,7 @@ def diagnose(
     whole = run.identification()
     saved = _save(whole, out.save, [run.harm] if run.harm else [], force=fit.force)
     opt.write_result(out.json, diagnosis_json(run))
-    opt.describe("tables", lambda: opt.show(diagnosis_tables(run)))
+    opt.describe("tables", lambda: opt.show(run.blocks()))
     if (page := out.report) is not None:
         from workbench.diagnosis.report.page import write_diagnosis
 
@@ -184,15 +180,14 @@ def evaluate(
     json: opt.JsonOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements, without fitting the arm."""
-    from workbench.identification.report import results_json as reports
-    from workbench.identification.report import table
+    from workbench.identification.report.results_json import evaluation_json
 
     fit_frames = opt.fits_frames(frames)
     arm = wb.load_robot(robot, tip=tip)
     opt.check_writable(json)
     found = wb.evaluate(arm, files.read(data, arm), fit_frames=fit_frames, reading=reading)
-    opt.show(table.evaluation_tables(found))
-    opt.write_result(json, reports.evaluation_json(found))
+    opt.show(found.blocks())
+    opt.write_result(json, evaluation_json(found))
 
 
 def with_markers(data, tool: Path | None, base: Path | None):
@@ -278,7 +273,7 @@ def export(
         own = wb.load_robot(nominal)
         require_same_arm(arm, own)
         use = use_of(arm, own)
-        opt.show(use.summary())
+        opt.show(use.blocks())
         opt.say(f"controller: {write_json(controller, {'robot': arm.name, 'controller': use.json()})}")
         if use.advised is None:
             opt.fail(use.advice)

@@ -86,24 +86,18 @@ def preview(
     ] = None,
 ) -> None:
     """Show how a file is read: every column with its meaning and unit, decisions, problems."""
-    from rich.markup import escape
-
     from workbench.data.readers.mapping import read_mapping, write_mapping
     from workbench.data.readers.preview import preview
-    from workbench.report.tables import line, new_table
+    from workbench.report.blocks import ResultTable, lines
 
     opt.check_writable(save_mapping)
     stored = None if files.mapping is None else read_mapping(files.mapping)
     columns = files.columns or (None if stored is None else stored.columns)
     found = preview(data, columns=columns, layout=files.layout, sheet=files.sheet)
     title = f"{data.name}: {plural(found.rows, 'row')}, layout {found.layout}"
-    table = new_table(title, "heading", "meaning", "unit", "SI unit")
-    for column in found.columns:
-        table.add_row(escape(column.heading), column.key or "ignored", column.unit or "", column.si or "")
-    if found.columns:
-        opt.show(table)
-    for text in found.decisions:
-        opt.show(line("note", text))
+    rows = [(c.heading, c.key or "ignored", c.unit or "", c.si or "") for c in found.columns]
+    table = [ResultTable(title, ("heading", "meaning", "unit", "SI unit"), rows, words=4)] if rows else []
+    opt.show([*table, *lines("note", found.decisions)])
     if save_mapping is not None:
         opt.say(f"mapping: {write_mapping(found, save_mapping)}")
     if found.problems:

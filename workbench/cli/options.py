@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
 
 import typer
 
@@ -18,6 +18,9 @@ from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
 from workbench.cli.option_records import AbstractCompanion, AbstractSource
 from workbench.cli.option_records import flattened as flattened
+
+if TYPE_CHECKING:
+    from workbench.report.blocks import Block
 
 
 def option(*names_and_help: str, **more: Any) -> Any:
@@ -433,14 +436,19 @@ def say_notes(notes: Iterable[str]) -> None:
         say(f"note: {note}")
 
 
-def show(renderable) -> None:
-    """Print a table of the result."""
+def show(blocks: "Iterable[Block]") -> None:
+    """Print a result."""
     from rich.console import Console
-    from rich.segment import Segment, Segments
 
-    console = Console()
-    parts = console.render(renderable, console.options)
-    console.print(Segments(Segment(readable(p.text), p.style, p.control) for p in parts), end="")
+    from workbench.report.result_display import as_rich
+
+    Console().print(as_rich(blocks))
+
+
+def give(found, json: Path | None) -> None:
+    """Print a result, and write it to the file given by `--json`, if any."""
+    show(found.blocks())
+    write_result(json, found.json())
 
 
 def write_result(json: Path | None, content) -> None:

@@ -98,7 +98,7 @@ def optimise(
 
     from workbench.plate import design as plate_design
     from workbench.plate.optimiser.optimise import DesignRequest, Postures
-    from workbench.plate.report.design import design_json, design_tables
+    from workbench.plate.report.design import design_json
     from workbench.plate.target_readings import usual_reading
 
     opt.check_writable(out, json)
@@ -127,6 +127,6 @@ def optimise(
             base=base,
             tool=tool,
         )
-    opt.show(design_tables(found))
+    opt.show(found.blocks())
     opt.say(f"plate: {wb.write_plate(found.plate, out)}")
     opt.write_result(json, design_json(found))

@@ -77,13 +77,13 @@ class ScoreOptions:
 @opt.flattened
 def score(plate: PlateArgument, robot: opt.RobotOption, how: ScoreOptions) -> None:
     """Score a plate: O per target, all observability indices, predicted errors in its region."""
-    from workbench.plate.report.plates import score_json, score_tables
+    from workbench.plate.report.plates import score_json
 
     with how.choices("score") as choices:
         fixture = wb.load_plate(plate)
         fixture = replace(fixture, production=production_of(fixture, how.tolerance, how.play))
         found = wb.score(wb.load_robot(robot), fixture, sigma=sigma_of(how.noise), **choices)
-    opt.show(score_tables(found))
+    opt.show(found.blocks())
     opt.write_result(how.json, score_json(found))
 
 
@@ -95,7 +95,7 @@ def compare(
     how: ScoreOptions,
 ) -> None:
     """Compare plates under equal assumptions: predicted errors in the first one's region, ranks, indices."""
-    from workbench.plate.report.plates import comparison_json, comparison_table
+    from workbench.plate.report.plates import comparison_blocks, comparison_json
     from workbench.plate.score import alike, score_plates
 
     if len(plate) < 2:
@@ -108,7 +108,7 @@ def compare(
             score_plates(arm, plates, sigma=sigma_of(noise), **choices)
             for plates, noise in ((alike(own, given), how.noise or USUAL_NOISE), (own, how.noise))
         )
-    opt.show(comparison_table(found, stated))
+    opt.show(comparison_blocks(found, stated))
     opt.write_result(how.json, comparison_json(found, stated))
 
 

@@ -67,30 +67,22 @@ class Wanted:
 
     def check(self, errors: RowComponents) -> "WantedCheck":
         """Judge every row that has a measured point."""
-        sizes = self._sizes(errors.position, errors.rotation)
         return WantedCheck(
             wanted=self,
             judged=errors.has_position,
-            limits=self.limits,
-            within=~(sizes > self.limits),
-            worst=np.array([_maximum(column[np.isfinite(column)]) for column in sizes.T]),
+            passed=self.within(errors) & errors.has_position,
+            unmeasured=self.rotation is not None and not np.isfinite(errors.rotation).any(),
         )
 
     def within(self, errors: RowComponents) -> Bool[np.ndarray, " rows"]:
         """Rows that keep it, as far as they were measured."""
-        return self.kept_by(errors.position, errors.rotation)
-
-    def kept_by(
-        self, position: Float[np.ndarray, "*rows 3"], rotation: Float[np.ndarray, "*rows 3"]
-    ) -> Bool[np.ndarray, "*rows"]:
-        """Which errors keep it; what was not measured (NaN) does."""
-        return np.asarray((~(self._sizes(position, rotation) > self.limits)).all(-1))
+        return (~(self._used(errors.position, errors.rotation) > 1.0)).all(-1)
 
     def used_by(
         self, position: Float[np.ndarray, "*rows 3"], rotation: Float[np.ndarray, "*rows 3"]
     ) -> Float[np.ndarray, "*rows"]:
         """The largest share of what is allowed; above 1 they don't keep it."""
-        return np.asarray((self._sizes(position, rotation) / self.limits).max(-1))
+        return np.asarray(self._used(position, rotation).max(-1))
 
     def within_by_norms(
         self, position: float | Float[np.ndarray, " rows"], rotation: float | Float[np.ndarray, " rows"]
@@ -107,16 +99,10 @@ class Wanted:
         turned = np.inf if self.rotation is None else self.rotation
         return np.asarray((position <= self.position) & ~np.greater(rotation, turned))
 
-    @property
-    def limits(self) -> Float[np.ndarray, " entries"]:
-        """Of each entry: position x, y, z and rotation x, y, z where each axis is judged, else position and
-        rotation; no rotation where none is asked for [m], [rad]."""
-        kinds = [self.position] if self.rotation is None else [self.position, self.rotation]
-        return np.repeat(kinds, 3 if self.per_axis else 1)
-
-    def _sizes(self, *errors: np.ndarray) -> np.ndarray:
-        """Of every entry that has a limit."""
-        parts = errors[:1] if self.rotation is None else errors
+    def _used(self, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+        """Share of its limit of every entry that has one: each axis, or whole position and rotation."""
+        parts = [position / self.position]
+        parts += [rotation / self.rotation] if self.rotation else []
         if self.per_axis:
             return np.abs(np.concatenate(parts, axis=-1))
         return np.stack([np.linalg.norm(part, axis=-1) for part in parts], axis=-1)
@@ -129,21 +115,14 @@ class WantedCheck:
     Args:
         wanted: What was asked.
         judged: Rows with a measured point; the others are not judged.
-        limits: Of each entry, as `Wanted.limits`.
-        within: Whether each entry keeps its limit; True where an entry was not measured.
-        worst: Maximum magnitude of each entry [m], [rad]; NaN where none was measured.
+        passed: Rows that keep every limit.
+        unmeasured: Whether an orientation is asked for and none was measured: only positions are judged.
     """
 
     wanted: Wanted
     judged: Bool[np.ndarray, " rows"]
-    limits: Float[np.ndarray, " entries"]
-    within: Bool[np.ndarray, "rows entries"]
-    worst: Float[np.ndarray, " entries"]
-
-    @property
-    def unmeasured(self) -> bool:
-        """Whether an orientation is asked for and none was measured: only positions are judged."""
-        return self.wanted.rotation is not None and not np.isfinite(self.worst[len(self.worst) // 2 :]).any()
+    passed: Bool[np.ndarray, " rows"]
+    unmeasured: bool
 
     @property
     def text(self) -> str:
@@ -151,26 +130,9 @@ class WantedCheck:
         return self.wanted.position_text if self.unmeasured else self.wanted.text
 
     @property
-    def passed(self) -> Bool[np.ndarray, " rows"]:
-        """Rows that keep every limit."""
-        return self.within.all(axis=1) & self.judged
-
-    @property
     def share(self) -> float:
         """Part of the judged rows that passes; NaN if there are none."""
         return float(self.passed.sum() / self.judged.sum()) if self.judged.any() else float("nan")
-
-    @property
-    def shares(self) -> Float[np.ndarray, " entries"]:
-        """Part of the judged rows that keeps each limit; NaN for what was not measured."""
-        if not self.judged.any():
-            return np.full(len(self.worst), np.nan)
-        return np.where(np.isfinite(self.worst), self.within[self.judged].mean(axis=0), np.nan)
-
-    @property
-    def ok(self) -> bool:
-        """True when every judged row passes, and there is one."""
-        return bool(self.judged.any()) and bool(self.passed[self.judged].all())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,16 +185,7 @@ class Requirement:
         )
         return Wanted(position=self.per_axis, rotation=self.angle, per_axis=True, why=why)
 
-    @property
-    def text(self) -> str:
-        """The two limits for people."""
-        return self.wanted.text
-
 
 def default_requirement(name: str) -> Wanted | None:
     """The default requirement for an arm by name: eq. (3) for ARIA, none for others."""
     return Requirement().wanted if name == "ARIA" else None
-
-
-def _maximum(values: np.ndarray) -> float:
-    return float(values.max()) if len(values) else float("nan")

@@ -1,15 +1,14 @@
-"""Excel and Parquet files: their cells, read in a child process with time and memory limits.
+"""Excel and Parquet files: their cells, read in a child process with limits of time and memory.
 
-`read_workbook` and `read_columns` are the only entry points to the third-party readers. What
-is plainly broken or too large is refused before a child is begun; the rest of what a file can do ends with
-the child.
+`read_workbook` and `read_columns` are the only entry points to the third-party readers: whatever a file does
+to them ends with the child.
 """
 
 import io
 import warnings
-import zipfile
 from collections.abc import Callable
 from datetime import date, datetime, time
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +17,6 @@ from workbench.base.errors import FileError, MissingExtraError
 
 MAX_ROWS, MAX_COLUMNS = 2**20, 1000
 """Rows are what a sheet can hold at most; no arm has so many columns."""
-MAX_UNPACKING_RATIO, MIN_BYTES, MAX_BYTES = 60, 4 * MEBIBYTE, 512 * MEBIBYTE
-"""How large a workbook may unpack: so many times its size, but not less and not more [bytes]."""
-
 BASE_MEMORY = 300 * MEBIBYTE
 """What the smallest file may take to be read; larger ones a hundred times their size more [bytes]."""
 
@@ -30,45 +26,45 @@ Cells = tuple[list[list[str]], list[int]]
 
 def read_workbook(data: bytes, path: Path) -> dict[str, Cells]:
     """Cells of each sheet by its name."""
-    what, instead = "this workbook", "save it again as .xlsx, or as CSV"
-    maximum = min(max(MIN_BYTES, MAX_UNPACKING_RATIO * len(data)), MAX_BYTES)
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            unpacked = sum(entry.file_size for entry in archive.infolist())
-    except Exception as error:  # a broken archive raises nearly anything
-        raise refusal(what, type(error).__name__, instead, path) from None
-    if unpacked > maximum:
-        why = f"it unpacks to {unpacked / MEBIBYTE:.0f} MiB; the limit is {maximum / MEBIBYTE:.0f} MiB"
-        raise refusal(what, why, "save the measurements alone, or as CSV", path)
-    return read_bounded(workbook_cells, "openpyxl", data, path, what=what, instead=instead)
+    texts = {"what": "this workbook", "instead": "save the measurements alone as .xlsx, or as CSV"}
+    return read_in_child(workbook_cells, data, path, needs="openpyxl", **texts)
 
 
 def read_columns(data: bytes, path: Path) -> tuple[list[str], list[list[str]]]:
     """Names of a parquet file's columns, and the cells of each."""
-    what, instead = "this parquet file", "write it again, or save it as CSV"
-    try:
-        import pyarrow  # noqa: F401
-    except ImportError:
-        raise MissingExtraError("reading parquet files", extra="parquet") from None
-    if len(data) < 12 or not data.endswith(b"PAR1"):
-        raise refusal(what, "its end is missing", instead, path)
-    return read_bounded(parquet_columns, "pyarrow.parquet", data, path, what=what, instead=instead)
-
-
-def read_bounded(
-    function: Callable[[bytes], Any], library: str, data: bytes, path: Path, **options: Any
-) -> Any:
-    """The function's result for these bytes from a child whose bounds grow with the file."""
-    seconds, memory = 1.0 + 20.0 * len(data) / MEBIBYTE, BASE_MEMORY + 100 * len(data)
-    return read_in_child(function, data, path, needs=library, seconds=seconds, memory=memory, **options)
+    if find_spec("pyarrow") is None:
+        raise MissingExtraError("reading parquet files", extra="parquet")
+    texts = {"what": "this parquet file", "instead": "write it again, or save it as CSV"}
+    return read_in_child(parquet_columns, data, path, needs="pyarrow.parquet", **texts)
 
 
 def read_in_child(
-    function: Callable[..., Any], content: Any, path: Path, *, what: str, instead: str, **bounds: Any
+    function: Callable[..., Any],
+    content: Any,
+    path: Path,
+    *,
+    needs: str,
+    what: str,
+    instead: str,
+    seconds: float = 0.0,
+    memory: int = 0,
 ) -> Any:
-    """The function's result from a child; what goes wrong there is a `FileError` with a remedy."""
+    """The function's result from a child; what goes wrong there is a `FileError` with a remedy.
+
+    Args:
+        function: Of the content; found by its module and name.
+        content: The file's, or its path.
+        path: For messages.
+        needs: The library that reads it.
+        what: What the file is, for messages.
+        instead: What to give instead.
+        seconds: Time that it may take [s]; 0: by the size of the content.
+        memory: Memory that it may take [bytes]; likewise.
+    """
+    seconds = seconds or 1.0 + 20.0 * len(content) / MEBIBYTE
+    memory = memory or BASE_MEMORY + 100 * len(content)
     try:
-        return in_child(function, content, **bounds)
+        return in_child(function, content, needs=needs, seconds=seconds, memory=memory)
     except ChildError as error:
         raise refusal(what, str(error), instead, path) from None
 

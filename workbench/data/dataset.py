@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 
+from workbench.base import se3
 from workbench.base.arguments import Reads, admit
 from workbench.base.array_checks import check_rotations, numbers
 from workbench.base.columns import Per
-from workbench.base.errors import DataError, OptionError, ShapeError
+from workbench.base.errors import DataError, OptionError, ShapeError, UnitError
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
 from workbench.data.known_columns import known_columns
 from workbench.data.orientations import WrittenOrientation
 from workbench.data.readings import AbstractReadings
-from workbench.data.rotation_form import RotationForm
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -50,7 +50,7 @@ Labels = Annotated[Shaped[np.ndarray, " rows"], Reads("text in every row", _labe
 Marks = Annotated[Bool[np.ndarray, " rows"], Reads("True or False in every row", _marks)]
 PER_JOINT = {"q", "torque", "direction"}
 UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "written"}
-UNSHOWN |= {"source", "notes", "read_as", "is_of_later", "joint_units"}
+UNSHOWN |= {"source", "notes", "read_as", "is_of_later", "joint_units", "unsaid"}
 """What is not named where a table is printed."""
 SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
 WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
@@ -95,6 +95,7 @@ class Dataset:
         read_as: What the rows were taken to mean where that isn't what their headings say.
         is_of_later: Whether they were measured after all that happened while others were, which then is over.
         joint_units: Unit of each joint's column in the file; empty where nothing says it.
+        unsaid: What is wrong where the file lacks units and nothing told them yet; they are the likeliest.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -127,31 +128,40 @@ class Dataset:
     read_as: str = ""
     is_of_later: bool = False
     joint_units: tuple[str, ...] = ()
+    unsaid: str = ""
 
     def __post_init__(self):
         admit(self, is_finite=False)
         known = known_columns()
         for name in self.more.keys() - known.keys():
             raise DataError(f"{self.source}: there is no column '{name}'; register it in COLUMNS")
-        own = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
-        if not self.row.size:
-            own["row"] = np.arange(len(self))
-        for name, array in own.items():
-            size = (self.joints,) if name in PER_JOINT else array.shape[1:]
-            object.__setattr__(self, name, self._sized(name, array, *size))
-        tilt = {link: self._sized("tilt", array, 2) for link, array in (self.tilt or {}).items()}
-        object.__setattr__(self, "tilt", tilt or None)
-        more = {}
-        for name, values in self.more.items():
-            array = _labels(values, {}) if known[name].is_label else numbers(values, name)
-            more[name] = self._sized(name, array, *((self.joints,) if known[name].per is Per.JOINT else ()))
-        object.__setattr__(self, "more", more)
+        checked: dict[str, Any] = {"row": self.row if self.row.size else np.arange(len(self))}
+        for name, value in (vars(self) | checked).items():
+            if isinstance(value, np.ndarray):
+                size = (self.joints,) if name in PER_JOINT else value.shape[1:]
+                checked[name] = self._sized(name, value, *size)
+        checked["tilt"] = {k: self._sized("tilt", v, 2) for k, v in (self.tilt or {}).items()} or None
+        checked["more"] = more = {}
+        for name, value in self.more.items():
+            column = known[name]
+            array = _labels(value, {}) if column.is_label else numbers(value, name)
+            more[name] = self._sized(name, array, *(self.joints,) * (column.per is Per.JOINT))
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
         if self.rotation is not None:
             check_rotations(self.rotation, f"{self.source}: orientations")
         if self.sigma is not None and (self.sigma < 0.0).any():
             row = int(np.argmax((self.sigma < 0.0).any(1)))
             raise DataError(f"{self.source}: 'sigma' is negative in row {row}", row=row, column="sigma")
-        self._check_joints_known()
+        unknown = ~np.isfinite(self.q) & self.included[:, None]
+        if unknown.any():
+            index, joint = np.argwhere(unknown)[0].tolist()
+            raise DataError(
+                f"{self.source}: joint {joint + 1} has no finite position in row {self.row[index]}; correct "
+                "the row, or set its 'exclude' to True",
+                row=int(self.row[index]),
+                joint=joint,
+            )
 
     def _sized(self, name: str, array: np.ndarray, *size: int) -> np.ndarray:
         """A column, read-only, with as many rows as there are joint positions."""
@@ -161,19 +171,6 @@ class Dataset:
                 raise ShapeError(text, expected=expected, found=found)
         return frozen(array)
 
-    def _check_joints_known(self) -> None:
-        """Raise where a row that is not kept out lacks a joint position."""
-        unknown = ~np.isfinite(self.q).all(1) & self.included
-        if unknown.any():
-            row = int(self.row[np.argmax(unknown)])
-            joint = int(np.argmax(~np.isfinite(self.q[np.argmax(unknown)])))
-            raise DataError(
-                f"{self.source}: joint {joint + 1} has no finite position in row {row}; correct the row, or "
-                "set its 'exclude' to True",
-                row=row,
-                joint=joint,
-            )
-
     def __repr__(self) -> str:
         named = (f.name for f in fields(self) if f.name not in UNSHOWN)
         seen = [*(name for name in named if getattr(self, name) is not None), *self.more]
@@ -181,6 +178,13 @@ class Dataset:
 
     def __len__(self) -> int:
         return len(self.q)
+
+    @property
+    def said(self) -> "Dataset":
+        """These rows, for those who take them as they stand; refused if the file lacks units."""
+        if self.unsaid:
+            raise UnitError(self.unsaid, unit="")
+        return self
 
     def column(self, name: str) -> np.ndarray | None:
         return getattr(self, name) if name in self.__dataclass_fields__ else self.more.get(name)
@@ -214,17 +218,18 @@ class Dataset:
         """
         return data_frame(self.columns(prismatic=prismatic))
 
-    def columns(
-        self, form: RotationForm = RotationForm.QUATERNION, prismatic: Collection[int] = ()
-    ) -> dict[str, np.ndarray]:
-        """The columns of a file by heading, in the order of formats.md; arguments of `write_measurements`."""
+    def columns(self, *, prismatic: Collection[int] = ()) -> dict[str, np.ndarray]:
+        """The columns of a file by heading, in the order of formats.md; arguments as `to_frame`."""
         number, table = self.joints, [column for column in known_columns().values() if column.kept]
         found: list[tuple[Sequence[str], np.ndarray | None]] = [
             ([f"q{j + 1}[{'m' if j in prismatic else 'rad'}]" for j in range(number)], self.q),
             (("x[m]", "y[m]", "z[m]"), self.position),
         ]
         if self.rotation is not None:
-            found.append(form.columns(self.rotation))
+            whole = ~np.isnan(self.rotation).any((1, 2))
+            quaternions = np.full((len(self), 4), np.nan)
+            quaternions[whole] = se3.matrix_to_quaternion(self.rotation[whole])
+            found.append((("qw", "qx", "qy", "qz"), quaternions))
         found += [(c.headings(number), self.column(c.name)) for c in table if c.driver]
         found.append((SIGMA, self.sigma))
         if (markers := self.markers) is not None:
@@ -240,42 +245,19 @@ class Dataset:
 
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Dataset":
         """The chosen rows, by index or mask, in the order given."""
-        rows = self._chosen(rows)
+        try:
+            chosen = np.arange(len(self))[rows if isinstance(rows, slice) or len(rows) else np.zeros(0, int)]
+        except (IndexError, TypeError, ValueError) as error:
+            chosen, why = np.zeros(()), str(error)
+        else:
+            why = "they have several dimensions"
+        if chosen.ndim != 1:
+            text = f"rows must be a list of indices, or a truth value for each of the {len(self)} rows: {why}"
+            raise OptionError(text, option="rows", found=rows)
         taken = object.__new__(Dataset)  # rows of a checked table are checked
-        for name, value in vars(self).items():
-            if name not in self.__dataclass_fields__:
-                continue  # what was computed of all rows
-            if isinstance(value, np.ndarray):
-                value = frozen(value[rows])
-            elif name in ("tilt", "more") and value:
-                value = {key: frozen(values[rows]) for key, values in value.items()}
-            elif name in ("readings", "written") and value is not None:
-                value = value.take(rows)
-            object.__setattr__(taken, name, value)
+        for f in fields(self):
+            object.__setattr__(taken, f.name, _taken(getattr(self, f.name), chosen))
         return taken
-
-    def _chosen(self, rows: Any) -> np.ndarray:
-        """Rows by index or mask, checked."""
-        if isinstance(rows, slice):
-            return np.arange(len(self))[rows]
-        chosen = np.asarray(rows)
-        if not chosen.size and chosen.dtype.kind != "b":
-            chosen = chosen.astype(np.int64)
-        is_mask = chosen.dtype.kind == "b"
-        is_right = len(self) == len(chosen) if is_mask and chosen.ndim else chosen.dtype.kind in "iu"
-        if chosen.ndim != 1 or not is_right:
-            raise OptionError(
-                f"rows must be a list of indices, or one truth value for each of the {len(self)} rows",
-                option="rows",
-                found=rows,
-            )
-        if not is_mask and (wrong := (chosen < -len(self)) | (chosen >= len(self))).any():
-            raise OptionError(
-                f"there is no row {chosen[wrong][0]}: the table has {len(self)} rows, counted from 0",
-                option="rows",
-                found=int(chosen[wrong][0]),
-            )
-        return chosen
 
     def joined(self, other: "Dataset") -> "Dataset":
         """These rows and then the other's; where one of them lacks a column its values are missing.
@@ -301,24 +283,23 @@ class Dataset:
             pair = getattr(self, f.name), getattr(other, f.name)
             if any(isinstance(value, np.ndarray) for value in pair):
                 columns[f.name] = _stacked(pair, (len(self), len(other)))
+            elif any(isinstance(value, Mapping) for value in pair):
+                first, second = (value or {} for value in pair)
+                names = sorted({*first, *second})
+                sizes = len(self), len(other)
+                columns[f.name] = {k: _stacked((first.get(k), second.get(k)), sizes) for k in names}
         columns["row"] = np.concatenate([self.row, other.row + 1 + self.row.max(initial=-1)])
-        sizes = len(self), len(other)
-        tilt = _stacked_by_name(self.tilt or {}, other.tilt or {}, sizes)
-        written = None if self.written is None else self.written.joined(other.written)
-        return replace(
-            self,
-            **columns,
-            written=written,
-            tilt=tilt or None,
-            more=_stacked_by_name(self.more, other.more, sizes),
-        )
+        columns["written"] = None if self.written is None else self.written.joined(other.written)
+        return replace(self, **columns)
 
 
-def _stacked_by_name(
-    first: Mapping[Any, np.ndarray], second: Mapping[Any, np.ndarray], sizes: tuple[int, int]
-) -> dict[Any, np.ndarray]:
-    """Columns of two tables, those of one of them filled up."""
-    return {k: _stacked((first.get(k), second.get(k)), sizes) for k in sorted({*first, *second})}
+def _taken(value: Any, rows: np.ndarray) -> Any:
+    """Some rows of a field; what has no rows stays as it is."""
+    if isinstance(value, np.ndarray):
+        return frozen(value[rows])
+    if isinstance(value, Mapping):
+        return {key: frozen(values[rows]) for key, values in value.items()}
+    return value.take(rows) if isinstance(value, AbstractReadings | WrittenOrientation) else value
 
 
 def _stacked(pair: tuple[np.ndarray | None, np.ndarray | None], sizes: tuple[int, int]) -> np.ndarray:

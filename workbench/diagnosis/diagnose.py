@@ -8,7 +8,7 @@ from typing import Unpack
 import numpy as np
 from jaxtyping import Float
 
-import workbench.diagnosis.report.table  # noqa: F401 how results are shown
+import workbench.diagnosis.report.document  # noqa: F401 how results are shown
 from workbench.arm.masses import with_assumed_masses
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask, failures

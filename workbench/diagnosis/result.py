@@ -26,7 +26,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import STUDENT_FREEDOM, Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged
-from workbench.report.result_display import AbstractPlotted
+from workbench.report.result_display import AbstractReported
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -130,7 +130,7 @@ def harm_done(before: RowErrors, after: RowErrors, noise: Noise) -> str | None:
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Diagnosis(AbstractPlotted):
+class Diagnosis(AbstractReported):
     """A whole diagnosis.
 
     Args:

@@ -1,6 +1,6 @@
 """Evaluation: errors of a given model on data, without fitting."""
 
-import workbench.identification.report.table  # noqa: F401 how results are shown
+import workbench.identification.report.document  # noqa: F401 how results are shown
 from workbench.base.arguments import Like, checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread

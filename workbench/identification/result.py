@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
-from rich.console import RenderableType
 
 from workbench.arm.calibrated_region import WARNING_RATIO
 from workbench.arm.mounting import Mounting
@@ -35,7 +34,7 @@ from workbench.identification.noise import from_repeats, stated
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.excluded_outliers import suspect_note
 from workbench.identification.rows.two_clusters import together_off
-from workbench.report.result_display import AbstractPlotted, AbstractShown
+from workbench.report.result_display import AbstractReported
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -48,8 +47,6 @@ if they exceed so many standard errors."""
 LOOK_AGAIN = "too large for manufacturing errors: check robot, units and joint order"
 SAME_COST = 1e-6
 """Relative difference below which two costs count as equal."""
-NOTICED = 0.1
-"""Share of a standard error below which two solutions count as equal."""
 ROUNDING = 1e-6
 """Lengths and angles [m, rad] below which differences are negligible."""
 CHANCE = 2.0
@@ -88,7 +85,7 @@ class BeforeAfter(NamedTuple):
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Run(AbstractShown):
+class Run(AbstractReported):
     """One algorithm's fit and its errors.
 
     Args:
@@ -112,9 +109,6 @@ class Run(AbstractShown):
     judged: Robot | None = None
     new_sessions: Mapping[str, Mounting] = field(default_factory=dict)
     geometry: Robot | None = None
-
-    def summary(self) -> RenderableType:
-        return self.fit.summary()
 
     @cached_property
     def calibrated(self) -> Robot:
@@ -159,14 +153,6 @@ class Run(AbstractShown):
     def places(self) -> dict[str, float]:
         """Known and identified places of anchors, contacts or markers [m]."""
         return {**self.fit.problem.known, **self.fit.problem.instrument(self.fit.x)}
-
-    def agrees_with(self, other: "Run") -> bool:
-        """Whether another run has the same errors (within 1 %) and constants (within `NOTICED`)."""
-        if self.fit.problem.names != other.fit.problem.names:
-            return False
-        errors = [e.position_mm.rms for run in (self, other) for e in (run.train, run.held_out or run.train)]
-        same = np.abs(self.fit.x - other.fit.x) <= np.maximum(NOTICED * self.fit.std, ROUNDING)
-        return bool(np.allclose(errors[:2], errors[2:], rtol=0.01, atol=1e-4, equal_nan=True) and same.all())
 
     @property
     def as_measured(self) -> Robot:
@@ -234,7 +220,7 @@ class Outlier(NamedTuple):
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Identification(AbstractPlotted):
+class Identification(AbstractReported):
     """A complete run: data, decisions, parameters and errors.
 
     Args:
@@ -273,11 +259,6 @@ class Identification(AbstractPlotted):
     suspects: tuple[int, ...] = ()
 
     @property
-    def models(self) -> list[tuple[str, Validation | Run]]:
-        """Title and errors of every algorithm's arm."""
-        return [(run.fit.title, run) for run in self.runs.values()]
-
-    @property
     def best(self) -> Run:
         """The run with the smallest training cost; of equal ones the nearest to nominal, then the simplest.
 
@@ -297,13 +278,6 @@ class Identification(AbstractPlotted):
                 run.fit.iterations,
             ),
         )
-
-    @property
-    def distinct(self) -> list[tuple[str, Run]]:
-        """Title and errors of the best run, and of those with noticeably different arms."""
-        best = self.best
-        others = (run for run in self.runs.values() if run is not best and not run.agrees_with(best))
-        return [(run.fit.title, run) for run in (best, *others)]
 
     @cached_property
     def robot(self) -> Robot:
@@ -428,7 +402,7 @@ def order_of_measuring(result: Identification) -> np.ndarray:
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Evaluation(AbstractPlotted):
+class Evaluation(AbstractReported):
     """Errors of a given model on data.
 
     Args:

@@ -16,10 +16,9 @@ from workbench.arm.inverse.branch import Branch
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.plate.optimiser.capsules import capsule_arm
-from workbench.plate.optimiser.shapes import ArmShape, Hull, Placements, block_hulls, plate_hull
-from workbench.plate.plate import Plate, Target
+from workbench.plate.optimiser.shapes import ArmShape, Collider, Placements, block_hulls, plate_hull
+from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base
-from workbench.plate.region import Region
 
 CONTACT = 1e-6
 """Bodies closer than this are in contact [m]."""
@@ -94,7 +93,7 @@ def allows_target(
         fine[rows] = ~touches(shape, shape.placements(q[rows]), bodies_of(plate)).any(1)
     rows = np.flatnonzero(fine)
     if len(rows) and len(postures):
-        blocks = block_hulls(plate, poses[rows])
+        blocks = block_hulls(plate.pose, poses[rows])
         fine[rows] = ~touches(shape, shape.placements(postures), blocks).any(0)
     return fine
 
@@ -111,13 +110,13 @@ def mutually_blocking(
     """
     if plate.size is None or plate.anchors is not None:
         return np.zeros((len(q), len(q)), bool)
-    shape, blocks = shape_of(robot), block_hulls(plate, in_base(robot, q))
+    shape, blocks = shape_of(robot), block_hulls(plate.pose, in_base(robot, q))
     met = touches(shape, shape.placements(q), blocks)
     np.fill_diagonal(met, False)
     return np.asarray(met | met.T)
 
 
-def touches(shape: ArmShape, at: Placements, hulls: Sequence[Hull]) -> Bool[np.ndarray, "rows hulls"]:
+def touches(shape: ArmShape, at: Placements, hulls: Sequence[Collider]) -> Bool[np.ndarray, "rows hulls"]:
     """Which static bodies each posture collides with."""
     rows, count = len(at), len(hulls)
     gaps = shape.hull_distances(
@@ -130,34 +129,26 @@ def touches(shape: ArmShape, at: Placements, hulls: Sequence[Hull]) -> Bool[np.n
     return (gaps < CONTACT).reshape(rows, count)
 
 
-def bodies_of(plate: Plate) -> list[Hull]:
+def bodies_of(plate: Plate) -> list[Collider]:
     """The plate's solid, then the blocks of its targets, robot's base."""
     assert plate.size is not None
-    place = plate.size.tobytes(), plate.xyz.tobytes(), plate.rpy.tobytes()
-    return [_solid(*place), *(_block(target, *place[1:]) for target in plate.mounted)]
+    place = plate.pose.tobytes()
+    blocks = [_block(place, target.pose.tobytes()) for target in plate.mounted]
+    return [_slab(place, plate.size.tobytes()), *blocks]
 
 
 @lru_cache(maxsize=16)
-def _solid(size: bytes, xyz: bytes, rpy: bytes) -> Hull:
-    found = plate_hull(_bare(xyz, rpy, size))
-    assert found is not None
-    return found
+def _slab(place: bytes, size: bytes) -> Collider:
+    return plate_hull(np.frombuffer(place).reshape(4, 4), np.frombuffer(size))
 
 
 @lru_cache(maxsize=256)
-def _block(target: Target, xyz: bytes, rpy: bytes) -> Hull:
+def _block(place: bytes, pose: bytes) -> Collider:
     """A block, cached: while one target is dragged the others stay."""
-    return block_hulls(_bare(xyz, rpy), target.pose[None])[0]
+    return block_hulls(np.frombuffer(place).reshape(4, 4), np.frombuffer(pose).reshape(1, 4, 4))[0]
 
 
-def _bare(xyz: bytes, rpy: bytes, size: bytes | None = None) -> Plate:
-    parts = [np.frombuffer(part) for part in (xyz, rpy)]
-    region = Region(min=np.zeros(3), max=np.ones(3))
-    solid = None if size is None else np.frombuffer(size)
-    return Plate(name="", targets=(), region=region, xyz=parts[0], rpy=parts[1], size=solid)
-
-
-def _link(shape: ArmShape, at: Placements, hull: Hull) -> int:
+def _link(shape: ArmShape, at: Placements, hull: Collider) -> int:
     """The first link that collides with a body: k is the link after joint k, 0 the base."""
     links = range(shape.robot.dof)
     gaps = (shape.hull_distances(at, [hull], checked=shape.bodies == k, far=CONTACT)[0] for k in links)

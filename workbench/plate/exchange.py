@@ -1,33 +1,37 @@
 """Exchange: one option for each of several slots, changed one at a time until no change helps.
 
-Slots are the poses of a set and share all candidates, or they are the targets of a plate and each has its
-own few inverse-kinematics solutions. From a start, every slot in turn takes the option that makes the
-criterion smallest with the other slots as they stand; a local optimum is reached when a whole round
-changes nothing (`descend`). Several starts guard against poor ones. The cost never rises above that of the
-start. `optimiser/search.py` descends alike, with updates of its own.
+Slots are the poses of a set, the targets of a plate or the branches of its targets; options are what may be
+taken there. A start is given, or filled greedily; then every slot in turn takes the option that makes the
+cost smallest with the other slots as they stand, and a local optimum is reached when a whole round changes
+nothing. Several starts guard against poor ones. The cost never rises above that of the start.
 
-Where a slot has many options, the criterion's slope ranks them, and only the best few that promise any gain
-are tried: where the cost is convex, those that promise none bring none.
+Where an index of summed information is maximised (`of_information`) and a slot has many options, its slope
+ranks them, and only the best few that promise any gain are tried.
 
 Source: Fedorov, Theory of Optimal Experiments (1972), §3; coordinate form of Meyer & Nachtsheim,
 Technometrics 37(1), 1995.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, progress
 from workbench.base.types import Outcome
-from workbench.plate.optimality_criterion import AbstractCriterion
+from workbench.plate.observability import AbstractIndex, AbstractSetIndex
 
-MAX_EXCHANGE_ROUNDS = 50
+MAX_ROUNDS = 50
 """Maximum number of rounds from one start."""
 OPTIONS_TRIED = 24
-"""Options of a slot that are tried at a time."""
+"""Options of a slot whose cost is computed, by information."""
+FITS_TRIED = 400
+"""Maximum number of options that are asked whether they fit, best first."""
+Choice = Sequence[int] | Int[np.ndarray, " slots"]
+"""Option of each slot."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,110 +50,123 @@ class Exchanged:
     outcome: Outcome
 
 
-def descend(
-    slots: Sequence[int],
-    improve: Callable[[int, float], float],
-    cost: float,
-    *,
-    rounds: int = MAX_EXCHANGE_ROUNDS,
-) -> tuple[tuple[float, ...], Outcome]:
-    """Give every slot in turn its best option, until a whole round changes none.
+@final
+@dataclass(frozen=True, eq=False)
+class Exchange:
+    """What is chosen from, and what a choice costs.
 
     Args:
-        slots: Those that may change.
-        improve: Gives a slot its best option; takes the cost before and returns that afterwards, the very
-            same where nothing is changed.
-        cost: Of the start.
-        rounds: Maximum number of them.
-
-    Returns:
-        Cost of the start and after each round, and how it ended.
+        costs: Of a choice and one of its slots, or the next one, the cost with each option there; infinite
+            where it may not be taken.
+        cost: Of a choice, exactly.
+        fits: Whether an option can stand beside others; asked of the best alone, for what takes long.
+        better: Share of its cost by which a choice must become better.
     """
-    history, kept = [cost], 0  # slots in a row, over the rounds too, that have their best option already
-    for _ in range(rounds):
-        for slot in slots:
-            if cancelled():
-                return (*history, cost), Outcome.CANCELLED
-            before, cost = cost, improve(slot, cost)
-            kept = kept + 1 if cost == before else 0
+
+    costs: Callable[[list[int], int], Float[np.ndarray, " options"]]
+    cost: Callable[[list[int]], float]
+    fits: Callable[[int, list[int]], bool] = lambda option, others: True
+    better: float = 1e-12
+
+    def best(self, chosen: list[int], slot: int, limit: float = np.inf) -> int | None:
+        """The option of smallest cost below a limit for a slot; None if none is below it and fits."""
+        costs, others = self.costs(chosen, slot), chosen[:slot] + chosen[slot + 1 :]
+        rows = np.flatnonzero(costs < limit)
+        ranked = rows[np.argsort(costs[rows], kind="stable")][:FITS_TRIED].tolist()
+        return next((option for option in ranked if self.fits(option, others)), None)
+
+    def fill(self, number: int, chosen: Iterable[int] = ()) -> list[int]:
+        """A choice filled up greedily; shorter than that number where nothing fits any more."""
+        chosen = list(chosen)
+        while len(chosen) < number and (found := self.best(chosen, len(chosen))) is not None:
+            chosen.append(found)
+        return chosen
+
+    def improve(self, chosen: list[int], slot: int, cost: float) -> float:
+        """Give a slot its best option; the cost afterwards, the very same where nothing is changed."""
+        limit = cost - self.better * abs(cost)
+        found = self.best(chosen, slot, limit)
+        if found is None:
+            return cost
+        before, chosen[slot] = chosen[slot], found
+        after = self.cost(chosen)
+        if after < limit:
+            return after
+        chosen[slot] = before  # its cost was smaller by rounding alone
+        return cost
+
+    def descend(self, start: Choice, *, held: int = 0) -> Exchanged:
+        """Give every slot in turn its best option, until a whole turn changes none; `held` ones stay."""
+        chosen, slots = list(start), range(held, len(start))
+        cost = self.cost(chosen)
+        history, kept = [cost], 0  # slots in a row, over the rounds too, that have their best option already
+        for _ in range(MAX_ROUNDS):
+            for slot in slots:
+                if cancelled():
+                    return Exchanged(np.array(chosen), cost, (*history, cost), Outcome.CANCELLED)
+                before, cost = cost, self.improve(chosen, slot, cost)
+                kept = kept + 1 if cost == before else 0
+                if kept == len(slots):
+                    break
+            history.append(cost)
             if kept == len(slots):
+                return Exchanged(np.array(chosen), cost, tuple(history), Outcome.CONVERGED)
+        return Exchanged(np.array(chosen), cost, tuple(history), Outcome.ITERATION_LIMIT)
+
+    def from_each(self, starts: Sequence[Choice]) -> Exchanged:
+        """The best of the choices that several starts lead to."""
+        found: list[Exchanged] = []
+        for start in starts:
+            found.append(self.descend(start))
+            progress(len(found) / len(starts), "exchanging")
+            if found[-1].outcome is Outcome.CANCELLED:
                 break
-        history.append(cost)
-        if kept == len(slots):
-            return tuple(history), Outcome.CONVERGED
-    return tuple(history), Outcome.ITERATION_LIMIT
+        best, last = min(found, key=lambda each: each.cost), found[-1]
+        ended = last.outcome if last.outcome is Outcome.CANCELLED else best.outcome
+        return Exchanged(best.choice, best.cost, best.history, ended)
 
 
-def exchange(
+def of_information(
     options: Float[np.ndarray, "options p p"],
-    allowed: Bool[np.ndarray, "slots options"],
-    criterion: AbstractCriterion,
+    index: AbstractIndex,
+    measurements: int,
     *,
-    starts: Int[np.ndarray, "starts slots"],
+    allowed: Bool[np.ndarray, "slots options"] | None = None,
     clash: Bool[np.ndarray, "options options"] | None = None,
-) -> Exchanged:
-    """Choose an option for every slot so that the criterion of their summed information is smallest.
+) -> Exchange:
+    """Choose options so that an index of their summed information is greatest.
 
     Args:
         options: Information AᵀA of each option.
-        allowed: Which options each slot may take.
-        criterion: Cost of a stack of summed information.
-        starts: Choices to start from, each tried in turn.
+        index: Of whole sets.
+        measurements: How many a set has.
+        allowed: Which options each slot may take; all if None.
         clash: Which options must not be chosen together, itself where none may be taken twice; starts must
             keep it.
     """
-    search = _ExchangeSearch(options, allowed, criterion, clash)
-    best: Exchanged | None = None
-    outcome = Outcome.CONVERGED
-    for number, start in enumerate(starts):
-        found, outcome = search.descend(start)
-        if best is None or found.cost < best.cost:
-            best = found
-        progress((number + 1) / len(starts), "exchanging")
-        if outcome is Outcome.CANCELLED:
-            break
-    assert best is not None
-    ended = outcome if outcome is Outcome.CANCELLED else best.outcome
-    return Exchanged(best.choice, best.cost, best.history, ended)
 
+    if not isinstance(index, AbstractSetIndex):
+        raise OptionError(
+            f"index {index.name} looks at single poses; choose by O1 … O5, A, D or I",
+            option="index",
+            found=index.name,
+        )
 
-@dataclass(frozen=True, eq=False)
-class _ExchangeSearch:
-    options: np.ndarray
-    allowed: np.ndarray
-    criterion: AbstractCriterion
-    clash: np.ndarray | None
+    def costs(chosen: list[int], slot: int) -> Float[np.ndarray, " options"]:
+        total, old, others = options[chosen].sum(0), chosen[slot], chosen[:slot] + chosen[slot + 1 :]
+        tried = np.ones(len(options), bool) if allowed is None else allowed[slot]
+        if clash is not None:
+            tried = tried & ~clash[others].any(0)
+        numbers = np.flatnonzero(tried)
+        if len(numbers) > OPTIONS_TRIED:
+            gains = np.tensordot(options[numbers] - options[old], index.slope(total, measurements), 2)
+            best = np.argsort(-gains, kind="stable")[:OPTIONS_TRIED]
+            numbers = numbers[best[gains[best] > 0.0]]
+        found = np.full(len(options), np.inf)
+        if len(numbers):
+            found[numbers] = -index.of_grams(total - options[old] + options[numbers], measurements)
+        return found
 
-    def descend(self, start) -> tuple[Exchanged, Outcome]:
-        choice = start.copy()
-        cost = float(self.criterion(self.options[choice].sum(0)[None])[0])
-        history, outcome = descend(range(len(choice)), partial(self.improve, choice), cost)
-        return Exchanged(choice, history[-1], history, outcome), outcome
-
-    def improve(self, choice: np.ndarray, slot: int, cost: float) -> float:
-        """Give a slot its best option; the cost afterwards."""
-        total = self.options[choice].sum(0)
-        numbers = self.promising(self.open_to(choice, slot), total, int(choice[slot]))
-        if not len(numbers):
-            return cost
-        costs = self.criterion(total - self.options[choice[slot]] + self.options[numbers])
-        minimum = int(np.argmin(costs))
-        if costs[minimum] < cost - 1e-12 * abs(cost):
-            choice[slot], cost = numbers[minimum], float(costs[minimum])
-        return cost
-
-    def open_to(self, choice: np.ndarray, slot: int) -> np.ndarray:
-        """Options that a slot may take with the others as they are."""
-        tried = self.allowed[slot]
-        if self.clash is not None:
-            tried = tried & ~self.clash[np.delete(choice, slot)].any(0)
-        return np.flatnonzero(tried)
-
-    def promising(self, numbers: np.ndarray, total: np.ndarray, old: int) -> np.ndarray:
-        """The options whose first-order gain is largest, if there are many."""
-        if len(numbers) <= OPTIONS_TRIED:
-            return numbers
-        slope = self.criterion.slope(total)
-        gains = -np.tensordot(self.options[numbers] - self.options[old], slope, 2)
-        best = np.argsort(-gains, kind="stable")[:OPTIONS_TRIED]
-        return numbers[best[gains[best] > 0.0]]
+    return Exchange(
+        costs, lambda chosen: -float(index.of_grams(options[chosen].sum(0)[None], measurements)[0])
+    )

@@ -39,15 +39,15 @@ class MeasuredTargets:
         numbers: Target of each row, counted from 1.
         poses: Their poses; identity rotation if the file gives none [m].
         turned: Whether the file gives orientations.
-        sigma: Standard deviation of position and rotation of each target [m, rad].
+        sigma: Standard deviation of position [m] and rotation [rad] of each target.
     """
 
     source: str
     numbers: tuple[int, ...]
     poses: Float[np.ndarray, "targets 4 4"]
     turned: bool
-    sigma: tuple[tuple[float, float], ...]
-    notes: tuple[str, ...] = ()
+    sigma: Float[np.ndarray, "targets 2"]
+    notes: tuple[str, ...]
 
 
 def load_plate(source: Path | str) -> Plate:
@@ -81,6 +81,7 @@ def read_measured_targets(
             raise fields.error(f"target {numbers[row]} has no {what}; fill it in, or remove the row", row)
     upright = np.broadcast_to(np.eye(3), (len(places), 3, 3))
     sigma, assumed = _sigma(fields, uncertainty)
+    silent = () if rotation is not None else (f"{fields.source} gives positions without orientations",)
     decided = tuple(note for note in fields.notes if "goal" not in note)
     return MeasuredTargets(
         source=fields.source,
@@ -88,7 +89,7 @@ def read_measured_targets(
         poses=frozen(se3.pose(upright if rotation is None else rotation, places)),
         turned=rotation is not None,
         sigma=sigma,
-        notes=(*decided, *remarks, *assumed),
+        notes=(*silent, *decided, *remarks, *assumed),
     )
 
 
@@ -112,32 +113,28 @@ def _numbers(table: Table) -> tuple[int, ...]:
 
 def _sigma(
     fields: Fields, uncertainty: tuple[float, float]
-) -> tuple[tuple[tuple[float, float], ...], tuple[str, ...]]:
+) -> tuple[Float[np.ndarray, "rows 2"], tuple[str, ...]]:
     """Root mean square of the axes' standard deviations of every row, and what was assumed of the machine."""
-    means, silent = [], []
-    for keys, usual in zip(
-        (("sigma_x", "sigma_y", "sigma_z"), ("sigma_rx", "sigma_ry", "sigma_rz")), uncertainty, strict=True
-    ):
-        given = np.array([fields.values[key] for key in keys if key in fields.values]).reshape(
-            -1, fields.rows
-        )
-        mean = np.full(fields.rows, usual)
-        known = np.isfinite(given).all(axis=0) & (len(given) > 0)
+    sigma, assumed = np.tile(uncertainty, (fields.rows, 1)), []
+    texts = (f"{1e3 * uncertainty[0]:.3g} mm", f"{np.rad2deg(uncertainty[1]):.3g}°")
+    for column, (axes, text) in enumerate(zip(("xyz", ("rx", "ry", "rz")), texts, strict=True)):
+        keys = [f"sigma_{axis}" for axis in axes if f"sigma_{axis}" in fields.values]
+        given = np.array([fields.values[key] for key in keys]).reshape(-1, fields.rows)
+        known = np.isfinite(given).all(axis=0) & bool(keys)
         if known.any():
-            mean[known] = np.sqrt(np.mean(given[:, known] ** 2, axis=0))
-        means.append(mean)
-        silent.append(not known.all())
-    sizes = (f"{1e3 * uncertainty[0]:.3g} mm", f"{np.rad2deg(uncertainty[1]):.3g}°")
-    assumed = ", ".join(word for word, missing in zip(sizes, silent, strict=True) if missing)
-    note = f"{fields.source} does not state the machine's accuracy; assuming {assumed} (one σ)"
-    return tuple(zip(means[0].tolist(), means[1].tolist(), strict=True)), (note,) if assumed else ()
+            sigma[known, column] = np.sqrt(np.mean(given[:, known] ** 2, axis=0))
+        assumed += [] if known.all() else [text]
+    note = f"{fields.source} does not state the machine's accuracy; assuming {', '.join(assumed)} (one σ)"
+    return frozen(sigma), (note,) if assumed else ()
 
 
 def measured_plate(measured: MeasuredTargets) -> Plate:
     """A plate of nothing but measured targets, in the robot's base; its region is their bounding box."""
     order = np.argsort(measured.numbers)
     kind = Kind.SEAT if measured.turned else Kind.SOCKET
-    targets = tuple(Target.at(measured.poses[i], kind=kind, sigma=measured.sigma[i]) for i in order)
+    targets = tuple(
+        Target.at(measured.poses[i], kind=kind, sigma=tuple(measured.sigma[i].tolist())) for i in order
+    )
     places = measured.poses[:, :3, 3]
     low, high = places.min(axis=0), places.max(axis=0)
     centre = 0.5 * (low + high)
@@ -152,10 +149,5 @@ def measured_plate(measured: MeasuredTargets) -> Plate:
             min=np.minimum(low, centre - 0.5 * MIN_EDGE), max=np.maximum(high, centre + 0.5 * MIN_EDGE)
         ),
         xyz=frozen(centre),
-        notes=(note, *by_position(measured), *measured.notes),
+        notes=(note, *measured.notes),
     )
-
-
-def by_position(measured: MeasuredTargets) -> tuple[str, ...]:
-    """A note if orientations were not measured."""
-    return () if measured.turned else (f"{measured.source} gives positions without orientations",)

@@ -12,14 +12,19 @@ rows or columns multiplies them by a constant. O2 is the same for rows all scale
 are added again, and changes with single columns; added measurements never lower O3 and O5.
 
 I is of a set and a region. It comes with the robot and poses that matter, so it is made where it is needed:
-`I(position_weight(…))`.
+`goal_index(…)`.
+
+A choice of measurements maximises an index of sets by their information, the Gram matrix G = Σ AᵢᵀAᵢ of the
+scaled, whitened Jacobian: leaving a measurement out and putting another one in adds and takes two small
+products. The slope S = ∂index/∂G tells which of many exchanges can help: to first order the index changes by
+⟨S, BᵀB − AᵀA⟩. Where the index is concave in G (all but O2 and O4) no exchange does better than this.
 
 A new index of sets is a `SetIndex`, any other one a small class, with an entry in `INDICES`; an external one
 is passed wherever a name is accepted.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import final
 
@@ -27,13 +32,19 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.linearisation import RANK_TOLERANCE, Linearisation
+from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
+from workbench.plate.free_constants import visible_weight
+from workbench.plate.predicted_error import position_weight
 
 MIN_GRAM_INDEX = 1e-3
 """Above this value O from J Jᵀ has at least ten correct digits; below it the slower SVD is used."""
 
 Spectra = Float[np.ndarray, "sets p"]
+Grams = Float[np.ndarray, "sets p p"]
+RIDGE = 1e-12
+"""Share of its mean diagonal added to a Gram matrix, so that a set below full rank has some index."""
 
 
 class AbstractIndex(ABC):
@@ -58,9 +69,21 @@ class AbstractIndex(ABC):
         """Its derivative by each entry of the whitened Jacobian `linearisation.jacobian`."""
 
 
+class AbstractSetIndex(AbstractIndex):
+    """An index of a whole set, whose information alone tells it."""
+
+    @abstractmethod
+    def of_grams(self, grams: Grams, measurements: int) -> Float[np.ndarray, " sets"]:
+        """The index of each Gram matrix, of sets of so many measurements."""
+
+    @abstractmethod
+    def slope(self, gram: Float[np.ndarray, "p p"], measurements: int) -> Float[np.ndarray, "p p"]:
+        """∂index/∂G at one Gram matrix."""
+
+
 @final
 @dataclass(frozen=True, eq=False)
-class SetIndex(AbstractIndex):
+class SetIndex(AbstractSetIndex):
     """An index of the singular values of a whole set of measurements.
 
     Args:
@@ -79,7 +102,17 @@ class SetIndex(AbstractIndex):
     of_spectrum: Callable[[Spectra, int], Float[np.ndarray, " sets"]]
     by_value: Callable[[float, Float[np.ndarray, " p"], int], Float[np.ndarray, " p"]]
 
-    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
+    def of_grams(self, grams: Grams, measurements: int) -> Float[np.ndarray, " sets"]:
+        squares = np.linalg.eigvalsh(_ridged(grams))[:, ::-1]
+        return self.of_spectra(np.sqrt(np.clip(squares, 1e-300, None)), measurements)
+
+    def slope(self, gram: Float[np.ndarray, "p p"], measurements: int) -> Float[np.ndarray, "p p"]:
+        squares, vectors = np.linalg.eigh(_ridged(gram))
+        values = np.sqrt(np.clip(squares, 1e-300, None))
+        pull = self._by_values(values[::-1], measurements)[::-1] / (2.0 * values)
+        return (vectors * pull) @ vectors.T
+
+    def _by_values(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
         value = float(self.of_spectrum(spectrum[None], measurements)[0])
         return self.by_value(value, spectrum, measurements)
 
@@ -96,7 +129,7 @@ class SetIndex(AbstractIndex):
         if linearisation.rank() < len(linearisation.names):
             return np.zeros_like(linearisation.jacobian)
         u, values, vt = linearisation.factors
-        return (u * self.slope(values, linearisation.measurements)) @ vt * linearisation.weights
+        return (u * self._by_values(values, linearisation.measurements)) @ vt * linearisation.weights
 
 
 def inverse_condition(jacobians: Float[np.ndarray, "rows r p"]) -> Float[np.ndarray, " rows"]:
@@ -217,7 +250,7 @@ _OF_SETS = (
 
 
 @final
-class I(AbstractIndex):  # noqa: E742 - the literature's name
+class I(AbstractSetIndex):  # noqa: E742 - the literature's name
     """1/√trace(W C), C = (JᵀJ)⁻¹: inverse root mean square position error predicted over poses that matter.
 
     With W = mean of J_p(q)ᵀ J_p(q) over these poses, trace(W C) is the mean square position error there for
@@ -231,6 +264,13 @@ class I(AbstractIndex):  # noqa: E742 - the literature's name
     def __init__(self, weight: Float[np.ndarray, "p p"]):
         """The index for a W of the scaled parameters [m² per m²], see `predicted_error.position_weight`."""
         self.weight = frozen(weight)
+
+    def of_grams(self, grams: Grams, measurements: int) -> Float[np.ndarray, " sets"]:
+        return (np.linalg.inv(_ridged(grams)) * self.weight).sum((1, 2)) ** -0.5
+
+    def slope(self, gram: Float[np.ndarray, "p p"], measurements: int) -> Float[np.ndarray, "p p"]:
+        inverse = np.linalg.inv(_ridged(gram))
+        return 0.5 * (inverse * self.weight).sum() ** -1.5 * inverse @ self.weight @ inverse
 
     def value(self, linearisation: Linearisation) -> float:
         if linearisation.rank() < len(linearisation.names):
@@ -247,6 +287,11 @@ class I(AbstractIndex):  # noqa: E742 - the literature's name
         return self.value(linearisation) ** 3 * slope * linearisation.weights
 
 
+def _ridged(grams: Float[np.ndarray, "*sets p p"]) -> Float[np.ndarray, "*sets p p"]:
+    mean = np.trace(grams, axis1=-2, axis2=-1) / grams.shape[-1]
+    return grams + RIDGE * mean[..., None, None] * np.eye(grams.shape[-1])
+
+
 def _root(linearisation: Linearisation) -> Float[np.ndarray, "p p"]:
     """V/σ, whose square is C of the scaled parameters."""
     _, values, vt = linearisation.factors
@@ -257,17 +302,35 @@ INDICES: dict[str, AbstractIndex] = {index.name: index for index in (O(), *_OF_S
 """All indices that need no region, by name; `I` is created for one."""
 
 
-def index_named(name: str | AbstractIndex, indices: Mapping[str, AbstractIndex] = INDICES) -> AbstractIndex:
+def index_named(name: str | AbstractIndex) -> AbstractIndex:
     """The index of that name; an index itself is returned unchanged."""
     if isinstance(name, AbstractIndex):
         return name
-    if name not in indices:
-        raise OptionError(f"unknown index '{name}'; known: {', '.join(indices)}", option="index", found=name)
-    return indices[name]
+    if name not in INDICES:
+        raise OptionError(f"unknown index '{name}'; known: {', '.join(INDICES)}", option="index", found=name)
+    return INDICES[name]
 
 
-def evaluate(
-    linearisation: Linearisation, indices: Mapping[str, AbstractIndex] = INDICES
-) -> dict[str, float]:
+def goal_index(
+    goal: Float[np.ndarray, "rows n"] | str,
+    robot: Robot,
+    linearisation: Linearisation,
+    basis: Float[np.ndarray, "p r"] | None = None,
+) -> AbstractIndex:
+    """The index for a goal: I over evaluation poses, or one by name.
+
+    Args:
+        goal: Joint positions of evaluation poses [rad or m], or the name of an index.
+        robot: Geometry at which those poses are linearised.
+        linearisation: Of any measurements; says what is identified, and how it is scaled.
+        basis: Combinations of scaled parameters that the index is of, see `plate.free_constants`.
+    """
+    if isinstance(goal, str):
+        return index_named(goal)
+    weight = position_weight(robot, goal, linearisation.names, linearisation.weights)
+    return I(visible_weight(weight, basis))
+
+
+def evaluate(linearisation: Linearisation) -> dict[str, float]:
     """Every index of a linearisation, by name; the singular values are computed once."""
-    return {name: index.value(linearisation) for name, index in indices.items()}
+    return {name: index.value(linearisation) for name, index in INDICES.items()}

@@ -7,8 +7,6 @@ there, so the same plate serves any arm that stands in the same place.
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
-from math import isfinite
-from types import NoneType
 from typing import Any
 
 import numpy as np
@@ -109,21 +107,15 @@ class Plate:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self):
-        plain = all(isinstance(getattr(self, name), kind) for name, kind in _KINDS.items())
-        plain = plain and all(type(target) is Target for target in self.targets)
-        if not (plain and all(map(_is_place, self._triples()))):
-            admit(self)  # which takes longer than a drag, that makes many, should
+        admit(self)
+        if self.anchors is not None and len(self.anchors) < 3:
+            raise OptionError(f"a ball-bar needs three anchors or more, got {len(self.anchors)}")
         if self.size is not None and not min(self.size.tolist()) > 0.0:
             raise OptionError(
                 f"length, width and thickness of a plate must be positive, got {self.size.tolist()} m",
                 option="size",
                 found=self.size,
             )
-
-    def _triples(self) -> list[Vector3]:
-        """Its places and its size."""
-        size = () if self.size is None else (self.size,)
-        return [self.xyz, self.rpy, *size, *(() if self.anchors is None else self.anchors)]
 
     def check_joints(self, robot: Robot) -> None:
         """Refuse joint positions of targets that are of an arm with another number of joints."""
@@ -165,14 +157,6 @@ class Plate:
     @cached_property
     def has_seats(self) -> bool:
         return any(target.kind is Kind.SEAT for target in self.targets)
-
-    @cached_property
-    def from_anchors(self) -> Float[np.ndarray, "targets anchors 3"]:
-        """Unit vectors from a ball-bar's anchors to the targets, in the robot's base."""
-        if self.anchors is None:
-            raise OptionError(f"plate {self.name} has no anchors of a ball-bar", option="anchors")
-        offsets = self.poses[:, None, :3, 3] - se3.apply(self.pose, self.anchors)
-        return frozen(offsets / np.linalg.norm(offsets, axis=2, keepdims=True))
 
     @cached_property
     def branches(self) -> tuple[str, ...]:
@@ -244,22 +228,3 @@ class Plate:
             for t, row, branch in zip(self.targets, q, branches, strict=True)
         )
         return replace(self, targets=targets)
-
-
-def _is_place(array: np.ndarray) -> bool:
-    """Whether it is three finite numbers."""
-    return array.shape == (3,) and array.dtype.char == "d" and isfinite(sum(array.tolist()))
-
-
-_KINDS: dict[str, type | tuple[type, ...]] = {
-    "name": str,
-    "targets": tuple,
-    "region": Region,
-    "xyz": np.ndarray,
-    "rpy": np.ndarray,
-    "size": (np.ndarray, NoneType),
-    "production": Production,
-    "anchors": (np.ndarray, NoneType),
-    "notes": tuple,
-}
-"""What the fields of a plate are unless a stranger made it."""

@@ -11,7 +11,7 @@ from workbench.base.types import Outcome
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import PredictedError
 from workbench.plate.target_branches import Measurable
-from workbench.report.result_display import AbstractPlotted
+from workbench.report.result_display import AbstractReported
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -47,7 +47,7 @@ class SetScore:
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class PlateScore(AbstractPlotted):
+class PlateScore(AbstractReported):
     """A plate's score.
 
     Args:

@@ -25,7 +25,6 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import ArrayLike
 from scipy.special import gammaln
 
 from workbench.arm.kinematics.forward import identification_jacobian
@@ -118,14 +117,9 @@ def position_weight(
         q_region: Joint positions of poses that matter [rad or m].
         weights: Scaling of the parameters, as in `Linearisation.weights`, where C is of scaled ones.
     """
-    if weights is None and not q_region.flags.writeable:
-        return _kept_weight(robot, _Unchanging(q_region), names)
-    return _weight(_twists(robot, q_region, names), 1.0 if weights is None else weights)
-
-
-def _weight(twists: Float[np.ndarray, "rows 6 p"], scales: ArrayLike | float) -> Float[np.ndarray, "p p"]:
-    moves = twists[:, :3].reshape(-1, twists.shape[2]) * scales
-    return moves.T @ moves / len(twists)
+    moves = _twists(robot, q_region, names)[:, :3].reshape(-1, len(names))
+    moves = moves if weights is None else moves * weights
+    return moves.T @ moves / len(q_region)
 
 
 MIN_LEFT = 1e-9
@@ -169,29 +163,11 @@ def _twists(
     robot: Robot, q: Float[np.ndarray, "rows n"], names: tuple[str, ...]
 ) -> Float[np.ndarray, "rows 6 p"]:
     """Identification Jacobian at evaluation poses; cached, since a drag uses the same poses repeatedly."""
-    if q.flags.writeable:
-        return identification_jacobian(robot, Motion(q), names)[1]
-    return _kept_twists(robot, _Unchanging(q), names)
-
-
-class _Unchanging:
-    """A read-only array as a key: equal to itself alone."""
-
-    def __init__(self, array: np.ndarray):
-        self.array = array
-
-    def __hash__(self) -> int:
-        return id(self.array)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Unchanging) and other.array is self.array
+    return _cached_twists(robot, q.tobytes(), q.shape, names)
 
 
 @lru_cache(maxsize=4)
-def _kept_twists(robot: Robot, q: _Unchanging, names: tuple[str, ...]) -> Float[np.ndarray, "rows 6 p"]:
-    return frozen(identification_jacobian(robot, Motion(q.array), names)[1])
-
-
-@lru_cache(maxsize=4)
-def _kept_weight(robot: Robot, q: _Unchanging, names: tuple[str, ...]) -> Float[np.ndarray, "p p"]:
-    return frozen(_weight(_kept_twists(robot, q, names), 1.0))
+def _cached_twists(
+    robot: Robot, q: bytes, shape: tuple[int, int], names: tuple[str, ...]
+) -> Float[np.ndarray, "rows 6 p"]:
+    return frozen(identification_jacobian(robot, Motion(np.frombuffer(q).reshape(shape)), names)[1])

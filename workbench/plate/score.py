@@ -7,7 +7,7 @@ reach, or where it would collide with plate or blocks, can't be measured and is 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -32,66 +32,58 @@ from workbench.plate.plate_score import PlateScore, SetScore
 from workbench.plate.predicted_error import position_weight, predicted_error, rise_without_each
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable, single_branches
-from workbench.plate.target_readings import SEAT, linearise_targets, usual_sigma
+from workbench.plate.target_readings import linearise_targets, usual_sigma
 from workbench.plate.tolerances import EXACT, Production
 
 STARTS = 20
 """Number of random mixes of branches that are improved."""
 
 
-@dataclass(frozen=True, eq=False)
-class TargetScorer:
-    """Scores sets of joint positions at a plate's targets; what they share is computed once.
+def set_score(
+    robot: Robot,
+    plate: Plate,
+    q: Float[np.ndarray, "rows n"],
+    branches: tuple[str, ...],
+    targets: Int[np.ndarray, " rows"],
+    *,
+    q_region: Float[np.ndarray, "poses n"],
+    names: tuple[str, ...],
+    sigma: tuple[float, float],
+) -> SetScore:
+    """The score of one row of joint positions for each of some targets; the others don't count.
 
     Args:
         q_region: Poses for which the error is predicted [rad or m].
         names: What is identified.
-        basis: Combinations of it that can be seen, from `visible_basis`.
         sigma: Standard deviations of the instrument [m], [rad].
     """
 
-    robot: Robot
-    plate: Plate
-    q_region: Float[np.ndarray, "rows n"]
-    names: tuple[str, ...]
-    basis: Float[np.ndarray, "p r"] | None
-    sigma: tuple[float, float] = SEAT
-
-    def score(
-        self, q: Float[np.ndarray, "rows n"], branches: tuple[str, ...], targets: Int[np.ndarray, " rows"]
-    ) -> SetScore:
-        """The score of one row of joint positions for each of these targets; the others don't count."""
-        whole = linearise_targets(
-            self.robot, self.plate, q, slots=targets, names=self.names, sigma=self.sigma
-        )
-        seen = visible(whole, self.basis)
-        # O is of the arm's own constants
-        arm = linearise_targets(self.robot, self.plate, q, slots=targets, additive=True)
-        scaled = position_weight(self.robot, self.q_region, self.names, whole.weights)
-        weight = visible_weight(scaled, self.basis)
-        rises = rise_without_each(seen, weight / np.outer(seen.weights, seen.weights))
-        unseen = seen.unidentifiable if self.basis is None else self.basis @ seen.unidentifiable
-        named = dict(zip(targets.tolist(), branches, strict=True))
-        return SetScore(
-            q=self._spread(q, targets),
-            branches=tuple(named.get(i, "") for i in range(len(self.plate))),
-            per_target=self._spread(O().per_pose(arm), targets),
-            shares=self._spread(np.nan_to_num(1.0 - 1.0 / (1.0 + rises)), targets),
-            stacked=_ratio(arm),
-            indices={"O": O().value(arm)}
-            | {name: x for name, x in evaluate(seen).items() if name != "O"}
-            | {"I": I(weight).value(seen)},
-            rank=whole.rank(),
-            visible=len(seen.names),
-            names=self.names,
-            open=frozen(unseen * whole.weights[:, None]),
-            error=predicted_error(whole, self.robot, self.q_region),
-        )
-
-    def _spread(self, values: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        every = np.full((len(self.plate), *values.shape[1:]), np.nan)
+    def spread(values: np.ndarray) -> np.ndarray:
+        every = np.full((len(plate), *values.shape[1:]), np.nan)
         every[targets] = values
         return frozen(every)
+
+    basis = visible_basis(robot, names)
+    whole = linearise_targets(robot, plate, q, slots=targets, names=names, sigma=sigma)
+    seen = visible(whole, basis)
+    arm = linearise_targets(robot, plate, q, slots=targets, additive=True)  # O is of the arm's own constants
+    weight = visible_weight(position_weight(robot, q_region, names, whole.weights), basis)
+    rises = rise_without_each(seen, weight / np.outer(seen.weights, seen.weights))
+    unseen = seen.unidentifiable if basis is None else basis @ seen.unidentifiable
+    named = dict(zip(targets.tolist(), branches, strict=True))
+    return SetScore(
+        q=spread(q),
+        branches=tuple(named.get(i, "") for i in range(len(plate))),
+        per_target=spread(O().per_pose(arm)),
+        shares=spread(np.nan_to_num(1.0 - 1.0 / (1.0 + rises))),
+        stacked=_ratio(arm),
+        indices={**evaluate(seen), "O": O().value(arm), "I": I(weight).value(seen)},
+        rank=whole.rank(),
+        visible=len(seen.names),
+        names=names,
+        open=frozen(unseen * whole.weights[:, None]),
+        error=predicted_error(whole, robot, q_region),
+    )
 
 
 @checked_arguments()
@@ -139,15 +131,14 @@ def score(
         sigma=sigma,
         starts=STARTS,
     )
-    scorer = TargetScorer(robot, plate, q_region, names, visible_basis(robot, names), sigma)
+    scored = partial(set_score, robot, plate, targets=can.rows, q_region=q_region, names=names, sigma=sigma)
     alike = choice.best_single
+    single = None if alike is None else single_branches(can.solutions)[alike]
     return PlateScore(
         plate=plate,
         robot=robot,
-        measured=scorer.score(choice.q, choice.branches, can.rows),
-        single=None
-        if alike is None
-        else scorer.score(single_branches(can.solutions)[alike], (alike,) * len(can.rows), can.rows),
+        measured=scored(choice.q, choice.branches),
+        single=None if single is None else scored(single, (alike,) * len(can.rows)),
         sigma=sigma,
         length=robot.reach,
         region_rows=len(q_region),

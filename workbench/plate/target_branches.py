@@ -20,10 +20,9 @@ from workbench.base.errors import DataError
 from workbench.base.progress import part_of
 from workbench.base.types import Outcome, frozen
 from workbench.plate.collision import hits, unobstructed
-from workbench.plate.exchange import exchange
+from workbench.plate.exchange import of_information
 from workbench.plate.free_constants import visible, visible_basis
-from workbench.plate.observability import index_named
-from workbench.plate.optimality_criterion import criterion_of, goal_index
+from workbench.plate.observability import goal_index, index_named
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error
@@ -196,18 +195,20 @@ def choose_branches(
     basis = visible_basis(robot, names)
     options = _information(visible(linearisation, basis))
     allowed = _allowed(plate, slots, labels)
-    criterion = criterion_of(goal_index(goal, robot, linearisation, basis), len(solutions))
+    index = goal_index(goal, robot, linearisation, basis)
+    place = {key: i for i, key in enumerate(zip(slots.tolist(), labels, strict=True))}
     single = {
-        name: np.array([_place(slots, labels, slot, name) for slot in range(len(solutions))])
+        name: np.array([place[slot, name] for slot in range(len(solutions))])
         for name in single_branches(solutions)
     }
     random = [np.array([rng.choice(np.flatnonzero(row)) for row in allowed]) for _ in range(max(starts, 1))]
     valid = [choice for choice in single.values() if allowed[np.arange(len(choice)), choice].all()]
     with part_of(0.0, 1.0, "choosing branches"):
-        found = exchange(options, allowed, criterion, starts=np.stack([*valid, *random]))
+        search = of_information(options, index, len(solutions), allowed=allowed)
+        found = search.from_each([*valid, *random])
 
     def cost_of(choice: np.ndarray) -> float:
-        """The cost without the ridge of the criterion, which would gloss over unseen parameters."""
+        """The cost without the ridge of the index, which would gloss over unseen parameters."""
         chosen = _chosen(linearisation, choice)
         if isinstance(goal, str):
             return -index_named(goal).value(visible(chosen, basis))
@@ -220,10 +221,6 @@ def choose_branches(
         single={name: cost_of(choice) for name, choice in single.items()},
         outcome=found.outcome,
     )
-
-
-def _place(slots: np.ndarray, labels: list[str], slot: int, name: str) -> int:
-    return next(int(i) for i in np.flatnonzero(slots == slot) if labels[i] == name)
 
 
 def _chosen(linearisation: Linearisation, choice: np.ndarray) -> Linearisation:

@@ -8,22 +8,21 @@
 | contacts | three perpendicular faces, 3-2-1        | the pose, by six contacts of a cube on the tool      |
 | ball-bar | a place in the air                      | distances of a ball on the tool from three anchors   |
 
-A reading gives the derivative of its m components in the tool's twist [v; w] and in its own unknowns, such as
-the position of a ball-bar's anchor; these are the derivatives of the observations in identification:
+A reading gives the derivative of its m components in the tool's twist [v; w] and in its own unknowns, the
+places of a ball-bar's anchors:
 
     y = B ξ + U u + noise,      ξ = J δp + e_target,      Σ = diag(σ²/visits) + B diag(σ_t²) Bᵀ
 
 The target itself is uncertain by σ_t, from manufacture or measurement; repeated visits reduce the noise only.
-Rows are whitened with the Cholesky factor of Σ. Unknowns of the reading are projected out of the rows of a
-whole set together with what is known of them beforehand, which is exact for a linear model (Golub & Pereyra's
-variable projection). `linearise_targets` is for a plate whose targets are of different kinds.
+Rows are whitened with the Cholesky factor of Σ. Unknowns of the reading are solved for with what is known of
+them beforehand, P: rows are whitened once more by the symmetric root of I + U P Uᵀ of the whole set, which is
+the same for a linear model.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from types import MappingProxyType
-from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -34,22 +33,30 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.base.types import frozen
-from workbench.data.dataset import Dataset
-from workbench.data.observations import DistanceObservation, PointObservation, PoseObservation
+from workbench.base.types import Poses, frozen
 from workbench.plate.plate import ANCHOR_SIGMA, Kind, Plate
 
+HALF_CUBE = 0.02
+"""Half the side of the cube on the tool that is pressed against six contacts [m]."""
+REACH_OUT = 0.75
+"""Distance of contacts from the centre of a face, as a share of half its side."""
+INSET, LIFT = 0.06, 0.05
+"""Distance of a ball-bar's anchors from the plate's edges, and height of their balls above it [m]."""
+SEAT = (1e-4, float(np.deg2rad(0.02)))
+"""Default standard deviations of a seat's reading: position [m], rotation about an axis [rad]."""
+READINGS: Mapping[str, tuple[Kind, float]] = MappingProxyType(
+    {
+        "seat": (Kind.SEAT, SEAT[0]),
+        "socket": (Kind.SOCKET, 5e-5),
+        "point": (Kind.POINT, 1e-4),
+        "contacts": (Kind.SEAT, 3e-5),
+        "ball-bar": (Kind.POINT, 5e-6),
+    }
+)
+"""What each constrains, and the usual standard deviation of one visit: position, contact or distance [m]."""
 
-class Look(NamedTuple):
-    """How components change: per twist of the tool (base axes, at its origin) and per unknown.
-
-    Args:
-        by_twist: [1 or m].
-        by_unknown: The same for the reading's own unknowns, u of them.
-    """
-
-    by_twist: Float[np.ndarray, "rows m 6"]
-    by_unknown: Float[np.ndarray, "rows m u"]
+ByTwist = Callable[[Poses], Float[np.ndarray, "rows m 6"]]
+"""From poses of the tool in the measuring frame, derivatives of the components in its twist."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -58,22 +65,28 @@ class TargetReading:
 
     Args:
         kind: Degrees of freedom of the tool constrained by the target.
-        look: Derivatives of the components at poses of the tool in the measuring frame.
+        by_twist: B.
         sigma: Standard deviation of every component at one visit [m or rad].
-        unknown_sigma: Prior standard deviation of each of its own unknowns [m].
         visits: How often each target is visited.
-        blocks: Whether a block stands under each target.
-        anchors: Anchors of a ball-bar, in the plate's frame [m]; none if None.
+        anchors: Of a ball-bar, whose places are its unknowns, in the plate's frame [m]; none if None.
     """
 
     name: str
     kind: Kind
-    look: Callable[[Float[np.ndarray, "rows 4 4"]], Look]
+    by_twist: ByTwist
     sigma: Float[np.ndarray, " m"]
-    unknown_sigma: Float[np.ndarray, " u"] = field(default_factory=lambda: np.zeros(0))
     visits: int = 1
-    blocks: bool = True
     anchors: Float[np.ndarray, "anchors 3"] | None = None
+
+    @property
+    def blocks(self) -> bool:
+        """Whether a block stands under each target."""
+        return self.anchors is None
+
+    @property
+    def unknown_sigma(self) -> Float[np.ndarray, " u"]:
+        """Prior standard deviation of each of its own unknowns [m]."""
+        return np.full(0 if self.anchors is None else self.anchors.size, ANCHOR_SIGMA)
 
     @property
     def text(self) -> str:
@@ -83,82 +96,25 @@ class TargetReading:
         return f"{self.name} read {times} with {1e3 * self.sigma[0]:.3g} mm{turns}"
 
     def rows(
-        self,
-        poses: Float[np.ndarray, "rows 4 4"],
-        twists: Float[np.ndarray, "rows 6 p"],
-        target_sigma: Float[np.ndarray, "rows 2"],
-    ) -> tuple[Float[np.ndarray, "rows m p"], Float[np.ndarray, "rows m u"]]:
-        """Whitened rows per parameter and per unknown.
+        self, poses: Poses, twists: Float[np.ndarray, "rows 6 p"], target_sigma: Float[np.ndarray, "rows 2"]
+    ) -> tuple[Float[np.ndarray, "rows m q"], Float[np.ndarray, "rows m"]]:
+        """Whitened rows per parameter, then per unknown; and standard deviation of each before.
 
         Args:
             poses: Of the tool in the measuring frame.
             twists: Of the tool per parameter.
             target_sigma: Standard deviation of each target: position [m] and rotation [rad].
         """
-        by_twist, by_unknown = self.look(poses)
+        by_twist = self.by_twist(poses)
+        rows = by_twist @ twists
+        if self.anchors is not None:  # every distance falls as its own anchor comes nearer
+            own = -np.eye(len(self.sigma))[:, :, None] * by_twist[:, :, None, :3]
+            rows = np.concatenate([rows, own.reshape(*by_twist.shape[:2], -1)], axis=2)
         made = np.repeat(target_sigma**2, 3, axis=1)
         covariance = (by_twist * made[:, None]) @ np.swapaxes(by_twist, 1, 2)
         covariance += np.diag(self.sigma**2 / self.visits)
-        factor = np.linalg.cholesky(covariance)
-        both = np.linalg.solve(factor, np.concatenate([by_twist @ twists, by_unknown], axis=2))
-        return both[..., : twists.shape[2]], both[..., twists.shape[2] :]
-
-
-def linearise_reading(
-    robot: Robot,
-    q: Float[np.ndarray, "rows n"],
-    reading: TargetReading,
-    *,
-    target_sigma: Float[np.ndarray, "rows 2"],
-    names: tuple[str, ...],
-) -> Linearisation:
-    """Linearisation of a set of targets, the reading's unknowns projected out.
-
-    Args:
-        q: Joint positions at the targets [rad or m].
-        reading: The reading there.
-        target_sigma: Standard deviation of each target [m], [rad].
-    """
-    poses, twists = identification_jacobian(robot, Motion(q), names)
-    jacobian, unknown = reading.rows(poses, twists, target_sigma)
-    count, components = jacobian.shape[:2]
-    prior = reading.unknown_sigma
-    flat = np.concatenate([jacobian.reshape(-1, len(names)), np.zeros((len(prior), len(names)))])
-    beside = np.linalg.qr(
-        np.concatenate([unknown.reshape(count * components, len(prior)), np.diag(1.0 / prior)])
-    )[0]
-    like = linearise(robot, q[:1], names=names)
-    return Linearisation(
-        jacobian=frozen(flat - beside @ (beside.T @ flat)),
-        names=names,
-        units=like.units,
-        sigma=frozen(np.concatenate([np.tile(reading.sigma, count), prior])),
-        measurement=frozen(np.repeat(np.arange(count + 1), [components] * count + [len(prior)])),
-        length=like.length,
-    )
-
-
-Maker = Callable[[Robot, Plate, float, float], TargetReading]
-"""From arm, plate and the standard deviations of one visit [m], [rad]."""
-HALF_CUBE = 0.02
-"""Half the side of the cube on the tool that is pressed against six contacts [m]."""
-REACH_OUT = 0.75
-"""Distance of contacts from the centre of a face, as a share of half its side."""
-INSET, LIFT = 0.06, 0.05
-"""Distance of a ball-bar's anchors from the plate's edges, and height of their balls above it [m]."""
-
-SEAT = (1e-4, float(np.deg2rad(0.02)))
-"""Default standard deviations: position [m], rotation about an axis [rad]."""
-SIGMAS: Mapping[str, tuple[float, float | None]] = MappingProxyType(
-    {
-        "seat": SEAT,
-        "socket": (5e-5, None),
-        "point": (1e-4, None),
-        "contacts": (3e-5, None),
-        "ball-bar": (5e-6, None),
-    }
-)
-"""Standard deviations of one visit: position, contact or distance [m], rotation about an axis [rad]."""
+        sigma = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+        return np.linalg.solve(np.linalg.cholesky(covariance), rows), sigma
 
 
 def reading_named(
@@ -173,74 +129,50 @@ def reading_named(
         sigma: Standard deviations of one visit [m], [rad]; usual ones if None.
         visits: How often each target is visited.
     """
-    if name not in MAKERS:
+    if name not in READINGS:
         raise OptionError(
-            f"unknown reading of a target '{name}'; known: {', '.join(MAKERS)}", option="reading", found=name
+            f"unknown reading of a target '{name}'; known: {', '.join(READINGS)}",
+            option="reading",
+            found=name,
         )
     if visits < 1:
         raise OptionError(
             f"visits of a target must be at least 1, got {visits}", option="visits", found=visits
         )
-    position, rotation = sigma or SIGMAS[name]
+    kind, usual = READINGS[name]
+    position, rotation = sigma or (usual, None)
     rotation = SEAT[1] if rotation is None else rotation
-    if not (position > 0.0 and (rotation or 1.0) > 0.0):
+    if not (position > 0.0 and rotation > 0.0):
         raise OptionError(
             "the instrument's standard deviations must be positive", option="sigma", found=sigma
         )
-    return replace(MAKERS[name](robot, plate, position, rotation), visits=visits)
-
-
-def _contacts(robot: Robot, plate: Plate, position: float, rotation: float) -> TargetReading:
-    wrenches = contact_rows()
-
-    def look(poses: Float[np.ndarray, "rows 4 4"]) -> Look:
-        seen = _seen(PoseObservation, poses)
-        turn = np.zeros((len(poses), 6, 6))
-        turn[:, :3, :3] = turn[:, 3:, 3:] = np.swapaxes(poses[:, :3, :3], 1, 2)
-        return Look(wrenches @ turn @ seen.by_twist, seen.by_unknown)
-
-    return TargetReading(name="contacts", kind=Kind.SEAT, look=look, sigma=frozen(np.full(6, position)))
-
-
-def _ball_bar(robot: Robot, plate: Plate, position: float, rotation: float) -> TargetReading:
-    anchors = anchors_of(robot, plate)
-
-    def look(poses: Float[np.ndarray, "rows 4 4"]) -> Look:
-        looks = [_from_anchor(poses, anchors, k) for k in range(len(anchors))]
-        return Look(*(np.concatenate(parts, axis=1) for parts in zip(*looks, strict=True)))
-
+    anchors = _anchors(plate) if name == "ball-bar" else None
+    by_twist: ByTwist = _contacts
+    deviations = [position] * (6 if anchors is None else len(anchors))
+    if anchors is not None:
+        by_twist = partial(_distances, anchors_of(robot, plate))
+    elif name != "contacts":
+        deviations = [position] * 3 + [rotation] * (3 if name == "seat" else 0)
+        by_twist = partial(_coordinates, len(deviations))
     return TargetReading(
-        name="ball-bar",
-        kind=Kind.POINT,
-        look=look,
-        sigma=frozen(np.full(len(anchors), position)),
-        unknown_sigma=frozen(np.full(3 * len(anchors), ANCHOR_SIGMA)),
-        blocks=False,
-        anchors=_anchors(plate),
+        name=name, kind=kind, by_twist=by_twist, sigma=np.array(deviations), visits=visits, anchors=anchors
     )
 
 
-def _seen_by(observation: type[PoseObservation] | type[PointObservation], kind: Kind) -> Maker:
-    """What makes the reading of a kind of target that is seen as a whole."""
-
-    def make(robot: Robot, plate: Plate, position: float, rotation: float) -> TargetReading:
-        parts = [position, rotation] if observation is PoseObservation else [position]
-        look = partial(_seen, observation)
-        return TargetReading(name=str(kind), kind=kind, look=look, sigma=frozen(np.repeat(parts, 3)))
-
-    return make
+def _coordinates(count: int, poses: Poses) -> Float[np.ndarray, "rows m 6"]:
+    return np.tile(np.eye(6)[:count], (len(poses), 1, 1))
 
 
-MAKERS: Mapping[str, Maker] = MappingProxyType(
-    {
-        "seat": _seen_by(PoseObservation, Kind.SEAT),
-        "socket": _seen_by(PointObservation, Kind.SOCKET),
-        "point": _seen_by(PointObservation, Kind.POINT),
-        "contacts": _contacts,
-        "ball-bar": _ball_bar,
-    }
-)
-"""Functions that create each reading."""
+def _distances(anchors: Float[np.ndarray, "m 3"], poses: Poses) -> Float[np.ndarray, "rows m 6"]:
+    away = poses[:, None, :3, 3] - anchors
+    away /= np.linalg.norm(away, axis=2, keepdims=True)
+    return np.concatenate([away, np.zeros_like(away)], axis=2)
+
+
+def _contacts(poses: Poses) -> Float[np.ndarray, "rows 6 6"]:
+    return np.concatenate(
+        [part @ np.swapaxes(poses[:, :3, :3], 1, 2) for part in np.split(contact_rows(), 2, axis=1)], axis=2
+    )
 
 
 def contact_rows() -> Float[np.ndarray, "6 6"]:
@@ -250,16 +182,9 @@ def contact_rows() -> Float[np.ndarray, "6 6"]:
     −x face and one on its −y face (the 3-2-1 rule of locating).
     """
     h, s = HALF_CUBE, REACH_OUT * HALF_CUBE
-    x, y, z = np.eye(3)
-    contacts = [
-        (z, np.array([s, 0.0, 0.0])),
-        (z, np.array([-s, s, 0.0])),
-        (z, np.array([-s, -s, 0.0])),
-        (x, np.array([-h, s, -h])),
-        (x, np.array([-h, -s, -h])),
-        (y, np.array([0.0, -h, -h])),
-    ]
-    return np.array([[*n, *np.cross(r, n)] for n, r in contacts])
+    normals = np.eye(3)[[2, 2, 2, 0, 0, 1]]
+    places = np.array([[s, 0, 0], [-s, s, 0], [-s, -s, 0], [-h, s, -h], [-h, -s, -h], [0, -h, -h]])
+    return np.hstack([normals, np.cross(places, normals)])
 
 
 def anchors_of(robot: Robot, plate: Plate) -> Float[np.ndarray, "anchors 3"]:
@@ -276,26 +201,6 @@ def _anchors(plate: Plate) -> Float[np.ndarray, "anchors 3"]:
     return frozen(np.column_stack([corners, np.full(3, LIFT)]))
 
 
-def _from_anchor(poses: np.ndarray, anchors: np.ndarray, number: int) -> Look:
-    """Distances from one anchor, by the tool's twist and by the places of all anchors."""
-    distance = np.linalg.norm(poses[:, :3, 3] - anchors[number], axis=1)
-    data = _rows(poses, distance=distance, anchor=np.full(len(poses), str(number)))
-    seen = DistanceObservation.of(data).linearise(poses, anchors[number])
-    by_anchor = np.zeros((len(poses), 1, len(anchors), 3))
-    by_anchor[:, :, number] = seen.by_unknown
-    return Look(seen.by_twist, by_anchor.reshape(len(poses), 1, -1))
-
-
-def _seen(observation: type[PoseObservation] | type[PointObservation], poses: np.ndarray) -> Look:
-    data = _rows(poses, position=poses[:, :3, 3], rotation=poses[:, :3, :3])
-    seen = observation.of(data).linearise(poses, np.zeros(0))
-    return Look(seen.by_twist, seen.by_unknown)
-
-
-def _rows(poses: np.ndarray, **columns: Any) -> Dataset:
-    return Dataset(q=np.zeros((len(poses), 1)), row=np.arange(len(poses)), **columns)
-
-
 def usual_reading(plate: Plate) -> str:
     """The default reading at the targets; a seat's pose if they differ."""
     kinds = {target.kind for target in plate.targets}
@@ -304,13 +209,62 @@ def usual_reading(plate: Plate) -> str:
 
 def usual_sigma(plate: Plate) -> tuple[float, float]:
     """Default standard deviations of the reading at the targets [m], [rad]."""
-    return SIGMAS[usual_reading(plate)][0], SEAT[1]
+    return READINGS[usual_reading(plate)][1], SEAT[1]
 
 
 def assumptions(plate: Plate, sigma: tuple[float, float]) -> str:
     """What a predicted error holds, for people: instrument, making, and play in the seats."""
     turns = f", {np.rad2deg(sigma[1]):.2g}°" if plate.has_seats else ""
     return f"instrument {1e3 * sigma[0]:.3g} mm{turns}; {plate.assumptions}"
+
+
+def linearise_reading(
+    robot: Robot,
+    q: Float[np.ndarray, "rows n"],
+    reading: TargetReading,
+    *,
+    target_sigma: Float[np.ndarray, "rows 2"],
+    names: tuple[str, ...],
+    additive: bool = False,
+) -> Linearisation:
+    """Linearisation of a set of targets that are all read alike.
+
+    Args:
+        q: Joint positions at the targets [rad or m].
+        reading: The reading there.
+        target_sigma: Standard deviation of each target [m], [rad].
+        additive: Whether each measurement must stand for itself, so that sets add up: a ball-bar's anchors
+            then count as if drawn anew for every target.
+    """
+    poses, twists = identification_jacobian(robot, Motion(q), names)
+    whole, sigma = reading.rows(poses, twists, target_sigma)
+    rows, unknown = np.split(whole, [len(names)], axis=2)
+    if unknown.size:
+        beside = unknown * reading.unknown_sigma
+        sigma = sigma * np.sqrt(1.0 + (beside**2).sum(2))
+        sets = len(q) if additive else 1
+        rows = _whitened(*(part.reshape(sets, -1, part.shape[2]) for part in (rows, beside)))
+    return replace(
+        _no_rows(robot, names),
+        jacobian=frozen(rows.reshape(-1, len(names))),
+        sigma=frozen(sigma.ravel()),
+        measurement=frozen(np.repeat(np.arange(len(q)), sigma.shape[1])),
+    )
+
+
+@lru_cache(maxsize=4)
+def _no_rows(robot: Robot, names: tuple[str, ...]) -> Linearisation:
+    """Names, units and length of an arm's constants; kept, since a drag asks for them again and again."""
+    return linearise(robot, np.zeros((0, robot.dof)), names=names)
+
+
+def _whitened(
+    rows: Float[np.ndarray, "sets m p"], beside: Float[np.ndarray, "sets m u"]
+) -> Float[np.ndarray, "sets m p"]:
+    """Rows of the covariance I + U Uᵀ, by its symmetric root."""
+    covariance = np.eye(rows.shape[1]) + beside @ np.swapaxes(beside, 1, 2)
+    values, vectors = np.linalg.eigh(covariance)
+    return (vectors / np.sqrt(values)[:, None]) @ (np.swapaxes(vectors, 1, 2) @ rows)
 
 
 def linearise_targets(
@@ -323,71 +277,31 @@ def linearise_targets(
     sigma: tuple[float, float] = SEAT,
     additive: bool = False,
 ) -> Linearisation:
-    """Linearisation of measurements at a plate's targets.
+    """Linearisation of measurements at a plate's targets, each of its own kind.
 
     Args:
         q: Joint positions at targets [rad or m].
         slots: Target of each row; all in order if None.
         names: Constants to identify; the robot's default free ones if None.
         sigma: Standard deviations of the instrument's positions [m] and rotations [rad].
-        additive: Whether each measurement must stand for itself, so that sets add up: a ball-bar's anchors
-            then count as if drawn anew for every target.
+        additive: As of `linearise_reading`.
     """
-    whole = linearise(robot, q, names=names, sigma_position=sigma[0], sigma_rotation=sigma[1])
     slots = np.arange(len(plate)) if slots is None else slots
-    return (
-        rows_of_targets(whole, plate, slots)
-        if plate.anchors is None
-        else _distances(robot, whole, plate, slots, additive)
+    found = linearise_reading(
+        robot,
+        q,
+        reading_named("seat" if plate.anchors is None else "ball-bar", robot, plate, sigma=sigma),
+        target_sigma=plate.target_sigma[slots],
+        names=robot.default_free if names is None else names,
+        additive=additive,
     )
-
-
-def _distances(
-    robot: Robot, whole: Linearisation, plate: Plate, slots: Int[np.ndarray, " rows"], additive: bool
-) -> Linearisation:
-    """Of full poses, six rows each, the distances from a ball-bar's anchors; each is off by its anchor too.
-
-    The anchors are off alike for all targets: rows are whitened by the symmetric root of their covariance
-    σ² I + U Uᵀ, the same as solving for the anchors with what is known of them (`linearise_reading`).
-    """
-    away = plate.from_anchors[slots] @ robot.base.pose[:3, :3].T
-    count = away.shape[1]
-    moves = whole.unwhitened.reshape(len(slots), 6, -1)[:, :3]
-    bar = np.repeat(whole.sigma.reshape(-1, 6)[:, 0], count)
-    sigma = np.hypot(bar, ANCHOR_SIGMA)
-    rows = (away @ moves).reshape(len(sigma), -1)
-    if additive:
-        rows = rows / sigma[:, None]
-    else:
-        own = np.eye(count)[None, :, :, None] * away[:, :, None, :] * ANCHOR_SIGMA
-        shared = own.reshape(len(sigma), -1)
-        values, vectors = np.linalg.eigh(np.diag(bar**2) + shared @ shared.T)
-        rows = (vectors / np.sqrt(values)) @ (vectors.T @ rows)
-    return replace(
-        whole,
-        jacobian=frozen(rows),
-        sigma=frozen(sigma),
-        measurement=frozen(np.repeat(np.arange(len(slots)), count)),
-    )
-
-
-def rows_of_targets(
-    linearisation: Linearisation, plate: Plate, slots: Int[np.ndarray, " measurements"]
-) -> Linearisation:
-    """Of full poses, six rows each, what each measurement's target constrains, as well as it is known.
-
-    Args:
-        linearisation: Of full poses.
-        slots: Target of each measurement.
-    """
-    targets = [plate.targets[slot] for slot in slots]
-    own = plate.target_sigma[slots]
-    sigma = np.hypot(linearisation.sigma, np.repeat(own, 3, axis=1).ravel())
-    seats = np.array([t.kind is Kind.SEAT for t in targets], bool)
+    seats = np.array([plate.targets[slot].kind is Kind.SEAT for slot in slots], bool)
+    if plate.anchors is not None or seats.all():
+        return found
     constrained = np.repeat(np.column_stack([np.ones_like(seats), seats]), 3, axis=1).ravel()
     return replace(
-        linearisation,
-        jacobian=frozen((linearisation.unwhitened / sigma[:, None])[constrained]),
-        sigma=frozen(sigma[constrained]),
-        measurement=frozen(linearisation.measurement[constrained]),
+        found,
+        jacobian=frozen(found.jacobian[constrained]),
+        sigma=frozen(found.sigma[constrained]),
+        measurement=frozen(found.measurement[constrained]),
     )

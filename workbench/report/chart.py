@@ -3,7 +3,7 @@
 Words and frames take the colour of the text around them, so that a chart reads on light and on dark pages.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from html import escape
 
@@ -13,7 +13,7 @@ from jaxtyping import Float
 from workbench.report.numbers import significant
 
 WIDTH = 340.0
-LEFT, FOOT, MARGIN = 44.0, 16.0, 6.0
+LEFT, FOOT, MARGIN = 48.0, 16.0, 6.0
 """Room for the numbers of an upright axis, and below a chart; free room inside the frame."""
 ROW, THICK = 26.0, 14.0
 """Height of a row with a bar, and of the bar."""
@@ -21,7 +21,8 @@ TALLEST = 46.0
 """Height of the largest column."""
 LONGEST_BAR = 0.5
 """Of the width, beside its number."""
-SIZE = 12
+SIZE, LETTER = 12, 0.55
+"""Of words, and the width of a letter as a share of it."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ class Marks:
         titles: Of each point, shown when it is pointed at.
         links: Where a click on each leads; empty for nowhere.
         is_filled: Whether a line is the upper edge of an area, down to the floor, with the first title.
+        name: In the legend; empty: not in it.
     """
 
     x: Float[np.ndarray, " n"]
@@ -64,6 +66,7 @@ class Marks:
     radius: float = 2.6
     is_line: bool = False
     is_filled: bool = False
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -97,6 +100,7 @@ class Chart:
     sides: tuple[str, str] | None = None
     now: float | None = None
     uprights: Sequence[Upright] = ()
+    title: str = field(default="", kw_only=True)
     testid: str = field(default="chart", kw_only=True)
 
     def svg(self) -> str:
@@ -134,7 +138,9 @@ class Chart:
                 'stroke-dasharray="5 3" data-testid="event-line"/>',
                 text(at + aside, MARGIN + 5 + (SIZE + 2) * k, line.text, anchor=anchor),
             ]
-        return framed(self.height + FOOT, parts, self.testid)
+        named = [one for one in self.marks if one.name]
+        foot = self.height + FOOT + (FOOT if named else 0.0)
+        return framed(foot, [*parts, *_legend(named, foot - 4)], self.testid)
 
     def _across(self, x: np.ndarray, first: float, last: float) -> np.ndarray:
         room = WIDTH - LEFT - 2 * MARGIN
@@ -148,20 +154,29 @@ class Chart:
         return MARGIN + room * (1.0 - (y - low) / max(high - low, 1e-12))
 
 
-def bars(rows: Sequence[Bar], *, unit: str = "mm", testid: str = "bars") -> str:
+@dataclass(frozen=True)
+class Bars:
     """Bars one below another, each with its name above it and its number behind it."""
-    longest = max((row.value for row in rows), default=0.0)
-    parts = []
-    for k, row in enumerate(rows):
-        y, length = (ROW + 6.0) * k, LONGEST_BAR * WIDTH * max(row.value, 0.0) / max(longest, 1e-12)
-        size = f"{significant(row.value)} {unit}" + (f" · {row.note}" if row.note else "")
-        parts += [
-            text(0, y + 11, row.name),
-            f'<rect x="0" y="{y + 15:.1f}" width="{max(length, 1.5):.1f}" height="{THICK:.0f}" rx="2" '
-            f'style="fill:{row.colour}"><title>{escape(f"{row.name}: {size}")}</title></rect>',
-            text(max(length, 1.5) + 6, y + 26, size),
-        ]
-    return framed((ROW + 6.0) * len(rows), parts, testid) if rows else ""
+
+    rows: Sequence[Bar]
+    title: str = ""
+    unit: str = "mm"
+    testid: str = "bars"
+
+    def svg(self) -> str:
+        """The drawing; empty without bars."""
+        longest = max((row.value for row in self.rows), default=0.0)
+        parts = []
+        for k, row in enumerate(self.rows):
+            y, length = (ROW + 6.0) * k, LONGEST_BAR * WIDTH * max(row.value, 0.0) / max(longest, 1e-12)
+            size = f"{significant(row.value)} {self.unit}" + (f" · {row.note}" if row.note else "")
+            parts += [
+                text(0, y + 11, row.name),
+                f'<rect x="0" y="{y + 15:.1f}" width="{max(length, 1.5):.1f}" height="{THICK:.0f}" rx="2" '
+                f'style="fill:{row.colour}"><title>{escape(f"{row.name}: {size}")}</title></rect>',
+                text(max(length, 1.5) + 6, y + 26, size),
+            ]
+        return framed((ROW + 6.0) * len(self.rows), parts, self.testid) if self.rows else ""
 
 
 def columns(drawn: Sequence[UprightBar], *, testid: str = "bars") -> str:
@@ -195,6 +210,15 @@ def text(x: float, y: float, shown: str, *, anchor: str = "start", colour: str =
 
 def _ink(what: str, opacity: float) -> str:
     return f'{what}="currentColor" {what}-opacity="{opacity}"'
+
+
+def _legend(named: Sequence[Marks], y: float) -> Iterator[str]:
+    """The colours of marks, side by side."""
+    x = LEFT
+    for one in named:
+        yield f'<circle cx="{x + 4:.0f}" cy="{y - 4:.0f}" r="4" style="fill:{one.colour}"/>'
+        yield text(x + 12, y, one.name)
+        x += 24 + LETTER * SIZE * len(one.name)
 
 
 def _drawn(marks: Marks, x: np.ndarray, y: np.ndarray) -> str:

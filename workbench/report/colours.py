@@ -7,3 +7,9 @@ CALIBRATED = "#d55e00"
 """The model that is shown, saved or reported as the result."""
 EVENT = "#0ea5e9"
 """What happened while rows were measured."""
+GOOD, BAD, CAREFUL = (
+    "light-dark(#15803d, #4ade80)",
+    "light-dark(#b91c1c, #f98080)",
+    "light-dark(#9a5800, #fbbf24)",
+)
+"""Colours of words that read on light and on dark pages."""

@@ -17,12 +17,10 @@ from operator import attrgetter
 from typing import Any, NamedTuple, final
 
 import numpy as np
-from rich.markup import escape
-from rich.table import Table
 
+from workbench.report.blocks import ResultTable
 from workbench.report.json import Json
 from workbench.report.numbers import short
-from workbench.report.tables import new_table
 
 
 class Unit(NamedTuple):
@@ -122,12 +120,9 @@ class ResultFields:
         """The record's row of a table."""
         return [field.cell(record) for field in self.columns]
 
-    def table(self, title: str, records: Iterable[Any]) -> Table:
+    def table(self, title: str, records: Iterable[Any]) -> ResultTable:
         """A table with a row for each record."""
-        table = new_table(title, *self.headings)
-        for record in records:
-            table.add_row(*map(escape, self.cells(record)))
-        return table
+        return ResultTable(title, self.headings, [self.cells(record) for record in records])
 
 
 JOINT = ResultField("joint", of=lambda record: record.joint + 1, title="joint")

@@ -1,12 +1,11 @@
 """What the cubes of the region may be coloured by: fields of a number for every cube."""
 
-from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import ClassVar, final
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
@@ -15,7 +14,7 @@ from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate
 from workbench.session.comparison import Comparison
 from workbench.session.live_score import score
-from workbench.session.state import PREDICTED_ERROR, Session
+from workbench.session.state import NO_FIELD, PREDICTED_ERROR, CubeView, Focus, Session
 from workbench.session.target_state import TargetState
 
 CROWDED = 95.0
@@ -58,14 +57,17 @@ class CubeValues:
         return np.clip((self.numbers - self.low) / max(self.high - self.low, 1e-300), 0.0, 1.0)
 
 
-class AbstractCubeField(ABC):
+@dataclass(frozen=True, kw_only=True)
+class CubeField:
     """A number for every cube of the region.
 
-    Attributes:
+    Args:
         name: In commands and journals.
-        choice: In the page's list.
+        choice: In the page's list; empty for one that nobody chooses.
         title: Heading of its colour scale.
         meaning: After its choice and a colon, for the list's hint.
+        values: The numbers; None where there are none (yet).
+        inputs: Record of the session, beside region and cubes, that the numbers depend on.
         unit: In which its numbers are shown.
         factor: From SI to that unit.
         larger_is_better: Whether large numbers are good.
@@ -74,129 +76,149 @@ class AbstractCubeField(ABC):
         is_signed: Whether its scale reaches equally far below and above zero.
     """
 
-    name: ClassVar[str]
-    choice: ClassVar[str]
-    title: ClassVar[str]
-    meaning: ClassVar[str]
-    unit: ClassVar[str] = "mm"
-    factor: ClassVar[float] = 1e3
-    larger_is_better: ClassVar[bool] = False
-    is_mapped: ClassVar[bool] = False
-    is_signed: ClassVar[bool] = False
-
-    @abstractmethod
-    def values(self, session: Session) -> CubeValues | None:
-        """The numbers; None where there are none (yet)."""
-
-    def inputs(self, session: Session) -> tuple[object, ...]:
-        """Records of the session, beside region and cubes, that the numbers depend on."""
-        return ()
-
-    def missing(self, session: Session) -> str:
-        """Why it can't be shown, and what to do, as one sentence; empty if it can."""
-        return ""
+    name: str
+    choice: str = ""
+    title: str
+    meaning: str = ""
+    values: Callable[[Session], CubeValues | None]
+    inputs: Callable[[Session], object] = lambda session: None
+    unit: str = "mm"
+    factor: float = 1e3
+    larger_is_better: bool = False
+    is_mapped: bool = True
+    is_signed: bool = False
 
 
-@final
-class ReachabilityField(AbstractCubeField):
-    """Share of the targets' orientations in which the arm reaches the cube's centre."""
-
-    name, choice, title = "reach", "Reachability", "Reachability"
-    meaning = "in how many of the targets' orientations the arm reaches the centre"
-    unit, factor = "%", 100.0
-    larger_is_better = is_mapped = True
-
-    def values(self, session: Session) -> CubeValues | None:
-        cubes = cubes_of(session)
-        return None if cubes is None else CubeValues(cubes.reached / cubes.tried, 0.0, 1.0)
+def _reached(session: Session) -> CubeValues | None:
+    cubes = cubes_of(session)
+    return None if cubes is None else CubeValues(cubes.reached / cubes.tried, 0.0, 1.0)
 
 
-@final
-class BestIndexField(AbstractCubeField):
-    """The highest index O of single poses in the cube."""
-
-    name, choice, title = "index", "Best index O", "Best index O"
-    meaning = "the highest of them"
-    unit, factor = "", 1.0
-    larger_is_better = is_mapped = True
-
-    def values(self, session: Session) -> CubeValues | None:
-        cubes = cubes_of(session)
-        return None if cubes is None else CubeValues.scaled(cubes.index)
+def _best_index(session: Session) -> CubeValues | None:
+    cubes = cubes_of(session)
+    return None if cubes is None else CubeValues.scaled(cubes.index)
 
 
-@final
-class PredictedErrorField(AbstractCubeField):
-    """The error after a calibration with the present targets."""
-
-    name, choice = PREDICTED_ERROR, "Predicted error"
-    title = "Predicted error after calibration"
-    meaning = "after a calibration with these targets"
-    is_mapped = True
-
-    def values(self, session: Session) -> CubeValues | None:
-        cubes, found = cubes_of(session), session.score.linearisation
-        if cubes is None:
-            return None
-        if found is None:
-            return CubeValues(np.where(cubes.reached > 0, np.inf, np.nan), 0.0, 1.0)
-        return _predicted(cubes, found, session.history.first_score.linearisation)
-
-    def inputs(self, session: Session) -> tuple[object, ...]:
-        return (session.score,)
+def _predicted(session: Session) -> CubeValues | None:
+    cubes, found = cubes_of(session), session.score.linearisation
+    if cubes is None:
+        return None
+    if found is None:
+        return CubeValues(np.where(cubes.reached > 0, np.inf, np.nan), 0.0, 1.0)
+    return _predicted_after(cubes, found, session.history.first_score.linearisation)
 
 
-@final
-class PredictedChangeField(AbstractCubeField):
-    """How a drag has changed the predicted error: shown during it, and nobody's choice.
+def _predicted_change(session: Session) -> CubeValues | None:
+    """How a drag has changed the predicted error.
 
     A move of one target changes all errors by some per cent, which a scale for their own spread would hide.
     """
-
-    name, choice, meaning = "change", "", ""
-    title = "Change in predicted error during this drag"
-    unit, factor = "%", 100.0
-    is_mapped = is_signed = True
-
-    def values(self, session: Session) -> CubeValues | None:
-        cubes, now = cubes_of(session), PREDICTED.values(session)
-        if cubes is None or now is None:
-            return None
-        begun = session.history.done[-1]
-        before = _errors_at(cubes, session.robot, begun.plate, begun.states, session.noise)
-        with np.errstate(invalid="ignore"):
-            shares = now.numbers / before - 1.0
-        finite = np.abs(shares[np.isfinite(shares)])
-        wanted = float(np.percentile(finite, CROWDED)) if len(finite) else 0.0
-        span = next((s for s in SPANS if s >= wanted), SPANS[-1])
-        return CubeValues(shares, -span, span)
+    cubes, now = cubes_of(session), _predicted(session)
+    if cubes is None or now is None:
+        return None
+    begun = session.history.done[-1]
+    before = _errors_at(cubes, session.robot, begun.plate, begun.states, session.noise)
+    with np.errstate(invalid="ignore"):
+        shares = now.numbers / before - 1.0
+    finite = np.abs(shares[np.isfinite(shares)])
+    wanted = float(np.percentile(finite, CROWDED)) if len(finite) else 0.0
+    span = next((s for s in SPANS if s >= wanted), SPANS[-1])
+    return CubeValues(shares, -span, span)
 
 
-@final
-class MeasuredErrorField(AbstractCubeField):
-    """The mean error of the rows in the cube."""
-
-    name, choice, title = "measured", "Measured error", "Measured error"
-    meaning = "mean of the measured poses, of the calibrated arm if there is one"
-
-    def values(self, session: Session) -> CubeValues | None:
-        found = session.results.comparison
-        return None if found is None else CubeValues.scaled(measured_errors(session, found))
-
-    def inputs(self, session: Session) -> tuple[object, ...]:
-        return (session.results.comparison,)
-
-    def missing(self, session: Session) -> str:
-        if session.measurements.loaded is None:
-            return "there are no measurements yet; load a file or measure a virtual arm first"
-        return ""
+def _measured(session: Session) -> CubeValues | None:
+    found = session.results.comparison
+    return None if found is None else CubeValues.scaled(measured_errors(session, found))
 
 
-PREDICTED, MEASURED, CHANGE = PredictedErrorField(), MeasuredErrorField(), PredictedChangeField()
-CUBE_FIELDS: dict[str, AbstractCubeField] = {
-    field.name: field for field in (ReachabilityField(), BestIndexField(), PREDICTED, MEASURED)
-}
+PREDICTED = CubeField(
+    name=PREDICTED_ERROR,
+    choice="Predicted error",
+    title="Predicted error after calibration",
+    meaning="after a calibration with these targets",
+    values=_predicted,
+    inputs=lambda session: session.score,
+)
+MEASURED = CubeField(
+    name="measured",
+    choice="Measured error",
+    title="Measured error",
+    meaning="mean of the measured poses, of the calibrated arm if there is one",
+    values=_measured,
+    inputs=lambda session: session.results.comparison,
+    is_mapped=False,
+)
+REACHABILITY = CubeField(
+    name="reach",
+    choice="Reachability",
+    title="Reachability",
+    meaning="in how many of the targets' orientations the arm reaches the centre",
+    values=_reached,
+    unit="%",
+    factor=100.0,
+    larger_is_better=True,
+)
+BEST_INDEX = CubeField(
+    name="index",
+    choice="Best index O",
+    title="Best index O",
+    meaning="the highest of single poses there",
+    values=_best_index,
+    unit="",
+    factor=1.0,
+    larger_is_better=True,
+)
+CHANGE = CubeField(
+    name="change",
+    title="Change in predicted error during this drag",
+    values=_predicted_change,
+    unit="%",
+    factor=100.0,
+    is_signed=True,
+)
+CUBE_FIELDS = {field.name: field for field in (REACHABILITY, BEST_INDEX, PREDICTED, MEASURED)}
 """What cubes can be coloured by."""
+
+
+def field_of(session: Session) -> CubeField | None:
+    """The chosen field; None if the cubes are not shown."""
+    return CUBE_FIELDS.get(session.region.view.field)
+
+
+def drawn_field(session: Session) -> CubeField | None:
+    """What the cubes are coloured by: while a target is dragged, how its move changes the predicted error."""
+    field = field_of(session)
+    return CHANGE if field is PREDICTED and session.drag is not None else field
+
+
+def inputs(session: Session) -> tuple[object, ...]:
+    """Records of the session that the colours depend on, beside region, view and drag."""
+    field = field_of(session)
+    return session.region.cubes, None if field is None else field.inputs(session)
+
+
+def are_shown(session: Session) -> bool:
+    """Whether the scene has cubes; nobody asked for those that are there at first."""
+    view = session.region.view
+    return view.field != NO_FIELD and (view.is_chosen or session.playback.focus is Focus.TARGET)
+
+
+def shown_cubes(session: Session, view: CubeView, numbers: CubeValues) -> Bool[np.ndarray, " cubes"]:
+    """Which cubes are shown: those of the kept layer; of measured errors, those that have one."""
+    field = CUBE_FIELDS.get(view.field)
+    keep = np.ones(len(numbers.numbers), bool)
+    if field is not None and not field.is_mapped:
+        keep = ~np.isnan(numbers.numbers)
+    if view.cut is not None:
+        keep &= np.indices(session.plate.region.shape)[view.cut].ravel() == shown_layer(session)
+    return keep
+
+
+def shown_layer(session: Session) -> int:
+    """Which layer across the cut is shown: the chosen one, or the middle one."""
+    view, shape = session.region.view, session.plate.region.shape
+    layers = shape[view.cut or 0]
+    return min(view.layer, layers - 1) if view.is_chosen else layers // 2
 
 
 def cubes_of(session: Session) -> CubeMap | None:
@@ -227,7 +249,7 @@ def _errors_at(
 
 
 @lru_cache(maxsize=2)
-def _predicted(cubes: CubeMap, now: Linearisation, first: Linearisation | None) -> CubeValues:
+def _predicted_after(cubes: CubeMap, now: Linearisation, first: Linearisation | None) -> CubeValues:
     """On the scale of the first plate, so that one sees what a target's move makes better or worse.
 
     On its own where that one was far worse: all would have one colour.

@@ -5,7 +5,6 @@ is called good.
 """
 
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from functools import lru_cache
 
 import numpy as np
@@ -13,19 +12,11 @@ import numpy as np
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.errors.pass_or_fail import Judged, judge
 from workbench.identification.result import Identification
+from workbench.report.blocks import Tone
 from workbench.session.state import Session
 
 PASSING_SHARE = 0.95
 """Share of virtual arms that have to keep the wanted error."""
-
-
-class Tone(StrEnum):
-    """How a sentence is meant."""
-
-    PLAIN = "plain"
-    GOOD = "good"
-    CAREFUL = "careful"
-    BAD = "bad"
 
 
 @dataclass(frozen=True)
@@ -74,7 +65,7 @@ def arm_judgement(session: Session) -> Judgement | None:
     if not judged.check.judged.any():
         return None
     passed = Tone.GOOD if judged.held_out else Tone.PLAIN
-    return Judgement(passed if judged.check.ok else Tone.BAD, judged.verdict)
+    return Judgement(Tone.BAD if judged.failed else passed, judged.verdict)
 
 
 @lru_cache(maxsize=2)

@@ -14,6 +14,7 @@ from workbench.base.wording import capital, plural
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.checks.arm_match import ArmMatch
 from workbench.identification.result import LOOK_AGAIN, judged
+from workbench.report.blocks import Tone
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand, kinds
 from workbench.session.commands.arm import ChooseRobot
@@ -25,7 +26,7 @@ from workbench.session.commands.messages import ConfirmRecording
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.export import File, NotedFile, fixture_zip
-from workbench.session.judgement import Tone, arm_judgement, plate_judgement
+from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.session.stages import before_and_after, share_of_noise, stages

@@ -78,8 +78,6 @@ class CubeView:
         field: Name of what colours them (`cube_fields.py`).
         cut: Axis that is cut across: 0, 1, 2, or None for all layers.
         layer: Which layer across that axis is kept, counted from 0.
-        low: Cubes below this share of the colour scale are hidden.
-        high: Cubes above this share are hidden.
         picked: Number of the cube whose values are shown; None: none.
         corners: Whether the corners of the region carry handles.
         is_chosen: Whether a user chose this; else it gives way to measured rows and trajectories.
@@ -88,8 +86,6 @@ class CubeView:
     field: str = NO_FIELD
     cut: int | None = None
     layer: int = 0
-    low: float = 0.0
-    high: float = 1.0
     picked: int | None = None
     corners: bool = False
     is_chosen: bool = True

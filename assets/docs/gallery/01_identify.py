@@ -14,11 +14,6 @@ fit = wb.identify(arm, data, held_out=0.2)
 fit
 
 # %%
-# What the calibrated arm is off by, beside the nominal one:
-
-fit.plot()
-
-# %%
 # The true geometry is known here. At poses far from the measured ones the calibrated arm is off by
 
 import numpy as np

@@ -11,11 +11,7 @@ import workbench as wb
 arm = wb.load_robot("aria")
 _, data = wb.measure_poses(arm, 80, effects=["joint-compliance:2"], seed=1)
 found = wb.diagnose(arm, data)
-print(found.message)
-
-# %%
-
-found.plot()
+found
 
 # %%
 

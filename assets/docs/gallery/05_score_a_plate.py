@@ -14,10 +14,6 @@ score = wb.score(arm, plate)
 score
 
 # %%
-
-score.plot()
-
-# %%
 # The same ten targets measured in one posture each would be worth far less than in the branches that are named:
 
 for label, found in (("mixed branches", score.measured), ("a single branch", score.single)):

@@ -38,11 +38,7 @@ forget = wb.register(wb.Parts(effects=[GearSag]))
 arm = wb.load_robot("aria")
 _, data = wb.measure_poses(arm, 80, effects=["gear-sag:2:4e-4"], seed=1)
 found = wb.diagnose(arm, data)
-print(found.message)
-
-# %%
-
-found.plot()
+found
 
 # %%
 # What was registered is known to everything from here on; this program forgets it at its end.

@@ -150,7 +150,11 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
     arm().save(folder / "arm.toml")
     arm().save(folder / "arm.urdf")
     write_plate(wb.load_plate("table2"), folder / "plate.toml")
+    np.savez(folder / "rows.npz", q=np.zeros((3, 2)), xyz=np.ones((3, 3)))
+    lines = "\n".join(json.dumps({"q": [0.1, k], "xyz": [0.4, 0.1, 0.3], "name": "a"}) for k in range(3))
     found: dict[str, tuple[str, str | bytes, Read]] = {
+        "arrays": ("rows.npz", (folder / "rows.npz").read_bytes(), wb.read_measurements),
+        "JSON": ("rows.jsonl", lines, wb.read_measurements),
         "measurements": ("rows.csv", TABLE, lambda path: wb.read_measurements(path, joints=2)),
         "trajectory": ("path.csv", TABLE, wb.read_trajectory),
         "mapping": ("mapping.toml", MAPPING, read_mapping),

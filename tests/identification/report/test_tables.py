@@ -1,62 +1,61 @@
 import numpy as np
 import pytest
-from rich.console import Console
 
-from workbench.identification.report.parameters import ConstantStatus, parameter_table
-from workbench.identification.report.table import identification_tables, parameters_tables
+from workbench.identification.report.document import identification_blocks
+from workbench.identification.report.parameters import SHARED, UNSEEN, Identified, identified
 from workbench.report.numbers import short
-
-
-def printed(content, width=80):
-    console = Console(width=width, no_color=True, legacy_windows=False)
-    with console.capture() as capture:
-        console.print(content)
-    return capture.get()
+from workbench.report.result_display import as_text
 
 
 @pytest.mark.parametrize("name", ["result", "points"])
 def test_fits_eighty_columns_and_loses_no_number(name, request):
     found = request.getfixturevalue(name)
-    text = printed(identification_tables(found))
+    text = as_text(identification_blocks(found), 80)
     assert max(map(len, text.splitlines())) <= 80
     assert "…" not in text.split("note:")[0]
     for run in found.runs.values():
         assert short(run.train.position_mm.mean) in text
-    fit = found.best.fit
-    table = parameter_table(fit)
-    for _, cells in table.rows:
-        for cell in cells:
-            if cell is not None and cell.state is ConstantStatus.IDENTIFIED:
-                factor = np.rad2deg(1.0) if cell.unit == "rad" else 1e3
-                change = float(cell.shown[1].replace("−", "-"))
-                rounded = 10.0 ** -len(cell.shown[1].partition(".")[2])
-                assert change == pytest.approx(factor * (cell.value - cell.nominal), abs=0.51 * rounded)
-                assert rounded <= 0.1 * factor * cell.std or rounded == pytest.approx(1e-6)
-                assert cell.shown[1] in text
+    for one in identified(found.best.fit):
+        assert one.name in text
+        if not one.mark:
+            factor = np.rad2deg(1.0) if one.unit == "rad" else 1e3
+            change = float(one.shown[1].replace("−", "-"))
+            rounded = 10.0 ** -len(one.shown[1].partition(".")[2])
+            assert change == pytest.approx(factor * (one.value - one.nominal), abs=0.51 * rounded)
+            assert rounded <= 0.1 * factor * one.std or rounded == pytest.approx(1e-6)
+            assert one.shown[1] in text
     flat = " ".join(text.split())
     for message in (*found.unidentifiable, *found.warnings, *found.notes):
         assert " ".join(message.split()) in flat
 
 
-def test_the_joint_table_is_the_papers(result):
-    table = parameter_table(result.best.fit)
-    assert table.headings == ("θ [°]", "d [mm]", "a [mm]", "α [°]", "β [°]")
-    assert [joint for joint, _ in table.rows] == [f"joint{k}" for k in range(1, 7)]
-    held = [[c.state is ConstantStatus.HELD for c in cells] for _, cells in table.rows]
-    # Table 4: β is held everywhere but on link 2, where d is
-    assert [row.index(True) for row in held] == [4, 1, 4, 4, 4, 4]
-    assert all(sum(row) == 1 for row in held)
-    cell = table.rows[1][1][2]
-    assert (cell.name, cell.nominal) == ("joint2.a", 0.41)
-    place = result.best.fit.problem.names.index("joint2.a")
-    assert (cell.value, cell.std) == (result.best.fit.x[place], result.best.fit.std[place])
+def test_parameters_are_those_of_the_fit(result):
+    fit = result.best.fit
+    found = list(identified(fit))
+    assert [one.name for one in found] == list(fit.problem.names)
+    assert [one.value for one in found] == fit.x.tolist()
+    assert [one.std for one in found] == fit.std.tolist()
 
 
 def test_what_no_row_tells_apart_is_marked(points):
-    table = parameter_table(points.best.fit)
-    cells = {c.name: c for _, row in table.rows for c in row if c} | {c.name: c for c in table.others}
-    for combination in points.best.fit.unidentifiable:
-        wanted = ConstantStatus.SHARED if len(combination.names) > 1 else ConstantStatus.UNSEEN
-        assert {cells[n].state for n in combination.names} <= {wanted, ConstantStatus.UNSEEN}
-    assert ConstantStatus.SHARED in table.marks
-    assert "†" in printed(parameters_tables(points.best.fit))
+    fit = points.best.fit
+    marks = {one.name: one.mark for one in identified(fit)}
+    for combination in fit.unidentifiable:
+        wanted = SHARED if len(combination.names) > 1 else UNSEEN
+        assert {marks[name] for name in combination.names} <= {wanted, UNSEEN}
+    assert SHARED in marks.values()
+    assert SHARED in repr(fit)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "expected"),
+    [
+        (("kg", 0.0, 4.894456737, 0.21), ("0.000", "+4.89", "±0.21", "kg")),
+        (("rad", np.pi / 2, np.pi / 2 + 1e-3, 2e-5), ("90.000", "+0.0573", "±0.0011", "°")),
+        (("m", 0.4, 0.3995, 3e-5), ("400.000", "−0.500", "±0.030", "mm")),
+        (("rad/(N*m)", 0.0, 2.5e-6, 1e-7), ("0.000", "+0.00250", "±0.00010", "mrad/(N·m)")),
+        (("1", 0.0, 0.0, None), ("0.000", "0.000", "", "%")),
+    ],
+)
+def test_parameters_have_units_for_people_and_the_digits_of_their_error(numbers, expected):
+    assert Identified("a", *numbers).shown == expected

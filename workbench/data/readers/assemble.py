@@ -17,7 +17,6 @@ from workbench.base.columns import Per, row_drivers
 from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.base.remedy import remedy
 from workbench.base.types import Matrix4
-from workbench.base.units import parse_heading
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.known_columns import known_columns
@@ -29,9 +28,6 @@ from workbench.data.readers.headings import column_of
 from workbench.data.readers.long_tables import with_markers
 from workbench.data.readers.orientation import read_orientation, written_orientation
 
-_CHECKED = {"distance", "direction", "exclude", "reason"}
-"""Columns that are read by a function of their own."""
-_XYZ = ("x", "y", "z")
 _SIGMA = tuple(f"sigma_{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz"))
 _WRENCH = tuple(f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
 _OF_TARGET = re.compile(
@@ -40,6 +36,8 @@ _OF_TARGET = re.compile(
 """Headings of a target's pose in a camera."""
 _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
+_NAMED = 5
+"""Rows of a kind that are named one by one."""
 
 Mask = Bool[np.ndarray, " rows"]
 
@@ -64,15 +62,22 @@ def assemble(
     q, excluded = joint_columns(fields, joints), _excluded_by_file(fields)
     if beside is None and (wide := with_markers(fields, q, excluded)) is not fields:
         return assemble(wide, joints=joints, base=base)
-    _need_whole_joints(fields, q, excluded)
-    position = fields.stacked(_XYZ)
+    if len(wrong := np.argwhere(np.isnan(q) & ~excluded[:, None])):
+        row, joint = wrong[0].tolist()
+        text = "the joint position is missing: fill it in, delete the row, or set its 'exclude' to true"
+        raise fields.error(text, row, f"q{joint + 1}")
+    _check_range(fields, excluded)
+    position = fields.stacked(("x", "y", "z"))
     rotation, notes = read_orientation(fields, usable=~excluded)
     position, rotation, moved = _measured(fields, position, rotation, base)
-    markers, tilt = _markers(fields), _tilt(fields)
-    sigma, rounded = _sigma(fields)
-    observed = _observations(fields, position, rotation, markers, tilt, beside or {})
-    reasons = _gaps(fields, observed)
-    found = np.array([bool(reason) for reason in reasons]) & ~excluded
+    markers, tilt, (sigma, rounded) = markers_of(fields), _tilt(fields), _sigma(fields)
+    observed = {"position": position, "orientation": rotation, **(beside or {})}
+    observed |= {f"marker {k + 1}": markers[:, k] for k in range(0 if markers is None else markers.shape[1])}
+    observed |= {f"tilt {link}": values for link, values in tilt.items()}
+    observed |= {name: values for name, values in fields.values.items() if _is_observed(name)}
+    reasons = _gaps(fields, {k: v.reshape(fields.rows, -1) for k, v in observed.items() if v is not None})
+    found = (reasons != "") & ~excluded
+    given = fields.values.get("reason", np.full(fields.rows, ""))
     dataset = Dataset(
         q=q,
         row=np.arange(fields.rows),
@@ -80,24 +85,29 @@ def assemble(
         rotation=rotation,
         written=None if moved else written_orientation(fields),
         markers=markers,
-        distance=_distance(fields),
-        direction=_signs(fields, q.shape[1]),
         sigma=sigma,
-        tilt=tilt,
+        tilt=tilt or None,
         wrench=fields.stacked(_WRENCH, missing=0.0),
         exclude=excluded | found if "exclude" in fields.values or found.any() else None,
-        reason=_reasons(fields, reasons, found),
+        reason=np.where(found, reasons, given) if "reason" in fields.values or found.any() else None,
         source=fields.source,
-        notes=fields.notes
-        + notes
-        + rounded
-        + moved
-        + _excluded_notes(fields, excluded, found, reasons)
-        + _label_notes(fields),
+        notes=(*fields.notes, *notes, *rounded, *moved, *_row_notes(fields, excluded, found, reasons)),
         joint_units=joint_units(fields),
+        unsaid=fields.unsaid,
         **_plain(fields, q.shape[1]),
     )
-    return replace(dataset, notes=dataset.notes + _repeats(dataset, fields))
+    lines = fields.lines
+    repeats = [
+        f"data row {again} (line {lines[again]}) repeats data row {first} (line {lines[first]})"
+        for first, again in repeated_rows(dataset)
+    ]
+    return replace(dataset, notes=(*dataset.notes, *_first(repeats, "more rows repeat others")))
+
+
+def _first(notes: list[str], others: str) -> list[str]:
+    """The first few notes on rows, and how many more there are."""
+    more = len(notes) - _NAMED
+    return notes if more <= 0 else [*notes[:_NAMED], f"{more} {others}"]
 
 
 def _measured(fields: Fields, position, rotation, base: Matrix4 | None):
@@ -130,14 +140,7 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
             + remedy(", or give a table of joints (--joints)", page="")
             + f"; {POSE_PAIRS}" * paired
         )
-    lacking = next((i for i, number in enumerate(numbers, start=1) if number != i), None)
-    if lacking is not None:
-        last = fields.headings.get(f"q{numbers[-1]}", f"q{numbers[-1]}")
-        raise FileError(
-            f"column '{last}' is joint {numbers[-1]}, but joint {lacking} has no column: name the joints "
-            "q1, q2, … or as the robot's file does",
-            path=fields.source,
-        )
+    _counted(fields, numbers, "joint", "q{}")
     if wanted is not None and len(numbers) != wanted:
         raise ShapeError(
             f"{fields.source}: the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]}), "
@@ -148,206 +151,156 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)
 
 
+def _counted(fields: Fields, numbers: list[int], what: str, name: str) -> None:
+    """Refuse columns that are not counted 1, 2, 3 …"""
+    if (lacking := next((k for k, number in enumerate(numbers, 1) if number != k), None)) is not None:
+        raise FileError(
+            f"has no column of {what} {lacking}, but of {what} {numbers[-1]}: call them {name.format(1)}, "
+            f"{name.format(2)}, … without a gap",
+            path=fields.source,
+        )
+
+
 def joint_units(fields: Fields) -> tuple[str, ...]:
     """Unit of each joint's column, as the file has it; empty where it has none."""
-    names = [f"q{i}" for i in fields.numbers(r"q(\d+)")]
-    return tuple(fields.units.get(n) or parse_heading(fields.headings.get(n, "")).unit or "" for n in names)
+    return tuple(fields.units.get(f"q{i}", "") for i in fields.numbers(r"q(\d+)"))
 
 
-def _observations(fields: Fields, position, rotation, markers, tilt, beside) -> dict[str, np.ndarray]:
-    """Observations by name, as `_gaps` takes them."""
-    observed: dict[str, np.ndarray] = dict(beside)
-    if position is not None:
-        observed["position"] = position
-    if rotation is not None:
-        observed["orientation"] = rotation
-    if markers is not None:
-        observed |= {f"marker {i + 1}": markers[:, i] for i in range(markers.shape[1])}
-    if "distance" in fields.values:
-        observed["distance"] = fields.values["distance"][:, None]
-    observed |= {f"tilt {link}": values for link, values in (tilt or {}).items()}
-    observed |= {n: v.reshape(fields.rows, -1) for n, v in fields.values.items() if _is_observed(n)}
-    if not observed and "contact" not in fields.values and "point" not in fields.values:
-        raise DataError(
-            f"{fields.source}: nothing was observed: "
-            "add x[m], y[m], z[m], or distance, contact, markers or tilt"
-        )
-    return observed
-
-
-def _markers(fields: Fields) -> np.ndarray | None:
-    """Markers m1 … mK, (rows, K, 3)."""
+def markers_of(fields: Fields) -> Float[np.ndarray, "rows markers 3"] | None:
+    """Places of markers m1 … mK."""
     numbers = fields.numbers(r"m(\d+)[xyz]")
-    if numbers != list(range(1, len(numbers) + 1)):
-        raise FileError("markers must be counted m1, m2, … without a gap", path=fields.source)
+    _counted(fields, numbers, "marker", "m{}x")
     places = [fields.stacked([f"m{i}{axis}" for axis in "xyz"]) for i in numbers]
     return np.stack([p for p in places if p is not None], axis=1) if places else None
 
 
-def _tilt(fields: Fields) -> dict[int, np.ndarray] | None:
-    readings = {
-        link: fields.stacked((f"tilt_x{link}", f"tilt_y{link}")) for link in fields.numbers(r"tilt_[xy](\d+)")
-    }
-    return {link: values for link, values in readings.items() if values is not None} or None
+def _tilt(fields: Fields) -> dict[int, Float[np.ndarray, "rows 2"]]:
+    links = fields.numbers(r"tilt_[xy](\d+)")
+    readings = {link: fields.stacked((f"tilt_x{link}", f"tilt_y{link}")) for link in links}
+    return {link: values for link, values in readings.items() if values is not None}
 
 
-def _distance(fields: Fields) -> np.ndarray | None:
-    values = fields.values.get("distance")
-    if values is not None and (values < 0).any():
-        raise fields.error("a distance must be at least 0", int(np.argmax(values < 0)), "distance")
-    return values
-
-
-def _per_joint(fields: Fields, stem: str, joints: int) -> np.ndarray | None:
-    """One value a joint; NaN for joints that have no column."""
-    wrong = [i for i in fields.numbers(rf"{stem}(\d+)") if not 1 <= i <= joints]
-    if wrong:
-        raise FileError(f"joints are 1–{joints}, got {stem}{wrong[-1]}", path=fields.source)
-    return fields.stacked([f"{stem}{i}" for i in range(1, joints + 1)], missing=np.nan)
-
-
-def _signs(fields: Fields, joints: int) -> np.ndarray | None:
-    values = _per_joint(fields, "direction", joints)
-    if values is not None and len(wrong := np.argwhere(~np.isin(values, (-1, 0, 1)) & ~np.isnan(values))):
-        row, joint = wrong[0]
-        message = f"a direction must be -1, 0 or 1, got {values[row, joint]:g}"
-        raise fields.error(message, int(row), f"direction{joint + 1}")
-    return values
+def _check_range(fields: Fields, excluded: Mask) -> None:
+    """Refuse distances and deviations below 0, and directions that are none."""
+    for key, values in fields.values.items():
+        column = column_of(key)
+        if column is not None and column.name == "direction":
+            wrong, text = ~np.isin(values, (-1, 0, 1)) & ~np.isnan(values), "-1, 0 or 1"
+        elif key == "distance" or key in _SIGMA:
+            wrong, text = values < 0.0, "at least 0"
+        else:
+            continue
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise fields.error(f"it must be {text}, got {values[row]:g}", row, key)
 
 
 def _sigma(fields: Fields) -> tuple[np.ndarray | None, tuple[str, ...]]:
     """Standard deviations; a 0 is one that was rounded, and taken as half of the smallest stated one."""
-    sigma = fields.stacked(_SIGMA, missing=np.nan)
-    if sigma is None:
+    stated = fields.stacked(_SIGMA, missing=np.nan)
+    if stated is None:
         return None, ()
-    if len(wrong := np.argwhere(sigma < 0.0)):
-        row, axis = wrong[0]
-        raise fields.error("a standard deviation must not be negative", int(row), _SIGMA[axis])
-    rounded, sigma, notes = sigma == 0.0, sigma.copy(), []
-    for kind, axes in (("position", slice(0, 3)), ("orientation", slice(3, 6))):
-        stated = sigma[:, axes]
-        if (count := int(rounded[:, axes].any(1).sum())) == 0:
-            continue
-        known = stated[stated > 0.0]
-        stated[stated == 0.0] = 0.5 * known.min() if len(known) else np.nan
-        taken = "half of the smallest stated one" if len(known) else "not stated"
-        notes.append(f"{count} rows state a {kind} sigma of 0, which was rounded; it is taken as {taken}")
+    sigma, notes = stated.copy(), []
+    for kind, own in (("position", sigma[:, :3]), ("orientation", sigma[:, 3:])):
+        if count := int((own == 0.0).any(1).sum()):
+            known = own[own > 0.0]
+            own[own == 0.0] = 0.5 * known.min() if len(known) else np.nan
+            taken = "half of the smallest stated one" if len(known) else "not stated"
+            notes.append(f"{count} rows state a {kind} sigma of 0, which was rounded; it is taken as {taken}")
     return sigma, tuple(notes)
 
 
 def _is_observed(key: str) -> bool:
-    """Whether a column of another package is what was observed."""
+    """Whether a column is what was observed."""
     column = column_of(key)
-    return column is not None and column.observed and column.name not in _CHECKED
+    return column is not None and column.observed
 
 
 def _plain(fields: Fields, joints: int) -> dict[str, Any]:
     """Labels and numbers, which are taken as they are; those of other packages together."""
-    found = {
-        column.name: _per_joint(fields, column.name, joints)
-        if column.per is Per.JOINT
-        else fields.values.get(column.name)
-        for column in known_columns().values()
-        if column.kept and column.name not in _CHECKED
-    }
-    plain = {name: values for name, values in found.items() if values is not None}
-    if "distance" in fields.values and "anchor" not in plain:
-        plain["anchor"] = np.full(fields.rows, "anchor")
-    own = plain.keys() & Dataset.__dataclass_fields__.keys()
-    more = {name: values for name, values in plain.items() if name not in own}
-    return {name: plain[name] for name in own} | {"more": more}
+    plain, more = {}, {}
+    for column in known_columns().values():
+        if not column.kept or column.name in ("exclude", "reason"):
+            continue
+        values = fields.values.get(column.name)
+        if column.per is Per.JOINT:
+            wrong = [i for i in fields.numbers(rf"{column.name}(\d+)") if not 1 <= i <= joints]
+            if wrong:
+                raise FileError(f"joints are 1–{joints}, got {column.name}{wrong[-1]}", path=fields.source)
+            values = fields.stacked(column.names(joints), missing=np.nan)
+        if values is not None:
+            (plain if column.name in Dataset.__dataclass_fields__ else more)[column.name] = values
+    if "distance" in plain:
+        plain.setdefault("anchor", np.full(fields.rows, "anchor"))
+    return {**plain, "more": more}
 
 
 def _excluded_by_file(fields: Fields) -> Mask:
     """Mask that the file itself keeps out."""
-    if "exclude" not in fields.values:
-        return np.zeros(fields.rows, bool)
-    cells = [str(word).strip().lower() for word in fields.values["exclude"]]
-    for row, word in enumerate(cells):
-        if word not in _TRUE | _FALSE:
-            raise fields.error(f"'{word}' is neither true nor false", row, "exclude")
+    cells = [str(word).strip().lower() for word in fields.values.get("exclude", [""] * fields.rows)]
+    if (row := next((k for k, word in enumerate(cells) if word not in _TRUE | _FALSE), None)) is not None:
+        raise fields.error(f"'{cells[row]}' is neither true nor false", row, "exclude")
     return np.array([word in _TRUE for word in cells], bool)
 
 
-def _gaps(fields: Fields, numbers: dict[str, np.ndarray]) -> list[str]:
-    """Why each row can't be used: '' for rows that can.
+def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) -> np.ndarray:
+    """Why each row can't be used: "" for rows that can.
+
+    A row needs position and orientation, if the file has them, or one of the other observations whole; what
+    it has in part keeps it out.
 
     Args:
         fields: Columns in SI.
-        numbers: Observations that hold numbers, each (rows, …), NaN where missing: 'position',
-            'orientation', 'marker 1', 'distance', 'tilt 2', …
+        numbers: Observations that hold numbers, NaN where missing: 'position', 'marker 1', 'tilt 2', …
     """
-    blank = {name: np.isnan(v.reshape(fields.rows, -1)) for name, v in numbers.items()}
-    empty = {name: b.all(1) for name, b in blank.items()}
-    whole = {name: ~b.any(1) for name, b in blank.items()}
+    labels = [fields.values[key] != "" for key in ("contact", "point") if key in fields.values]
+    if not numbers and not labels:
+        raise DataError(
+            f"{fields.source}: nothing was observed: add x[m], y[m], z[m], or distance, contact, markers or "
+            "tilt"
+        )
+    whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}
     if "distance" in whole and "anchor" in fields.values:
         whole["distance"] &= fields.values["anchor"] != ""
-    none = np.zeros(fields.rows, bool)
-    partial = {name: ~whole[name] & ~empty[name] for name in blank}
-    pose = [name for name in ("position", "orientation") if name in blank]
-    other = np.any([none, *(whole[name] for name in blank if name not in pose)], axis=0)
-    for key in ("contact", "point"):
-        if key in fields.values:
-            other |= fields.values[key] != ""
-    gone = np.any([none, *(empty[name] for name in pose)], axis=0) & ~other
-    unseen = ~other if not pose else none
-    reasons = [""] * fields.rows
-    for row in np.flatnonzero(np.any([gone, unseen, *partial.values()], axis=0)).tolist():
-        lost = [name for name in pose if empty[name][row]]
-        if parts := [name for name in blank if partial[name][row]]:
-            reasons[row] = f"lacks {', '.join(_blank_cells(name, numbers[name][row]) for name in parts)}"
-        else:
-            reasons[row] = f"lacks its {' and '.join(lost)}" if lost else "has no observation"
-    return reasons
+    empty = {name: np.isnan(values).all(1) for name, values in numbers.items()}
+    pose = [name for name in ("position", "orientation") if name in numbers]
+    other = np.any(
+        [np.zeros(fields.rows, bool), *labels, *(whole[n] for n in whole if n not in pose)], axis=0
+    )
+    reasons = np.full(fields.rows, "", dtype=object)
+    sound = np.all([np.ones(fields.rows, bool) if pose else other, *whole.values()], axis=0)
+    for row in np.flatnonzero(~sound).tolist():
+        part = [name for name in whole if not whole[name][row] and not empty[name][row]]
+        gone = [f"its {name}" for name in pose if empty[name][row] and not other[row]]
+        if part:
+            reasons[row] = f"lacks {', '.join(_blank_cells(name, numbers[name][row]) for name in part)}"
+        elif gone:
+            reasons[row] = f"lacks {' and '.join(gone)}"
+        elif not pose and not other[row]:
+            reasons[row] = "has no observation"
+    return reasons.astype(str)
 
 
 def _blank_cells(name: str, values: np.ndarray) -> str:
     """What is blank in a row's observation."""
     if name == "position":
-        return ", ".join(key for key, value in zip(_XYZ, values, strict=True) if np.isnan(value))
+        return ", ".join(key for key, value in zip("xyz", values, strict=True) if np.isnan(value))
     return "anchor" if name == "distance" else f"a part of its {name}"
 
 
-def _need_whole_joints(fields: Fields, q: np.ndarray, excluded: Mask) -> None:
-    """Raise when a row that is not kept out lacks a joint position."""
-    rows, joints = np.nonzero(np.isnan(q) & ~excluded[:, None])
-    if len(rows):
-        raise fields.error(
-            "the joint position is missing: fill it in, delete the row, or set its 'exclude' to true",
-            int(rows[0]),
-            f"q{joints[0] + 1}",
-        )
-
-
-def _reasons(fields: Fields, reasons: list[str], found: np.ndarray) -> np.ndarray | None:
-    """The file's reasons, and ours for the rows that we keep out."""
-    if "reason" not in fields.values and not found.any():
-        return None
-    given = fields.values.get("reason", np.full(fields.rows, ""))
-    return np.array(
-        [why if f else str(g) for g, why, f in zip(given, reasons, found, strict=True)], dtype=str
-    )
-
-
-def _excluded_notes(fields: Fields, excluded, found, reasons: list[str]) -> tuple[str, ...]:
-    notes = [f"{plural(int(excluded.sum()), 'row')} excluded by the file"] if excluded.any() else []
+def _row_notes(fields: Fields, excluded: Mask, found: Mask, reasons: np.ndarray) -> tuple[str, ...]:
+    """What is said of excluded rows and of labels."""
     rows = np.flatnonzero(found)
-    notes += [f"data row {row} (line {fields.lines[row]}) {reasons[row]} and is excluded" for row in rows[:5]]
-    if len(rows) > 5:
-        notes.append(f"{len(rows) - 5} more rows with gaps are excluded")
-    if found.any() and (found | excluded).all():
+    if len(rows) and (found | excluded).all():
         raise DataError(
             f"{fields.source}: no row can be used: data row {rows[0]} {reasons[rows[0]]}, and so on"
         )
-    return tuple(notes)
-
-
-def _label_notes(fields: Fields) -> tuple[str, ...]:
-    notes = []
+    notes = [f"{plural(int(excluded.sum()), 'row')} excluded by the file"] if excluded.any() else []
+    own = [f"data row {row} (line {fields.lines[row]}) {reasons[row]} and is excluded" for row in rows]
+    notes += _first(own, "more rows with gaps are excluded")
     for key in ("session", "group"):
         if key in fields.values:
-            number = len(set(fields.values[key].tolist()))
-            notes.append(f"{plural(number, key)}")
+            notes.append(plural(len(set(fields.values[key].tolist())), key))
             if (fields.values[key] == "").any():
                 notes.append(f"rows without a {key} name are taken as one {key}")
     if "distance" in fields.values and "anchor" not in fields.values:
@@ -356,13 +309,3 @@ def _label_notes(fields: Fields) -> tuple[str, ...]:
         if key in fields.values and (missing := int(np.isnan(fields.values[key]).sum())):
             notes.append(f"{plural(missing, 'row')} without {key}")
     return tuple(notes)
-
-
-def _repeats(dataset: Dataset, fields: Fields) -> tuple[str, ...]:
-    """Notes on rows that stand twice."""
-    pairs = repeated_rows(dataset)
-    notes = [
-        f"data row {again} (line {fields.lines[again]}) repeats data row {first} (line {fields.lines[first]})"
-        for first, again in pairs[:5]
-    ]
-    return (*notes, *((f"{len(pairs) - 5} more rows repeat others",) if len(pairs) > 5 else ()))

@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections import Counter
 from dataclasses import dataclass, replace
 
 from workbench.base.columns import Per
@@ -11,14 +10,23 @@ from workbench.base.remedy import remedy
 from workbench.base.units import EXAMPLES, REMARKS, Conversion, Quantity, conversion, parse_heading
 from workbench.base.wording import listed, span
 from workbench.data.known_columns import known_columns
-from workbench.data.readers.headings import is_commanded, meaning, quantities_of, split_ending
+from workbench.data.readers.columns_option import IGNORED
+from workbench.data.readers.headings import (
+    Meaning,
+    is_commanded,
+    known_together,
+    meaning,
+    normalised,
+    quantities_of,
+    split_ending,
+)
 from workbench.data.readers.table import NUMBER, Table
 
 CHOOSE_ON_PAGE = "choose its meaning in the Measure tab, under 'Columns of the file'"
-_JOINT = re.compile(r"q\d+")
-_NUMBER = Quantity.NUMBER
+_TOLD_BY_ROWS = re.compile(r"q\d+|[xyz]|roll|pitch|yaw|r[xyz]|m\d+[xyz]")
+"""Columns whose unit rows of a known arm tell."""
 TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
-"""Units that are offered first where numbers are larger than the others would have them."""
+"""Units that are likeliest where numbers are larger than the others would have them."""
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
 
 
@@ -30,10 +38,11 @@ class TableColumn:
         index: Place in the table, from 0.
         heading: Text of the file.
         key: Its name in formats.md; None: left out.
-        unit: Unit of the file; None for labels and plain numbers.
+        unit: Unit of the file; None for labels and plain numbers, and where it is missing.
         conversion: To SI; None for labels, dates and columns that are left out.
-        remark: A decision to be said.
+        remark: A decision to be said; empty if there is none.
         problem: Why it can't be read.
+        unsaid: The same of a unit that the rows may tell: until then the conversion is that of the likeliest.
     """
 
     index: int
@@ -41,71 +50,98 @@ class TableColumn:
     key: str | None = None
     unit: str | None = None
     conversion: Conversion | None = None
-    remark: str | None = None
+    remark: str = ""
     problem: WorkbenchError | None = None
+    unsaid: UnitError | None = None
 
 
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     """What each column of a table holds; problems are kept in the columns, not raised."""
-    columns = _counted_from_one([_column(table, index) for index in range(len(table.headings))])
-    return _without_duplicates(columns, table)
+    names = [normalised(parse_heading(text).name) for text in table.names]
+    together = known_together(names)
+    columns = [_column(table, index, together.get(name)) for index, name in enumerate(names)]
+    columns = [_with_unit(column, table, columns) for column in columns]
+    from_zero = {c.key[:-1] for c in columns if c.key is not None and c.key in _zeroth()}
+    seen: dict[str, TableColumn] = {}
+    for i, column in enumerate(columns):
+        counted = re.fullmatch(r"(\D+)(\d+)", column.key or "")
+        if counted is not None and counted[1] in from_zero:
+            key = f"{counted[1]}{int(counted[2]) + 1}"
+            remark = f"'{column.heading}' is read as {key}, as the file counts joints from 0"
+            column = columns[i] = replace(column, key=key, remark=remark)
+        if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
+            columns[i] = replace(column, problem=_twice(table, other, column))
+    return tuple(columns)
 
 
-def _column(table: Table, index: int) -> TableColumn:
-    """One column by its heading, its units row, or its unit ending ('x_mm')."""
-    text = table.headings[index]
-    name, unit = parse_heading(text)
-    found = meaning(name)
-    remark = None
-    if found is None and unit is None and (split := split_ending(name)) is not None:
-        name, unit = split
-        found = meaning(name)
-        remark = f"the unit of '{text}' is taken from its name"
-    if found is None or is_commanded(name):
-        goal = (
-            f"'{text}' is a commanded value, not a measurement, and is left out"
-            if is_commanded(name)
-            else None
-        )
-        return TableColumn(index=index, heading=text, remark=goal)
-    if not found.own and remark is None:
-        remark = f"'{text}' is read as {found.key}"
-    column = TableColumn(index=index, heading=text, key=found.key, remark=remark)
-    return _with_unit(column, table, unit if unit is not None else table.units[index] or None)
+def _zeroth() -> set[str]:
+    """Names of the first joint's columns in files that count from 0 (joint_0 …)."""
+    return {"q0", *(f"{c.name}0" for c in known_columns().values() if c.per is Per.JOINT)}
 
 
-def _with_unit(column: TableColumn, table: Table, unit: str | None) -> TableColumn:
-    """The column with its conversion to SI, or with the problem that it has none."""
-    assert column.key is not None
-    quantities = quantities_of(column.key)
-    if not quantities:
+def _twice(table: Table, other: TableColumn, column: TableColumn) -> FileError:
+    both = f"columns {other.index + 1} and {column.index + 1} ('{other.heading}', '{column.heading}')"
+    text = f"{both} both mean {column.key}: remove or rename one"
+    return FileError(text, path=table.source, line=table.heading_line, column=column.heading)
+
+
+def _column(table: Table, index: int, key: str | None) -> TableColumn:
+    """One column by its name and unit, or its unit ending ('x_mm').
+
+    Args:
+        key: What it means beside the others, if that is another thing than alone.
+    """
+    text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
+    column = TableColumn(index=index, heading=text)
+    if name == IGNORED:
         return column
-    where = place(table, column.heading)
-    wanted = EXAMPLES[quantities[0]]
-    if unit is None and wanted != EXAMPLES[_NUMBER]:
+    found = meaning(name) if key is None else Meaning(key, False)
+    if found is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
+        name, unit = split
+        found, remark = meaning(name), f"the unit of '{text}' is taken from its name"
+    if is_commanded(name):
+        return replace(column, remark=f"'{text}' is a commanded value, not a measurement, and is left out")
+    if found is None:
+        return column
+    if not found.own and not remark:
+        remark = f"'{text}' is read as {found.key}"
+    return replace(column, key=found.key, unit=unit, remark=remark)
+
+
+def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) -> TableColumn:
+    """The column with its conversion to SI, or with the problem that it has none."""
+    if column.key is None or not (quantities := quantities_of(column.key)):
+        return column
+    if column.unit is None and quantities[0] is not Quantity.NUMBER:
         if column.key == "time" and table.rows and _DATE.fullmatch(table.columns[column.index][0]):
-            return replace(
-                column, remark=f"'{column.heading}' holds dates, read as seconds from the first row"
-            )
+            remark = f"'{column.heading}' holds dates, read as seconds from the first row"
+            return replace(column, remark=remark)
+        if column.key == "time":
+            remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[s]'"
+            return replace(column, key=None, remark=remark)
+        wanted = EXAMPLES[quantities[0]]
         offered = wanted.split(" or ")
-        largest = _largest(table, quantities)
+        largest = _largest(table, [c for c in columns if c.key and quantities_of(c.key) == quantities])
         too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
         first = next(too_large, offered[0])
         elsewhere = remedy(
             f"give columns='{column.key}[{first}]={column.heading}' (--columns)", page=CHOOSE_ON_PAGE
         )
         message = (
-            f"{where}: the unit is missing: write '{column.heading}[{first}]' in the header "
-            f"({wanted}, whichever applies), or {elsewhere}"
+            f"{place(table, column.heading)}: the unit is missing: write '{column.heading}[{first}]' in the "
+            f"header ({wanted}, whichever applies), or {elsewhere}"
         )
-        return replace(column, problem=UnitError(message, unit=""))
+        missing = UnitError(message, unit="")
+        if not _TOLD_BY_ROWS.fullmatch(column.key):
+            return replace(column, problem=missing)
+        return replace(column, unit=first, conversion=conversion(first, *quantities), unsaid=missing)
     try:
-        found = conversion(unit or "", *quantities)
+        found = conversion(column.unit or "", *quantities)
     except UnitError as error:
-        return replace(column, unit=unit, problem=UnitError(f"{where}: {error}", unit=unit or ""))
-    remark = REMARKS.get(unit or "")
-    remark = "; ".join(part for part in (column.remark, remark) if part) or None
-    return replace(column, unit=unit, conversion=found, remark=remark)
+        problem = UnitError(f"{place(table, column.heading)}: {error}", unit=column.unit or "")
+        return replace(column, problem=problem)
+    remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
+    return replace(column, conversion=found, remark="; ".join(remarks))
 
 
 def place(table: Table, heading: str) -> str:
@@ -114,97 +150,47 @@ def place(table: Table, heading: str) -> str:
     return f"{table.source}{line}, column '{heading}'"
 
 
-def _counted_from_one(columns: list[TableColumn]) -> list[TableColumn]:
-    """Joints, torques and directions that a file counts from 0 (joint_0 …) are counted from 1."""
-    for stem in ("q", *(c.name for c in known_columns().values() if c.per is Per.JOINT)):
-        pattern = re.compile(rf"{stem}(\d+)")
-        if not any(column.key == f"{stem}0" for column in columns):
-            continue
-        for i, column in enumerate(columns):
-            if column.key is not None and (match := pattern.fullmatch(column.key)):
-                key = f"{stem}{int(match[1]) + 1}"
-                remark = f"'{column.heading}' is read as {key}, as the file counts joints from 0"
-                columns[i] = replace(column, key=key, remark=remark)
-    return columns
+def problems(columns: tuple[TableColumn, ...], *, rows_tell: bool) -> list[WorkbenchError]:
+    """What stands against reading the columns; missing units are one sentence.
 
-
-def _without_duplicates(columns: list[TableColumn], table: Table) -> tuple[TableColumn, ...]:
-    """Columns, where two of the same meaning are each other's problem."""
-    seen: dict[str, TableColumn] = {}
-    for i, column in enumerate(columns):
-        if column.key is None:
-            continue
-        if (other := seen.setdefault(column.key, column)) is not column:
-            both = (
-                f"the heading appears twice (columns {other.index + 1} and {column.index + 1})"
-                if other.heading == column.heading
-                else f"'{other.heading}' and '{column.heading}' both mean {column.key}"
-            )
-            message = f"{both}: remove or rename one"
-            problem = FileError(message, path=table.source, line=table.heading_line, column=column.heading)
-            columns[i] = replace(column, problem=problem)
-    return tuple(columns)
-
-
-def problems(columns: tuple[TableColumn, ...]) -> list[WorkbenchError]:
-    """What stands against reading the columns; equal sentences about several columns are joined."""
-    found = [(column, column.problem) for column in columns if column.problem is not None]
-    missing = [column for column, problem in found if isinstance(problem, UnitError) and not problem.unit]
-    result: list[WorkbenchError] = []
-    for column, problem in found:
-        if column not in missing:
-            result.append(problem)
-        elif column is missing[0]:
-            more = f" (likewise {listed([c.heading for c in missing[1:]])})" if len(missing) > 1 else ""
-            result.append(UnitError(f"{problem}{more}", unit=""))
-    return result
+    Args:
+        rows_tell: Whether units that the rows may tell are no problem.
+    """
+    found = [(c, c.problem or (None if rows_tell else c.unsaid)) for c in columns]
+    unitless = [(c, problem) for c, problem in found if isinstance(problem, UnitError) and not problem.unit]
+    others = [problem for pair in found if (problem := pair[1]) is not None and pair not in unitless]
+    if not unitless:
+        return others
+    more = f" (likewise {listed([c.heading for c, _ in unitless[1:]])})" if unitless[1:] else ""
+    return [UnitError(f"{unitless[0][1]}{more}", unit=""), *others]
 
 
 def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     """Everything decided about the columns, in few sentences."""
-    notes: list[str] = []
-    renamed = [
-        column
-        for column in columns
-        if column.remark == f"'{column.heading}' is read as {column.key}"
-        and _JOINT.fullmatch(str(column.key))
-    ]
-    if len(renamed) > 3:
-        keys, headings = [str(column.key) for column in renamed], [column.heading for column in renamed]
-        notes.append(f"headings {span([repr(h) for h in headings])} are read as {span(keys)}")
+    renamed = {
+        f"'{c.heading}'": str(c.key)
+        for c in columns
+        if c.remark == f"'{c.heading}' is read as {c.key}" and re.fullmatch(r"q\d+", str(c.key))
+    }
+    notes = [f"{span([*renamed])} are read as {span([*renamed.values()])}"] if len(renamed) > 1 else []
     notes += [
-        column.remark for column in columns if column.remark and not (len(renamed) > 3 and column in renamed)
+        c.remark for c in columns if c.remark and not (len(renamed) > 1 and f"'{c.heading}'" in renamed)
     ]
-    units: dict[tuple[str, str], list[str]] = {}
+    units: dict[tuple[str, Quantity], list[str]] = {}
     for column in columns:
         if column.conversion is not None and column.unit:
-            si = str(column.conversion.quantity)
-            units.setdefault((column.unit, si), []).append(str(column.key))
+            units.setdefault((column.unit, column.conversion.quantity), []).append(str(column.key))
     notes += [
         f"{span(keys)}: {unit} converted to {si}"
         for (unit, si), keys in units.items()
-        if unit != si and si != str(_NUMBER)
+        if unit != si and si is not Quantity.NUMBER
     ]
-    left_out = [
-        column.heading
-        for column in columns
-        if column.key is None and column.remark is None and column.heading
-    ]
-    if left_out:
-        notes.append(f"unknown columns are left out: {listed(left_out)}")
-    nameless = sum(column.key is None and not column.heading for column in columns)
-    if nameless:
-        notes.append(f"{nameless} column(s) without a heading are left out")
-    twice = [heading for heading, n in Counter(left_out).items() if n > 1]
-    if twice:
-        notes.append(f"among them {listed(twice)} more than once")
-    return tuple(dict.fromkeys(notes))
+    left_out = [c.heading or "(no heading)" for c in columns if c.key is None and not c.remark]
+    return (*dict.fromkeys(notes), *((f"columns left out: {listed(left_out)}",) if left_out else ()))
 
 
-def _largest(table: Table, quantities: tuple[Quantity, ...]) -> float:
-    """Of all numbers in the columns of a kind."""
-    found = (meaning(parse_heading(heading).name) for heading in table.headings)
-    kind = [known is not None and quantities_of(known.key) == quantities for known in found]
-    cells = (cell for column, own in zip(table.columns, kind, strict=True) if own for cell in column)
-    numbers = (cell.replace(",", ".") for cell in cells if NUMBER.fullmatch(cell))
-    return max((abs(float(number.replace("\u2212", "-"))) for number in numbers), default=0.0)
+def _largest(table: Table, columns: list[TableColumn]) -> float:
+    """Of all numbers in some columns."""
+    cells = (cell for column in columns for cell in table.columns[column.index])
+    numbers = (cell.replace(",", ".").replace("\u2212", "-") for cell in cells if NUMBER.fullmatch(cell))
+    return max((abs(float(number)) for number in numbers), default=0.0)

@@ -1,6 +1,6 @@
-"""The `columns` option: what each column, or each MATLAB matrix, holds.
+"""What the caller says of the columns of a file, or of the matrices of a MATLAB file: {heading: meaning}.
 
-Two forms. A list in the order of the columns, for files without a header:
+The `columns` option has two forms. A list in the order of the columns, for files without a header:
 
     q1[deg],q2[deg],…,q6[deg],xyz[mm],quat
 
@@ -16,10 +16,12 @@ doubt) that one row is. The two sides may stand the other way round: Q[column]=q
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from workbench.base.errors import OptionError
 
+MATRIX = tuple(f"r{i}{j}" for i in "123" for j in "123")
 GROUPS: dict[str, tuple[str, ...]] = {
     "xyz": ("x", "y", "z"),
     "rpy": ("roll", "pitch", "yaw"),
@@ -27,8 +29,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "quat": ("qw", "qx", "qy", "qz"),
     "quat_xyzw": ("qx", "qy", "qz", "qw"),
     "rotvec": ("rx", "ry", "rz"),
-    "matrix": tuple(f"r{i}{j}" for i in "123" for j in "123"),
-    "pose": ("x", "y", "z", *(f"r{i}{j}" for i in "123" for j in "123")),
+    "matrix": MATRIX,
+    "pose": ("x", "y", "z", *MATRIX),
 }
 SAME_GROUPS = {
     "p": "xyz",
@@ -42,25 +44,29 @@ Joints = int | Sequence[str] | None
 """Number of joints of a robot, or their names in order; None: not known."""
 IGNORED = "-"
 """Leaves a column out."""
-_ORIENTATIONS = {"row": "row", "rows": "row", "column": "column", "columns": "column", "col": "column"}
-_ITEM = re.compile(r"(?P<name>[^\[\]]*)(?:\[(?P<inner>[^\[\]]*)\])?")
-_DOTS = ("…", "...", "..")
+UNITLESS = re.compile(r"r\d\d|q[wxyz]|direction\d+")
+"""Columns that carry no unit, whatever their group has."""
+_SIDES = {"row": "row", "rows": "row", "column": "column", "columns": "column", "col": "column"}
+_ITEM = re.compile(r"\s*([^\[\]]*[^\[\]\s])\s*(?:\[([^\[\]]*)\])?\s*")
+_RUN = re.compile(r"([^\W\d]+)(\d{1,3})(\[[^]]*\])?[\s,;]*(?:…|\.\.\.?)[\s,;]*\1(\d{1,3})(\[[^]]*\])?")
+"""Numbered names with dots between them: 'q1[deg], …, q6[deg]'."""
 
 
 @dataclass(frozen=True)
 class NamedUnit:
-    """One side of an entry: a name with what stood in its brackets."""
+    """A name with what stood in its brackets."""
 
     name: str
     unit: str | None = None
     orientation: str | None = None
 
     def heading(self, key: str | None = None) -> str:
-        return (key or self.name) + (f"[{self.unit}]" if self.unit is not None else "")
+        """The name, or one of the columns that it stands for, with the unit."""
+        key = key or self.name
+        return key if self.unit is None or UNITLESS.fullmatch(key) else f"{key}[{self.unit}]"
 
 
-@dataclass(frozen=True)
-class Pair:
+class Pair(NamedTuple):
     """Two names that mean the same; which is the file's is found by looking into the file."""
 
     left: NamedUnit
@@ -80,68 +86,40 @@ class Naming:
 def parse_columns(text: str) -> Naming:
     items: list[NamedUnit] = []
     pairs: list[Pair] = []
-    for part in _parts(text):
+    for part in re.split(r"[,;\n](?![^\[]*\])", _RUN.sub(_counted_on, text)):
         left, equals, right = part.partition("=")
         if equals:
             pairs.append(Pair(_item(left, text), (_item(right, text),)))
-        elif pairs:
-            last = pairs[-1]
-            pairs[-1] = Pair(last.left, (*last.right, _item(part, text)))
-        else:
+        elif part.strip() and pairs:  # one more column of the matrix
+            pairs[-1] = Pair(pairs[-1].left, (*pairs[-1].right, _item(part, text)))
+        elif part.strip():
             items.append(_item(part, text))
     if bool(items) == bool(pairs):
         raise OptionError(
             f"columns='{text}' is neither a list ('q1[deg],…,x[mm],y[mm],z[mm]') "
             "nor pairs ('q[rad|column]=Q')"
         )
-    pairs = [Pair(pair.left, _counted_on(pair.right, text)) for pair in pairs]
-    return Naming(text, _counted_on(tuple(items), text), tuple(pairs))
+    return Naming(text, tuple(items), tuple(pairs))
 
 
-def _parts(text: str) -> list[str]:
-    """Entries, parted at commas, semicolons or line ends that are outside brackets; '=' drops its blanks."""
-    flat = re.sub(r"\s*=\s*", "=", text)
-    flat = re.sub(r"(?<=[\w\]])\s*(\.\.\.?|…)\s*(?=[A-Za-z])", r",…,", flat)
-    parts = re.split(r"[,;\n](?![^\[]*\])", flat)
-    return [part.strip() for part in parts if part.strip()]
+def _counted_on(run: re.Match[str]) -> str:
+    """'q1[deg],q2[deg],q3[deg]' of 'q1[deg],…,q3'."""
+    unit = run[3] or run[5] or ""
+    return ",".join(f"{run[1]}{n}{unit}" for n in range(int(run[2]), int(run[4]) + 1))
 
 
 def _item(text: str, whole: str) -> NamedUnit:
     """A name with its brackets: [unit], [row] or [unit|column]."""
-    match = _ITEM.fullmatch(text.strip())
-    if match is None or not match["name"].strip():
-        raise OptionError(f"columns='{whole}': '{text}' is not of the form name[unit] or name[unit|column]")
-    unit = orientation = None
-    for token in (match["inner"] or "").split("|") if match["inner"] is not None else ():
-        token = token.strip()
-        if token.lower() in _ORIENTATIONS:
-            orientation = _ORIENTATIONS[token.lower()]
-        elif unit is None:
-            unit = token
-        else:
-            raise OptionError(f"columns='{whole}': '{text}' has two units, '{unit}' and '{token}'")
-    return NamedUnit(match["name"].strip(), unit, orientation)
-
-
-def _counted_on(items: tuple[NamedUnit, ...], whole: str) -> tuple[NamedUnit, ...]:
-    """Items with 'q1, …, q6' written out."""
-    result: list[NamedUnit] = []
-    for i, item in enumerate(items):
-        if item.name not in _DOTS:
-            result.append(item)
-            continue
-        first = re.fullmatch(r"(\D*)(\d+)", result[-1].name) if result else None
-        last = re.fullmatch(r"(\D*)(\d+)", items[i + 1].name) if i + 1 < len(items) else None
-        if first is None or last is None or first[1] != last[1] or int(last[2]) <= int(first[2]):
-            raise OptionError(
-                f"columns='{whole}': '…' must be between numbered names, as in q1[deg],…,q6[deg]"
-            )
-        unit = result[-1].unit if result[-1].unit is not None else items[i + 1].unit
-        result[-1] = NamedUnit(result[-1].name, unit)
-        result += [NamedUnit(f"{first[1]}{n}", unit) for n in range(int(first[2]) + 1, int(last[2]))]
-        if items[i + 1].unit is None:
-            items = (*items[: i + 1], NamedUnit(items[i + 1].name, unit), *items[i + 2 :])
-    return tuple(result)
+    found = _ITEM.fullmatch(text)
+    tokens = [] if found is None or found[2] is None else [token.strip() for token in found[2].split("|")]
+    units = [token for token in tokens if token.lower() not in _SIDES]
+    if found is None or len(units) > 1 or re.search(r"…|\.\.", found[1]):
+        raise OptionError(
+            f"columns='{whole}': '{text.strip()}' is not of the form name[unit] or name[unit|column], "
+            "nor '…' between numbered names, as in q1[deg],…,q6[deg]"
+        )
+    sides = [_SIDES[token.lower()] for token in tokens if token.lower() in _SIDES]
+    return NamedUnit(found[1], *(units or [None]), *sides[:1])
 
 
 def group_keys(name: str) -> tuple[str, ...] | None:
@@ -153,34 +131,20 @@ def group_keys(name: str) -> tuple[str, ...] | None:
 
 def headings_in_order(naming: Naming, width: int) -> tuple[str, ...]:
     """Headings of all columns, with groups written out; a lone 'q[deg]' takes the columns that are left."""
-    items = naming.items
-    if len(items) == width:
-        groups = [item for item in items if item.name != "q" and _width(item) > 1]
-        if not groups:
-            return tuple(item.heading() for item in items)
-    fixed = sum(_width(item) for item in items if item.name != "q")
-    open_groups = sum(item.name == "q" for item in items)
-    joints = width - fixed
-    if fixed + open_groups > width or open_groups > 1 or (not open_groups and fixed != width):
+    keys = [group_keys(item.name) or (item.name,) for item in naming.items]
+    joints = [k for k, item in enumerate(naming.items) if item.name == "q"]
+    free = width - sum(map(len, keys)) + len(joints)
+    if len(joints) == 1:
+        keys[joints[0]] = tuple(f"q{i}" for i in range(1, free + 1))
+    headings = [item.heading(k) for item, own in zip(naming.items, keys, strict=True) for k in own]
+    if len(headings) != width or not all(keys):
         raise OptionError(
-            f"columns='{naming.text}' names {fixed + open_groups} columns where the file has {width}: "
+            f"columns='{naming.text}' names {len(headings)} columns where the file has {width}: "
             "name each in order, '-' for one to leave out"
         )
-    headings: list[str] = []
-    for item in items:
-        if item.name == "q":
-            headings += [item.heading(f"q{i}") for i in range(1, joints + 1)]
-        elif _width(item) > 1:
-            headings += [_group_heading(item, key) for key in group_keys(item.name) or ()]
-        else:
-            headings.append(item.heading())
     return tuple(headings)
 
 
-def _group_heading(item: NamedUnit, key: str) -> str:
-    """Heading of one column of a group; the numbers of rotations and quaternions carry no unit."""
-    return key if re.fullmatch(r"r\d\d|q[wxyz]", key) else item.heading(key)
-
-
-def _width(item: NamedUnit) -> int:
-    return len(group_keys(item.name) or "1")
+def with_unit(item: NamedUnit, unit: str | None) -> NamedUnit:
+    """The same, with a unit where it has none."""
+    return item if item.unit is not None else replace(item, unit=unit)

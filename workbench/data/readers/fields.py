@@ -1,14 +1,9 @@
-"""Columns in SI by their names in formats.md, from cells of text: what readers and layouts pass on.
-
-Whether '1,5' is a number is decided once for a file: decimal commas and decimal points in the same file, or
-commas that could as well group thousands, are refused.
-"""
+"""Columns in SI by their names in formats.md, from cells of text: what readers and layouts pass on."""
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -19,21 +14,10 @@ from workbench.data.readers.column_meanings import TableColumn, decisions, inter
 from workbench.data.readers.table import Table
 
 MISSING = frozenset({"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "missing"})
-_COMMA = re.compile(r"[-+\u2212]?(\d+,\d*|,\d+)([eE][-+]?\d+)?")
-_POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
-_BOTH = re.compile(r"[-+\u2212]?\d[\d.,' ]*[.,]\d+[.,]\d+([eE][-+]?\d+)?")
-_THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
-
-
 MAX_NUMBER = 1e50
 """Larger numbers are no measurements, and their squares no numbers."""
-
-
-class Decimal(StrEnum):
-    """What marks decimals in a file."""
-
-    POINT = "."
-    COMMA = ","
+BASE, MEASURING = "robot-base", "measuring"
+"""Frames of poses: the robot's base, and the one that the base of a robot file stands in."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,11 +29,12 @@ class Fields:
         lines: Line of each row in the file.
         values: Numbers in SI (NaN: missing) or labels, by the column's name in formats.md.
         headings: The file's text over each of them.
-        units: The file's unit of each of them, where a layout knows it.
+        units: The file's unit of each of them, where it is known.
         began: Date of the first row, where `time` was read from dates and counts from there.
         rotation: Orientations that a layout has already made, in place of columns; NaN where missing.
         notes: Decisions taken so far.
-        unread: The file's text over columns that are left out.
+        unread: Text of columns that are left out, by the file's text over them.
+        unsaid: What is wrong where units are missing that the rows may tell.
     """
 
     source: str
@@ -60,7 +45,8 @@ class Fields:
     began: datetime | None = None
     rotation: Float[np.ndarray, "rows 3 3"] | None = None
     notes: tuple[str, ...] = ()
-    unread: tuple[str, ...] = ()
+    unread: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    unsaid: str = ""
 
     @property
     def rows(self) -> int:
@@ -103,10 +89,14 @@ class Fields:
         return FileError(message, path=self.source, line=self.lines[row], column=column)
 
 
-def fields_of(table: Table) -> Fields:
-    """All columns of a table that are understood, in SI."""
+def fields_of(table: Table, *, rows_tell: bool = False) -> Fields:
+    """All columns of a table that are understood, in SI.
+
+    Args:
+        rows_tell: Whether units may be missing that the rows tell (`Dataset.unsaid`).
+    """
     columns = interpret_columns(table)
-    for problem in problems(columns):
+    for problem in problems(columns, rows_tell=rows_tell):
         raise problem
     return convert(table, columns)
 
@@ -115,84 +105,51 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
     """The understood columns in SI."""
     if not table.rows:
         raise DataError(f"{table.source}: there is a header but no data row: at least one is needed")
-    used = [column for column in columns if column.key is not None]
-    numeric = [column.index for column in used if column.conversion is not None]
-    decimal = decimal_of(table, numeric)
-    note = ("decimal commas",) if decimal is Decimal.COMMA else ()
-    dated = next((c for c in used if c.key == "time" and c.conversion is None), None)
+    used = {column.key: column for column in columns if column.key is not None}
+    time, began = used.get("time"), None
+    values = {key: _values(table, column) for key, column in used.items()}
+    if time is not None and time.conversion is None:
+        values["time"], began = _seconds(table, time.index)
     return Fields(
         source=table.source,
         lines=table.lines,
-        values={str(column.key): _values(table, column, decimal) for column in used},
-        headings={str(column.key): column.heading for column in used},
-        began=None if dated is None else datetime.fromisoformat(table.columns[dated.index][0]),
-        notes=table.notes + note + decisions(columns),
-        unread=tuple(column.heading for column in columns if column.key is None),
+        values=values,
+        headings={key: column.heading for key, column in used.items()},
+        units={key: column.unit for key, column in used.items() if column.unit},
+        began=began,
+        notes=table.notes + decisions(columns),
+        unread={c.heading: tuple(table.columns[c.index]) for c in columns if c.key is None and c.heading},
+        unsaid=str(next(iter(problems(columns, rows_tell=False)), "")),
     )
 
 
-def _values(table: Table, column: TableColumn, decimal: Decimal) -> np.ndarray:
-    if column.key == "time" and column.conversion is None:
-        return _seconds(table, column)
+def _values(table: Table, column: TableColumn) -> np.ndarray:
     if column.conversion is None:
         return np.array([of_cell(cell) for cell in table.columns[column.index]], dtype=str)
-    return column.conversion.to_si(to_numbers(table, column.index, decimal))
+    return column.conversion.to_si(to_numbers(table, column.index))
 
 
-def _seconds(table: Table, column: TableColumn) -> np.ndarray:
-    """Dates as seconds from the first row."""
-    dates = []
-    for row, cell in enumerate(table.columns[column.index]):
+def _seconds(table: Table, index: int) -> tuple[np.ndarray, datetime]:
+    """Dates as seconds from the first row, and its date."""
+    first, seconds = None, []
+    for row, cell in enumerate(table.columns[index]):
         try:
-            dates.append(datetime.fromisoformat(cell))
-        except ValueError:
-            wrong = f"'{cell[:40]}' is not a date like 2020-07-14T16:39:04"
-            raise table.error(wrong, column.index, row) from None
-    try:
-        return np.array([(date - dates[0]).total_seconds() for date in dates])
-    except TypeError:
-        raise table.error("some dates have a time zone and some have none", column.index) from None
+            date = datetime.fromisoformat(cell)
+            first = first or date
+            seconds.append((date - first).total_seconds())
+        except (ValueError, TypeError):  # no date, or with a time zone where the first has none
+            wrong = (
+                f"'{cell[:40]}' is not a date like 2020-07-14T16:39:04 (a time zone in all rows or in none)"
+            )
+            raise table.error(wrong, index, row) from None
+    assert first is not None, "there are rows"
+    return np.array(seconds), first
 
 
-def decimal_of(table: Table, indices: Sequence[int]) -> Decimal:
-    """What marks decimals in the given columns."""
-    cells = [table.columns[i] for i in indices]
-    if not any("," in "\t".join(column) for column in cells):
-        return Decimal.POINT
-    comma, point, both = (_first(table, indices, pattern) for pattern in (_COMMA, _POINT, _BOTH))
-    if both is not None:
-        text, *place = both
-        raise table.error(f"'{text}' groups thousands: save the table without thousands separators", *place)
-    if comma is None:
-        return Decimal.POINT
-    text, *place = comma
-    if point is not None:
-        raise table.error(
-            f"'{text}' has a decimal comma, but '{point[0]}' (line {table.lines[point[2]]}) a decimal point: "
-            "use the same one in all numbers",
-            *place,
-        )
-    if all(_THOUSANDS.fullmatch(cell) for column in cells for cell in column if "," in cell):
-        raise table.error(
-            f"'{text}' may be a decimal comma or group thousands, and no other number decides it: "
-            "write the numbers with decimal points",
-            *place,
-        )
-    return Decimal.COMMA
-
-
-def _first(table: Table, indices: Sequence[int], pattern: re.Pattern[str]) -> tuple[str, int, int] | None:
-    """Text, column and row of the first cell of that form."""
-    rows = enumerate(zip(*(table.columns[i] for i in indices), strict=True))
-    cells = ((cell, i, row) for row, own in rows for i, cell in zip(indices, own, strict=True))
-    return next((cell for cell in cells if pattern.fullmatch(cell[0])), None)
-
-
-def to_numbers(table: Table, index: int, decimal: Decimal) -> Float[np.ndarray, " rows"]:
-    """One column as numbers; NaN where a cell is blank or says so."""
-    cells: Sequence[str] = table.columns[index]
-    if decimal is Decimal.COMMA:
-        cells = [cell.replace(",", ".") for cell in cells]
+def to_numbers(table: Table, column: int | str) -> Float[np.ndarray, " rows"]:
+    """One column, by its place or heading, as numbers; NaN where a cell is blank or says so."""
+    index = column if isinstance(column, int) else table.headings.index(column)
+    cells = table.columns[index]
     try:
         if "_" in "".join(cells):
             raise ValueError
@@ -201,29 +158,28 @@ def to_numbers(table: Table, index: int, decimal: Decimal) -> Float[np.ndarray, 
         values = np.array([_number(table, index, row, cell) for row, cell in enumerate(cells)], dtype=float)
     if (beyond := np.abs(values) > MAX_NUMBER).any():
         row = int(np.argmax(beyond))
-        what = "infinite" if np.isinf(values[row]) else "no measured value"
-        text = table.columns[index][row][:40]
-        raise table.error(f"'{text}' is {what}: correct it, or leave the cell blank", index, row)
+        raise table.error(
+            f"'{cells[row][:40]}' is infinite or beyond any measurement: correct it, or leave the cell blank",
+            index,
+            row,
+        )
     return values
 
 
 def _number(table: Table, index: int, row: int, cell: str) -> float:
-    cell = cell.replace("\u2212", "-").replace("\u00a0", "").strip()
-    if cell.lower() in MISSING:
+    text = cell.replace("\u2212", "-").replace("\u00a0", "").strip()
+    if text.lower() in MISSING:
         return np.nan
     try:
-        if "_" not in cell:
-            return float(cell)
+        if "_" not in text:
+            return float(text)
     except ValueError:
         pass
-    text = table.columns[index][row][:40]
-    raise table.error(f"'{text}' is not a number: correct it, or leave the cell blank", index, row)
-
-
-BASE = "robot-base"
-"""The robot's base frame."""
-MEASURING = "measuring"
-"""The frame that the base of a robot file stands in."""
+    raise table.error(
+        f"'{cell[:40]}' is not a number: write it without thousands separators, or leave the cell blank",
+        index,
+        row,
+    )
 
 
 def in_base(fields: Fields, *, usual: str = MEASURING) -> bool:
@@ -236,14 +192,11 @@ def in_base(fields: Fields, *, usual: str = MEASURING) -> bool:
         fields: Columns in SI.
         usual: What a file without the column means.
     """
-    named = fields.values.get("pose_frame")
-    if named is None:
-        return usual == BASE
-    for row, name in enumerate(named):
-        if name not in (BASE, MEASURING) or name != named[0]:
-            raise fields.error(
-                f"pose_frame must be {BASE} or {MEASURING}, the same in all rows, got '{name}'",
-                row,
-                "pose_frame",
-            )
-    return bool(named[0] == BASE)
+    named = set(fields.values.get("pose_frame", np.array([usual])).tolist())
+    if len(named) > 1 or not named <= {BASE, MEASURING}:
+        raise FileError(
+            f"pose_frame must be {BASE} or {MEASURING}, the same in all rows, got '{sorted(named)[0]}'",
+            path=fields.source,
+            column="pose_frame",
+        )
+    return named == {BASE}

@@ -1,10 +1,12 @@
 """The kind of a file by its first bytes: accepted, or refused with a sentence that names it."""
 
+import re
 from enum import StrEnum
 from pathlib import Path
 
 from workbench.base import files
 from workbench.base.errors import FileError
+from workbench.base.remedy import remedy
 
 
 class FileKind(StrEnum):
@@ -13,6 +15,8 @@ class FileKind(StrEnum):
     TEXT = "text table"
     EXCEL = "xlsx"
     PARQUET = "parquet"
+    NPZ = "npz"
+    JSON = "JSON"
 
 
 TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
@@ -20,20 +24,27 @@ TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
 TABLE = "write the measurements as CSV, TSV, xlsx, parquet or MATLAB v5"
 """What to do about a file that is no table."""
 POSE_PAIRS = "pairs of a robot's pose and a target's in a camera are for 'workbench handeye'"
-_REFUSED: tuple[tuple[bytes, str], ...] = (
-    (b"\x89PNG", "this is a PNG picture, not a table"),
-    (b"\xff\xd8\xff", "this is a JPEG picture, not a table"),
-    (b"GIF8", "this is a GIF picture, not a table"),
-    (b"%PDF", "this is a PDF document, not a table"),
-    (b"\x1f\x8b", "this is a gzip archive: unpack it first"),
-    (b"7z\xbc\xaf", "this is a 7z archive: unpack it first"),
-    (b"RRF", "this is a recording: open it with 'workbench review'"),
-    (b"\x93NUMPY", "this is a NumPy array without column names: save it as CSV with a header line"),
-    (b"\xd0\xcf\x11\xe0", "this is an old Excel file (.xls): save it as .xlsx"),
-    (b"\x89HDF", "this is an HDF5 file (MATLAB's -v7.3 too): save it from MATLAB with -v7, or as CSV"),
-    (b"MATLAB 7.3", "this is a MATLAB 7.3 file: save it with -v7"),
-    (b"\x7fELF", "this is a program, not a table"),
+_PROGRAM = (
+    rb"(?mi)\s*(?:def \w+\(|(?:PROC|MODULE|PROGRAM|[JL]MOVE|PTP) \S|/PROG\b|/JOB\b|\.PROGRAM\b|&ACCESS)"
+    rb"|(?s:.*)(?:\bmove?[jlcp] ?\(|^\s*\d+ ?: *[JLC] +P\[)"
 )
+"""How programs of robots begin, and how they move."""
+_REFUSED = (
+    (rb"\x89PNG|\xff\xd8\xff|GIF8", "a picture (PNG, JPEG, GIF)"),
+    (rb"%PDF", "a PDF document"),
+    (rb"PK\x03\x04|\x1f\x8b|7z\xbc\xaf", f"an archive (zip, gzip, 7z), which must be unpacked; {POSE_PAIRS}"),
+    (rb"\xd0\xcf\x11\xe0", "an old Excel file (.xls), to be saved as .xlsx"),
+    (rb"\x89HDF|MATLAB 7\.3", "an HDF5 file, as of MATLAB's -v7.3, to be saved with -v7"),
+    (_PROGRAM, "a robot's program; of programs RAPID, KRL, JBI and URScript are read by 'compensate'"),
+    (rb"RRF", "a recording, which 'workbench review' opens"),
+    (rb"\s*<", "XML, such as a robot description (URDF): {robot}"),
+    (rb"\s*(---\s*)?(- *\r?\n? *)?[A-Za-z_]\w*:( +[\"']{2})?\r?\n", f"YAML; {POSE_PAIRS}"),
+    (
+        rb"(\s*#.*\n)*\s*(\[\[?[\w.\"' -]+\]\]?\s*[\r\n]|[\w-]+\s*=\s*[\"\[{\d.+-])",
+        "TOML, a robot or a plate: {robot}",
+    ),
+)
+"""How files begin that are no tables, and what they are."""
 
 
 def read_bytes(path: Path) -> bytes:
@@ -48,22 +59,22 @@ def read_bytes(path: Path) -> bytes:
 
 
 def kind_of(data: bytes, path: Path) -> FileKind:
-    if data.startswith(b"PK\x03\x04"):
-        return _zip_kind(data, path)
+    """What a file holds.
+
+    Raises:
+        FileError: It is plainly something else than a table.
+    """
+    if data.startswith(b"PK\x03\x04") and b"xl/" in data and b"[Content_Types].xml" in data:
+        return FileKind.EXCEL
     if data.startswith(b"PAR1"):
         return FileKind.PARQUET
-    for magic, sentence in _REFUSED:
-        if data.startswith(magic):
-            raise FileError(f"{sentence}; {TABLE}" if "not a table" in sentence else sentence, path=str(path))
+    if data.startswith(b"PK\x03\x04") and b".npy" in data[:200]:
+        return FileKind.NPZ
+    if re.match(rb"(\xef\xbb\xbf)?\s*(\{|\[\s*\{)", data[:4000]):
+        return FileKind.JSON
+    start = data[:4000].removeprefix(b"\xef\xbb\xbf")
+    found = next((what for pattern, what in _REFUSED if re.match(pattern, start)), None)
+    if found is not None:
+        robot = remedy("give it as --robot or --plate", page="open it in the Robot tab")
+        raise FileError(f"this is {found.format(robot=robot)}; {TABLE}", path=str(path))
     return FileKind.TEXT
-
-
-def _zip_kind(data: bytes, path: Path) -> FileKind:
-    """An xlsx is a zip archive with a workbook in it."""
-    if b"xl/" in data and b"[Content_Types].xml" in data:
-        return FileKind.EXCEL
-    if b"opendocument.spreadsheet" in data[:200]:
-        raise FileError("this is an OpenDocument table (.ods): save it as .xlsx or CSV", path=str(path))
-    if b".npy" in data[:200]:
-        raise FileError(f"these are arrays of NumPy, not a table; {POSE_PAIRS}; {TABLE}", path=str(path))
-    raise FileError(f"this is a zip archive: unpack it first; {TABLE}", path=str(path))

@@ -6,6 +6,7 @@ else; commanded values are never taken for measured ones.
 """
 
 import re
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -20,47 +21,50 @@ PIXEL_LABELS = ("image", "camera", "id", "corner")
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _JOINT_TEXT = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
 _JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse"
+_JOINT_TEXT += "|rax|field_position|joint_states_position"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm|measured|actual|ist"
 _MEASURED = "pos|position|p|measured|measurement|meas|actual|ist|mess|messwert"
 _COMMANDED = re.compile(
     r"(^|_)(goal|target|cmd|command|commanded|desired|nominal|soll|setpoint|ref|reference)(_|$)"
 )
 
-# (pattern of the normalised name, key). Ours come first; {0}, {1} are the pattern's groups.
+# (pattern of the normalised name, key). {0}, {1} are the pattern's groups.
 _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(pattern.replace(r"\d+", r"\d{1,9}"), re.ASCII), key)
     for pattern, key in (
-        (r"q(\d+)", "q{0}"),
-        (r"([xyz])", "{0}"),
-        (r"(roll|pitch|yaw)", "{0}"),
-        (r"zxz_(phi|theta|psi)", "zxz_{0}"),
-        (r"q([wxyz])", "q{0}"),
-        (r"r([xyz])", "r{0}"),
-        (r"r_?([123])_?([123])", "r{0}{1}"),
-        (r"m(\d+)([xyz])", "m{0}{1}"),
-        (r"sigma_(x|y|z|rx|ry|rz)", "sigma_{0}"),
-        (r"tilt_([xy])(\d+)", "tilt_{0}{1}"),
-        (r"(force|moment)_([xyz])", "{0}_{1}"),
-        (rf"(?:{_JOINT_TEXT})_?(\d+)", "q{0}"),
-        (rf"(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
-        (r"joint_a(\d+)", "q{0}"),
-        (rf"(?:{_MEASURED})_([xyz])|(?:t|p)([xyz])", "{0}"),
+        (rf"(?:{_JOINT_TEXT})_?(\d+)|(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)|joint_a(\d+)", "q{0}"),
+        (rf"m?([xyz])_coord(?:inate)?|(?:(?:{_MEASURED})_|t|p)?([xyz])", "{0}"),
+        (r"(?:field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
+        (r"(?:field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),
         (r"([xyz])_(?:pos|position|measured|meas|actual|ist)", "{0}"),
-        (r"m?([xyz])_coord(?:inate)?", "{0}"),
-        (r"(roll|pitch|yaw)_?(?:winkel|angle)", "{0}"),
+        (r"(roll|pitch|yaw)(?:_?(?:winkel|angle))?", "{0}"),
         (r"nick(?:winkel)?", "pitch"),
         (r"gier(?:winkel)?", "yaw"),
         (r"rollwinkel", "roll"),
-        (r"(?:q|quat|quaternion|orientation)_([wxyz])|quat([wxyz])", "q{0}"),
-        (r"(?:rotvec|rotation_vector|rv)_?([xyz])", "r{0}"),
+        (r"zxz_(phi|theta|psi)", "zxz_{0}"),
+        (r"(?:q|(?:q|quat|quaternion|orientation)_|quat)([wxyz])", "q{0}"),
+        (r"(?:r|(?:rotvec|rotation_vector|rv)_?)([xyz])", "r{0}"),
+        (r"r_?([123])_?([123])", "r{0}{1}"),
         (r"(?:m|marker)_?(\d+)_?([xyz])", "m{0}{1}"),
-        (r"(?:sigma|std)_?(x|y|z|rx|ry|rz)", "sigma_{0}"),
-        (r"(?:sigma|std)_?(roll|pitch|yaw)", "sigma_{0}"),
+        (r"(?:sigma|std)_?(x|y|z|rx|ry|rz|roll|pitch|yaw)", "sigma_{0}"),
         (r"tilt_?([xy])_?(\d+)", "tilt_{0}{1}"),
+        (r"(force|moment)_([xyz])", "{0}_{1}"),
     )
 )
 _UR = {f"{name}{end}": f"q{i}" for i, name in enumerate(_UR_JOINTS, 1) for end in ("", "_joint")}
 _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "sigma_rz"}
+_MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
+"""A pose row by row, without its last row."""
+_TOGETHER: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
+    (("w", "p", "r"), ("roll", "pitch", "yaw")),
+    (("a", "b", "c"), ("yaw", "pitch", "roll")),
+    (("base", "shoulder", "elbow", "wrist_1", "wrist_2", "wrist_3"), [f"q{i}" for i in range(1, 7)]),
+    (("base", "shoulder", "elbow", "wrist1", "wrist2", "wrist3"), [f"q{i}" for i in range(1, 7)]),
+    *(([f"{s}{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3, 4)], _MATRIX) for s in ("t", "t_", "m", "h")),
+    ([f"o_t_ee_{4 * j + i}" for i in range(3) for j in range(4)], _MATRIX),
+)
+"""Headings that mean something if all of them are there: angles of Fanuc and KUKA, joints of UR, matrices (of
+Franka by columns)."""
 _UNIT_ENDINGS = (
     *("mm", "cm", "um", "µm", "m", "in", "deg", "°", "rad", "mrad"),
     *("degC", "°C", "K", "s", "ms", "kg", "Nm"),
@@ -111,6 +115,19 @@ def _meaning(name: str, table: tuple[Column, ...]) -> Meaning | None:
             key = _ANGLES.get(key, key)
             return Meaning(key, plain == key)
     return None
+
+
+def known_together(names: Iterable[str]) -> dict[str, str]:
+    """Keys of normalised names that mean something only together."""
+    there, found = set(names), dict[str, str]()
+    for group, keys in _TOGETHER:
+        if there.issuperset(group) and not there & set(keys):
+            found |= zip(group, keys, strict=True)
+    joints = [own for name in there if (own := meaning(name)) is not None and own.key in ("q5", "q6")]
+    quaternion = ("q1", "q2", "q3", "q4")
+    if joints and there.issuperset(quaternion) and not there & {"q5", "q6"}:  # ABB's, beside its joints
+        found |= zip(quaternion, ("qw", "qx", "qy", "qz"), strict=True)
+    return found
 
 
 def is_commanded(name: str) -> bool:

@@ -1,7 +1,10 @@
-"""Measurements joined with joints from another table: by name, else by an installed way, else row by row."""
+"""Measurements joined with joints from another table: by name, else by an installed way, else row by row.
+
+A column of names is `point`, `group` or `image`, or any that holds the same names in both tables.
+"""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,20 +37,41 @@ def join(measured: Fields, joints: Fields) -> Fields:
     for key in LABELS:
         if key in measured.values and key in joints.values:
             return _by_label(measured, joints, key)
+    for key, heading in _same_names(measured, joints):
+        return _by_label(_with_label(measured, key), _with_label(joints, heading, key), key)
     known = next((known for known in parts("joins", AbstractJoin) if known.applies(measured, joints)), None)
     return by_row(measured, joints) if known is None else known.join(measured, joints)
 
 
+def _names(fields: Fields) -> dict[str, tuple[str, ...]]:
+    """Columns of labels, and those that are left out."""
+    labels = {key: tuple(v.tolist()) for key in LABELS if (v := fields.values.get(key)) is not None}
+    return {**labels, **fields.unread}
+
+
+def _same_names(measured: Fields, joints: Fields) -> Iterator[tuple[str, str]]:
+    """Columns of both tables that name the same rows, each once."""
+    for key, names in _names(measured).items():
+        for heading, other in _names(joints).items():
+            if len(set(other)) == len(other) > 1 and set(names) == set(other):
+                yield key, heading
+
+
+def _with_label(fields: Fields, heading: str, key: str | None = None) -> Fields:
+    """The table with one of its columns of names under a key."""
+    values = {**fields.values, key or heading: np.array(_names(fields)[heading], str)}
+    return replace(fields, values=values)
+
+
 def _by_label(measured: Fields, joints: Fields, key: str) -> Fields:
     names, known = measured.values[key].tolist(), joints.values[key].tolist()
-    if len(set(known)) < len(known):
-        again = next(name for name in known if known.count(name) > 1)
+    place = {name: k for k, name in enumerate(known)}
+    if again := next((name for k, name in enumerate(known) if place[name] != k), ""):
         raise DataError(
             f"{joints.source} names {key} '{again}' twice: give one row of joints per name",
             column=key,
             found=again,
         )
-    place = {name: k for k, name in enumerate(known)}
     rows = np.array([i for i, name in enumerate(names) if name in place], int)
     if not len(rows):
         raise DataError(
@@ -79,5 +103,6 @@ def merged(measured: Fields, more: Mapping[str, np.ndarray], joints: Fields, not
         values={**more, **measured.values},
         headings={**joints.headings, **measured.headings},
         units={**joints.units, **measured.units},
+        unsaid=measured.unsaid or joints.unsaid,
         notes=(*measured.notes, *(n for n in joints.notes if n not in measured.notes), *notes),
     )

@@ -20,7 +20,7 @@ from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.units import EXAMPLES, Quantity, parse_heading
 from workbench.data.known_columns import known_columns
-from workbench.data.readers.columns_option import IGNORED, NamedUnit, Naming, Pair
+from workbench.data.readers.columns_option import GROUPS, IGNORED, NamedUnit, Naming, Pair
 from workbench.data.readers.headings import meaning, quantities_of
 from workbench.data.readers.preview import Preview, PreviewColumn
 
@@ -48,31 +48,32 @@ class _MappingReader(AbstractTableReader):
     otherwise = "a mapping, as 'workbench preview DATA --save-mapping FILE' writes it"
 
     def naming(self, data: dict[str, Any], key: str) -> Naming | None:
-        """Pairs of one of the tables; None where it is missing or empty."""
+        """What one of the tables says; None where it is missing or empty."""
         pairs = []
         for heading, ours in self.table(data.get(key, {}), f"[{key}]").items():
-            if not isinstance(ours, str):
-                raise self.fail(f'[{key}] "{heading}" must be a name such as "q1[deg]", not {ours!r}')
-            name, unit = parse_heading(ours)
-            special = name == IGNORED or heading in ("pose", "joints")
-            if not special and meaning(name) is None:
+            name, unit = parse_heading(ours) if isinstance(ours, str) else ("", None)
+            if not (name == IGNORED or heading in ("pose", "joints") or meaning(name)):
                 raise self.fail(
-                    f'[{key}] "{heading}" = "{ours}": there is no such column; write for example q1[deg]'
+                    f'[{key}] "{heading}" = {ours!r}: there is no such column; write for example "q1[deg]"'
                 )
             pairs.append(Pair(NamedUnit(heading), (NamedUnit(name, unit),)))
         return Naming(f"{self.path} [{key}]", (), tuple(pairs), is_mapping=True) if pairs else None
+
+    def name(self, data: dict[str, Any], key: str) -> str | None:
+        if not isinstance(value := data.get(key), str | None):
+            raise self.fail(f"{key} must be a name, not {value!r}")
+        return value
 
 
 def read_mapping(path: Path | str) -> ColumnMapping:
     reader = _MappingReader(path)
     data = reader.load()
     reader.keys(data, {"columns", "joints", "layout", "sheet"}, "the mapping")
-    chosen = {key: data.get(key) for key in ("layout", "sheet")}
-    for key, value in chosen.items():
-        if value is not None and not isinstance(value, str):
-            raise reader.fail(f"{key} must be a name, not {value!r}")
     return ColumnMapping(
-        columns=reader.naming(data, "columns"), joints=reader.naming(data, "joints"), **chosen
+        columns=reader.naming(data, "columns"),
+        joints=reader.naming(data, "joints"),
+        layout=reader.name(data, "layout"),
+        sheet=reader.name(data, "sheet"),
     )
 
 
@@ -82,17 +83,13 @@ def write_mapping(preview: Preview, path: Path | str) -> Path:
 
 
 def mapping_text(preview: Preview) -> str:
-    columns = {column.heading: ours(column) for column in preview.columns if column.heading}
-    table: dict[str, Any] = {"columns": columns}
     if preview.layout != "plain":
-        table = {"layout": preview.layout}
-    return tomli_w.dumps(table)
+        return tomli_w.dumps({"layout": preview.layout})
+    return tomli_w.dumps({"columns": {c.heading: ours(c) for c in preview.columns if c.heading}})
 
 
 def ours(column: PreviewColumn) -> str:
-    if column.key is None:
-        return IGNORED
-    return column.key + (f"[{column.unit}]" if column.unit is not None else "")
+    return IGNORED if column.key is None else NamedUnit(column.key, column.unit).heading()
 
 
 def lacks_unit(column: PreviewColumn) -> bool:
@@ -127,15 +124,11 @@ def with_column(mapping: str, heading: str, is_now: str) -> str:
 def meanings(joints: int) -> tuple[str, ...]:
     """What a column may be, with every usual unit, as a mapping says it: "-" first, which leaves it out."""
     keys = [f"q{k + 1}" for k in range(joints)]
-    keys += ["x", "y", "z", "roll", "pitch", "yaw", "rx", "ry", "rz", "qw", "qx", "qy", "qz"]
-    keys += [f"r{i}{j}" for i in "123" for j in "123"]
-    for column in known_columns().values():
-        if column.kept:
-            keys += column.names(joints)
+    keys += [key for group in ("xyz", "rpy", "rotvec", "quat", "matrix") for key in GROUPS[group]]
+    keys += [name for c in known_columns().values() if c.kept for name in c.names(joints)]
     keys += ["sigma_x", "sigma_y", "sigma_z"]
-    usual = {q: text.split(" or ") for q, text in EXAMPLES.items() if text != EXAMPLES[Quantity.NUMBER]}
     found = [IGNORED]
     for key in keys:
-        units = [unit for quantity in quantities_of(key) for unit in usual.get(quantity, ())]
-        found += [f"{key}[{unit}]" for unit in units] or [key]
+        known = [q for q in quantities_of(key) if q is not Quantity.NUMBER]
+        found += [f"{key}[{unit}]" for q in known for unit in EXAMPLES[q].split(" or ")] or [key]
     return tuple(found)

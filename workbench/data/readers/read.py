@@ -1,6 +1,6 @@
 """From a file to a `Dataset`: kind, grid, table or layout, fields, dataset; each step has its own file."""
 
-from dataclasses import replace
+from contextlib import suppress
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -8,19 +8,21 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base import files
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.types import Matrix4
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
-from workbench.data.readers.assemble import assemble
+from workbench.data.readers.arrays import read_json, read_npz
+from workbench.data.readers.assemble import assemble, markers_of
 from workbench.data.readers.columns_option import Joints, Naming, headings_in_order, parse_columns
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
 from workbench.data.readers.several_tables import only_table
-from workbench.data.readers.table import Grid, Table, with_headings, with_joint_names, with_names, with_pairs
+from workbench.data.readers.table import Grid, Table, with_headings, with_names
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet
 from workbench.parts import warn_of_broken
@@ -61,13 +63,14 @@ def read_measurements(
         OptionError: An option does not fit the file.
         MissingExtraError: An optional library is needed.
     """
-    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
+    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints, rows_tell=True)
     if joint_table is not None:
         if "q1" in fields.values:
             raise OptionError(
                 f"{fields.source} already has joints; leave out the table of joints", option="joint_table"
             )
-        fields = join(fields, read_fields(joint_table, columns=joint_columns, joints=joints))
+        own = read_fields(joint_table, columns=joint_columns, joints=joints, rows_tell=True)
+        fields = join(fields, own)
     return assemble(fields, joints=joints, base=base)
 
 
@@ -78,12 +81,17 @@ def read_fields(
     layout: str | None = None,
     sheet: str | None = None,
     joints: Joints = None,
+    rows_tell: bool = False,
 ) -> Fields:
-    """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
+    """All columns of a file in SI, whatever they are; options and errors as `read_measurements`.
+
+    Args:
+        rows_tell: As of `fields_of`.
+    """
     found, _, table = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
     if found is None:
         assert table is not None, "what has no layout of its own is a table"
-        return fields_of(table)
+        return fields_of(table, rows_tell=rows_tell)
     return found
 
 
@@ -94,21 +102,16 @@ def read_by_layout(
 
     A plain table is left as it is: no columns, and no name.
     """
-    if not isinstance(source, str | PathLike):
-        for name, value in (("layout", layout), ("sheet", sheet)):
-            if value is not None:
-                raise OptionError(f"{name} is for files; a data frame has none", option=name, found=value)
-        table = _named(read_frame(source), naming_of(columns), joints)
-    else:
+    if layout not in (None, *layouts.layout_names()):
+        known = listed(layouts.layout_names(), longest=100)
+        raise OptionError(f"unknown layout '{layout}'; known: {known}")
+    if isinstance(source, str | PathLike):
         path = Path(source)
-        if layout not in (None, *layouts.layout_names()):
-            known = listed(layouts.layout_names(), longest=100)
-            raise OptionError(f"unknown layout '{layout}'; known: {known}")
         if (whole := _file_layout(path, layout)) is not None:
             if sheet is not None:
                 raise _no_workbook(path, sheet)
             return whole.read(path, naming_of(columns)), whole.name, None
-        table = read_table(path, columns=columns, sheet=sheet, joints=joints)
+    table = read_table(source, columns=columns, sheet=sheet, joints=joints)
     special = _table_layout(table, columns, layout)
     return (None, "", table) if special is None else (special.read(table), special.name, table)
 
@@ -125,16 +128,15 @@ def _file_layout(path: Path, layout: str | None) -> AbstractFileLayout | None:
         if known is not None and not path.exists():
             raise FileError("no such file or folder: check the path", path=str(path))
         return known
-    try:
-        head = b""
+    head = b""
+    with suppress(OSError, ValueError):  # those are said by what reads it
         if path.is_file():
             with path.open("rb") as file:
                 head = file.read(256)
-    except OSError:
+    if not files.exists(path):
         return None
     offered = (known for known in layouts.file_layouts() if layout is None or known.is_plain)
-    matching = (known for known in offered if _matches(known, path, head))
-    return next(matching, None) if path.exists() else None
+    return next((known for known in offered if _matches(known, path, head)), None)
 
 
 def _matches(known: AbstractFileLayout | AbstractTableLayout, *seen: Any) -> bool:
@@ -151,64 +153,46 @@ def _matches(known: AbstractFileLayout | AbstractTableLayout, *seen: Any) -> boo
 def _table_layout(
     table: Table, columns: str | Naming | None, layout: str | None
 ) -> AbstractTableLayout | None:
-    if columns is not None and layout is None:
-        return None
-    for known in layouts.table_layouts():
-        if layout in (None, known.name) and _matches(known, list(table.headings)):
-            return known
-        if layout == known.name:
-            raise OptionError(
-                f"{table.source}: layout '{layout}' does not fit the columns {listed(table.headings)}",
-                option="layout",
-                found=layout,
-            )
-    return None
+    if layout is None and columns is None:
+        matching = (known for known in layouts.table_layouts() if _matches(known, list(table.headings)))
+        return next(matching, None)
+    known = next((known for known in layouts.table_layouts() if known.name == layout), None)
+    if known is not None and not _matches(known, list(table.headings)):
+        text = f"{table.source}: layout '{layout}' does not fit the columns {listed(table.headings)}"
+        raise OptionError(text, option="layout", found=layout)
+    return known
 
 
 def read_table(
-    path: Path, *, columns: str | Naming | None, sheet: str | None, joints: Joints = None
+    source: Any, *, columns: str | Naming | None, sheet: str | None, joints: Joints = None
 ) -> Table:
-    """The file as named columns of text."""
+    """A file or a data frame as named columns of text."""
+    naming = naming_of(columns)
+    grid = read_grid(Path(source), sheet=sheet) if isinstance(source, str | PathLike) else read_frame(source)
+    if naming is not None and naming.items:
+        return with_names(grid, headings_in_order(naming, len(grid.rows[-1])))
+    return with_headings(only_table(grid), naming, joints)
+
+
+def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
+    """The cells of a file."""
     data = read_bytes(path)
     kind = kind_of(data, path)
-    naming = naming_of(columns)
-    if sheet is not None and kind is not FileKind.EXCEL:
-        raise _no_workbook(path, sheet)
     if kind is FileKind.EXCEL:
-        grid = read_excel(data, path, sheet=sheet)
-    elif kind is FileKind.PARQUET:
-        grid = read_parquet(data, path)
-    else:
-        grid = read_text(data, path)
-    _refuse_transform(grid)
-    return _named(only_table(grid), naming, joints)
+        return read_excel(data, path, sheet=sheet)
+    if sheet is not None:
+        raise _no_workbook(path, sheet)
+    readers = {
+        FileKind.PARQUET: read_parquet,
+        FileKind.NPZ: read_npz,
+        FileKind.JSON: read_json,
+        FileKind.TEXT: read_text,
+    }
+    return readers[kind](data, path)
 
 
 def _no_workbook(path: Path, sheet: str) -> OptionError:
     return OptionError(f"{path}: not a workbook, so it has no sheet '{sheet}': leave 'sheet' out")
-
-
-def _named(grid: Grid, naming: Naming | None, joints: Joints) -> Table:
-    if naming is not None and naming.items:
-        return with_names(grid, headings_in_order(naming, len(grid.rows[-1])))
-    if naming is not None:
-        renamed = with_pairs(grid, naming)
-    else:
-        renamed = grid if isinstance(joints, int | None) else with_joint_names(grid, joints)
-    table = with_headings(renamed)
-    if renamed is grid:
-        return table
-    if table.heading_line not in grid.lines:
-        return table
-    return replace(table, own=tuple(grid.rows[grid.lines.index(table.heading_line)]))
-
-
-def _refuse_transform(grid: Grid) -> None:
-    """Raise for a lone 4 x 4 transform, which is easily taken for data."""
-    if len(grid.rows) == 4 and all(len(row) == 4 for row in grid.rows):
-        last = [cell.rstrip("0").rstrip(".,") or "0" for cell in grid.rows[3]]
-        if last in (["0", "0", "0", "1"], ["-0", "0", "0", "1"]):
-            raise FileError("this is a 4 x 4 transform, not a table of measurements", path=grid.source)
 
 
 def read_marker_rows(path: Path | str, rows: int) -> Float[np.ndarray, "rows markers 3"]:
@@ -217,17 +201,10 @@ def read_marker_rows(path: Path | str, rows: int) -> Float[np.ndarray, "rows mar
     The columns are those of measurements, `m1x[mm] m1y[mm] m1z[mm] …`.
     """
     fields = read_fields(path, layout="plain")
-    if fields.rows != rows:
+    found = markers_of(fields)
+    if found is None or found.shape[1] < 3 or fields.rows != rows or not np.isfinite(found).all():
         what = "one row, the markers on the tool" if rows == 1 else "two rows, as designed and as measured"
-        raise FileError(f"has {fields.rows} rows; give {what}", path=str(path))
-    count = sum(f"m{k + 1}x" in fields.values for k in range(len(fields.values)))
-    if count < 3:
-        raise FileError(f"names {count} markers (m1x[mm] …); a frame needs three", path=str(path))
-    try:
-        places = [[fields.values[f"m{k + 1}{axis}"] for axis in "xyz"] for k in range(count)]
-    except KeyError as missing:
-        raise FileError(f"has no column {missing}; markers are counted m1, m2, …", path=str(path)) from None
-    found = np.moveaxis(np.array(places, float), 2, 0)
-    if not np.isfinite(found).all():
-        raise FileError("has a blank cell; every marker's position is needed", path=str(path))
+        text = f"{what}: three markers or more (m1x[mm] m1y[mm] m1z[mm] …), no cell blank"
+        count = 0 if found is None else found.shape[1]
+        raise FileError(f"has {fields.rows} rows of {count} markers; give {text}", path=str(path))
     return found

@@ -7,7 +7,7 @@ from typing import Any
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.wording import listed
 from workbench.data.binary_tables import read_columns, read_workbook, text_of
-from workbench.data.readers.table import Grid, recognised_headings
+from workbench.data.readers.table import Grid, recognised_headings, with_points
 
 
 def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
@@ -22,30 +22,19 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
         name: Grid(source=str(path), rows=rows, lines=lines)
         for name, (rows, lines) in read_workbook(data, path).items()
     }
-    if sheet is not None:
-        if sheet not in grids:
-            raise OptionError(
-                f"{path}: there is no sheet '{sheet}': the file has {listed(list(grids))}",
-                option="sheet",
-                found=sheet,
-            )
-        return _named(grids, sheet)
     filled = [name for name, grid in grids.items() if grid.rows]
-    if not filled:
-        raise FileError("all sheets are empty: a header row and rows are needed", path=str(path))
-    found = [name for name in filled if recognised_headings(grids[name])]
-    if len(found) > 1:
+    known = [name for name in filled if recognised_headings(grids[name])]
+    found = (known or filled[:1]) if sheet is None else [name for name in filled if name == sheet]
+    if len(found) != 1:
+        wanted = "" if sheet is None else f"no filled sheet '{sheet}': "
         raise FileError(
-            f"the sheets {listed(found)} all look like measurements: choose one, such as sheet='{found[0]}'",
+            f"{wanted}choose the sheet with measurements of {listed(known or list(grids))}, such as "
+            f"sheet='{(known or [*grids, 'Sheet1'])[0]}'",
             path=str(path),
         )
-    return _named(grids, found[0] if found else filled[0])
-
-
-def _named(grids: dict[str, Grid], name: str) -> Grid:
     others = len(grids) - 1
-    note = f"read from sheet '{name}'" + (f"; {others} other not read" if others else "")
-    return replace(grids[name], notes=(note,))
+    note = f"read from sheet '{found[0]}'" + (f"; {others} other not read" if others else "")
+    return with_points(replace(grids[found[0]], notes=(note,)))
 
 
 def read_parquet(data: bytes, path: Path) -> Grid:
@@ -56,19 +45,19 @@ def read_parquet(data: bytes, path: Path) -> Grid:
 
 def read_frame(frame: Any) -> Grid:
     """Columns of a pandas or polars frame, known by what they can do; neither library is needed."""
-    names = [str(name) for name in getattr(frame, "columns", ())]
-    if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise DataError(f"the data frame has column '{twice}' twice; rename one of them", column=twice)
+    names = list(getattr(frame, "columns", ()))
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise DataError(f"the data frame has column '{twice}' twice; rename one of them", column=str(twice))
     try:
-        names = list(frame.columns)
         columns = [[text_of(value) for value in frame[name].to_list()] for name in names]
     except (AttributeError, KeyError, TypeError):
+        columns = []
+    if not columns:
         raise OptionError(
             f"measurements come from a file or a pandas or polars frame, not from {type(frame).__name__}",
             option="source",
             found=frame,
-        ) from None
+        )
     return _under_names([str(name) for name in names], columns, source="frame")
 
 

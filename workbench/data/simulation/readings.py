@@ -11,7 +11,7 @@ next to the one that it had.
 """
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -75,7 +75,7 @@ def unseen(
     reasons, note = np.full(len(poses), "", dtype="<U80"), ""
     if instrument.sight is not None:
         place = station(actual) if instrument.place is None else instrument.place
-        reasons, note = lost(instrument.sight, poses, place)
+        reasons, note = _lost(instrument.sight, poses, place)
     if instrument.stroke is not None and "distance" in columns:
         short, long = instrument.stroke
         out = (columns["distance"] < short) | (columns["distance"] > long)
@@ -90,41 +90,12 @@ def three_anchors(robot: Robot) -> dict[str, Vector3]:
     return dict(zip("ABC", circle @ robot.base.rotation.T + robot.base.xyz, strict=True))
 
 
-class PlaneSurface(NamedTuple):
-    """A plane n·p = d in the measuring frame.
-
-    Args:
-        normal: Unit normal n.
-        offset: d [m].
-    """
-
-    normal: Vector3
-    offset: float
-
-
-class Touched(NamedTuple):
-    """How a probe touches surfaces.
-
-    Args:
-        q: Joint positions in contact [rad or m]; where it can't be reached, as they were.
-        names: Surface of each row.
-        reached: Whether the contact was made.
-    """
-
-    q: Float[np.ndarray, "rows n"]
-    names: np.ndarray
-    reached: Bool[np.ndarray, " rows"]
-
-
-def three_planes(robot: Robot) -> dict[str, PlaneSurface]:
-    """A floor and two walls about the base, named `plane floor`, `plane side` and `plane front`."""
+def three_planes(robot: Robot) -> dict[str, tuple[Vector3, float]]:
+    """Unit normal n and offset d [m] of planes n·p = d in the measuring frame: a floor and two walls."""
     rotation, origin = robot.base.rotation, robot.base.xyz
     distances = robot.reach * np.array([WALL_DISTANCE, WALL_DISTANCE, FLOOR_HEIGHT])
     names = ("plane front", "plane side", "plane floor")
-    return {
-        name: PlaneSurface(rotation[:, i], float(rotation[:, i] @ origin + distances[i]))
-        for i, name in enumerate(names)
-    }
+    return {n: (rotation[:, i], float(rotation[:, i] @ origin + distances[i])) for i, n in enumerate(names)}
 
 
 def touch(
@@ -133,7 +104,7 @@ def touch(
     motion: Motion,
     rng: np.random.Generator,
     anchors: Mapping[str, Vector3],
-) -> Touched:
+) -> tuple[Float[np.ndarray, "rows n"], np.ndarray, Bool[np.ndarray, " rows"]]:
     """Touch balls at the anchors, or three planes, one after the other.
 
     Args:
@@ -142,6 +113,10 @@ def touch(
         motion: Joint positions from which it comes, and what drives the arm's effects.
         rng: Source of the noise.
         anchors: Centres of the balls by name [m].
+
+    Returns:
+        Joint positions in contact [rad or m], as they were where it can't be reached; the surface's name of
+        each row; and whether the contact was made.
     """
     sigma, turn_taking = instrument.deviations[0], np.arange(len(motion))
     poses = tool_poses(actual, motion)
@@ -152,21 +127,19 @@ def touch(
     else:
         planes = three_planes(actual)
         names = np.array(list(planes))[turn_taking % len(planes)]
-        normals = np.stack([planes[name].normal for name in names])
-        offsets = np.array([planes[name].offset for name in names]) + rng.normal(0.0, sigma, len(motion))
+        normals, offsets = (np.stack(part) for part in zip(*(planes[name] for name in names), strict=True))
+        offsets = offsets + rng.normal(0.0, sigma, len(motion))
         gaps = offsets - (normals * poses[:, :3, 3]).sum(axis=1)
         tips = poses[:, :3, 3] + gaps[:, None] * normals
     targets = se3.pose(poses[:, :3, :3], tips)
     found = inverse.follow_many(actual, targets, motion.q, task=Task.POSITION, motion=motion)
-    return Touched(np.where(found.converged[:, None], found.q, motion.q), names, found.converged)
+    return np.where(found.converged[:, None], found.q, motion.q), names, found.converged
 
 
 def station(robot: Robot) -> Vector3:
     """Where an instrument stands in the measuring frame if nothing else is said [m]."""
-    return (
-        robot.base.pose[:3, :3] @ np.array([INSTRUMENT_DISTANCE + robot.reach, 0.0, INSTRUMENT_HEIGHT])
-        + robot.base.xyz
-    )
+    away = np.array([INSTRUMENT_DISTANCE + robot.reach, 0.0, INSTRUMENT_HEIGHT])
+    return robot.base.rotation @ away + robot.base.xyz
 
 
 def mounting(sight: Sight, poses: Float[np.ndarray, "rows 4 4"], place: Vector3) -> int:
@@ -174,14 +147,8 @@ def mounting(sight: Sight, poses: Float[np.ndarray, "rows 4 4"], place: Vector3)
     return int(np.argmax((_angles(poses, place) <= (sight.cone or np.pi)).sum(axis=0)))
 
 
-def lost(sight: Sight, poses: Float[np.ndarray, "rows 4 4"], place: Vector3) -> tuple[np.ndarray, str]:
-    """Why each pose is not seen, "" where it is, and how the target was mounted.
-
-    Args:
-        sight: Limits of the instrument.
-        poses: Of the tool, in the measuring frame.
-        place: Where the instrument stands in it [m].
-    """
+def _lost(sight: Sight, poses: Float[np.ndarray, "rows 4 4"], place: Vector3) -> tuple[np.ndarray, str]:
+    """Why each pose is not seen from a place, "" where it is, and how the target was mounted."""
     reasons = np.full(len(poses), "", dtype="<U80")
     away = np.linalg.norm(poses[:, :3, 3] - place, axis=1)
     for i in np.flatnonzero((away < sight.near) | (away > sight.far)):

@@ -96,11 +96,12 @@ def simulate(
         poses = tool_poses(actual, motion)
         seen = read(instrument, actual, motion, poses, rng, anchors)
         return _dataset(actual, motion, instrument, rng, joint_noise, poses, seen)
-    touched = touch(instrument, actual, motion, rng, anchors)
-    motion = motion.at(touched.q)
-    poses = tool_poses(actual, motion)
-    rows = _dataset(actual, motion, instrument, rng, joint_noise, poses, {"contact": touched.names})
-    return without(rows, np.where(touched.reached, "", "out of the arm's reach"))
+    q, names, reached = touch(instrument, actual, motion, rng, anchors)
+    motion = motion.at(q)
+    rows = _dataset(
+        actual, motion, instrument, rng, joint_noise, tool_poses(actual, motion), {"contact": names}
+    )
+    return without(rows, np.where(reached, "", "out of the arm's reach"))
 
 
 def simulate_targets(
@@ -161,32 +162,23 @@ def simulate_targets(
 
 
 def _dataset(actual, motion, instrument, rng, joint_noise, poses, seen, notes=()) -> Dataset:
-    q = motion.q
-    readings = q + rng.normal(0.0, joint_noise, q.shape) if joint_noise > 0 else q.copy()
+    """The rows; of the state what a table of measurements holds, as poses are taken at rest."""
+    shape = motion.q.shape
     position, rotation = instrument.deviations
-    sigma = None
-    if position > 0:
-        sigma = np.tile([position] * 3 + [np.nan if rotation is None else rotation] * 3, (len(q), 1))
+    sigma = np.tile([position] * 3 + [np.nan if rotation is None else rotation] * 3, (len(motion), 1))
     reasons, mounted = unseen(instrument, actual, poses, seen)
-    if mounted:
-        notes = (*notes, mounted)
+    columns = Dataset.__dataclass_fields__.keys() - {"row"}
     rows = Dataset(
-        q=readings,
-        row=np.arange(len(q)),
-        sigma=sigma,
+        q=motion.q + (rng.normal(0.0, joint_noise, shape) if joint_noise > 0 else np.zeros(shape)),
+        row=np.arange(len(motion)),
+        sigma=sigma if position > 0 else None,
         source=f"virtual {actual.name}",
-        notes=(f"simulated with instrument '{instrument.name}'", *notes),
+        notes=(f"simulated with instrument '{instrument.name}'", *notes, *filter(None, [mounted])),
+        more=motion.more,
         **seen,
-        **_columns(motion),
+        **{name: values for name, values in motion.drivers.items() if name in columns},
     )
     return without(rows, reasons)
-
-
-def _columns(motion: Motion) -> dict[str, Any]:
-    """What of the state a table of measurements holds; poses are taken at rest."""
-    columns = Dataset.__dataclass_fields__.keys() - {"row"}
-    own = {name: values for name, values in motion.drivers.items() if name in columns}
-    return {**own, "more": motion.more}
 
 
 def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
@@ -242,41 +234,27 @@ def _in_branches(
                 f"target {number} is not reachable within limits: {result.reason}", target=number - 1
             )
         solutions.append({b.name: b for b in result.within_limits})
-    names = [branch] * len(solutions) if isinstance(branch, str) else list(branch)
+    names: list[str | None] = [branch] * len(solutions) if isinstance(branch, str) else list(branch)
     if len(names) != len(solutions):
         raise OptionError(
             f"{len(solutions)} targets need as many branches, got {len(names)}",
             option="branch",
             found=len(names),
         )
-    if MIXED in names:
-        spread = evenly_mixed(solutions)
-        names = [s if n == MIXED else n for s, n in zip(spread, names, strict=True)]
-    common = _roomiest(solutions)
-    return np.stack(
-        [
-            _named(target, common if name == AUTO else name, i)
-            for i, (target, name) in enumerate(zip(solutions, names, strict=True), start=1)
-        ]
-    )
-
-
-def _named(target: dict, name: str | None, number: int) -> np.ndarray:
-    if name is None:
-        return max(target.values(), key=lambda b: b.margin).q
-    if name not in target:
-        raise DataError(
-            f"target {number} has no branch '{name}' within limits; it has {', '.join(target)}",
-            target=number - 1,
-            found=name,
-        )
-    return target[name].q
-
-
-def _roomiest(solutions: list[dict]) -> str | None:
-    """The branch that all targets share and whose minimum margin to the limits is largest."""
+    mixed = evenly_mixed(solutions)
     shared = [name for name in solutions[0] if all(name in target for target in solutions)]
-    return max(shared, key=lambda name: min(t[name].margin for t in solutions), default=None)
+    common = max(shared, key=lambda name: min(t[name].margin for t in solutions), default=None)
+    q = []
+    for k, (target, wanted) in enumerate(zip(solutions, names, strict=True)):
+        name = {AUTO: common, MIXED: mixed[k]}.get(str(wanted), wanted)
+        if name is not None and name not in target:
+            raise DataError(
+                f"target {k + 1} has no branch '{name}' within limits; it has {', '.join(target)}",
+                target=k,
+                found=name,
+            )
+        q.append((max(target.values(), key=lambda b: b.margin) if name is None else target[name]).q)
+    return np.stack(q)
 
 
 def evenly_mixed(solutions: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -82,8 +82,7 @@ def handeye(
         check_ending(save, "a camera's pose is", *ENDINGS)
     opt.check_writable(save, json)
     found = wb.handeye(pairs, mounted=mount)
-    opt.show(found.summary())
-    opt.write_result(json, found.json())
+    opt.give(found, json)
     if found.doubt:
         opt.fail(found.doubt + (f"; {save} is not written" if save is not None else ""))
     if save is not None:

@@ -53,7 +53,7 @@ class Step:
     evidence: float
     weakest: str
     refused: str
-    expected: float = np.nan
+    expected: float
 
 
 STEP = ResultFields(

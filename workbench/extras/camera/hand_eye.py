@@ -16,7 +16,6 @@ from typing import final
 import numpy as np
 import tomli_w
 from jaxtyping import Float
-from rich.console import RenderableType
 from scipy import special
 
 from workbench.arm.frame import Frame
@@ -29,10 +28,10 @@ from workbench.base.hand_eye import base_and_tool, nearest_rotation
 from workbench.base.wording import in_mm, plural
 from workbench.extras.camera.camera import ON, Mount
 from workbench.extras.camera.pose_pairs import WANTED, Poses, read_pairs
+from workbench.report.blocks import Block, Sentence, headed, lines
 from workbench.report.json import Json, document
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
-from workbench.report.tables import headed, line
 
 ENDINGS = (".yaml", ".yml", ".urdf", ".toml")
 """Of files of a result."""
@@ -102,15 +101,16 @@ class HandEye(AbstractShown):
             f"{_error(self.left)}"
         )
 
-    def summary(self) -> RenderableType:
+    def blocks(self) -> list[Block]:
         where = _with_half("xyz", 1e3 * self.target.xyz, 1e3 * self.half[1, :3], 2)
         rpy, half = np.rad2deg([self.camera.rpy, self.half[0, 3:]])
         turned = _with_half(("roll", "pitch", "yaw"), rpy, half, 3)
-        lines = [line("camera", f"{turned}°"), line("target", f"{where} mm in the {FRAMES[self.mounted][1]}")]
-        lines += [
-            line("warning", f"pair {k + 1} is off by {_error(self.errors[k])}; left out") for k in self.apart
-        ]
-        return headed(self.sentence, *lines, notes=self.notes)
+        found = (
+            Sentence(f"{turned}°", "camera"),
+            Sentence(f"{where} mm in the {FRAMES[self.mounted][1]}", "target"),
+        )
+        wrong = (f"pair {k + 1} is off by {_error(self.errors[k])}; left out" for k in self.apart)
+        return headed(self.sentence, *found, *lines("warning", wrong), notes=self.notes)
 
     def json(self) -> Json:
         both = zip(("camera", "target"), (self.camera, self.target), self.half, strict=True)

@@ -22,7 +22,6 @@ J̃ at poses within 15 cm of the measured places in whatever orientation.
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -112,20 +111,6 @@ class Fitted:
         )
 
 
-class Doubts(NamedTuple):
-    """What the pictures contradict.
-
-    Args:
-        sentences: With what to do.
-        data: The pictures, with intrinsics that are contradicted let go.
-        is_size_wrong: Whether the target seems to have another size.
-    """
-
-    sentences: tuple[str, ...]
-    data: Dataset
-    is_size_wrong: bool
-
-
 def select_camera_step(
     robot: Robot, data: Dataset, *, free: Sequence[str], build: Callable[..., Problem] = Problem.build
 ) -> tuple[Problem, Identifiability]:
@@ -147,23 +132,21 @@ def select_camera_step(
         return _fitted(build(robot, rows, free=own), [n for n in own if n not in zeros])
 
     loose = fitted(_let_go(data), names.get(GEOMETRY, names.get(ZEROS, ())))
-    doubts = find_doubts(loose, data)
-    fits = [_alike(build(robot, doubts.data, free=()))]
-    fits += [fitted(doubts.data, own) for own in names.values() if not doubts.is_size_wrong]
-    last = loose if doubts.is_size_wrong else fits[-1]
-    taken, found = fits[0], list[Step]()
-    for name, each in zip((ALONE, *names), fits, strict=False):
-        step = _step(name, each, taken, zeros)
-        found.append(step)
-        taken = taken if step.refused else each
-    steps = _with_expected(found, fits, last)
+    doubts, data, is_size_wrong = find_doubts(loose, data)
+    fits = [_alike(build(robot, data, free=()))]
+    fits += [fitted(data, own) for own in names.values() if not is_size_wrong]
+    last = loose if is_size_wrong else fits[-1]
+    taken, steps = fits[0], list[Step]()
+    for name, each, expected in zip((ALONE, *names), fits, _expected(fits, last), strict=False):
+        steps.append(_step(name, each, taken, zeros, expected))
+        taken = taken if steps[-1].refused else each
     number = fits.index(taken)
     identifiability = Identifiability.of(
-        steps,
+        tuple(steps),
         number,
         taken.found.noise,
-        advice="" if doubts.is_size_wrong else _advice(steps, number, data),
-        doubts=doubts.sentences,
+        advice="" if is_size_wrong else _advice(steps, number, data),
+        doubts=doubts,
         actual=None if taken.free else taken.found.noise,
         considered=_considered(last, taken) if last in fits else None,
     )
@@ -222,12 +205,16 @@ def _let_go(data: Dataset) -> Dataset:
     return with_rig(data, replace(rig, targets=tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets)))
 
 
-def find_doubts(loose: Fitted, data: Dataset) -> Doubts:
-    """The given properties of camera and target that the pictures contradict, whatever the arm is.
+def find_doubts(loose: Fitted, data: Dataset) -> tuple[tuple[str, ...], Dataset, bool]:
+    """What the pictures contradict of camera and target as given, whatever the arm is, and what to do.
 
     Args:
         loose: Fit of all that the pictures may identify of the arm, of intrinsics and sizes.
         data: The pictures with both as given.
+
+    Returns:
+        Sentences, the pictures with contradicted intrinsics let go, and whether the target seems to have
+        another size.
     """
     rig, problem, x = rig_of(data), loose.problem, loose.x
     fixed = [camera for camera in rig.cameras if camera.free is Freedom.FIXED]
@@ -258,7 +245,7 @@ def find_doubts(loose: Fitted, data: Dataset) -> Doubts:
                 f"{_larger(targets, sized)}, or free intrinsics ({free}); check the printed square's side, "
                 'or leave the intrinsics to be refined with free = "auto"'
             )
-            return Doubts((text,), data, True)
+            return (text,), data, True
         if gain > max(OTHER_LENS, other):
             notes = (
                 f"the given intrinsics do not fit the pictures; they were left free ({free}): set "
@@ -268,9 +255,9 @@ def find_doubts(loose: Fitted, data: Dataset) -> Doubts:
             given, (by_size, sized) = likeliest(np.inf)[0], likeliest(np.inf, np.inf)
     is_strange = any(_strangeness(target, sized) > OUTSIDE for target in targets)
     if not is_strange or given - by_size <= OTHER_SIZE:
-        return Doubts(notes, data, False)
+        return notes, data, False
     text = f"{_larger(targets, sized, 'is ')}; measure it and correct its sizes"
-    return Doubts((*notes, text), data, True)
+    return (*notes, text), data, True
 
 
 def _strangeness(target: PictureTarget, values: dict[str, float]) -> float:
@@ -316,7 +303,7 @@ def _other_poses(robot: Robot, data: Dataset) -> Motion:
     return motion.take(np.flatnonzero(distance <= max(NEARBY, np.sort(distance)[OTHERS])))
 
 
-def _step(name: str, at: Fitted, before: Fitted, zeros: Collection[str]) -> Step:
+def _step(name: str, at: Fitted, before: Fitted, zeros: Collection[str], expected: float) -> Step:
     """A step's numbers against the one that was taken before, and the reason where it is not."""
     covariance = at.careful.covariance[np.ix_(at.arm, at.arm)]
     position, rotation = _at_tool(at.robot, Motion.of(at.problem.data), at.free)
@@ -351,11 +338,12 @@ def _step(name: str, at: Fitted, before: Fitted, zeros: Collection[str]) -> Step
         evidence=evidence,
         weakest=at.free[int(np.argmax(np.diag(position @ covariance)))] if at.free else "",
         refused=refused,
+        expected=expected,
     )
 
 
-def _with_expected(steps: Sequence[Step], fits: Sequence[Fitted], last: Fitted) -> tuple[Step, ...]:
-    """The steps with the error of the tool that each leaves at other poses, by what the last fit knows."""
+def _expected(fits: Sequence[Fitted], last: Fitted) -> list[float]:
+    """Error of the tool that each fit leaves at other poses [m], by what the last one knows."""
     data = last.problem.data
     position, _ = _at_tool(
         last.robot, _other_poses(last.problem.robot.in_session(data.sessions[0]), data), last.free
@@ -363,8 +351,7 @@ def _with_expected(steps: Sequence[Step], fits: Sequence[Fitted], last: Fitted) 
     square = np.sum(position * last.careful.covariance[np.ix_(last.arm, last.arm)])
     square += 3.0 * last.likelihood.mean(LACK) ** 2
     changes = [last.change_from(fit) for fit in fits]
-    expected = [float(np.sqrt(max(square + d @ position @ d, 0.0))) for d in changes]
-    return tuple(replace(step, expected=each) for step, each in zip(steps, expected, strict=True))
+    return [float(np.sqrt(max(square + d @ position @ d, 0.0))) for d in changes]
 
 
 def _considered(last: Fitted, taken: Fitted) -> Considered | None:

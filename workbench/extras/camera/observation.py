@@ -32,7 +32,7 @@ from workbench.data.observations.observation import (
 )
 from workbench.extras.camera.camera import INTRINSICS, Camera, Mount, project
 from workbench.extras.camera.likelihood import of_residuals
-from workbench.extras.camera.placing import Views
+from workbench.extras.camera.placing import placed
 from workbench.extras.camera.rig import PictureReadings, Rig, owner_in
 from workbench.extras.camera.target import PictureTarget
 
@@ -197,9 +197,15 @@ class PixelObservation(AbstractObservation):
             rows, (target, part) = shown[:, c, b] & eyes[i].rows & held_by[j].rows, self.rig.parts[b]
             camera, seen = self.rig.cameras[c], self.measured[rows, c, part]
             seen = np.where(target.placing[:, None], seen, np.nan)
-            carried, sight = camera.carried(poses[rows]), self.sight[rows, c, b]
-            views = Views(camera, target.points, seen, carried, sight, cameras[i], boards[j])
-            cameras[i], boards[j] = views.placed()
+            cameras[i], boards[j] = placed(
+                camera,
+                target.points,
+                seen=seen,
+                carried=camera.carried(poses[rows]),
+                sight=self.sight[rows, c, b],
+                eye=cameras[i],
+                board=boards[j],
+            )
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         place, shape = self._place, self.measured.shape

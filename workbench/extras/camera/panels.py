@@ -15,6 +15,8 @@ from workbench.extras.camera.rig import PictureReadings, rig_of
 from workbench.extras.camera.session_commands import LARGEST_FOLDER, CameraAlone, LoadPictures, Previews
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
+from workbench.report.blocks import ResultTable
+from workbench.report.result_display import as_html
 from workbench.session.commands.identify import Identify
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
@@ -29,7 +31,6 @@ from workbench.views.page.html import (
     heading,
     note,
     number,
-    table,
     text,
 )
 from workbench.views.page.panels.panel import AbstractPanel, Door, Question, set_value
@@ -182,11 +183,11 @@ def _identified(result: Identification | None, *, is_alone: bool = False) -> str
 def _steps(identifiability: Identifiability) -> str:
     rows = [
         (
-            f"<span style='white-space:normal'>{text(step.name)}</span>",
+            step.name,
             f"{number(1e3 * step.expected, 2)} mm",
             f"{step.pixel:.2f} px",
             "no" if step.refused else "yes",
         )
         for step in identifiability.steps
     ]
-    return table(("let go", "expected", "corners", "taken"), rows, testid="steps")
+    return as_html([ResultTable("", ("let go", "expected", "corners", "taken"), rows)])

@@ -6,9 +6,6 @@ that wrong pictures spoil some only, and then from all that suit the best of the
 Source: Fischler, Bolles, Random sample consensus, Comm. ACM 24(6), 1981.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -25,9 +22,17 @@ Pose = Float[np.ndarray, "4 4"]
 Poses = Float[np.ndarray, "rows 4 4"]
 
 
-@dataclass(frozen=True, eq=False)
-class Views:
-    """Pictures that show a board's pose by themselves.
+def placed(
+    camera: Camera,
+    points: Float[np.ndarray, "points 3"],
+    *,
+    seen: Float[np.ndarray, "rows points 2"],
+    carried: Poses,
+    sight: Poses,
+    eye: Pose,
+    board: Pose,
+) -> tuple[Pose, Pose]:
+    """Poses of camera and board that suit most pictures.
 
     Args:
         camera: Its intrinsics.
@@ -38,46 +43,31 @@ class Views:
         eye: Pose of the camera, if known; else NaN …
         board: … and of the board.
     """
+    is_known = [np.isfinite(pose).all() for pose in (eye, board)]
+    fewest = 1 if any(is_known) else MIN_POSES
 
-    camera: Camera
-    points: Float[np.ndarray, "points 3"]
-    seen: Float[np.ndarray, "rows points 2"]
-    carried: Poses
-    sight: Poses
-    eye: Pose
-    board: Pose
+    def by(rows: np.ndarray) -> tuple[Pose, Pose]:
+        """In closed form by some pictures."""
+        past, alone = carried[rows], sight[rows]
+        held = board if any(is_known) else base_and_tool(past, alone)[1]
+        there = eye if is_known[0] else _mean(past @ held @ se3.inverse(alone))
+        return there, held if np.isfinite(held).all() else _mean(se3.inverse(past) @ there @ alone)
 
-    @cached_property
-    def fewest(self) -> int:
-        """Pictures that place what is unknown."""
-        return 1 if np.isfinite(self.eye).all() or np.isfinite(self.board).all() else MIN_POSES
-
-    def placed(self) -> tuple[Pose, Pose]:
-        """Poses of camera and board that suit most pictures."""
-        every = np.arange(len(self.sight))
-        found = self._by(every)
-        if (suiting := self._suiting(*found)).all() or len(every) < self.fewest:
-            return found
-        draw = np.random.default_rng(0)
-        for _ in range(SAMPLES):
-            tried = self._suiting(*self._by(draw.choice(every, self.fewest, replace=False)))
-            suiting = max(suiting, tried, key=np.count_nonzero)
-        return self._by(np.flatnonzero(suiting)) if suiting.sum() >= self.fewest else found
-
-    def _by(self, rows: np.ndarray) -> tuple[Pose, Pose]:
-        """Poses of camera and board in closed form by some pictures."""
-        carried, sight, eye, board = self.carried[rows], self.sight[rows], self.eye, self.board
-        if self.fewest > 1:
-            _, board = base_and_tool(carried, sight)
-        if not np.isfinite(eye).all():
-            eye = _mean(carried @ board @ se3.inverse(sight))
-        return eye, board if np.isfinite(board).all() else _mean(se3.inverse(carried) @ eye @ sight)
-
-    def _suiting(self, eye: Pose, board: Pose) -> Bool[np.ndarray, " rows"]:
+    def suiting(there: Pose, held: Pose) -> Bool[np.ndarray, " rows"]:
         """Which pictures suit these poses."""
-        at = se3.inverse(eye) @ self.carried @ board
-        predicted = self.camera.project(se3.apply(at[:, None], self.points)).pixel
-        return np.nanmean(np.linalg.norm(predicted - self.seen, axis=2), axis=1) <= ROUGH
+        at = se3.inverse(there) @ carried @ held
+        predicted = camera.project(se3.apply(at[:, None], points)).pixel
+        return np.nanmean(np.linalg.norm(predicted - seen, axis=2), axis=1) <= ROUGH
+
+    every = np.arange(len(sight))
+    found = by(every)
+    if (best := suiting(*found)).all() or len(every) < fewest:
+        return found
+    draw = np.random.default_rng(0)
+    for _ in range(SAMPLES):
+        tried = suiting(*by(draw.choice(every, fewest, replace=False)))
+        best = max(best, tried, key=np.count_nonzero)
+    return by(np.flatnonzero(best)) if best.sum() >= fewest else found
 
 
 def _mean(poses: Float[np.ndarray, "n 4 4"]) -> Pose:

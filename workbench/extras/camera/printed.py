@@ -153,8 +153,6 @@ def _paper(across: float, down: float) -> tuple[str, float, float]:
 
 def _ruler(draw: ImageDraw.ImageDraw, y: float, width: float, title: str, scale: float) -> None:
     """A line of known length with a tick every 10 mm, and what to do with it [mm; scale in dots/mm]."""
-    from matplotlib.font_manager import findfont  # a quarter of a second, for which the page has no use
-
     ticks = 0.5 * (width - RULER) + np.linspace(0.0, RULER, 11)
     lines = [(ticks[0], y, ticks[-1], y), *((x, y - 2.0, x, y) for x in ticks)]
     for line in lines:
@@ -163,6 +161,6 @@ def _ruler(draw: ImageDraw.ImageDraw, y: float, width: float, title: str, scale:
         f'Print at 100 % ("actual size"). This line must be {RULER:.0f} mm long; if not, scale the lengths '
         "in target.toml accordingly."
     )
-    font = ImageFont.truetype(findfont("DejaVu Sans"), TEXT * scale)
+    font = ImageFont.load_default(TEXT * scale)
     for text, down in ((note, 3.5), (title, 7.5)):
         draw.text((0.5 * width * scale, (y + down) * scale), text, fill=0, font=font, anchor="mm")

@@ -6,7 +6,7 @@ and corners are told apart by their numbers: those of a ChArUco board go on wher
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any, final
@@ -15,7 +15,8 @@ import numpy as np
 import tomli_w
 from jaxtyping import Bool, Float, Int
 
-from workbench.base.errors import DataError
+from workbench.base.arguments import admit
+from workbench.base.errors import OptionError
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import frozen
 from workbench.base.wording import listed
@@ -51,6 +52,18 @@ class Charuco:
     marker: float
     dictionary: str
     first_marker: int = 0
+
+    def __post_init__(self):
+        admit(self)
+        across, down = self.squares
+        if min(across, down) < 2 or not 0.0 < self.marker < self.square or self.first_marker < 0:
+            raise OptionError(
+                "a ChArUco board needs 2 x 2 squares or more, and markers smaller than its squares, numbered "
+                f"from 0 or more; got {across} x {down} squares of {self.square:g} m with markers of "
+                f"{self.marker:g} m from {self.first_marker} on"
+            )
+        if across * down > MAX_SQUARES:
+            raise OptionError(f"a ChArUco board has at most {MAX_SQUARES} squares, got {across} x {down}")
 
     @property
     def markers(self) -> range:
@@ -168,13 +181,6 @@ def charuco_target(
         **more: `scale_sigma` and `flatness_sigma` where they are not the usual ones, `per_session`.
     """
     across, down = board.squares
-    if min(across, down) < 2 or board.square <= 0.0 or not 0.0 < board.marker < board.square:
-        raise DataError(
-            f"a ChArUco board needs 2 x 2 squares or more, and markers smaller than its squares; got "
-            f"{across} x {down} squares of {board.square:g} m with markers of {board.marker:g} m"
-        )
-    if across * down > MAX_SQUARES:
-        raise DataError(f"a ChArUco board has at most {MAX_SQUARES} squares, got {across} x {down}")
     y, x = np.divmod(np.arange((across - 1) * (down - 1)), across - 1)
     points = board.square * np.stack([x + 1.0, y + 1.0, np.zeros(len(x))], axis=1)
     known: dict[str, Any] = {"scale_sigma": BOARD_SCALE, "flatness_sigma": BOARD_FLATNESS, **more}
@@ -202,23 +208,17 @@ class _TargetReader(AbstractTableReader):
     otherwise = "a target TOML (mounted, and [charuco] or [[point]], or a [[board]] of either each)"
 
     def charuco(self, value: Any, before: Sequence[PictureTarget], usual: str) -> Charuco:
-        table = self.table(value, "[charuco]")
-        self.keys(table, {"squares", "square", "marker", "dictionary", "first_marker"}, "[charuco]")
+        table = {"dictionary": usual, **self.table(value, "[charuco]")}
+        self.keys(table, {each.name for each in fields(Charuco)}, "[charuco]")
         if missing := [key for key in ("squares", "square", "marker") if key not in table]:
             raise self.fail(f"[charuco] has no {missing[0]}")
-        squares = self.numbers(table["squares"], 2, "[charuco] squares")
-        dictionary = str(table.get("dictionary", usual))
-        free = _next_marker(before, prints_of(dictionary))
-        first = self.whole(table.get("first_marker", free), "[charuco] first_marker")
-        if first < 0:
-            raise self.fail(f"[charuco] first_marker must be at least 0, got {first}")
-        return Charuco(
-            (int(squares[0]), int(squares[1])),
-            self.number(table["square"], "[charuco] square"),
-            self.number(table["marker"], "[charuco] marker"),
-            dictionary,
-            first,
-        )
+        self.numbers(table["squares"], 2, "[charuco] squares")
+        self.numbers([table["square"], table["marker"]], 2, "[charuco] square and marker")
+        free = _next_marker(before, prints_of(str(table["dictionary"])))
+        try:
+            return Charuco(**{"first_marker": free, **table})
+        except OptionError as error:
+            raise self.fail(f"[charuco]: {error}") from None
 
     def check_distinct(self, other: PictureTarget, made: PictureTarget, free: int) -> None:
         """Refuse two boards that pictures can't tell apart; `free` is the next marker that no board has."""
@@ -249,11 +249,8 @@ class _TargetReader(AbstractTableReader):
         knowledge[PER_SESSION] = self.flag(data.get(PER_SESSION, False), PER_SESSION)
         if "charuco" in data:
             first = max((int(other.ids.max()) + 1 for other in before), default=0)
-            try:
-                board = self.charuco(data["charuco"], before, str(data.get("dictionary", USUAL_DICTIONARY)))
-                made = charuco_target(board, mounted, name=name, first=first, **knowledge)
-            except DataError as error:
-                raise self.fail(str(error)) from None
+            board = self.charuco(data["charuco"], before, str(data.get("dictionary", USUAL_DICTIONARY)))
+            made = charuco_target(board, mounted, name=name, first=first, **knowledge)
         else:
             common = {"name": name, "mounted": mounted, "dictionary": str(data.get("dictionary", ""))}
             made = self.points(self.tables(data, "point"), common | knowledge)

@@ -58,8 +58,7 @@ def map_(
         names = " and ".join(found.exchanged)
         raise OptionError(f"{names} are exchanged: exchange their ids with LeRobot first")
     zeroed = with_zeros(text, found.zeros.tolist(), chosen) if lerobot is not None else ""
-    opt.show(found.summary())
-    opt.write_result(json, found.json())
+    opt.give(found, json)
     if save is not None:
         opt.say(f"arm with the motors' zeros and signs: {opt.save_robot(found.robot, save)}")
     if lerobot is not None:

@@ -13,7 +13,8 @@ from typing import final
 import numpy as np
 
 from workbench.base.units import parse_heading
-from workbench.data.readers.fields import Fields, decimal_of, fields_of, to_numbers
+from workbench.data.readers.columns_option import IGNORED
+from workbench.data.readers.fields import Fields, fields_of, to_numbers
 from workbench.data.readers.layouts.layout import AbstractTableLayout
 from workbench.data.readers.table import Table
 
@@ -49,28 +50,20 @@ class Motors(AbstractTableLayout):
 
     def read(self, table: Table) -> Fields:
         joints = _joints(list(table.headings))
-        headings, columns, units = list(table.headings), list(table.columns), list(table.units)
-        decimal, counted = decimal_of(table, [index for index, _, _ in joints]), False
+        names, columns, counted = list(table.names), list(table.columns), False
         for number, (index, _, is_counts) in enumerate(joints, 1):
-            headings[index], units[index] = f"q{number}[deg]", ""
+            names[index] = f"q{number}[deg]"
             if is_counts:
-                degrees = (to_numbers(table, index, decimal) - ZERO) * (360.0 / TURN)
+                degrees = (to_numbers(table, index) - ZERO) * (360.0 / TURN)
                 columns[index] = tuple("" if np.isnan(v) else repr(float(v)) for v in degrees)
                 counted = True
-        kept = [
-            k for k, heading in enumerate(headings) if (m := motor_of(heading)) is None or m[0] != GRIPPER
-        ]
-        names = ", ".join(name for _, name, _ in joints)
-        units_note = (COUNTED,) if counted else ("motors in degrees (use_degrees)",)
-        return fields_of(
-            replace(
-                table,
-                headings=tuple(headings[k] for k in kept),
-                columns=tuple(columns[k] for k in kept),
-                units=tuple(units[k] for k in kept),
-                notes=(*table.notes, f"{NAMED}{names}", *units_note),
-            )
-        )
+        for k, heading in enumerate(table.headings):
+            if (motor := motor_of(heading)) is not None and motor[0] == GRIPPER:
+                names[k] = IGNORED
+        motors = ", ".join(name for _, name, _ in joints)
+        units_note = COUNTED if counted else "motors in degrees (use_degrees)"
+        notes = (*table.notes, f"{NAMED}{motors}", units_note)
+        return fields_of(replace(table, names=tuple(names), columns=tuple(columns), notes=notes))
 
 
 def _joints(headings: list[str]) -> list[tuple[int, str, bool]]:

@@ -13,7 +13,6 @@ from typing import Any, final
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import RenderableType
 
 from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.joint_units import sliding
@@ -38,10 +37,10 @@ from workbench.identification.identify import identify
 from workbench.identification.noise import with_alike_readings
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
+from workbench.report.blocks import Block, ResultTable, headed
 from workbench.report.json import Json, document
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
-from workbench.report.tables import headed, new_table
 
 SCHEMA = "workbench.motor-map/1"
 MIN_POSES, USUAL = 8, "12 to 20"
@@ -157,12 +156,14 @@ class MotorMap(AbstractShown):
             f"{in_mm(self.before)}{more}"
         )
 
-    def summary(self) -> RenderableType:
-        table = new_table("Motors", "motor", "joint", "counts", "zero off by [°]", "±")
+    def blocks(self) -> list[Block]:
+        rows = []
         for k, name in enumerate(self.moved_by):
             sizes = (signed(float(np.rad2deg(v[k])), 2) for v in (self.offsets, self.half))
             sense = "with it" if self.counting.signs[k] > 0 else "against it"
-            table.add_row(name, str(k + 1), sense, *(sizes if np.isfinite(self.offsets[k]) else ("–", "")))
+            known = sizes if np.isfinite(self.offsets[k]) else ("–", "")
+            rows.append((name, str(k + 1), sense, *known))
+        table = ResultTable("Motors", ("motor", "joint", "counts", "zero off by [°]", "±"), rows, words=3)
         return headed(f"{self.nominal.name}: {self.sentence}", table, notes=self.notes_in_full)
 
     @property
@@ -224,7 +225,7 @@ def map_motors(robot: RobotLike, data: DatasetLike, *, motors: tuple[str, ...] =
     names = motors or (tuple(given[0]) if given else tuple(f"motor {k + 1}" for k in range(robot.dof)))
     if len(names) != robot.dof:
         raise OptionError(f"motors names {len(names)} motors; {robot.name} has {robot.dof} joints")
-    q, poses, rows = _seen(robot, data)
+    q, poses, rows = _seen(robot, data.said)
     _check(data, q, poses, names)
     found = find_counting(robot, q, poses)
     near = _near(robot, found, q, data)

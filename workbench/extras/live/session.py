@@ -11,9 +11,9 @@ from workbench.base.wording import plural
 from workbench.extras.live.acquisition import Acquisition, plate_targets
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.standstill import ArmState
+from workbench.report.blocks import Tone
 from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.commands.data import with_other_data
-from workbench.session.judgement import Tone
 from workbench.session.loaded_measurements import Loaded, observation_text
 from workbench.session.next_step import LOAD, Action, NextStep
 from workbench.session.page_state import Severity, Tab

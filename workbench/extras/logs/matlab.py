@@ -1,9 +1,7 @@
 """MATLAB files of version 5 to 7: matrices and labels by the names of their variables."""
 
 import io
-import re
 import warnings
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, final
 
@@ -12,8 +10,8 @@ import numpy as np
 from workbench.base.bounded_process import ChildError
 from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
-from workbench.data.binary_tables import read_bounded, refusal
-from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys
+from workbench.data.binary_tables import read_in_child, refusal
+from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys, with_unit
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import kind_of, read_bytes
 from workbench.data.readers.headings import meaning
@@ -22,7 +20,6 @@ from workbench.data.readers.table import Grid, with_headings
 
 BY_JOINT = ("q", "torque", "direction")
 """Names of as many columns as there are joints."""
-UNITLESS = re.compile(r"r\d\d|q[wxyz]|direction\d+")
 
 
 @final
@@ -96,7 +93,7 @@ def _sides(pair: Pair, variables: dict[str, np.ndarray]) -> tuple[NamedUnit, tup
         side, wanted = pair.right[0], (pair.left,)
     elif pair.left.name not in variables:
         return None
-    return side, tuple(replace(item, unit=side.unit) if item.unit is None else item for item in wanted)
+    return side, tuple(with_unit(item, side.unit) for item in wanted)
 
 
 def _is_open(pair: Pair) -> bool:
@@ -142,7 +139,7 @@ def _headings(wanted: tuple[NamedUnit, ...], width: int, path: Path) -> list[str
             raise OptionError(
                 f"{path}: '{item.name}' is not a known column: write q, xyz, quat, rpy, x, time, …"
             )
-        headings += [key if UNITLESS.fullmatch(key) else item.heading(key) for key in keys or (item.name,)]
+        headings += [item.heading(key) for key in keys or (item.name,)]
     return headings
 
 
@@ -158,7 +155,7 @@ def read_arrays(data: bytes, path: Path) -> dict[str, np.ndarray]:
     what, instead = "this MATLAB file", "save it with -v7, or as CSV"
     if len(data) < 136 or 0 in data[:4] or data[124:128] not in (b"\0\1IM", b"\1\0MI"):
         raise refusal(what, "it has no header of version 5 to 7", instead, path)
-    return read_bounded(matlab_arrays, "scipy.io", data, path, what=what, instead=instead)
+    return read_in_child(matlab_arrays, data, path, needs="scipy.io", what=what, instead=instead)
 
 
 def matlab_arrays(data: bytes) -> dict[str, np.ndarray]:

@@ -114,7 +114,7 @@ def _vicon(rows: list[list[str]], path: Path) -> Logged:
     bodies, markers, notes = {}, {}, [f"{rate:g} frames a second"]
     for first, last in zip(starts, [*starts[1:], len(axes)], strict=True):
         place, name = {axes[i]: i for i in range(first, last)}, names[first]
-        keys = [key for key in ("TX", "TY", "TZ", "X", "Y", "Z") if key in place]
+        keys = [("TX", "TY", "TZ"), ("X", "Y", "Z")]["X" in place]
         position = to_si(data[:, [place[k] for k in keys]], units[place[keys[0]]], Quantity.LENGTH)
         if keys[0] == "X":
             markers[name] = position
@@ -148,6 +148,8 @@ def _qualisys(rows: list[list[str]], path: Path) -> Logged:
         seen = np.isfinite(position).all(axis=1)
         turns = np.full((len(part), 3, 3), np.nan)
         nine = part[seen, 7:16].reshape(-1, 3, 3).swapaxes(1, 2)
+        if len(nine) and not np.allclose(nine @ nine.swapaxes(1, 2), np.eye(3), atol=0.01):
+            raise ValueError(f"the matrices of '{name}' are no rotations")
         turns[seen] = se3.rotvec_to_matrix(se3.matrix_to_rotvec(nine))
         bodies[name] = position, turns
     notes = (f"{rate:g} frames a second, positions in mm",)

@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.base.errors import FileError
 from workbench.data.readers.columns_option import Naming
-from workbench.data.readers.fields import Decimal, Fields, to_numbers
+from workbench.data.readers.fields import Fields, to_numbers
 from workbench.data.readers.file_kind import read_bytes
 from workbench.data.readers.layouts.layout import AbstractFileLayout
 from workbench.data.readers.table import Table, with_names
@@ -51,9 +51,7 @@ class Mukca(AbstractFileLayout):
                 path=odd.source,
             )
         counts = [table.rows for table in tables]
-        q = np.vstack(
-            [np.stack([to_numbers(t, i, Decimal.POINT) for i in range(width)], axis=1) for t in tables]
-        )
+        q = np.vstack([np.stack([to_numbers(t, i) for i in range(width)], axis=1) for t in tables])
         socket = np.repeat([int(file.name[5]) for file in files], counts)
         values = {f"q{i + 1}": q[:, i] for i in range(width)}
         units = dict.fromkeys(values, "rad")

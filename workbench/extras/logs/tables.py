@@ -1,18 +1,17 @@
 """Tables whose headings don't say what they mean: a controller's log, and two public sets of measurements."""
 
 import re
+from dataclasses import replace
 from datetime import datetime
 from typing import final
 
 import numpy as np
 
-from workbench.base.units import Quantity
-from workbench.data.readers.fields import Fields
-from workbench.data.readers.layouts.layout import AbstractTableLayout, Picker
+from workbench.base.units import Quantity, to_si
+from workbench.data.readers.fields import Fields, to_numbers
+from workbench.data.readers.layouts.layout import AbstractTableLayout, named
 from workbench.data.readers.orientation import intrinsic_xyz
 from workbench.data.readers.table import Table
-
-Q = [f"q{i}" for i in range(1, 7)]
 
 
 @final
@@ -26,13 +25,11 @@ class Rtde(AbstractTableLayout):
     joints = tuple(f"actual_q_{i}" for i in range(6))
 
     def matches(self, headings: list[str]) -> bool:
-        return {"timestamp", *self.joints} <= set(headings)
+        return {"timestamp", *self.joints} <= set(headings) and not {"x", "y", "z"} <= set(headings)
 
     def read(self, table: Table) -> Fields:
-        pick = Picker(table, ["timestamp", *self.joints])
-        pick.take(Q, [*self.joints], "rad", Quantity.ANGLE)
-        pick.take(["time"], ["timestamp"], "s", Quantity.TIME)
-        return pick.fields(f"layout '{self.name}': measured joints over time; TCP poses are left out")
+        names = {heading: f"q{k}[rad]" for k, heading in enumerate(self.joints, 1)} | {"timestamp": "time[s]"}
+        return named(table, names, f"layout '{self.name}': measured joints over time; TCP poses are left out")
 
 
 @final
@@ -51,19 +48,19 @@ class TargetDeviation(AbstractTableLayout):
         return {*self.targets, *self.deviations, "joint_1"} <= set(headings)
 
     def read(self, table: Table) -> Fields:
-        joints = sorted(
-            (h for h in table.headings if re.fullmatch(r"joint_\d+", h)), key=lambda h: int(h[6:])
-        )
-        pick = Picker(table, [*joints, *self.targets, *self.deviations])
-        pick.take([f"q{heading[6:]}" for heading in joints], joints, "deg", Quantity.ANGLE)
-        pick.take("xyz", [*self.deviations], "mm", Quantity.LENGTH)
-        for axis, target in zip("xyz", pick.numbers([*self.targets], "mm", Quantity.LENGTH), strict=True):
-            pick.values[axis] = target + pick.values[axis]
-        return pick.fields(
+        joints = [heading for heading in table.headings if re.fullmatch(r"joint_\d+", heading)]
+        names = {heading: f"q{heading[6:]}[deg]" for heading in joints}
+        names |= {heading: f"{axis}[mm]" for axis, heading in zip("xyz", self.deviations, strict=True)}
+        fields = named(
+            table,
+            names,
             f"layout '{self.name}': joints in deg, positions in mm",
             "the measured position is target + deviation (x_t + x_dif): the sign that the data support",
             "the targets are nominal forward kinematics, not measurements",
         )
+        targets = (to_si(to_numbers(table, heading), "mm", Quantity.LENGTH) for heading in self.targets)
+        places = {axis: t + fields.values[axis] for axis, t in zip("xyz", targets, strict=True)}
+        return replace(fields, values={**fields.values, **places})
 
 
 @final
@@ -87,24 +84,30 @@ class IpaGrid(AbstractTableLayout):
         return {"Timestamp", *self.goals, *self.joints, *self.position, *self.angles} <= set(headings)
 
     def read(self, table: Table) -> Fields:
-        angles = [*self.angles]
-        pick = Picker(table, [*self.joints, *self.position, *angles])
-        pick.take(Q, [*self.joints], "rad", Quantity.ANGLE)
-        pick.take("xyz", [*self.position], "mm", Quantity.LENGTH)
-        pick.values["time"] = _seconds(table, pick.text("Timestamp"))
+        names = {heading: f"q{k}[rad]" for k, heading in enumerate(self.joints, 1)}
+        names |= {heading: f"{axis}[mm]" for axis, heading in zip("xyz", self.position, strict=True)}
         if "measurement_temperature" in table.headings:
-            pick.take(["temperature"], ["measurement_temperature"], "degC", Quantity.TEMPERATURE)
-        goals = list(zip(*(pick.text(goal) for goal in self.goals), strict=True))
-        numbers = {goal: str(k) for k, goal in enumerate(dict.fromkeys(goals))}
-        pick.values["group"] = np.array([numbers[goal] for goal in goals], dtype=str)
-        pick.note_unit([f"orientation {axis}" for axis in "xyz"], angles, "deg")
-        pick.note_unit(["time"], ["Timestamp"], "YYYYMMDDhhmmss")
-        return pick.fields(
+            names["measurement_temperature"] = "temperature[degC]"
+        fields = named(
+            table,
+            names,
             f"layout '{self.name}': joints in rad, measured position in mm, measured angles in deg with "
             "R = Rx(rx) Ry(ry) Rz(rz)",
             "the goal columns are commanded, not measured; equal goal positions make a group",
             "time counts from the first row",
-            rotation=intrinsic_xyz(np.stack(pick.numbers(angles, "deg", Quantity.ANGLE), -1)),
+        )
+        stamps, *goals = (table.cells(heading) for heading in ("Timestamp", *self.goals))
+        places = list(zip(*goals, strict=True))
+        numbers = {goal: str(k) for k, goal in enumerate(dict.fromkeys(places))}
+        added = {"time": _seconds(table, stamps), "group": np.array([numbers[goal] for goal in places], str)}
+        turned = np.stack([to_numbers(table, heading) for heading in self.angles], axis=-1)
+        turns = {f"orientation {axis}": heading for axis, heading in zip("xyz", self.angles, strict=True)}
+        return replace(
+            fields,
+            values={**fields.values, **added},
+            rotation=intrinsic_xyz(np.deg2rad(turned)),
+            headings={**fields.headings, **turns, "time": "Timestamp"},
+            units={**fields.units, **dict.fromkeys(turns, "deg"), "time": "YYYYMMDDhhmmss"},
         )
 
 

@@ -47,8 +47,7 @@ def extract(
     opt.check_writable(save, rows, json)
     with opt.progress_bar("extract"):
         found = wb.extract(arm, readings if readings is not None else pose or [])
-    opt.show(found.summary())
-    opt.write_result(json, found.json())
+    opt.give(found, json)
     if rows is not None:
         opt.say(f"readings in SI: {wb.write_measurements(found.run.data, rows)}")
     if save is not None and found.verdict in (ModelVerdict.NOMINAL, ModelVerdict.EXTRACTED):
@@ -121,8 +120,7 @@ def _wanted(text: str | None) -> float | None:
 
 def _show(found: "ToolTip | UserFrame", json: Path | None, save: Path | None) -> None:
     """Print and write a result; exit status 2 where it should not be used as it is."""
-    opt.show(found.summary())
-    opt.write_result(json, found.json())
+    opt.give(found, json)
     if found.doubt:
         opt.fail(found.doubt + (f"; {save} is not written" if save is not None else ""))
 
@@ -169,7 +167,7 @@ def new(
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
         names = readings_of(source, tip=tip)[0].robot.joint_names
-        shown = pose or [] if poses is None else wb.read_measurements(poses, joints=names)
+        shown = pose or [] if poses is None else wb.read_measurements(poses, joints=names).said
         found = check_robot(source, shown, tip=tip)
         arm = found.robot
         for text in convention_notes(found):

@@ -164,7 +164,7 @@ def of_dataset(data: Dataset) -> Displayed:
     """Poses of a log or bag, whose poses are known in full."""
     if data.position is None or data.rotation is None:
         raise DataError(f"{data.source}: the tool's pose is needed, position and orientation")
-    seen = data.included & np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
+    seen = data.said.included & np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
     return Displayed(
         joints=data.q[seen],
         xyz=data.position[seen],

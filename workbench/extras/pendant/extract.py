@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import final
 
 import numpy as np
-from rich.console import RenderableType
 from scipy import special
 
 from workbench.arm.calibration_record import Expected
@@ -31,11 +30,12 @@ from workbench.diagnosis.diagnose import diagnose
 from workbench.extras.pendant.convention import as_dataset, find_convention, with_displayed_frames
 from workbench.extras.pendant.displayed import Displayed, DisplayMeaning, of_dataset, read_display, typed
 from workbench.identification.identify import identify
+from workbench.identification.report.document import errors_table
 from workbench.identification.report.results_json import identification_json, validation_json
-from workbench.identification.result import Identification, error_rows
+from workbench.identification.result import Identification
+from workbench.report.blocks import Block, headed, lines
 from workbench.report.json import Json, document
 from workbench.report.result_display import AbstractShown
-from workbench.report.tables import headed, line, new_table
 
 SCHEMA = "workbench.extraction/1"
 ROUNDING, CHANCE = 1.5, 1e-3
@@ -127,16 +127,15 @@ class Extraction(AbstractShown):
     def _after(self) -> float:
         return 1e-3 * self.run.best.train.position_mm.mean
 
-    def summary(self) -> RenderableType:
-        table = new_table("Model against display", "", "mm mean", "max", "° mean", "max")
-        for title, _, errors in error_rows([("nominal", self.run.nominal), ("extracted", self.run.best)]):
-            spreads = filter(None, (errors.position_mm, errors.orientation_deg))
-            table.add_row(title, *(f"{v:.3f}" for s in spreads for v in (s.mean, s.max)))
-        lines = [line("found", text) for text in self.frames]
-        for outlier in self.run.outliers:
-            off = f"does not fit the others {outlier.text.partition(' ')[2]}: correct it or read it again"
-            lines.append(line("warning", f"reading {outlier.row + 1} {off}"))
-        return headed(f"{self.run.nominal_robot.name}: {self.sentence}", table, *lines)
+    def blocks(self) -> list[Block]:
+        table = errors_table([("nominal", self.run.nominal), ("extracted", self.run.best)])
+        wrong = (
+            f"reading {o.row + 1} does not fit the others {o.text.partition(' ')[2]}: correct it or read it "
+            "again"
+            for o in self.run.outliers
+        )
+        sentence = f"{self.run.nominal_robot.name}: {self.sentence}"
+        return headed(sentence, table, *lines("found", self.frames), *lines("warning", wrong))
 
     def json(self) -> Json:
         """The result as plain data, with the identification under its own schema."""

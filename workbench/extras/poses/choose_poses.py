@@ -1,10 +1,9 @@
 """Informative poses as one call, with output as a table, as JSON, and as a file for measuring."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from rich.console import Group, RenderableType
-from rich.text import Text
 
 from workbench.arm.joint_units import shown_joints, shown_units, sliding, sliding_numbers
 from workbench.arm.robot import Robot
@@ -20,8 +19,8 @@ from workbench.extras.poses.informative_poses import PoseSet, informative_poses
 from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region_poses import PLATE_POSES, region_poses
+from workbench.report.blocks import Block, ResultTable, Sentence
 from workbench.report.json import Json, document
-from workbench.report.tables import new_table
 
 
 @checked_arguments()
@@ -80,18 +79,16 @@ def write_poses(robot: Robot, poses: PoseSet, path: Path | str) -> Path:
     return write_measurements(rows, path, prismatic=sliding_numbers(robot))
 
 
-def poses_table(robot: Robot, poses: PoseSet) -> RenderableType:
+def poses_blocks(robot: Robot, poses: PoseSet) -> Iterator[Block]:
     """The index before and after, and every pose in degrees or millimetres."""
     heads = (f"q{k + 1} [{unit.strip()}]" for k, unit in enumerate(shown_units(robot)))
-    table = new_table(f"{plural(len(poses.q), 'pose')} for {robot.name}", "pose", *heads)
-    for number, q in enumerate(shown_joints(robot, poses.q), start=1):
-        table.add_row(str(number), *(f"{v:.1f}" for v in q))
-    sentences = [f"index {poses.index}: {poses.before:.4g} for a random start, {poses.after:.4g} for these"]
+    rows = [(str(k), *(f"{v:.1f}" for v in q)) for k, q in enumerate(shown_joints(robot, poses.q), 1)]
+    yield ResultTable(f"{plural(len(poses.q), 'pose')} for {robot.name}", ("pose", *heads), rows)
+    yield Sentence(f"index {poses.index}: {poses.before:.4g} for a random start, {poses.after:.4g} for these")
     if len(poses.q) > 1:
         longest, mean = np.rad2deg(poses.travels.max()), np.rad2deg(poses.travels.mean())
         of = "revolute joints, in general" if sliding(robot).any() else "the joint that travels most"
-        sentences.append(f"travel between poses ({of}): {longest:.0f}° maximum, {mean:.0f}° mean")
-    return Group(table, Text("\n".join(sentences)))
+        yield Sentence(f"travel between poses ({of}): {longest:.0f}° maximum, {mean:.0f}° mean")
 
 
 def poses_json(robot: Robot, poses: PoseSet) -> Json:

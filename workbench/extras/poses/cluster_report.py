@@ -1,15 +1,14 @@
 """Clusters for people and programs."""
 
-from rich.console import Group, RenderableType
-from rich.text import Text
+from collections.abc import Iterator
 
 from workbench.arm.joint_units import shown_joints
 from workbench.base.wording import plural
 from workbench.extras.poses.clustering import Clustering
 from workbench.plate.report.plates import number_or_open
+from workbench.report.blocks import Block, ResultTable, Sentence
 from workbench.report.json import Json, document
 from workbench.report.result_fields import ResultField, ResultFields
-from workbench.report.tables import new_table
 
 CLUSTERING = "workbench.clustering/1"
 EQUAL = 1e-6
@@ -27,30 +26,22 @@ CLUSTER = ResultFields(
 """Of a `Cluster`."""
 
 
-def cluster_tables(found: Clustering) -> RenderableType:
+def cluster_blocks(found: Clustering) -> Iterator[Block]:
     """The poses with their cubes, and what equal O alone would have been worth."""
     cubes = found.region.centres[found.best.cubes]
-    poses = new_table(
-        f"{plural(len(cubes), 'pose')}, one each of the {found.region.cube_text}, for {found.robot.name}",
-        "pose",
-        "cube about [mm]",
-        "O",
-        "joints [°, mm]",
-    )
-    for k, (cube, o, q) in enumerate(zip(cubes, found.best.o, found.best.q, strict=True)):
-        joints = " ".join(f"{v:.1f}" for v in shown_joints(found.robot, q))
-        poses.add_row(str(k + 1), " ".join(f"{1e3 * v:.0f}" for v in cube), f"{o:.5f}", joints)
+    poses = [
+        (str(k), " ".join(f"{1e3 * v:.0f}" for v in cube), f"{o:.5f}", " ".join(f"{v:.1f}" for v in joints))
+        for k, (cube, o, joints) in enumerate(
+            zip(cubes, found.best.o, shown_joints(found.robot, found.best.q), strict=True), 1
+        )
+    ]
+    title = f"{plural(len(cubes), 'pose')}, one each of the {found.region.cube_text}, for {found.robot.name}"
+    yield ResultTable(title, ("pose", "cube about [mm]", "O", "joints [°, mm]"), poses)
     sets = {"the best": found.best, "the first found": found.plain, "joint 1 alone turned": found.turned}
-    table = new_table("Sets with equal O", "", *CLUSTER.headings, found.index)
-    for text, cluster in sets.items():
-        table.add_row(text, *CLUSTER.cells(cluster), number_or_open(cluster.value))
-    difference = found.best.difference
-    equal = (
-        "O is equal in all poses"
-        if difference < EQUAL
-        else f"O is equal to {100 * difference:.2g} % in all poses"
-    )
-    return Group(poses, table, Text(equal))
+    rows = [(text, *CLUSTER.cells(one), number_or_open(one.value)) for text, one in sets.items()]
+    yield ResultTable("Sets with equal O", ("", *CLUSTER.headings, found.index), rows)
+    apart = found.best.difference
+    yield Sentence(f"O is equal {'' if apart < EQUAL else f'to {100 * apart:.2g} % '}in all poses")
 
 
 def cluster_json(found: Clustering) -> Json:

@@ -27,9 +27,8 @@ from workbench.base.types import Outcome, frozen
 from workbench.extras.poses.greedy import greedy_choice
 from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
 from workbench.plate.collision import hits, mutually_blocking
-from workbench.plate.exchange import exchange
-from workbench.plate.observability import AbstractIndex, O
-from workbench.plate.optimality_criterion import criterion_of, goal_index
+from workbench.plate.exchange import of_information
+from workbench.plate.observability import AbstractIndex, O, goal_index
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
@@ -262,14 +261,8 @@ def _best_of_band(pool: _PoseCandidates, band: np.ndarray, number: int) -> np.nd
     start = greedy_choice(blocks, number, clash=clash)
     if len(start) < number:
         clash, start = together, greedy_choice(blocks, number, clash=together)
-    found = exchange(
-        blocks.transpose(0, 2, 1) @ blocks,
-        np.ones((number, len(band)), bool),
-        criterion_of(pool.index, number),
-        starts=start[None],
-        clash=clash,
-    )
-    return band[found.choice]
+    grams = blocks.transpose(0, 2, 1) @ blocks
+    return band[of_information(grams, pool.index, number, clash=clash).descend(start).choice]
 
 
 def _level(pool: _PoseCandidates, q: np.ndarray) -> Cluster:

@@ -33,7 +33,7 @@ def poses(
     seed: opt.SeedOption = 0,
 ) -> None:
     """Informative poses for a calibration, with a large observability index, ordered for short travel."""
-    from workbench.extras.poses.choose_poses import choose_poses, poses_json, poses_table, write_poses
+    from workbench.extras.poses.choose_poses import choose_poses, poses_blocks, poses_json, write_poses
     from workbench.extras.poses.pose_limits import PoseLimits
 
     arm = wb.load_robot(robot)
@@ -50,7 +50,7 @@ def poses(
         found = choose_poses(
             arm, number, index=index, candidates=candidates, limits=limits, base=base, tool=tool, seed=seed
         )
-    opt.show(poses_table(arm, found))
+    opt.show(poses_blocks(arm, found))
     if out is not None:
         opt.say(f"poses: {write_poses(arm, found, out)}")
     opt.write_result(json, poses_json(arm, found))
@@ -75,7 +75,7 @@ def cluster(
     seed: opt.SeedOption = 0,
 ) -> None:
     """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
-    from workbench.extras.poses.cluster_report import cluster_json, cluster_tables
+    from workbench.extras.poses.cluster_report import cluster_blocks, cluster_json
     from workbench.extras.poses.clustering import cluster_region
 
     opt.check_writable(out, json)
@@ -93,7 +93,7 @@ def cluster(
             solid=fixture,
             seed=seed,
         )
-    opt.show(cluster_tables(found))
+    opt.show(cluster_blocks(found))
     made = found.plate(fixture)
     opt.say_notes(made.notes)
     if out is not None:

@@ -7,8 +7,12 @@ before the first one.
 Source: Dykstra, Technometrics 13(3), 1971 (sequential augmentation).
 """
 
+from collections.abc import Iterable
+
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
+
+from workbench.plate.exchange import Exchange
 
 RIDGE = 1e-10
 """Prior information, as a share of the candidates' mean."""
@@ -25,25 +29,21 @@ def greedy_choice(
     number: int,
     *,
     clash: Bool[np.ndarray, "options options"],
-    first: int | None = None,
-) -> Int[np.ndarray, " chosen"]:
-    """Choose options one by one, as many as there are that don't clash.
+    first: Iterable[int] = (),
+) -> list[int]:
+    """Numbers of options, chosen one by one, as many as there are that don't clash.
 
     Args:
         blocks: Scaled, whitened Jacobian of each option.
         clash: Which options must not be chosen together; each clashes with itself.
-        first: The first option; the most informative one if None.
-
-    Returns:
-        Numbers of the options in the order of choice; fewer than requested if none is left.
+        first: Those that are chosen before; then the most informative ones.
     """
-    information, flat = prior(blocks), blocks.reshape(-1, blocks.shape[2])
-    left, chosen = np.ones(len(blocks), bool), np.zeros(0, np.int64)
-    while len(chosen) < number and left.any():
-        spread = (flat @ np.linalg.inv(information)).reshape(blocks.shape) @ blocks.transpose(0, 2, 1)
-        gains = np.linalg.det(np.eye(blocks.shape[1]) + spread)
-        new = int(np.argmax(np.where(left, gains, -np.inf))) if len(chosen) or first is None else first
-        chosen = np.append(chosen, new)
-        left &= ~clash[new]
-        information = information + blocks[new].T @ blocks[new]
-    return chosen
+    flat, before = blocks.reshape(-1, blocks.shape[2]), prior(blocks)
+
+    def costs(chosen: list[int], slot: int) -> Float[np.ndarray, " options"]:
+        known = blocks[chosen].reshape(-1, blocks.shape[2])
+        spread = (flat @ np.linalg.inv(before + known.T @ known)).reshape(blocks.shape)
+        gains = np.linalg.det(np.eye(blocks.shape[1]) + spread @ blocks.transpose(0, 2, 1))
+        return np.where(clash[chosen].any(0), np.inf, -gains)
+
+    return Exchange(costs, lambda chosen: 0.0).fill(number, first)

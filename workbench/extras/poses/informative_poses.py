@@ -10,6 +10,7 @@ Poses with limits are exchanged for neighbours that keep them instead. At the en
 order with short moves.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -25,10 +26,9 @@ from workbench.extras.poses.climb import PoseClimb
 from workbench.extras.poses.greedy import greedy_choice
 from workbench.extras.poses.measurement_order import measuring_order, travels
 from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
-from workbench.plate.exchange import Exchanged, exchange
+from workbench.plate.exchange import Exchanged, of_information
 from workbench.plate.free_constants import visible_basis
-from workbench.plate.observability import INDICES, O
-from workbench.plate.optimality_criterion import criterion_of, goal_index
+from workbench.plate.observability import INDICES, O, goal_index
 from workbench.plate.poses.pose_choice import AbstractPoseChoice
 
 CANDIDATES = 300
@@ -39,7 +39,7 @@ NEARBY, NEIGHBOURS = (0.3, 0.1, 0.03), 20
 """How far random neighbours of a chosen pose may be [rad or m], one round each, and how many it has."""
 GREEDY_STARTS = 30
 """Number of greedy choices before a spread counts as impossible."""
-Chosen = tuple[np.ndarray, np.ndarray, Outcome]
+Chosen = tuple[Sequence[int], Sequence[int], Outcome]
 """Numbers of the candidates of a random start and of what was chosen, and how that ended."""
 
 
@@ -162,7 +162,7 @@ def _best_dealt(climb: PoseClimb, pool: np.ndarray, number: int, limits: PoseLim
     return start, best, Outcome.CONVERGED
 
 
-def _dealt(gains: np.ndarray, clash: np.ndarray, number: int) -> np.ndarray | None:
+def _dealt(gains: np.ndarray, clash: np.ndarray, number: int) -> list[int] | None:
     """The best of each hand of candidates that clashes with none before; None if a hand has none."""
     chosen: list[int] = []
     for hand in np.array_split(np.arange(len(gains)), number):
@@ -170,7 +170,7 @@ def _dealt(gains: np.ndarray, clash: np.ndarray, number: int) -> np.ndarray | No
         if not len(left):
             return None
         chosen.append(int(left[np.argmax(gains[left])]))
-    return np.array(chosen)
+    return chosen
 
 
 def _best_set(climb: PoseClimb, pool: np.ndarray, number: int, limits: PoseLimits, rng) -> Chosen:
@@ -180,19 +180,13 @@ def _best_set(climb: PoseClimb, pool: np.ndarray, number: int, limits: PoseLimit
     start = _dealt(-np.arange(len(pool)), clash, number)
     start = greedy if start is None else start
     with part_of(0.0, 0.5, f"raising {climb.index.name}"):
-        found = _exchanged(climb, blocks, np.stack([greedy, start]), clash)
-    return start, found.choice, found.outcome
+        found = _exchanged(climb, blocks, [greedy, start], clash)
+    return start, found.choice.tolist(), found.outcome
 
 
-def _exchanged(climb: PoseClimb, blocks: np.ndarray, starts: np.ndarray, clash: np.ndarray) -> Exchanged:
-    number = starts.shape[1]
-    return exchange(
-        blocks.transpose(0, 2, 1) @ blocks,
-        np.ones((number, len(blocks)), bool),
-        criterion_of(climb.index, number),
-        starts=starts,
-        clash=clash,
-    )
+def _exchanged(climb: PoseClimb, blocks: np.ndarray, starts: list[list[int]], clash: np.ndarray) -> Exchanged:
+    grams = blocks.transpose(0, 2, 1) @ blocks
+    return of_information(grams, climb.index, len(starts[0]), clash=clash).from_each(starts)
 
 
 def _exchanged_nearby(climb: PoseClimb, q: np.ndarray, limits: PoseLimits, rng) -> tuple[np.ndarray, Outcome]:
@@ -202,17 +196,17 @@ def _exchanged_nearby(climb: PoseClimb, q: np.ndarray, limits: PoseLimits, rng) 
         moved = np.repeat(q, NEIGHBOURS, axis=0)
         moved = np.clip(moved + rng.uniform(-size, size, moved.shape), *joint_limits)
         pool = np.concatenate([q, moved[limits.admits(climb.robot, moved)]])
-        clash, start = limits.clash(climb.robot, pool), np.arange(len(q))
+        clash, start = limits.clash(climb.robot, pool), list(range(len(q)))
         with part_of(0.6 + 0.1 * k, 0.1, f"raising {climb.index.name}"):
-            found = _exchanged(climb, _blocks(climb, pool), start[None], clash)
+            found = _exchanged(climb, _blocks(climb, pool), [start], clash)
         q, outcome = pool[found.choice], found.outcome
     return q, outcome
 
 
-def _apart(blocks: np.ndarray, clash: np.ndarray, number: int, limits: PoseLimits, rng) -> np.ndarray:
+def _apart(blocks: np.ndarray, clash: np.ndarray, number: int, limits: PoseLimits, rng) -> list[int]:
     """A greedy choice of candidates that don't clash."""
     longest = 0
-    for first in (None, *rng.permutation(len(blocks))[:GREEDY_STARTS].tolist()):
+    for first in ([], *rng.permutation(len(blocks))[:GREEDY_STARTS, None].tolist()):
         found = greedy_choice(blocks, number, clash=clash, first=first)
         if len(found) == number:
             return found

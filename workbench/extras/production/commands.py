@@ -46,5 +46,4 @@ def yield_(
             scheduler=scheduler,
             seed=seed,
         )
-    opt.show(found.summary())
-    opt.write_result(json, found.json())
+    opt.give(found, json)

@@ -16,7 +16,6 @@ from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float
-from rich.text import Text
 
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.follow import follow_many
@@ -42,6 +41,7 @@ from workbench.plate.plate import Kind, Plate
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import score
 from workbench.plate.target_readings import assumptions, usual_sigma
+from workbench.report.blocks import Block, Sentence
 from workbench.report.json import Json, document
 from workbench.report.result_display import AbstractShown
 
@@ -191,11 +191,11 @@ class Yield(AbstractShown):
             text += f"; {self.unreached} of them are calibrated with the targets that they reach"
         return f"{text}; the {self.blame} dominates" if self.blame else text
 
-    def summary(self) -> Text:
+    def blocks(self) -> list[Block]:
         sizes = {"all errors": self.errors} | {f"{name} alone": each for name, each in self.sources.items()}
         found = {name: rms_of(errors).values() for name, errors in sizes.items()}
         lines = [f"{name}: {mm:.3f} mm, {deg:.3f}° rms" for name, (mm, deg) in found.items()]
-        return Text("\n".join([self.text, *lines, f"errors include: {self.assumptions}"]))
+        return [*map(Sentence, [self.text, *lines, f"errors include: {self.assumptions}"])]
 
     def json(self) -> Json:
         return document(

@@ -1,7 +1,6 @@
 """Commands that reproduce the two works: `workbench reproduce aria` and `workbench reproduce katana`.
 
-The studies belong to a checkout (`tests/studies`), not to what users install.
-"""
+The studies belong to a checkout (`tests/studies`), not to what users install."""
 
 import sys
 from pathlib import Path
@@ -74,13 +73,14 @@ def katana(
 
 def _write(work: str, findings: tuple, out: Path | None, json: Path | None) -> None:
     """Show what agrees, and write the folder and the result if requested."""
-    from studies.finding import findings_json, findings_markdown, findings_table
+    from studies.finding import findings_blocks, findings_json
 
     from workbench.report.json import json_text
+    from workbench.report.result_display import as_markdown
 
-    opt.show(findings_table(findings))
-    content = findings_json(work, findings)
+    blocks, content = findings_blocks(findings), findings_json(work, findings)
+    opt.show(blocks)
     if out is not None:
-        files = {"tables.md": findings_markdown(findings), "result.json": json_text(content)}
-        opt.say(f"written: {write_folder(out, {name: text.encode() for name, text in files.items()})}")
+        files = {"tables.md": as_markdown(blocks).encode(), "result.json": json_text(content).encode()}
+        opt.say(f"written: {write_folder(out, files)}")
     opt.write_result(json, content)

@@ -26,8 +26,7 @@ def verify(
     opt.check_writable(json)
     limit = None if wanted is None else opt.wanted_of(wanted)
     found = wb.verify(arm, files.read(data, arm), wanted=limit, fit_frames=fit_frames)
-    opt.show(found.summary())
-    opt.write_result(json, found.json())
+    opt.give(found, json)
     if found.passed is False:
         opt.fail(found.verdict)
 
@@ -59,8 +58,7 @@ def rezero(
             frames=frames,
             exclude=dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand"),
         )
-    opt.show(found.summary())
-    opt.write_result(json, found.json())
+    opt.give(found, json)
     if found.verdict is RezeroVerdict.REFUSED:
         opt.fail(
             "the zeros alone don't explain the rows" + ("; nothing is saved" if save is not None else "")

@@ -15,15 +15,13 @@ Sources: ISO 9283:1998, 7.2; Efron, Tibshirani, An Introduction to the Bootstrap
 Pearson, Biometrika 26, 1934.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from rich.console import Group, RenderableType
-from rich.markup import escape
-from rich.text import Text
 from scipy import special
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -44,11 +42,11 @@ from workbench.data.prediction import predict, row_components
 from workbench.identification.evaluate import evaluate
 from workbench.identification.report.results_json import errors_json
 from workbench.identification.result import Evaluation
+from workbench.report.blocks import Block, ResultTable, Sentence, Tone, lines
 from workbench.report.json import Json, document
 from workbench.report.numbers import short
 from workbench.report.result_display import AbstractShown
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
-from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.verification/1"
 USUAL_POSES = 100
@@ -150,25 +148,30 @@ class Verification(AbstractShown):
             )
         return f"Failed: {(~self.within).sum()} of {rows} beyond {self.wanted.text}."
 
-    def summary(self) -> RenderableType:
+    def blocks(self) -> Iterator[Block]:
         errors, name = self.evaluation.errors, self.evaluation.robot.name
-        title = f"{name}: {len(self.pose)} rows of {self.poses} fresh poses"
-        table = new_table(title, "error", "mean", "95 %", "rms", "max")
-        for text, spread, interval, unit in (
+        kinds = (
             ("position [mm]", errors.position_mm, self.position, MM),
             ("orientation [°]", errors.orientation_deg, self.rotation, DEG),
-        ):
-            if spread is not None and interval is not None:
-                ends = " … ".join(map(short, unit.of(interval)))
-                table.add_row(escape(text), short(spread.mean), ends, short(spread.rms), short(spread.max))
-        parts: list[RenderableType] = [table]
+        )
+        rows = [
+            (
+                kind,
+                short(spread.mean),
+                " … ".join(map(short, unit.of(ends))),
+                short(spread.rms),
+                short(spread.max),
+            )
+            for kind, spread, ends, unit in kinds
+            if spread is not None and ends is not None
+        ]
+        title = f"{name}: {len(self.pose)} rows of {self.poses} fresh poses"
+        yield ResultTable(title, ("error", "mean", "95 %", "rms", "max"), rows)
         if worst := sorted(self.repeated, key=lambda pose: -pose.accuracy):
-            title = f"ISO 9283, {plural(len(worst), 'repeated pose')}"
-            parts.append(REPEATED.table(title, worst[:LISTED]))
-        colour = {True: "bold green", False: "bold red", None: "bold"}[self.passed]
-        parts.append(Text(self.verdict, style=colour))
-        parts += [line("warning", text) for text in self.warnings]
-        return Group(*parts, *(line("note", text) for text in self.evaluation.notes))
+            yield REPEATED.table(f"ISO 9283, {plural(len(worst), 'repeated pose')}", worst[:LISTED])
+        yield Sentence(self.verdict, tone={True: Tone.GOOD, False: Tone.BAD, None: Tone.STRONG}[self.passed])
+        yield from lines("warning", self.warnings)
+        yield from lines("note", self.evaluation.notes)
 
     def json(self) -> Json:
         return document(
@@ -225,7 +228,7 @@ def verify(
     Raises:
         DataError: no fresh row is left, or data that contradict the robot beyond doubt.
     """
-    robot.check_joints(data.q, data.source)
+    robot.check_joints(data.said.q, data.source)
     wanted = Wanted(position=wanted) if isinstance(wanted, int | float) else wanted
     data, warnings = _fresh(robot, data)
     found = evaluate(robot, data, fit_frames=fit_frames)

@@ -35,7 +35,7 @@ class PlanOptions:
     def make(self, curve) -> None:
         """Plan, show and write."""
         from workbench.extras.trajectories.planning import plan
-        from workbench.extras.trajectories.report import path_json, path_table
+        from workbench.extras.trajectories.report import path_blocks, path_json
         from workbench.extras.trajectories.trajectory_files import planned_moments, write_plan
 
         opt.check_writable(self.out, self.json)
@@ -43,7 +43,7 @@ class PlanOptions:
         arm = wb.load_robot(self.robot)
         planned = plan(arm, curve, duration=self.duration, rows=self.rows, axis=pointing)
         moments = planned_moments(planned)
-        opt.show(path_table(planned, moments))
+        opt.show(path_blocks(planned, moments))
         opt.say(f"trajectory: {write_plan(planned, self.out)}")
         opt.write_result(self.json, path_json(planned, moments))
 
@@ -119,7 +119,7 @@ def compensate(
     """Correct a joint trajectory with a calibrated robot, its effects included."""
     from workbench.data.readers.trajectory import read_trajectory
     from workbench.extras.trajectories.programs import read_program
-    from workbench.extras.trajectories.report import compensation_json, compensation_table
+    from workbench.extras.trajectories.report import compensation_json
     from workbench.extras.trajectories.trajectory_files import write_trajectory
 
     arm = wb.load_robot(robot)
@@ -143,12 +143,10 @@ def compensate(
         if program is None or error.row is None:
             raise
         raise FileError(str(error), path=str(trajectory), line=program.lines[error.row]) from error
-    opt.show(compensation_table(found))
+    opt.show(found.blocks())
     if program is not None:
-        change = float(abs(found.q - program.q).max())
-        opt.say(
-            f"maximum change: {57.29577951308232 * change:.4f}°, in {plural(len(program.q), 'joint target')}"
-        )
+        change = f"{57.29577951308232 * abs(found.q - program.q).max():.4f}°"
+        opt.say(f"maximum change: {change}, in {plural(len(program.q), 'joint target')}")
         if found.kept.any():
             lines = (str(n) for n, kept in zip(program.lines, found.kept, strict=True) if kept)
             opt.say(f"unchanged: the targets of lines {', '.join(lines)}")

@@ -1,18 +1,17 @@
 """Planned and corrected trajectories as tables and JSON (`workbench.path/1`, `…compensation/1`)."""
 
 import numpy as np
-from rich.console import RenderableType
 
-from workbench.arm.joint_units import sliding
+from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.statics.moments import JointMoments
 from workbench.base.wording import plural
 from workbench.extras.trajectories.compensation import ACCEPTED_ERROR, Compensation, PathErrors
 from workbench.extras.trajectories.planning import Planned
 from workbench.identification.errors.row_errors import Spread
+from workbench.report.blocks import Block, ResultTable, headed
 from workbench.report.json import Json, document
 from workbench.report.numbers import short
-from workbench.report.result_display import summary_of
-from workbench.report.tables import headed, new_table
+from workbench.report.result_display import blocks_of
 
 LOADS = ("joint", "minimum", "maximum", "max speed [/s]", "torque [N m]", "moment across axis [N m]")
 
@@ -35,19 +34,19 @@ def path_json(planned: Planned, moments: JointMoments | None) -> Json:
     )
 
 
-def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType:
+def path_blocks(planned: Planned, moments: JointMoments | None) -> list[Block]:
     """Range, maximum speed and maximum loads of every joint, and decisions."""
-    table = new_table("", *LOADS)
     speed = np.abs(np.asarray(planned.motion.velocity)).max(axis=0)
     loads = np.full((planned.robot.dof, 2), np.nan)
     if moments is not None:
         loads = np.column_stack([np.abs(moments.about).max(0), moments.tipping.max(0)])
-    for j, slides in enumerate(sliding(planned.robot)):
-        size, unit = (1.0, " m") if slides else (180.0 / np.pi, "°")
-        numbers = size * np.array([planned.q[:, j].min(), planned.q[:, j].max(), speed[j]])
-        table.add_row(str(j + 1), *(f"{v:.2f}{unit}" for v in numbers), *map(short, loads[j]))
+    sizes = shown_joints(planned.robot, np.stack([planned.q.min(0), planned.q.max(0), speed])).T
+    rows = [
+        (f"{j}", *(f"{v:.2f}{unit}" for v in size), *map(short, load))
+        for j, (size, unit, load) in enumerate(zip(sizes, shown_units(planned.robot), loads, strict=True), 1)
+    ]
     head = f"{planned.robot.name}: {plural(len(planned.time), 'row')}, {planned.time[-1]:g} s"
-    return headed(head, table, notes=planned.notes)
+    return headed(head, ResultTable("", LOADS, rows), notes=planned.notes)
 
 
 def compensation_json(found: Compensation) -> Json:
@@ -78,21 +77,23 @@ def compensation_json(found: Compensation) -> Json:
     )
 
 
-@summary_of.register
-def compensation_table(found: Compensation) -> RenderableType:
+@blocks_of.register
+def compensation_blocks(found: Compensation) -> list[Block]:
     """Predicted errors before and after, and decisions."""
-    table = new_table("", "predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]")
-    shown = [("as commanded", found.before)]
+    rows = [_cells("as commanded", found.before)]
     if found.after.position.max() > ACCEPTED_ERROR:
-        shown.append((f"corrected ({found.method})", found.after))
-    for text, errors in shown:
-        position, turn = Spread.of(1e3 * errors.position), Spread.of(np.rad2deg(errors.rotation))
-        table.add_row(text, *(short(v) for v in (position.mean, position.max, turn.mean, turn.max)))
+        rows.append(_cells(f"corrected ({found.method})", found.after))
     own = found.commanded.expected
-    mean, angle = (np.nan, np.nan) if own is None else (1e3 * own.position, np.rad2deg(own.rotation))
-    table.add_row("corrected (model error on held-out rows)", short(mean), "–", short(angle), "–")
+    mean, angle = ("–", "–") if own is None else (short(1e3 * own.position), short(np.rad2deg(own.rotation)))
+    rows.append(("corrected (model error on held-out rows)", mean, "–", angle, "–"))
+    headings = ("predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]")
     head = f"{found.commanded.calibrated.name}: {plural(len(found.q), 'row')}"
-    return headed(head, table, notes=found.notes)
+    return headed(head, ResultTable("", headings, rows), notes=found.notes)
+
+
+def _cells(what: str, errors: PathErrors) -> tuple[str, ...]:
+    spreads = Spread.of(1e3 * errors.position), Spread.of(np.rad2deg(errors.rotation))
+    return what, *(short(size) for spread in spreads for size in (spread.mean, spread.max))
 
 
 def _errors(errors: PathErrors) -> Json:

@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.plate.measured_plate import MeasuredTargets, by_position
+from workbench.plate.measured_plate import MeasuredTargets
 from workbench.plate.plate import Plate, Target
 
 FARTHEST = 0.02
@@ -45,7 +45,7 @@ def as_measured(nominal: Plate, measured: MeasuredTargets, *, frame: PlateFrame 
     _refuse_far(deviations, measured, nominal, frame)
     targets = list(nominal.targets)
     for i, row in enumerate(rows):
-        position, rotation = measured.sigma[i]
+        position, rotation = measured.sigma[i].tolist()
         sigma = (position, rotation if measured.turned else float(nominal.known[row, 1]))
         there = Target.at(poses[i])
         targets[row] = replace(targets[row], xyz=there.xyz, rpy=there.rpy, sigma=sigma)
@@ -57,7 +57,7 @@ def as_measured(nominal: Plate, measured: MeasuredTargets, *, frame: PlateFrame 
         nominal,
         name=f"{nominal.name} (as measured)",
         targets=tuple(targets),
-        notes=(*nominal.notes, *notes, *by_position(measured), *measured.notes),
+        notes=(*nominal.notes, *notes, *measured.notes),
     )
 
 

@@ -19,7 +19,6 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from workbench.base.errors import MissingExtraError
 from workbench.extras.workshop.fixture import DOWEL_OFFSET
@@ -154,11 +153,12 @@ def dxf_of(document: Any) -> bytes:
     return buffer.getvalue().encode()
 
 
-def figure_of(document: Any) -> Figure:
-    """The page on A3, by ezdxf's drawing add-on."""
+def figure_of(document: Any) -> Any:
+    """The page on A3 as a figure of matplotlib, by ezdxf's drawing add-on."""
     from ezdxf.addons.drawing import Frontend, RenderContext
     from ezdxf.addons.drawing.config import BackgroundPolicy, ColorPolicy, Configuration, TextPolicy
     from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
+    from matplotlib.figure import Figure
 
     figure = Figure(figsize=(16.54, 11.69))
     backend = MatplotlibBackend(figure.add_axes((0.02, 0.02, 0.96, 0.96)), adjust_figure=False)

@@ -5,13 +5,14 @@ from enum import StrEnum
 
 import numpy as np
 
+from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
-from workbench.base.errors import DataError
+from workbench.base.errors import DataError, UnitError
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.read_rows import read_rows
-from workbench.identification.meaning.reading import FOREIGN_MISFIT
+from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import STILL
 from workbench.identification.meaning.torque_sign import with_holding_torques
 
@@ -59,9 +60,10 @@ def as_read(
     Raises:
         DataError: another reading is clearly better and `how` doesn't accept it, or the rows are of no such
         arm.
+        UnitError: the file lacks units, and the rows don't tell them.
     """
     if ReadAs(how) is ReadAs.GIVEN or data.readings is not None:
-        return robot, data
+        return robot, data.said
     arm, rows = _as_read(robot, data, ReadAs(how), keeps_arm, notes_rival)
     return arm, with_holding_torques(arm, rows)
 
@@ -70,6 +72,8 @@ def _as_read(
     robot: Robot, data: Dataset, how: ReadAs, keeps_arm: bool, notes_rival: bool
 ) -> tuple[Robot, Dataset]:
     meaning = read_rows(robot, data)
+    if data.unsaid:
+        return _as_read(robot, _with_units(robot, data, meaning), how, keeps_arm, notes_rival)
     if meaning is None or (data.joints != robot.dof and not meaning.is_found):
         return robot, data
     best, plain = meaning.best, meaning.plain
@@ -82,17 +86,34 @@ def _as_read(
         arm = None if keeps_arm else best.on(robot)
         note = f"{'read so' if arm in (None, robot) else 'the arm counts so'}: {sentence}"
         rows = best.apply(data, joints=arm is None)
-        return arm or robot, replace(_with_notes(rows, note), read_as=note)
+        return arm or robot, _read_as(rows, note)
     turned = meaning.turned
     if turned is not None and plain is not None:
         note = f"{turned.orientation}: {turned.size} instead of {plain.size} as the heading says; read so"
-        data = replace(_with_notes(turned.apply(data), note), read_as=note)
+        data = _read_as(turned.apply(data), note)
         plain = turned
     if plain is None or plain.position > FOREIGN_MISFIT * robot.reach:
         raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning)}")
     if not meaning.is_found:
         return robot, _with_notes(data, unexplained_text(meaning))
     return robot, _with_notes(data, *_unconfirmed(data))
+
+
+def _with_units(robot: Robot, data: Dataset, meaning: RowMeaning | None) -> Dataset:
+    """Rows of a file that lacks units, in those that the rows tell; refused if they tell none."""
+    if meaning is None or any(sliding(robot)) or not meaning.is_found or meaning.best.other:
+        tried = "" if meaning is None or meaning.is_found else f"; in no unit {unexplained_text(meaning)}"
+        raise UnitError(f"{data.unsaid}{tried}", unit="")
+    best = meaning.best
+    units = replace(RowReading.plain(robot), unit=best.unit, scale=best.scale)
+    rows = replace(units.apply(data, joints=False), written=data.written, unsaid="")
+    found = "; ".join([f"units that the file lacks are told by the rows: {best.size}", *units.changes])
+    return _read_as(rows, found)
+
+
+def _read_as(data: Dataset, note: str) -> Dataset:
+    """Rows with one more thing that isn't as their headings say."""
+    return replace(_with_notes(data, note), read_as="; ".join(filter(None, [data.read_as, note])))
 
 
 def _with_notes(data: Dataset, *notes: str) -> Dataset:
@@ -132,13 +153,15 @@ def unexplained_text(meaning: RowMeaning) -> str:
     )
     if not meaning.tried:
         return said
-    if meaning.constant:
-        return f"{said}; {meaning.constant}"
+    if meaning.parts or meaning.constant:
+        return f"{said}; {meaning.parts or meaning.constant}"
     return f"{said}; tried in full: {meaning.tried_text}; the nearest leaves {meaning.best.size}"
 
 
 def remedy(meaning: RowMeaning) -> str:
     """What to do where rows mean something else."""
+    if meaning.parts:
+        return "name what was moved in between in a column 'session', or correct the rows"
     if not meaning.is_found:
         return "choose the robot that was measured, or correct its table"
     if meaning.best.other:

@@ -31,6 +31,7 @@ class RowMeaning:
         open: Readings that these rows can't tell from it.
         tried: Number of candidates by family; empty if the rows fit as given.
         turned: The joints as given with another convention of orientations that is clearly theirs, if any.
+        parts: Which of rows that nothing explains fit the arm by themselves.
         constant: What rows that nothing else explains fit with one constant of the arm's table changed.
     """
 
@@ -42,6 +43,7 @@ class RowMeaning:
     open: tuple[str, ...] = ()
     tried: dict[str, int] = field(default_factory=dict)
     turned: RowReading | None = None
+    parts: str = ""
     constant: str = ""
 
     @property

@@ -11,6 +11,7 @@ from workbench.base.assets import built_in_robots
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.candidates import ColumnReadings, Families
 from workbench.identification.meaning.meaning import RowMeaning, ranked
+from workbench.identification.meaning.moved_between import parts_in_order
 from workbench.identification.meaning.one_constant import one_constant
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
 from workbench.identification.meaning.search import FEW_POINTS, SURE, ReadingSearch
@@ -35,9 +36,10 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         return None
     search, plain = ReadingSearch(robot, rows), None
     if data.joints == robot.dof:
-        plain = search.plain()
-        if search.suffices(plain):
-            return RowMeaning(best=plain, plain=plain)
+        for closed in (True, False):
+            plain = search.plain(closed=closed)
+            if search.suffices(plain):
+                return RowMeaning(best=plain, plain=plain)
         search.found = [plain, *search.place([RowReading.plain(robot)], search.conventions)]
         if search.suffices(search.found[1]):
             return ranked(search, plain)
@@ -51,6 +53,8 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
     given = meaning.turned or plain
     if likely or given is None or meaning.is_found:
         return meaning
+    if parts := parts_in_order(robot, search.data):
+        return replace(meaning, parts=parts)
     return replace(meaning, constant=one_constant(given, search.data))
 
 

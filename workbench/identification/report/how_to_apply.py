@@ -1,12 +1,11 @@
 """How to apply a calibration: the numbers that a controller accepts, and the remaining error."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import Group, RenderableType
-from rich.text import Text
 
 from workbench.arm.frame import Frame
 from workbench.arm.robot import JointKind, Robot
@@ -19,8 +18,8 @@ from workbench.identification.controller_parameters import (
 )
 from workbench.identification.report.results_json import controller_json
 from workbench.identification.result import Identification
+from workbench.report.blocks import Block, ResultTable, Sentence, Tone, lines
 from workbench.report.numbers import short, signed
-from workbench.report.tables import folded, line, new_table, unbroken
 
 MAX_OPTIMISED_ROWS = 500
 """Maximum number of measured joint positions for which the numbers are optimised."""
@@ -65,69 +64,38 @@ class Use:
         return f"enter {TEXT[len(chosen.parts) - 1]}: {_change(chosen)}"
 
     @property
-    def table(self) -> list[tuple[str, list[str]]]:
-        """For each variant and for no numbers: what is entered, and the four remaining errors."""
-        first = self.variants[0]
-        lines = [("nothing (best base and tool)", _errors(first.before))]
-        for text, variant in zip(TEXT, self.variants, strict=True):
-            lines.append((text if variant.is_better else f"{text}: not advised", _errors(variant.after)))
-        return [*lines, (self.reference, ["0"] * 4)]
-
-    @property
     def reference(self) -> str:
         """What the errors are measured against."""
         return (
             "the calibrated model, as far as it was measured" if self.full.notes else "the calibrated model"
         )
 
-    @property
-    def offsets(self) -> list[tuple[str, str, str]]:
-        """Joint, and its offset in the full variant and when only offsets are entered."""
-
-        def cell(variant: ControllerNumbers, joint: int, slides: bool) -> str:
-            return _offset(variant.offsets[joint], slides) if variant.is_better else "–"
-
-        return [
-            (f"joint {k + 1}", cell(self.full, k, slides), cell(self.variants[0], k, slides))
-            for k, slides in enumerate(self.linear)
-        ]
-
-    @property
-    def frames(self) -> list[tuple[str, list[str]]]:
-        """Tool and base of the advised variant: x, y, z in mm, roll, pitch, yaw in degrees."""
-        if (chosen := self.advised) is None:
-            return []
-        frames = {ControllerPart.TOOL: chosen.robot.tool, ControllerPart.BASE: chosen.robot.base}
-        return [(str(part), _frame(frame)) for part, frame in frames.items() if part in chosen.parts]
-
-    def summary(self) -> RenderableType:
-        """What to enter into a controller, and what that leaves, as tables for the terminal."""
+    def blocks(self) -> Iterator[Block]:
+        """What to enter into a controller, and what that leaves."""
         errors = ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]")
-        left = new_table(f"Remaining error relative to {self.reference}", folded("entered"), *errors)
-        for text, values in self.table:
-            left.add_row(text, *values)
-        added = new_table(
-            "Joint offsets, added to each reading", unbroken("joint"), "with tool and base", "offsets only"
-        )
-        for row in self.offsets:
-            added.add_row(*row)
-        parts = ("x", "y", "z", "roll", "pitch", "yaw")
-        placed = new_table("Tool and base with them: xyz [mm], roll pitch yaw [°]", unbroken("frame"), *parts)
-        for name, values in self.frames:
-            placed.add_row(name, *values)
-        head: list[RenderableType] = [left]
-        if any(v.is_better for v in (self.full, self.variants[0])):
-            head.append(added)
-        if self.frames:
-            head.append(placed)
-        lines = [
-            Text(capital(self.advice)),
-            Text(f"compared at {self.full.rows} joint positions", style="dim"),
-        ]
-        lines += [line("note", note) for note in (self.advised or self.full).notes]
+        numbers = [("nothing (best base and tool)", *_errors(self.full.before))]
+        for text, variant in zip(TEXT, self.variants, strict=True):
+            numbers.append((text if variant.is_better else f"{text}: not advised", *_errors(variant.after)))
+        numbers.append((self.reference, *["0"] * len(errors)))
+        yield ResultTable(f"Remaining error relative to {self.reference}", ("entered", *errors), numbers)
+        entered = (self.full, self.variants[0])
+        if any(variant.is_better for variant in entered):
+            headings = ("joint", "with tool and base", "offsets only")
+            offsets = [
+                (f"joint {k + 1}", *(_offset(v.offsets[k], slides) if v.is_better else "–" for v in entered))
+                for k, slides in enumerate(self.linear)
+            ]
+            yield ResultTable("Joint offsets, added to each reading", headings, offsets)
+        if (chosen := self.advised) is not None and len(chosen.parts) > 1:
+            frames = {ControllerPart.TOOL: chosen.robot.tool, ControllerPart.BASE: chosen.robot.base}
+            placed = [(str(part), *_frame(frame)) for part, frame in frames.items() if part in chosen.parts]
+            axes = ("frame", "x", "y", "z", "roll", "pitch", "yaw")
+            yield ResultTable("Tool and base with them: xyz [mm], roll pitch yaw [°]", axes, placed)
+        yield Sentence(capital(self.advice))
+        yield Sentence(f"compared at {self.full.rows} joint positions", tone=Tone.QUIET)
+        yield from lines("note", (self.advised or self.full).notes)
         if self.full.held:
-            lines.append(line("redundant, left unchanged", ", ".join(self.full.held)))
-        return Group(*head, *lines)
+            yield Sentence(", ".join(self.full.held), "redundant, left unchanged")
 
     def json(self) -> list[dict[str, Any]]:
         """The numbers in SI, as plain data."""

@@ -1,49 +1,33 @@
-"""Parameters as in the paper's Tables 3 and 4: one row a joint, one column a constant, θ d a α β.
+"""Identified parameters: each with its unit, nominal value and standard error, for files and for people."""
 
-Every cell has the nominal value, the identified one and its standard error; held constants are marked with
-the paper's ∗, and so are those that can't be separated from others.
-"""
-
+from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
 from workbench.identification.fit import Fit
-from workbench.report.numbers import decimals_of, signed, standard_error
+from workbench.report.blocks import Block, ResultTable, Sentence, Tone
+from workbench.report.numbers import decimals_of, readable_unit, signed, standard_error
+from workbench.report.result_fields import ResultFields
 
-SYMBOLS = {"theta": "θ", "alpha": "α", "beta": "β"}
-FAMILY = ("theta", "d", "a", "alpha", "beta")
-"""Constants of the Denavit–Hartenberg conventions, in the paper's order."""
-
-
-class ConstantStatus(StrEnum):
-    """Status of a constant; the value is its mark in tables."""
-
-    IDENTIFIED = ""
-    HELD = "∗"
-    SHARED = "†"
-    UNSEEN = "‡"
-
-
+UNITS = {"rad": (float(np.rad2deg(1.0)), "°"), "m": (1e3, "mm")}
+"""Factor and name of the units in which people read constants; coefficients of effects have their own."""
+SHARED, UNSEEN = "†", "‡"
 LEGEND = {
-    ConstantStatus.HELD: "held at its nominal value",
-    ConstantStatus.SHARED: "can't be separated from others; kept as near to nominal as the rows allow",
-    ConstantStatus.UNSEEN: "unobservable; left at its nominal value",
+    SHARED: "can't be separated from others; kept as near to nominal as the rows allow",
+    UNSEEN: "unobservable; left at its nominal value",
 }
 
 
 @dataclass(frozen=True)
-class Cell:
-    """One constant.
+class Identified:
+    """One parameter of a fit, in SI.
 
     Args:
-        name: As in the result, such as `joint2.alpha`.
-        unit: `rad` or `m`.
-        value: Identified value; the nominal one if it was held.
+        name: As in files, such as `joint2.alpha`.
         std: Standard error; None where there is none.
-        state: Its status.
         is_expected: Whether the standard error is the prior's, as the rows add no information.
+        mark: Of those that the rows don't determine: a key of `LEGEND`.
     """
 
     name: str
@@ -51,57 +35,30 @@ class Cell:
     nominal: float
     value: float
     std: float | None
-    state: ConstantStatus
     is_expected: bool = False
+    mark: str = ""
 
     @property
-    def readable_unit(self) -> str:
-        """Unit for display."""
-        return {"rad": "°", "m": "mm"}.get(self.unit, self.unit)
+    def shown(self) -> tuple[str, str, str, str]:
+        """Nominal value, deviation from it, standard error, and their unit with the mark.
 
-    @property
-    def shown(self) -> tuple[str, str, str]:
-        """Nominal value, deviation and standard error in that unit; empty where unknown.
-
-        The deviation has as many decimals as its standard error.
+        The deviation has as many decimals as its standard error; what is unknown is empty.
         """
-        scale = {"rad": float(np.rad2deg(1.0)), "m": 1e3}.get(self.unit, 1.0)
-        nominal = signed(scale * self.nominal, 3)
-        if self.state in (ConstantStatus.HELD, ConstantStatus.UNSEEN):
-            return nominal, "", ""
-        if self.std is None or self.is_expected:
-            return nominal, f"{_plus(scale * (self.value - self.nominal), 3)}", ""
-        decimals = decimals_of(scale * self.std)
-        change = _plus(scale * (self.value - self.nominal), decimals)
-        return nominal, change, standard_error(scale * self.std, decimals)
+        factor, unit = UNITS.get(self.unit) or readable_unit(self.unit)
+        std = factor * self.std if self.std is not None and not self.is_expected else None
+        decimals = 3 if std is None else decimals_of(std)
+        change = signed(factor * (self.value - self.nominal), decimals)
+        change = change if change.startswith("−") or float(change) == 0.0 else f"+{change}"
+        return (
+            signed(factor * self.nominal, 3),
+            "" if self.mark == UNSEEN else change,
+            "" if std is None else standard_error(std, decimals),
+            f"{unit} {self.mark}".strip(),
+        )
 
 
-@dataclass(frozen=True)
-class ParameterTable:
-    """All constants of a fit.
-
-    Args:
-        columns: Names of the constants, `theta`, `d` …
-        units: Unit of each column.
-        rows: Name of every joint, and its cells; None where it has no such constant.
-        others: Constants of frames and instruments, and those that belong to no joint.
-    """
-
-    columns: tuple[str, ...]
-    units: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[Cell | None, ...]], ...]
-    others: tuple[Cell, ...]
-
-    @property
-    def headings(self) -> tuple[str, ...]:
-        """Column headings, such as `θ [°]`."""
-        units = ("°" if unit == "rad" else "mm" for unit in self.units)
-        return tuple(f"{SYMBOLS.get(c, c)} [{u}]" for c, u in zip(self.columns, units, strict=True))
-
-    @property
-    def marks(self) -> tuple[ConstantStatus, ...]:
-        cells = [c for _, row in self.rows for c in row if c is not None] + list(self.others)
-        return tuple(s for s in LEGEND if any(c.state is s for c in cells))
+IDENTIFIED = ResultFields("name", "unit", "nominal", "value", "std")
+"""Of an `Identified`."""
 
 
 def unseen(fit: Fit) -> frozenset[str]:
@@ -109,56 +66,27 @@ def unseen(fit: Fit) -> frozenset[str]:
     return frozenset(c.names[0] for c in fit.unidentifiable if len(c.names) == 1)
 
 
-def parameter_table(fit: Fit) -> ParameterTable:
-    """The parameters of a fit, joint by joint."""
-    shared = {n for c in fit.unidentifiable if len(c.names) > 1 for n in c.names}
-    hidden, expected = unseen(fit), fit.only_expected
-    cells: dict[str, Cell] = {}
-    for e in fit.problem.robot.elements:
-        if e.matrix is None:
-            cells[e.name] = Cell(e.name, e.unit, e.value, e.value, None, ConstantStatus.HELD)
+def identified(fit: Fit) -> Iterator[Identified]:
+    """The parameters of a fit."""
+    shared = {name for c in fit.unidentifiable if len(c.names) > 1 for name in c.names}
+    hidden = unseen(fit)
     for p, value, std in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
-        state = ConstantStatus.SHARED if p.name in shared else ConstantStatus.IDENTIFIED
-        if p.name in hidden:
-            state, std = ConstantStatus.UNSEEN, None
-        elif p.text in fit.idle:
-            state, std = ConstantStatus.SHARED, None
-        std = std if fit.is_assessed else None
-        cells[p.name] = Cell(p.name, p.unit, p.nominal, value, std, state, p.name in expected)
-    of_joints: dict[str, dict[str, Cell]] = {}
-    others = []
-    joints = {j.name for j in fit.problem.robot.joints}
-    for name, cell in cells.items():
-        owner, _, constant = name.rpartition(".")
-        if owner in joints and name not in fit.problem.robot.coefficients:
-            of_joints.setdefault(owner, {})[constant] = cell
-        elif cell.state is not ConstantStatus.HELD:
-            others.append(cell)
-    columns = _columns(of_joints)
-    units = tuple(next(row[c].unit for row in of_joints.values() if c in row) for c in columns)
-    rows = tuple(
-        (joint, tuple(row.get(c) for c in columns))
-        for joint, row in of_joints.items()
-        if any(c in row for c in columns)
-        and (joint.startswith("joint") or any(cell.state is not ConstantStatus.HELD for cell in row.values()))
-    )
-    return ParameterTable(columns, units, rows, tuple(others))
+        is_shared = p.name in shared or p.text in fit.idle
+        mark = UNSEEN if p.name in hidden else SHARED if is_shared else ""
+        known = std if fit.is_assessed and p.name not in hidden else None
+        yield Identified(p.name, p.unit, p.nominal, value, known, p.name in fit.only_expected, mark)
 
 
-def _plus(value: float, decimals: int) -> str:
-    text = signed(value, decimals)
-    return text if value < 0.0 or float(text) == 0.0 else f"+{text}"
-
-
-def _columns(of_joints: dict[str, dict[str, Cell]]) -> tuple[str, ...]:
-    """The convention's five constants, or whichever others were identified or are not 0."""
-    present = [constant for row in of_joints.values() for constant in row]
-    if any(c in FAMILY for c in present):
-        return tuple(c for c in FAMILY if c in present)
-    informative = {
-        constant
-        for row in of_joints.values()
-        for constant, cell in row.items()
-        if cell.state is not ConstantStatus.HELD or cell.nominal != 0.0
-    }
-    return tuple(c for c in dict.fromkeys(present) if c in informative)
+def parameter_blocks(fit: Fit) -> Iterator[Block]:
+    """All parameters, and what their marks mean."""
+    found = list(identified(fit))
+    rows = [(one.name, *one.shown) for one in found]
+    if rows:
+        headings = ("parameter", "nominal", "deviation", "±", "unit")
+        yield ResultTable(f"Deviations from nominal ({fit.title})", headings, rows)
+    free = {one.name for one in found}
+    if held := [e.name for e in fit.problem.robot.elements if e.matrix is None and e.name not in free]:
+        yield Sentence(", ".join(held), "held at nominal", Tone.QUIET)
+    for mark, text in LEGEND.items():
+        if any(one.mark == mark for one in found):
+            yield Sentence(f"{mark} {text}", tone=Tone.QUIET)

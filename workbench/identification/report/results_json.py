@@ -12,9 +12,8 @@ from workbench.arm.joint_units import sliding
 from workbench.base.advice import ask
 from workbench.identification.controller_parameters import ControllerNumbers, PoseErrors
 from workbench.identification.errors.row_errors import Errors, Spread
-from workbench.identification.fit import Fit
 from workbench.identification.prior import prior_json
-from workbench.identification.report.parameters import unseen
+from workbench.identification.report.parameters import IDENTIFIED, identified
 from workbench.identification.result import Evaluation, Identification, Run, Validation
 from workbench.report.json import Json, document
 
@@ -126,21 +125,7 @@ def _run(run: Run) -> Json:
         "iterations": fit.iterations,
         "seconds": fit.seconds,
         "condition": fit.condition,
-        "parameters": _parameters(fit),
+        "parameters": IDENTIFIED.each(identified(fit)),
         "implausible": list(run.implausible),
         "suspicious_rows": fit.problem.data.row[fit.suspicious],
     }
-
-
-def _parameters(fit: Fit) -> list[Json]:
-    hidden = unseen(fit)
-    return [
-        {
-            "name": p.name,
-            "unit": p.unit,
-            "nominal": p.nominal,
-            "value": value,
-            "std": None if p.name in hidden or not fit.is_assessed else std,
-        }
-        for p, value, std in zip(fit.parameters, fit.x, fit.std, strict=True)
-    ]

@@ -24,12 +24,12 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.progress import check_cancelled, progress
 from workbench.base.types import Poses
-from workbench.plate.optimiser.clearance import Surroundings
+from workbench.plate.optimiser.clearance import clearances
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.shapes import (
     MAX_MEASURED_DISTANCE,
     ArmShape,
-    Hull,
+    Collider,
     Placements,
     block_hulls,
     plate_hull,
@@ -106,13 +106,20 @@ class Setting:
         """Whether a block takes the orientation that the tool has there: few joints can't take any other."""
         return self.robot.dof < int(Task.POSE) and self.reading.kind is not Kind.SEAT
 
-    @property
-    def surroundings(self) -> Surroundings:
-        """Static obstacles independent of the targets."""
-        solid, anchors = plate_hull(self.plate), self.reading.anchors
+    @cached_property
+    def solids(self) -> tuple[Collider, ...]:
+        """What stands still whatever the targets are: the plate, and the posts of a ball-bar's anchors."""
+        place, size, anchors = self.plate.pose, self.plate.size, self.reading.anchors
         posts = () if anchors is None else replace(self.plate, anchors=anchors).mounted
-        bodies = block_hulls(self.plate, np.array([post.pose for post in posts])) if posts else []
-        return Surroundings(self.arm, (*bodies, *([] if solid is None else [solid])), self.constraints.floor)
+        bodies = block_hulls(place, np.array([post.pose for post in posts])) if posts else []
+        return (*bodies, *([] if size is None else [plate_hull(place, size)]))
+
+    def around(
+        self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
+    ) -> Float[np.ndarray, "rows 3"]:
+        """Distances of the arm from itself, the table and what stands still [m]."""
+        floor = self.constraints.floor
+        return clearances(self.arm, placements, solids=self.solids, floor=floor, far=far, minimum=minimum)
 
     @property
     def spacing(self) -> float:
@@ -137,7 +144,7 @@ class Setting:
         limits, clearance = self.constraints, self.constraints.clearance
         poses = tool_poses_at(self.plate, places)
         placements = self.arm.placements(q)
-        around = self._around(placements) >= clearance
+        around = self.around(placements, far=clearance + MARGIN, minimum=clearance) >= clearance
         kept = {
             "joint limits": margins(q, self.robot.limits).min(1) >= limits.limit_margin,
             "clearance of the arm from itself": around[:, 0],
@@ -164,11 +171,6 @@ class Setting:
         )
         return found, kept
 
-    def _around(self, placements: Placements) -> np.ndarray:
-        """Distances from itself, the table and the plate, exact enough to check clearance."""
-        clearance = self.constraints.clearance
-        return self.surroundings.distances(placements, far=clearance + MARGIN, minimum=clearance)
-
     def _retreats(
         self, poses: Poses, q: Float[np.ndarray, "rows n"], placements: np.ndarray
     ) -> tuple[np.ndarray, Bool[np.ndarray, " rows"]]:
@@ -180,14 +182,14 @@ class Setting:
             back[:, :3, 3] -= share * self.constraints.retreat * back[:, :3, 2]
             followed = follow_many(self.robot, back, q)
             stops.append(self.arm.placements(followed.q))
-            around = self._around(stops[-1]) >= clearance
-            free &= followed.converged & around.all(1)
+            around = self.around(stops[-1], far=clearance + MARGIN, minimum=clearance)
+            free &= followed.converged & (around >= clearance).all(1)
         return np.stack(stops, axis=1), free
 
     def _clear_of_own(self, poses: Poses, stops: np.ndarray) -> Bool[np.ndarray, " rows"]:
         if not self.reading.blocks:
             return np.ones(len(poses), bool)
-        clearance, hulls = self.constraints.clearance, block_hulls(self.plate, poses)
+        clearance, hulls = self.constraints.clearance, block_hulls(self.plate.pose, poses)
         free = np.ones(len(poses), bool)
         for stop in range(stops.shape[1]):
             gaps = self.arm.hull_distances(
@@ -199,8 +201,7 @@ class Setting:
     def rows(self, q: Float[np.ndarray, "rows n"], places: Places) -> Float[np.ndarray, "rows m p"]:
         """Whitened rows per scaled parameter and per unknown of the reading, for targets in postures."""
         at, twists = identification_jacobian(self.robot, Motion(q), self.names)
-        jacobian, unknown = self.reading.rows(at, twists * self.scales, self.sigma(places))
-        return np.concatenate([jacobian, unknown], axis=2)
+        return self.reading.rows(at, twists * self.scales, self.sigma(places))[0]
 
 
 def _spread(kept: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
@@ -223,8 +224,8 @@ class Neighbours:
     _seen: dict[tuple[int, int], bool] = field(default_factory=dict)
 
     @cached_property
-    def _hulls(self) -> list[Hull]:
-        return block_hulls(self.setting.plate, self.pool.poses)
+    def _hulls(self) -> list[Collider]:
+        return block_hulls(self.setting.plate.pose, self.pool.poses)
 
     def spaced(self, others: Iterable[int]) -> Bool[np.ndarray, " rows"]:
         """Candidates that are far enough from all others."""

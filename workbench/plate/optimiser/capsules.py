@@ -20,7 +20,7 @@ from workbench.arm.kinematics.skeleton import body_frames, link_paths
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.plate.optimiser.shapes import ArmShape, Piece, turned_to
+from workbench.plate.optimiser.shapes import ArmShape, Collider, Piece, turned_to
 
 FIRST_LINK_RADIUS = 0.035
 """Radius of the first link, as a share of the arm's reach."""
@@ -63,8 +63,8 @@ class Capsule(NamedTuple):
     @property
     def piece(self) -> Piece:
         along = turned_to((self.end - self.start) / self.length)
-        shape = coal.Capsule(float(self.radius), self.length)
-        return Piece(self.body, self.frame, se3.pose(along, 0.5 * (self.start + self.end)), shape)
+        solid = Collider(coal.Capsule(float(self.radius), self.length))
+        return Piece(self.body, self.frame, se3.pose(along, 0.5 * (self.start + self.end)), solid)
 
 
 def capsule_arm(robot: Robot) -> ArmShape:

@@ -4,7 +4,8 @@ An arm from a URDF with meshes is represented by these (`mesh_arm`), any other o
 (`capsule_arm`). Distances are negative, or 0, where bodies overlap. Everything is in the robot's base.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -12,7 +13,14 @@ from jaxtyping import Float
 from workbench.arm.robot import Robot
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.plate.optimiser.meshes import mesh_arm
-from workbench.plate.optimiser.shapes import MAX_MEASURED_DISTANCE, ON_THE_TABLE, ArmShape, Hull, Placements
+from workbench.plate.optimiser.shapes import (
+    MAX_MEASURED_DISTANCE,
+    ON_THE_TABLE,
+    ArmShape,
+    Collider,
+    Placements,
+    below,
+)
 
 
 def arm_shape(robot: Robot, clearance: float) -> ArmShape:
@@ -28,37 +36,27 @@ def arm_shape(robot: Robot, clearance: float) -> ArmShape:
     return replace(capsules, source=f"{capsules.source}: {why}")
 
 
-@dataclass(frozen=True, eq=False)
-class Surroundings:
-    """Static obstacles independent of the blocks: the plate, the table, the arm itself.
+def clearances(
+    arm: ArmShape,
+    frames: Placements,
+    *,
+    solids: Sequence[Collider] = (),
+    floor: float | None = None,
+    far: float = MAX_MEASURED_DISTANCE,
+    minimum: float | None = None,
+) -> Float[np.ndarray, "rows 3"]:
+    """Minimum distance of an arm from itself, the table and solids in every row, at most `far` [m].
 
     Args:
-        arm: The arm's shape.
-        plate: The plate's solid, if it has one, and the posts of a ball-bar's anchors.
+        solids: The plate's, if it has one, and the posts of a ball-bar's anchors.
         floor: Height of the table in the robot's base [m]; None if there is none.
+        far: Maximum distance of interest [m].
+        minimum: Rows with a smaller distance than this may be given as 0 [m].
     """
-
-    arm: ArmShape
-    plate: tuple[Hull, ...]
-    floor: float | None
-
-    def distances(
-        self, frames: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
-    ) -> Float[np.ndarray, "rows 3"]:
-        """Minimum distance from itself, the table and the plate in every row, at most `far` [m].
-
-        Args:
-            far: Maximum distance of interest [m].
-            minimum: Rows with a smaller distance than this may be given as 0 [m].
-        """
-        arm = self.arm
-        result = np.full((len(frames), 3), far)
-        result[:, 0] = arm.own_distances(frames, far=far, minimum=minimum)
-        free = arm.bodies > ON_THE_TABLE
-        if self.floor is not None and free.any():
-            result[:, 1] = np.minimum(arm.lowest(frames)[:, free].min(1) - self.floor, far)
-        every = np.ones(len(arm.bodies), bool)
-        for hull in self.plate:
-            gaps = arm.hull_distances(frames, [hull], checked=every, far=far, minimum=minimum)
-            result[:, 2] = np.minimum(result[:, 2], gaps)
-        return result
+    result = np.full((len(frames), 3), far)
+    result[:, 0] = arm.own_distances(frames, far=far, minimum=minimum)
+    table = [] if floor is None else [(1, below(floor), arm.bodies > ON_THE_TABLE)]
+    for column, solid, checked in (*table, *((2, solid, arm.bodies >= 0) for solid in solids)):
+        gaps = arm.hull_distances(frames, [solid], checked=checked, far=far, minimum=minimum)
+        result[:, column] = np.minimum(result[:, column], gaps)
+    return result

@@ -13,7 +13,7 @@ from workbench.base.arguments import Length, LengthAndAngle, admit
 from workbench.base.errors import DataError, OptionError
 from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.plate.optimiser.clearance import arm_shape
-from workbench.plate.optimiser.shapes import ON_THE_TABLE, ArmShape, Hull, plate_hull
+from workbench.plate.optimiser.shapes import ON_THE_TABLE, ArmShape, plate_hull
 from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.plate import Plate
 
@@ -87,13 +87,13 @@ def check_room(plate: Plate, number: int, half: Float[np.ndarray, "2"], spacing:
         )
 
 
-def check_base(arm: ArmShape, plate: Plate, hull: Hull | None, clearance: float) -> None:
+def check_base(arm: ArmShape, plate: Plate, clearance: float) -> None:
     """Refuse a plate that stands in the robot's base."""
     fixed = arm.bodies <= ON_THE_TABLE
-    if hull is None or not fixed.any():
+    if plate.size is None or not fixed.any():
         return
     placements = arm.placements(np.zeros((1, arm.robot.dof)))
-    gap = float(arm.hull_distances(placements, [hull], checked=fixed)[0])
+    gap = float(arm.hull_distances(placements, [plate_hull(plate.pose, plate.size)], checked=fixed)[0])
     if gap <= 0.0:
         raise OptionError(
             f"plate '{plate.name}' overlaps the base of robot '{arm.robot.name}' by {-1e3 * gap:.0f} mm; "
@@ -110,7 +110,7 @@ def is_clear_of(robot: Robot, plate: Plate) -> bool:
     """Whether a plate is outside the robot's base, so that it can be optimised."""
     clearance = Constraints().clearance
     try:
-        check_base(arm_shape(robot, clearance), plate, plate_hull(plate), clearance)
+        check_base(arm_shape(robot, clearance), plate, clearance)
     except OptionError:
         return False
     return True

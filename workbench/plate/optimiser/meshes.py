@@ -16,14 +16,12 @@ from itertools import combinations
 import coal
 import numpy as np
 
-from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.meshes import find_mesh
-from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot, UrdfSource
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.plate.optimiser.capsules import LAST_LINK_RADIUS, PROBE_RADIUS
-from workbench.plate.optimiser.shapes import ArmShape, Piece, Placements, turned_to
+from workbench.plate.optimiser.shapes import ArmShape, Collider, Piece, Placements, turned_to
 
 SAMPLED = 200
 """Random postures that tell which pairs of bodies can be apart."""
@@ -41,7 +39,7 @@ def mesh_arm(robot: Robot, clearance: float) -> ArmShape | None:
         return None
     try:
         pieces, kind = _pieces(robot, robot.urdf)
-        usable = [piece.capsule for piece in pieces]
+        usable = [piece.solid.hull for piece in pieces]
     except Exception:  # Pinocchio, its mesh reader and qhull raise many kinds for files that they can't use
         return None
     if not usable:
@@ -86,27 +84,30 @@ def _pieces(robot: Robot, source: UrdfSource) -> tuple[tuple[Piece, ...], str]:
         frame = model.frames[found.parentFrame]
         entry = links.index(frame.name)
         pose = (frame.placement.inverse() * found.placement).homogeneous
-        pieces.append(Piece(int(moving[entry]), entry, frozen(pose), found.geometry))
+        pieces.append(Piece(int(moving[entry]), entry, frozen(pose), Collider(found.geometry)))
     return tuple(sorted(pieces, key=lambda piece: piece.frame)), kind
 
 
 def _with_probe(robot: Robot, pieces: tuple[Piece, ...]) -> tuple[Piece, ...]:
     """The pieces, the probe among them: what is at the tool's origin, or a slender rod to it."""
-    frames = link_frames(robot, Motion(np.zeros((1, robot.dof))))[0]
-    point, at_tool = coal.Sphere(1e-6), coal.Transform3s(np.eye(3), frames[-1, :3, 3])
+    point, alone = (
+        Piece(robot.dof, -1, np.eye(4), Collider(coal.Sphere(1e-6))),
+        ArmShape(robot, pieces, (), ""),
+    )
+    placements = alone.placements(np.zeros((1, robot.dof)))
 
     def touches(piece: Piece) -> bool:
-        asked, found = coal.DistanceRequest(), coal.DistanceResult()
-        gap = coal.distance(piece.hull, piece.placed(frames), point, at_tool, asked, found)
-        return piece.body == robot.dof and gap < AT_THE_TOOL
+        pair = replace(piece, solid=Collider(piece.solid.hull)), point
+        gap = replace(alone, pairs=(pair,)).own_distances(placements)[0]
+        return piece.body == robot.dof and bool(gap < AT_THE_TOOL)
 
     marked = tuple(replace(piece, probe=touches(piece)) for piece in pieces)
     if any(piece.probe for piece in marked):
         return marked
-    last = len(robot.joints)
+    frames, last = placements[0], len(robot.joints)
     tip = (se3.inverse(frames[last]) @ frames[-1])[:3, 3]
     length, radius = float(np.linalg.norm(tip)), PROBE_RADIUS * LAST_LINK_RADIUS * robot.reach
     inside = max(length - radius, radius)
     along = tip / length if length > 0.0 else np.array([0.0, 0.0, 1.0])  # the tool is at the flange
     pose = se3.pose(turned_to(along), 0.5 * inside * along)
-    return (*marked, Piece(robot.dof, last, pose, coal.Capsule(radius, inside), probe=True))
+    return (*marked, Piece(robot.dof, last, pose, Collider(coal.Capsule(radius, inside)), probe=True))

@@ -22,8 +22,8 @@ from workbench.base.arguments import admit
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancelled, part_of, progress
 from workbench.base.types import Outcome
-from workbench.plate.exchange import exchange
-from workbench.plate.optimality_criterion import RegionCriterion
+from workbench.plate.exchange import of_information
+from workbench.plate.observability import I
 from workbench.plate.optimiser.candidates import (
     BlockSolutions,
     Candidates,
@@ -36,7 +36,6 @@ from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.optimiser.constraints import Constraints, check_base, check_room, conflict, half_size
 from workbench.plate.optimiser.result import PlateDesign, branches_of, describe, set_error
 from workbench.plate.optimiser.search import Search
-from workbench.plate.optimiser.shapes import plate_hull
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import position_weight
@@ -119,27 +118,11 @@ def optimise_plate(
     reading: TargetReading,
     goal: Float[np.ndarray, "rows n"],
     rng: np.random.Generator,
-    request: DesignRequest | None = None,
+    request: DesignRequest,
     names: tuple[str, ...] | None = None,
 ) -> PlateDesign:
-    """The plate with the smallest predicted error that keeps all constraints.
-
-    Args:
-        plate: Where the plate lies and how large it is; its targets are one of the starts, and those that
-            are locked stay.
-        reading: What is read at a target, and how well.
-        goal: Joint positions of poses that matter [rad or m], see `plate.region_poses`.
-        request: What is asked for.
-        names: Constants to be identified; the robot's default free ones if None.
-
-    Returns:
-        The design; where the given plate keeps the constraints, never a worse one.
-
-    Raises:
-        OptionError: a plate without size or inside the robot's base, more targets than fit.
-        DataError: too few targets keep all constraints; names two that conflict.
-    """
-    request, names = request or DesignRequest(), robot.default_free if names is None else names
+    """As `design.optimise_plate`, for poses that matter and constants to be identified."""
+    names = robot.default_free if names is None else names
     setting = Setting(
         robot=robot,
         plate=plate,
@@ -157,24 +140,27 @@ class _Optimisation:
     """One optimisation; keeps the best targets so far for whoever cancels."""
 
     def __init__(self, setting: Setting, goal: np.ndarray, rng: np.random.Generator, request: DesignRequest):
-        plate = setting.plate
+        plate, unknown = setting.plate, setting.reading.unknown_sigma
         self.setting, self.request, self.goal, self.rng, self.given = setting, request, goal, rng, plate
         self.number = len(plate) if request.number is None else request.number
         self.half = half_size(plate, request.constraints)
         check_room(plate, self.number, self.half, setting.spacing)
-        check_base(setting.arm, plate, plate_hull(plate), request.constraints.clearance)
-        self.search = _search(self.setting, goal, rng)
+        check_base(setting.arm, plate, request.constraints.clearance)
+        weight = np.zeros((len(setting.names) + len(unknown),) * 2)  # the reading's own unknowns don't matter
+        own = slice(len(setting.names))
+        weight[own, own] = position_weight(setting.robot, goal, setting.names, setting.scales)
+        prior = np.concatenate([np.full(len(setting.names), VAGUE), unknown]) ** -2
+        self.search = Search(setting, weight, prior, rng)
         self.best: Candidates | None = None
         self.best_cost = np.inf
         self.start_cost, self.start_kept = np.inf, False
         self.kept: dict[str, np.ndarray] = {}
-        self.locked: Candidates | None = None
-        self.locked_slots = [i for i, target in enumerate(plate.targets) if target.locked]
+        self.locked = [i for i, target in enumerate(plate.targets) if target.locked]
 
     def result(self) -> PlateDesign:
         outcome = Outcome.CONVERGED
         with part_of(0.0, 0.0, "looking at the given plate"):
-            start, exact = self._start()
+            start, exact = self._offered() if len(self.given) else (None, [])
         try:
             self._search(start, exact)
         except Cancelled:
@@ -187,150 +173,102 @@ class _Optimisation:
                 )
             raise conflict(self.given, self.number, self.kept)
         progress(1.0, "done")
+        order = list(range(len(self.locked), self.number))
+        for row, slot in enumerate(self.locked):  # first in the search, now back at their old numbers
+            order.insert(min(slot, len(order)), row)
+        worse = "the given plate, in its best branches, does not keep all constraints; the new one does"
+        is_worse = np.isfinite(self.start_cost) and not self.start_kept
         return describe(
             self.setting,
-            self.best.take(self._in_order()),
+            self.best.take(np.array(order)),
             goal=self.goal,
             start_cost=self.start_cost,
             start_kept=self.start_kept,
-            notes=self._notes(),
+            notes=(self.setting.arm.source, *([worse] if is_worse else [])),
             history=tuple(np.sqrt(self.search.history)),
             outcome=outcome,
         )
 
-    def _in_order(self) -> np.ndarray:
-        """Locked targets, which come first in the search, at their old numbers, the others in between."""
-        order = list(range(len(self.locked_slots), self.number))
-        for row, slot in enumerate(self.locked_slots):
-            order.insert(min(slot, len(order)), row)
-        return np.array(order)
-
-    def _notes(self) -> tuple[str, ...]:
-        worse = "the given plate, in its best branches, does not keep all constraints; the new one does"
-        is_worse = np.isfinite(self.start_cost) and not self.start_kept
-        return (self.setting.arm.source, *([worse] if is_worse else []))
-
-    def _start(self) -> tuple[Candidates | None, np.ndarray | None]:
-        """Candidates that the given plate offers, and, where it keeps everything, itself among them."""
-        if not len(self.given):
-            return None, None
+    def _offered(self) -> tuple[Candidates, list[int]]:
+        """Candidates of the given plate, those of locked targets first; and, where it keeps everything, which
+        of them it is."""
         solutions = given_solutions(self.setting, self.given)
         fits = self.request.blocks.fit(solutions.places, self.half)
         good, kept = self.setting.examine(*(part[fits] for part in solutions[1:]))
         fine = np.flatnonzero(fits)[np.logical_and.reduce(list(kept.values()))]
-        is_whole = len(np.unique(solutions.slots)) == len(self.given) == self.number
-        choice = self._choose(solutions) if is_whole else np.zeros(0, int)
-        free = self._lock(good, solutions.slots[fine], np.isin(fine, choice))
-        if not is_whole:
-            return good.take(free), None
-        self.start_cost = self._error(solutions.q[choice], solutions.places[choice])
-        rows = np.searchsorted(fine, choice)
-        inside = rows < len(fine)
-        if not inside.all() or not (fine[rows] == choice).all():
-            return good.take(free), None
+        slots, is_chosen = solutions.slots[fine], np.zeros(len(fine), bool)
+        if len(np.unique(solutions.slots)) == len(self.given) == self.number:
+            choice = self._choose(solutions)
+            self.start_cost = self._error(solutions.q[choice], solutions.places[choice])
+            is_chosen = np.isin(fine, choice)
+        free = np.flatnonzero(~np.isin(slots, self.locked))
+        order = np.array([*(self._lock(slot, slots, is_chosen) for slot in self.locked), *free], int)
+        good, exact = good.take(order), np.flatnonzero(is_chosen[order]).tolist()
         near = Neighbours(self.setting, good)
-        together = all(near.clear(int(r), rows[:i].tolist()) for i, r in enumerate(rows))
-        spaced = all(near.spaced(rows[:i].tolist())[r] for i, r in enumerate(rows))
-        self.start_kept = together and spaced
-        rows = np.delete(rows, self.locked_slots)
-        return good.take(free), np.searchsorted(free, rows) if self.start_kept else None
+        self.start_kept = len(exact) == self.number and all(
+            near.spaced(exact[:i])[row] and near.clear(row, exact[:i]) for i, row in enumerate(exact)
+        )
+        return good, exact if self.start_kept else []
 
-    def _lock(self, good: Candidates, slots: np.ndarray, is_chosen: np.ndarray) -> np.ndarray:
-        """Hold a posture of every locked target, the chosen one if possible; returns the other rows."""
-        rows = []
-        for slot in self.locked_slots:
-            mine = np.flatnonzero(slots == slot)
-            if not len(mine):
-                raise DataError(
-                    f"target {slot + 1} is locked where the arm does not keep the margins; unlock or move it",
-                    target=int(slot),
-                )
-            rows.append(int(mine[np.argmax(is_chosen[mine])]))
-        self.locked = good.take(np.array(rows)) if rows else None
-        return np.flatnonzero(~np.isin(slots, self.locked_slots))
-
-    def _with_locked(self, candidates: Candidates) -> Candidates:
-        return candidates if self.locked is None else self.locked.join(candidates)
+    def _lock(self, slot: int, slots: np.ndarray, is_chosen: np.ndarray) -> int:
+        """A candidate of a locked target, the chosen one if possible."""
+        mine = np.flatnonzero(slots == slot)
+        if not len(mine):
+            raise DataError(
+                f"target {slot + 1} is locked where the arm does not keep the margins; unlock or move it",
+                target=slot,
+            )
+        return int(mine[np.argmax(is_chosen[mine])])
 
     def _choose(self, solutions: BlockSolutions) -> np.ndarray:
         """The best branches for the given plate, collisions or not."""
         blocks = self.setting.rows(solutions.q, solutions.places)
         allowed = solutions.slots[None] == np.arange(len(self.given))[:, None]
         starts = [np.array([self.rng.choice(np.flatnonzero(row)) for row in allowed]) for _ in range(10)]
-        everywhere = [self._everywhere(solutions, name) for name in np.unique(solutions.branches)]
-        single = [choice for choice in everywhere if choice is not None]
+        mine = [np.flatnonzero(solutions.branches == name) for name in np.unique(solutions.branches)]
+        first = [rows[np.unique(solutions.slots[rows], return_index=True)[1]] for rows in mine]
+        single = [choice for choice in first if len(choice) == len(self.given)]
         if self.request.postures is Postures.SINGLE and single:
             return min(single, key=lambda c: self._error(solutions.q[c], solutions.places[c]))
-        known = np.diag(self.search.prior) / len(self.given)
-        return exchange(
-            blocks.transpose(0, 2, 1) @ blocks + known,
-            allowed,
-            RegionCriterion(self.search.weight),
-            starts=np.stack([*single, *starts]),
-        ).choice
+        options = blocks.transpose(0, 2, 1) @ blocks + np.diag(self.search.prior) / len(self.given)
+        search = of_information(options, I(self.search.weight), len(allowed), allowed=allowed)
+        return search.from_each([*single, *starts]).choice
 
-    def _everywhere(self, solutions: BlockSolutions, name: str) -> np.ndarray | None:
-        mine = np.flatnonzero(solutions.branches == name)
-        slots, first = np.unique(solutions.slots[mine], return_index=True)
-        return mine[first] if len(slots) == len(self.given) else None
-
-    def _search(self, start: Candidates | None, exact: np.ndarray | None) -> None:
-        if start is not None and exact is not None:
-            self._keep(self._with_locked(start.take(exact)))
+    def _search(self, start: Candidates | None, exact: list[int]) -> None:
+        if start is not None and exact:
+            self._keep(start.take(np.array(exact)))
         with part_of(0.0, POOL_SHARE):
             candidates, self.kept = draw_pool(
                 self.setting, self.request.blocks, self.half, self.request.places, rng=self.rng
             )
         candidates = candidates if start is None else start.join(candidates)
-        first = [] if exact is None else exact.tolist()
-        groups = self._groups(candidates)
-        for i, rows in enumerate(groups):
-            self._exchange(candidates.take(rows), [int(np.searchsorted(rows, c)) for c in first if c in rows])
-            share = POOL_SHARE + (EXCHANGE_SHARE - POOL_SHARE) * (i + 1) / len(groups)
+        names = [""] if self.request.postures is Postures.MIXED else np.unique(candidates.branches)
+        for i, name in enumerate(names):
+            mine = (candidates.branches == name) | (name == "")
+            mine[: len(self.locked)] = True
+            rows = np.flatnonzero(mine).tolist()
+            self._exchange(candidates.take(mine), [rows.index(c) for c in exact if mine[c]])
+            share = POOL_SHARE + (EXCHANGE_SHARE - POOL_SHARE) * (i + 1) / len(names)
             progress(share, "looking for better targets")
         if self.best is not None:
-            self._keep(self.search.polish(self.request.blocks, self.half, self.best, len(self.locked_slots)))
+            self._keep(self.search.polish(self.request.blocks, self.half, self.best, len(self.locked)))
 
-    def _groups(self, candidates: Candidates) -> list[np.ndarray]:
-        """All candidates, or those of each branch."""
-        if self.request.postures is Postures.MIXED:
-            return [np.arange(len(candidates))]
-        return [np.flatnonzero(candidates.branches == name) for name in np.unique(candidates.branches)]
-
-    def _exchange(self, candidates: Candidates, first: list[int]) -> None:
-        candidates, locked = self._with_locked(candidates), len(self.locked_slots)
-        near = Neighbours(self.setting, candidates)
+    def _exchange(self, candidates: Candidates, exact: list[int]) -> None:
+        near, held = Neighbours(self.setting, candidates), len(self.locked)
         for number in range(self.request.starts):
-            begun = [*range(locked), *([c + locked for c in first] if number == 0 else [])]
-            chosen = self.search.fill(near, begun, self.number, greedy=number < 2)
-            if chosen is not None:
-                self._keep(candidates.take(np.array(self.search.exchange(near, chosen, locked))))
+            filling = self.search.exchange(near) if number < 2 else self.search.drawn(near)
+            chosen = filling.fill(self.number, exact if exact and number == 0 else range(held))
+            if len(chosen) == self.number:
+                self._keep(self.search.descend(near, chosen, held))
 
     def _keep(self, targets: Candidates) -> None:
-        """Remember the targets if they are the best so far."""
-        cost = self.search.cost(targets.rows)
-        if cost < self.best_cost and self._in_their_branches(targets):
+        """Remember the targets if they are the best so far; one branch must have remained one: the polish
+        follows postures, not names."""
+        cost, is_free = self.search.cost(targets.rows), self.request.postures is Postures.MIXED
+        if cost < self.best_cost and (
+            is_free or self.best is None or len(set(branches_of(self.setting, targets))) == 1
+        ):
             self.best, self.best_cost = targets, cost
-
-    def _in_their_branches(self, targets: Candidates) -> bool:
-        """Whether one branch has remained one: the polish follows postures, not names."""
-        if self.request.postures is Postures.MIXED or self.best is None:
-            return True
-        return len(set(branches_of(self.setting, targets))) == 1
 
     def _error(self, q: np.ndarray, places: np.ndarray) -> float:
         return set_error(self.setting, q, places, self.goal).position_rms
-
-
-def _search(setting: Setting, goal: np.ndarray, rng: np.random.Generator) -> Search:
-    """The criterion's weight and prior, with zero weight for the reading's own unknowns."""
-    robot, names = setting.robot, setting.names
-    unknown = setting.reading.unknown_sigma
-    weight = np.zeros((len(names) + len(unknown),) * 2)
-    weight[: len(names), : len(names)] = position_weight(robot, goal, names, setting.scales)
-    return Search(
-        setting=setting,
-        weight=weight,
-        prior=np.concatenate([np.full(len(names), VAGUE), unknown]) ** -2,
-        rng=rng,
-    )

@@ -14,14 +14,14 @@ from workbench.plate.optimiser.target_blocks import SHAPE, Places, places_of, sh
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.predicted_error import PredictedError, predicted_error
 from workbench.plate.target_readings import linearise_reading
-from workbench.report.result_display import AbstractPlotted
+from workbench.report.result_display import AbstractReported
 
 NOTHING = frozen(np.zeros(0))
 
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class PlateDesign(AbstractPlotted):
+class PlateDesign(AbstractReported):
     """A plate that was designed.
 
     Args:
@@ -131,7 +131,7 @@ def _clearance(setting: Setting, targets: Candidates) -> Float[np.ndarray, " tar
     gaps = [
         [near.gap(i, j) for j in range(len(targets)) if setting.reading.blocks] for i in range(len(targets))
     ]
-    around = [setting.surroundings.distances(stops).min() for stops in targets.placements]
+    around = [setting.around(stops).min() for stops in targets.placements]
     return np.array([min([*row, own]) for row, own in zip(gaps, around, strict=True)])
 
 

@@ -18,7 +18,7 @@ so that all candidates cost two products with C and C W C and one small factoris
 Sources: Fedorov, Theory of Optimal Experiments (1972), §3; Meyer & Nachtsheim, Technometrics 37(1), 1995.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -27,14 +27,10 @@ from workbench.arm.inverse.branch_names import plain_names
 from workbench.arm.inverse.follow import follow_many
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.base.progress import check_cancelled
-from workbench.plate.exchange import descend
+from workbench.plate.exchange import Exchange
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
 
-MAX_EXCHANGE_ROUNDS = 30
-"""Maximum number of rounds of an exchange."""
-TRIES = 400
-"""Maximum number of candidates checked for collisions in one exchange, best first."""
 BETTER = 1e-6
 """An exchange must lower the criterion by more than this share."""
 POLISH_STEP_SIZES = (1.0, 0.35, 0.12, 0.04)
@@ -65,31 +61,33 @@ class Search:
         """The criterion of a set [m²]."""
         return float((self._covariance(rows) * self.weight).sum())
 
-    def fill(self, near: Neighbours, chosen: list[int], number: int, *, greedy: bool) -> list[int] | None:
-        chosen = list(chosen)
-        while len(chosen) < number:
-            if greedy:
-                values = gains(near.pool.rows, self._covariance(near.pool.rows[chosen]), self.weight)
-            else:
-                values = self.rng.uniform(size=len(near.pool))
-            found = self._best(near, values, chosen, minimum=-np.inf)
-            if found is None:
-                return None
-            chosen.append(found)
-        return chosen
+    def exchange(self, near: Neighbours) -> Exchange:
+        """Among candidates that may stand on one plate."""
+        rows = near.pool.rows
 
-    def exchange(self, near: Neighbours, chosen: list[int], locked: int = 0) -> list[int]:
+        def costs(chosen: list[int], slot: int) -> Float[np.ndarray, " options"]:
+            others = chosen[:slot] + chosen[slot + 1 :]
+            covariance = self._covariance(rows[others])
+            found = float((covariance * self.weight).sum()) - gains(rows, covariance, self.weight)
+            return np.where(near.spaced(others), found, np.inf)
+
+        return Exchange(costs, lambda chosen: self.cost(rows[chosen]), near.clear, BETTER)
+
+    def drawn(self, near: Neighbours) -> Exchange:
+        """The same with random costs, for a start."""
+        pool = range(len(near.pool))
+
+        def costs(chosen: list[int], slot: int) -> Float[np.ndarray, " options"]:
+            return np.where(near.spaced(chosen), -self.rng.uniform(size=len(pool)), np.inf)
+
+        return replace(self.exchange(near), costs=costs)
+
+    def descend(self, near: Neighbours, chosen: list[int], locked: int = 0) -> Candidates:
         """Exchange targets until no exchange improves the criterion; the first ones are locked."""
-        chosen = list(chosen)
-
-        def improve(slot: int, cost: float) -> float:
-            return self._improve(near, chosen, slot, cost, 0)
-
-        slots = range(locked, len(chosen))
-        costs, _ = descend(slots, improve, self.cost(near.pool.rows[chosen]), rounds=MAX_EXCHANGE_ROUNDS)
+        found = self.exchange(near).descend(chosen, held=locked)
         check_cancelled()
-        self.history.extend(costs[1:])
-        return chosen
+        self.history.extend(found.history[1:])
+        return near.pool.take(found.choice)
 
     def polish(
         self, blocks: Blocks, half: Float[np.ndarray, "2"], targets: Candidates, locked: int = 0
@@ -97,41 +95,13 @@ class Search:
         """Move every target slightly where that lowers the criterion; the first ones are locked."""
         for step in POLISH_STEP_SIZES:
             for slot in range(locked, len(targets)):
-                near = Neighbours(
-                    self.setting, targets.join(self._variants(blocks, half, targets, slot, step))
-                )
+                check_cancelled()
+                pool = targets.join(self._variants(blocks, half, targets, slot, step))
                 chosen = list(range(len(targets)))
-                self._improve(near, chosen, slot, self.cost(targets.rows), len(targets))
-                targets = near.pool.take(np.array(chosen))
+                self.exchange(Neighbours(self.setting, pool)).improve(chosen, slot, self.cost(targets.rows))
+                targets = pool.take(np.array(chosen))
             self.history.append(self.cost(targets.rows))
         return targets
-
-    def _improve(self, near: Neighbours, chosen: list[int], slot: int, cost: float, first: int) -> float:
-        """Give a slot the best candidate, counted from `first` on; returns the criterion."""
-        check_cancelled()
-        others = [c for i, c in enumerate(chosen) if i != slot]
-        covariance = self._covariance(near.pool.rows[others])
-        base = float((covariance * self.weight).sum())
-        values = gains(near.pool.rows, covariance, self.weight)
-        values[:first] = -np.inf
-        found = self._best(near, values, others, minimum=base - cost * (1.0 - BETTER))
-        if found is None:
-            return cost
-        before, chosen[slot] = chosen[slot], found
-        after = self.cost(near.pool.rows[chosen])  # base − gain: rounding alone where others lack
-        if after < cost * (1.0 - BETTER):
-            return after
-        chosen[slot] = before
-        return cost
-
-    def _best(self, near: Neighbours, values: np.ndarray, others: list[int], *, minimum: float) -> int | None:
-        """The candidate of largest value above `minimum` that is compatible with the others."""
-        fit = near.spaced(others) & (values > minimum)
-        rows = np.flatnonzero(fit)
-        for candidate in rows[np.argsort(-values[rows], kind="stable")][:TRIES]:
-            if near.clear(int(candidate), others):
-                return int(candidate)
-        return None
 
     def _variants(
         self, blocks: Blocks, half: np.ndarray, targets: Candidates, slot: int, step: float

@@ -19,6 +19,8 @@ from jaxtyping import Bool, Float
 from workbench.base import se3
 from workbench.base.arguments import Angle, Length, admit
 from workbench.base.errors import OptionError
+from workbench.base.types import Matrix4, Poses
+from workbench.plate.exchange import Exchange
 from workbench.plate.plate import SQUARE, Plate
 
 SIDE = 0.046
@@ -143,16 +145,15 @@ def shapes_of(places: Places) -> Float[np.ndarray, "shapes 3"]:
 
 
 def few_shapes(places: Places, number: int) -> tuple[tuple[float, float, float], ...]:
-    """A small number of the blocks' shapes, chosen to be closest to the others (greedily, then exchanged)."""
+    """A small number of the blocks' shapes, chosen to be closest to the others."""
     distance = shape_distances(places[:, SHAPE], places[:, SHAPE]) ** 2
-    chosen: list[int] = []
-    for _ in range(min(number, len(places))):
-        near = distance[:, chosen].min(1) if chosen else np.full(len(places), np.inf)
-        chosen.append(int(np.minimum(distance, near[:, None]).sum(0).argmin()))
-    for slot in range(len(chosen)):
-        others = [c for i, c in enumerate(chosen) if i != slot]
-        near = distance[:, others].min(1) if others else np.full(len(places), np.inf)
-        chosen[slot] = int(np.minimum(distance, near[:, None]).sum(0).argmin())
+
+    def costs(chosen: list[int], slot: int) -> Float[np.ndarray, " options"]:
+        near = distance[:, chosen[:slot] + chosen[slot + 1 :]].min(1, initial=np.inf)
+        return np.minimum(distance, near[:, None]).sum(0)
+
+    exchange = Exchange(costs, lambda chosen: float(distance[:, chosen].min(1).sum()))
+    chosen = exchange.descend(exchange.fill(min(number, len(places)))).choice
     return tuple((float(h), float(t), float(s)) for h, t, s in places[chosen][:, SHAPE])
 
 
@@ -166,7 +167,11 @@ def tool_poses_at(plate: Plate, places: Places) -> Float[np.ndarray, "rows 4 4"]
 
 def places_of(plate: Plate, poses: Float[np.ndarray, "rows 4 4"]) -> Places:
     """The blocks that hold the tool at the poses (robot's base)."""
-    local = se3.inverse(plate.pose) @ poses
+    return _places(se3.inverse(plate.pose) @ poses)
+
+
+def _places(local: Float[np.ndarray, "rows 4 4"]) -> Places:
+    """The blocks that hold the tool at poses in the plate's frame."""
     normal = -local[:, :3, 2]
     azimuth = np.arctan2(normal[:, 1], normal[:, 0])
     azimuth = np.where(np.hypot(normal[:, 0], normal[:, 1]) > 1e-9, azimuth, 0.0)
@@ -177,25 +182,24 @@ def places_of(plate: Plate, poses: Float[np.ndarray, "rows 4 4"]) -> Places:
     return np.column_stack([local[:, :3, 3], tilt, azimuth, spin])
 
 
-def block_corners(plate: Plate, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows 8 3"]:
-    """Corners of the mitred square bars that hold the tool at poses (ARIA Fig. 6b), robot's base.
+def block_corners(place: Matrix4, poses: Poses) -> Float[np.ndarray, "rows 8 3"]:
+    """Corners of the mitred square bars that hold the tool at poses (ARIA Fig. 6b), in the robot's base.
 
     Foot first, anticlockwise from above. A bar stands on the plate, turned by its face's azimuth; where the
     face is too steep, or below the plate, a short bar behind it stands for the block.
     """
-    places = places_of(plate, poses)
-    tilt = np.minimum(places[:, 3], STEEPEST)
+    places = _places(se3.inverse(place) @ poses)
+    tilt, cos, sin = np.minimum(places[:, 3], STEEPEST), np.cos(places[:, 4]), np.sin(places[:, 4])
     square = np.tile(0.5 * SIDE * SQUARE, (len(poses), 1, 1))
     foot = np.concatenate([square, np.zeros((*square.shape[:2], 1))], axis=2)
     top = foot.copy()
     top[:, :, 2] = places[:, None, 2] - square[:, :, 0] * np.tan(tilt)[:, None]
-    turn = np.zeros((len(poses), 3))
-    turn[:, 2] = places[:, 4]
-    ground = np.column_stack([places[:, :2], np.zeros(len(poses))])
-    standing = plate.pose @ se3.pose(se3.rpy_to_matrix(turn), ground)
+    standing = np.tile(np.eye(4), (len(poses), 1, 1))
+    standing[:, :2, :2] = np.moveaxis([[cos, -sin], [sin, cos]], 2, 0)
+    standing[:, :2, 3] = places[:, :2]
     free = (places[:, 3] > STEEPEST) | (top[:, :, 2].min(1) <= 0.0)
     foot[free] *= [1.0, -1.0, 1.0]
     top[free] = foot[free]
     foot[free, :, 2] = 0.6 * SIDE
-    frame = np.where(free[:, None, None], poses, standing)
+    frame = np.where(free[:, None, None], poses, place @ standing)
     return se3.apply(frame[:, None], np.concatenate([foot, top], axis=1))

@@ -1,12 +1,8 @@
 """Plates for people and programs: scores target by target and side by side."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from rich.console import Group, RenderableType
-from rich.markup import escape
-from rich.text import Text
 
 from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import Parameter
@@ -14,79 +10,68 @@ from workbench.plate.observability import INDICES, I
 from workbench.plate.plate_score import PlateScore, SetScore
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.target_readings import assumptions
+from workbench.report.blocks import Block, ResultTable, Sentence
 from workbench.report.json import Json, document
-from workbench.report.result_display import plot_of, summary_of
+from workbench.report.result_display import blocks_of
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
-from workbench.report.tables import new_table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SCORE = "workbench.plate-score/1"
 COMPARISON = "workbench.plate-comparison/1"
 
 
-@summary_of.register
-def score_tables(score: PlateScore) -> RenderableType:
+@blocks_of.register
+def score_blocks(score: PlateScore) -> Iterator[Block]:
     """Target by target, then the set in the mixed and in the best single branch."""
-    targets = new_table(
-        f"{score.plate.name} for {score.robot.name}", "target", "branch", "O", "share of I [%]"
-    )
     chosen = score.measured
-    for k, branch in enumerate(chosen.branches):
-        if why := score.can.lacking.get(k):
-            targets.add_row(str(k + 1), escape(why), "–", "–")
-            continue
-        targets.add_row(
-            str(k + 1), escape(branch), f"{chosen.per_target[k]:.4f}", f"{100 * chosen.shares[k]:.1f}"
-        )
-    sets = new_table("The set", "", "branches above", "one branch")
-    for what, cells in _set_rows([chosen, score.single]):
-        sets.add_row(escape(what), *cells)
-    sentences = [
-        f"predicted errors: {score.region_rows} joint positions in the region, any branch, rotated from a "
-        f"target by up to {np.rad2deg(PLATE_CONE):.0f}°",
-        f"included: {assumptions(score.plate, score.sigma)}",
-        f"scaling: rows by these deviations, angles as arcs at {score.length:.3f} m (the arm's reach); O and "
-        "σmin/σmax unscaled, as in the paper",
-        "one branch: " + (escape(score.single_branch) if score.single else "none reaches all targets"),
+    rows = [
+        (f"{k + 1}", why, "–", "–")
+        if (why := score.can.lacking.get(k))
+        else (f"{k + 1}", branch, f"{chosen.per_target[k]:.4f}", f"{100 * chosen.shares[k]:.1f}")
+        for k, branch in enumerate(chosen.branches)
     ]
+    headings = ("target", "branch", "O", "share of I [%]")
+    yield ResultTable(f"{score.plate.name} for {score.robot.name}", headings, rows, words=2)
+    yield ResultTable("The set", ("", "branches above", "one branch"), _set_rows([chosen, score.single]))
     if score.left_out:
-        sentences.insert(0, score.left_out)
+        yield Sentence(score.left_out)
+    yield Sentence(
+        f"predicted errors: {score.region_rows} joint positions in the region, any branch, rotated from a "
+        f"target by up to {np.rad2deg(PLATE_CONE):.0f}°"
+    )
+    yield Sentence(f"included: {assumptions(score.plate, score.sigma)}")
+    yield Sentence(
+        f"scaling: rows by these deviations, angles as arcs at {score.length:.3f} m (the arm's reach); O and "
+        "σmin/σmax unscaled, as in the paper"
+    )
+    yield Sentence(f"one branch: {score.single_branch if score.single else 'none reaches all targets'}")
     if chosen.rank < chosen.visible:
-        sentences.append(f"indistinguishable: {'; '.join(_open_text(chosen))}; vary targets or branches")
-    return Group(targets, sets, Text("\n".join(sentences)))
+        yield Sentence(f"indistinguishable: {'; '.join(_open_text(chosen))}; vary targets or branches")
 
 
-def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> RenderableType:
+def comparison_blocks(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> Iterator[Block]:
     """Plates side by side, with the smallest predicted error named.
 
     Args:
         scores: With equal tolerances for all plates.
         stated: With each plate's own tolerances.
     """
-    table = new_table("Plates under equal assumptions", "", *(s.plate.name for s in scores))
-    table.add_row("targets", *(str(len(s.plate)) for s in scores))
-    for what, cells in _set_rows([s.measured for s in scores]):
-        table.add_row(escape(what), *cells)
-    single = [_cell(s.single, lambda one: 1e3 * one.error.position_rms) for s in scores]
-    table.add_row(escape("position error with one branch, rms [mm]"), *single)
-    sentences = [
-        *_included(scores),
-        *(s.left_out for s in scores if s.left_out),
-        f"errors are predicted in the region of {scores[0].plate.name}, about its orientations",
-        f"smallest predicted position error: {_best(scores)}",
+    headings, single = ("", *(s.plate.name for s in scores)), [s.single for s in scores]
+    rows = [
+        ("targets", *(str(len(s.plate)) for s in scores)),
+        *_set_rows([s.measured for s in scores]),
+        ("position error with one branch, rms [mm]", *_set_rows(single)[0][1:]),
     ]
-    tables: list[RenderableType] = [table]
-    if any(s.plate.assumptions != c.plate.assumptions for s, c in zip(stated, scores, strict=True)):
-        own = new_table(
-            "With the plates' own tolerances (not comparable)", "", *(s.plate.name for s in stated)
-        )
-        for what, cells in _set_rows([s.measured for s in stated])[:3]:
-            own.add_row(escape(what), *cells)
-        tables.append(own)
-        sentences += _each_includes(stated)
-    return Group(*tables, Text("\n".join(sentences)))
+    yield ResultTable("Plates under equal assumptions", headings, rows)
+    is_apart = any(s.plate.assumptions != c.plate.assumptions for s, c in zip(stated, scores, strict=True))
+    if is_apart:
+        own = _set_rows([s.measured for s in stated])[:3]
+        yield ResultTable("With the plates' own tolerances (not comparable)", headings, own)
+    yield from map(Sentence, _included(scores))
+    yield from (Sentence(s.left_out) for s in scores if s.left_out)
+    yield Sentence(f"errors are predicted in the region of {scores[0].plate.name}, about its orientations")
+    yield Sentence(f"smallest predicted position error: {_best(scores)}")
+    if is_apart:
+        yield from map(Sentence, _each_includes(stated))
 
 
 def _included(scores: Sequence[PlateScore]) -> list[str]:
@@ -103,30 +88,30 @@ def _best(scores: Sequence[PlateScore]) -> str:
     return min(scores, key=lambda s: s.measured.error.position_rms).plate.name
 
 
-def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, list[str]]]:
+def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, ...]]:
     """Label and one cell per set: predicted errors, rank, indices."""
-    rows: list[tuple[str, list[str]]] = [
-        ("position error, rms [mm]", [_cell(s, lambda s: 1e3 * s.error.position_rms) for s in sets]),
-        ("position error, mean [mm]", [_cell(s, lambda s: 1e3 * s.error.position_mean) for s in sets]),
-        ("orientation error, rms [°]", [_cell(s, lambda s: np.rad2deg(s.error.rotation_rms)) for s in sets]),
-        ("rank", ["–" if s is None else f"{s.rank} of {s.visible}" for s in sets]),
-        ("σmin/σmax of the stacked Jacobian", [_cell(s, lambda s: s.stacked) for s in sets]),
-    ]
+
+    def row(what: str, shown: Callable[[SetScore], str]) -> tuple[str, ...]:
+        return what, *("–" if one is None else shown(one) for one in sets)
+
+    def index(name: str) -> Callable[[SetScore], str]:
+        return lambda s: number_or_open(s.indices[name])
+
     meanings = {name: index.meaning for name, index in INDICES.items()} | {I.name: I.meaning}
-    for name, meaning in meanings.items():
-        cells = ["–" if s is None else number_or_open(s.indices[name]) for s in sets]
-        rows.append((f"{name}: {meaning}", cells))
-    return rows
+    return [
+        row("position error, rms [mm]", lambda s: number_or_open(1e3 * s.error.position_rms)),
+        row("position error, mean [mm]", lambda s: number_or_open(1e3 * s.error.position_mean)),
+        row("orientation error, rms [°]", lambda s: number_or_open(np.rad2deg(s.error.rotation_rms))),
+        row("rank", lambda s: f"{s.rank} of {s.visible}"),
+        row("σmin/σmax of the stacked Jacobian", lambda s: number_or_open(s.stacked)),
+        *(row(f"{name}: {meaning}", index(name)) for name, meaning in meanings.items()),
+    ]
 
 
 def _open_text(score: SetScore) -> list[str]:
     """Combinations that a set doesn't determine, as text."""
     parameters = tuple(Parameter(n, "", 0.0) for n in score.names)
     return [found.text for found in combinations(score.open, parameters)]
-
-
-def _cell(score: SetScore | None, value) -> str:
-    return "–" if score is None else number_or_open(value(score))
 
 
 def number_or_open(value: float) -> str:
@@ -200,10 +185,3 @@ SET = ResultFields(
     ResultField("open", of=_open_text),
 )
 """Of the `SetScore` of one set of measurements."""
-
-
-@plot_of.register(PlateScore)
-def _figure(score: PlateScore) -> "Figure":
-    from workbench.plate.report.figures import score_figure
-
-    return score_figure(score)

@@ -10,9 +10,10 @@ from workbench.base.errors import DataError, OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import plate_text
+from workbench.report.blocks import Tone
 from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.commands.target_placement import place_plate
-from workbench.session.judgement import Tone, plate_judgement
+from workbench.session.judgement import plate_judgement
 from workbench.session.live_score import PlateTrial
 from workbench.session.page_state import Severity
 from workbench.session.start import is_default_plate

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import OptionError
 from workbench.base.progress import Cancelled
 from workbench.plate.cube_map import CubeMap, map_cubes
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
 from workbench.session.command import AbstractChange, AbstractChore, computed
-from workbench.session.cube_fields import CUBE_FIELDS, cubes_of
-from workbench.session.cube_values import are_shown, field_of
+from workbench.session.commands.data import measurements
+from workbench.session.cube_fields import CUBE_FIELDS, MEASURED, are_shown, cubes_of, field_of
 from workbench.session.live_score import draw_region
 from workbench.session.state import NO_FIELD, CubeView, Session
 from workbench.session.target_steps import begin_step, rescore
@@ -85,8 +85,8 @@ class ShowCubes(AbstractChange):
                 option="field",
                 found=self.view.field,
             )
-        if missing := CUBE_FIELDS[self.view.field].missing(session):
-            raise DataError(missing)
+        if self.view.field == MEASURED.name:
+            measurements(session)
 
     def apply(self, session: Session) -> Session:
         return session.with_region(view=self.view)

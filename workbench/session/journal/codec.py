@@ -30,8 +30,6 @@ from workbench.session.command import AbstractCommand, AbstractTask, UnknownComm
 
 INPUTS = "inputs"
 """Folder of the files that commands brought."""
-PLACES = ("drag-1.jsonl", "drag-2.jsonl")
-"""Where the newest place of a drag stands beside the journal, and the one before it."""
 LONGEST_SUFFIX = 8
 CHECK = "check"
 """Name of a line's checksum, its last value."""
@@ -39,7 +37,7 @@ CHECKSUM = re.compile(rf', "{CHECK}": "([0-9a-f]{{8}})"}}\s*$'.encode())
 
 FORMER = {"least": "low", "greatest": "high", "asked": "is_chosen"}
 """Fields that have another name in journals of earlier versions."""
-GONE = frozenset(("exaggeration_after", "bent", "bending", "is_deflected", "deflection"))
+GONE = frozenset(("exaggeration_after", "bent", "bending", "is_deflected", "deflection", "low", "high"))
 """Fields that journals of earlier versions have besides."""
 
 

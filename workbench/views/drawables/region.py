@@ -7,8 +7,7 @@ import numpy as np
 
 from workbench.arm.kinematics.envelope import ring_at
 from workbench.arm.robot import Robot
-from workbench.session.cube_fields import AbstractCubeField, CubeValues
-from workbench.session.cube_values import are_shown, drawn_field, inputs, shown_cubes
+from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs, shown_cubes
 from workbench.session.state import NO_FIELD, Session
 from workbench.views.appearance.colours import GHOST, NO_VALUE, REGION, UNBOUNDED, scale_colours
 from workbench.views.drawables.drawable import Cubes, Cuboid, Label, Line
@@ -45,7 +44,7 @@ def _cubes(session: Session, *_: object) -> Cubes | None:
     )
 
 
-def _colours(field: AbstractCubeField, numbers: CubeValues) -> np.ndarray:
+def _colours(field: CubeField, numbers: CubeValues) -> np.ndarray:
     """Colour of every cube: from bad to good; grey where there is no number, dark red where unbounded."""
     shares = np.nan_to_num(numbers.shares)
     colours = scale_colours(shares if field.larger_is_better else 1.0 - shares)

@@ -6,18 +6,13 @@ from html import escape
 import numpy as np
 
 from workbench.base.wording import readable
-from workbench.session.judgement import Tone
+from workbench.report.blocks import Tone
+from workbench.report.colours import BAD, CAREFUL, GOOD
 
 MUTED = "var(--mantine-color-dimmed)"
 LINE = "var(--mantine-color-default-border)"
 FONT = "font-size:var(--words, 13px);line-height:1.45;color:var(--mantine-color-text)"
 SMALLER = "font-size:calc(var(--words, 13px) - .5px)"
-GOOD, BAD, CAREFUL = (
-    "light-dark(#15803d, #4ade80)",
-    "light-dark(#b91c1c, #f98080)",
-    "light-dark(#9a5800, #fbbf24)",
-)
-"""Colours of words that read on light and on dark pages."""
 UNCHANGED = 5e-4
 """Smaller changes, as a share, are none."""
 INKS = {Tone.PLAIN: MUTED, Tone.GOOD: GOOD, Tone.CAREFUL: CAREFUL, Tone.BAD: BAD}
@@ -58,25 +53,6 @@ def folded(title: str, content: str) -> str:
     style = f"margin:8px 0;{SMALLER};color:{MUTED}"
     inner = f'<div style="color:var(--mantine-color-text);margin-top:4px">{content}</div>'
     return f'<details style="{style}">{summary}{inner}</details>' if content else ""
-
-
-def table(
-    header: Iterable[str], rows: Iterable[Iterable[str]], *, widths: str = "", testid: str | None = None
-) -> str:
-    """A table whose first column is text, wrapped where it is narrow, the others numbers; cells are HTML."""
-    name = f' data-testid="{testid}"' if testid else ""
-    cell = "padding:2px 0 2px 8px;font-variant-numeric:tabular-nums"
-
-    def line(cells: Iterable[str], tag: str, style: str) -> str:
-        parts = []
-        for i, content in enumerate(cells):
-            side = "left;padding-left:0;overflow-wrap:anywhere" if i == 0 else "right;white-space:nowrap"
-            parts.append(f'<{tag} style="{cell};{style};text-align:{side}">{content}</{tag}>')
-        return "<tr>" + "".join(parts) + "</tr>"
-
-    head = line(header, "th", f"font-weight:500;color:{MUTED};border-bottom:1px solid {LINE}")
-    body = "".join(line(row, "td", "") for row in rows)
-    return f'<table{name} style="width:100%;border-collapse:collapse;{SMALLER}">{head}{body}</table>'
 
 
 def pairs(items: Iterable[tuple[str, str]]) -> str:

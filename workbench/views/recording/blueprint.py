@@ -37,7 +37,7 @@ def _in_front(session: Session) -> tuple[int, int]:
     if results.identification is None or (session.playback.focus is Focus.TARGET and session.shows_plate):
         return 0, 0
     is_diagnosed = results.diagnosis is not None and not results.accepted
-    return 2, 2 if is_diagnosed else 4
+    return 2, 2 if is_diagnosed else 3
 
 
 def blueprint(session: Session) -> rrb.Blueprint:
@@ -62,9 +62,7 @@ def _tables() -> tuple[rrb.View, ...]:
         rrb.BarChartView(origin="target/index_O", name="Index O", plot_legend=NO_LEGEND),
         _document("parameters", "Parameters"),
         _document("diagnosis/words", "Diagnosis"),
-        rrb.Spatial2DView(origin="diagnosis/ranking", name="Candidates"),
-        rrb.Spatial2DView(origin="figure/before_after", name="Before and after"),
-        rrb.Spatial2DView(origin="figure/corrections", name="Corrections"),
+        rrb.BarChartView(origin="before_after", name="Before and after"),
     )
 
 

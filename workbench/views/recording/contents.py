@@ -7,17 +7,16 @@ import numpy as np
 import rerun as rr
 
 from workbench.arm.kinematics.skeleton import body_frames
-from workbench.diagnosis.report.ranking import ranking
-from workbench.identification.report.constants import corrections
-from workbench.identification.report.error_plots import before_after
-from workbench.identification.result import order_of_measuring
+from workbench.identification.report.document import models, remarks
+from workbench.identification.report.parameters import parameter_blocks
+from workbench.identification.result import Identification, order_of_measuring
 from workbench.parts import warn_of_broken
-from workbench.report.figures import png
+from workbench.report.result_display import as_markdown
 from workbench.session.comparison import STAGES, Comparison
 from workbench.session.real_arm import bent_frames
 from workbench.session.stages import shown_stage
 from workbench.session.state import Session
-from workbench.views.appearance.colours import SELECTED
+from workbench.views.appearance.colours import CALIBRATED, NOMINAL, SELECTED
 from workbench.views.drawables.arms import model_and_real, shell
 from workbench.views.drawables.measured import measured
 from workbench.views.drawables.nominal_arm import nominal_arm
@@ -29,7 +28,7 @@ from workbench.views.recording.blueprint import blueprint, subject
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.recorded_step import DrawingPace, Moment
 from workbench.views.recording.rerun_sink import RecordingSink, markdown, quaternion
-from workbench.views.recording.sentences import about, diagnosis_markdown, parameters_markdown
+from workbench.views.recording.sentences import about
 from workbench.views.recording.timelines import TIMELINES
 
 MAX_ARM_ROWS = 2000
@@ -112,31 +111,32 @@ def thinned(moments: Iterable[Moment]) -> Iterator[Moment]:
 def sheets(session: Session) -> Iterator[Item]:
     """The last identification and diagnosis, and index O of each target alone (ARIA eq. 17)."""
     yield from tables(session)
-    yield Item("target/index_O", _bars, (np.nan_to_num(session.score.per_target),))
-    if session.results.identification is not None:
-        found = (session.results.identification,)
-        yield _picture("figure/before_after", lambda f: before_after(f, order_of_measuring(f)), found)
-        yield _picture("figure/corrections", lambda f: corrections(f.best), found)
-    if session.results.diagnosis is not None:
-        yield Item("diagnosis/words", lambda d: markdown(diagnosis_markdown(d)), (session.results.diagnosis,))
-        yield _picture("diagnosis/ranking", ranking, (session.results.diagnosis,))
+    yield Item("target/index_O", _bars, (np.nan_to_num(session.score.per_target), SELECTED))
+    if (found := session.results.identification) is not None:
+        best = found.best
+        for name, rows, colour in (
+            ("nominal", found.nominal_rows, NOMINAL),
+            ("calibrated", (best.train_rows, best.held_out_rows), CALIBRATED),
+        ):
+            position = np.concatenate([each.position for each in rows])[np.argsort(order_of_measuring(found))]
+            yield Item(f"before_after/{name}_mm", _bars, (np.nan_to_num(1e3 * position), colour))
+    if (diagnosis := session.results.diagnosis) is not None:
+        yield Item("diagnosis/words", lambda d: markdown(as_markdown(d.blocks())), (diagnosis,))
 
 
 def tables(session: Session) -> Iterator[Item]:
-    """How to read the recording, and the parameters of the shown fit."""
+    """How to read the recording, and the shown fit: errors, parameters, remarks."""
     yield Item("about", markdown, (about(session),))
-    inputs = session.results.identification, session.results.fit
-    yield Item("parameters", lambda found, fit: markdown(parameters_markdown(found, fit)), inputs)
+    yield Item("parameters", _fitted, (session.results.identification, session.results.fit))
 
 
-def _bars(values: np.ndarray) -> rr.BarChart:
+def _fitted(found: Identification | None, fit: str) -> rr.TextDocument:
+    if found is None:
+        return markdown("Nothing has been identified yet.")
+    parts = (*models(found), *parameter_blocks(found.runs[fit].fit), *remarks(found))
+    return markdown(as_markdown(parts))
+
+
+def _bars(values: np.ndarray, colour: Any) -> rr.BarChart:
     """A bar for each value, counted from 1; each is drawn from its place to the next one's."""
-    return rr.BarChart(values, abscissa=np.arange(1, len(values) + 1) - 0.5, color=SELECTED)
-
-
-def _picture(path: str, plot: Callable[[Any], Any], inputs: tuple[Any, ...]) -> Item:
-    def make(found: Any) -> rr.EncodedImage | None:
-        figure = plot(found)
-        return None if figure is None else rr.EncodedImage(contents=png(figure), media_type="image/png")
-
-    return Item(path, make, inputs)
+    return rr.BarChart(values, abscissa=np.arange(1, len(values) + 1) - 0.5, color=colour)

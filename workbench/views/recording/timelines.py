@@ -13,7 +13,9 @@ import rerun as rr
 
 from workbench.diagnosis.result import judged
 from workbench.plate.plate import Plate
+from workbench.report.blocks import ResultTable
 from workbench.report.numbers import short
+from workbench.report.result_display import as_markdown
 from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.messages import SetCaption
@@ -32,10 +34,7 @@ MAX_TRAIL = 64
 """Places that a trail keeps; of more, evenly chosen ones."""
 DRAGS = (GrabTarget, MoveTarget, DropTarget)
 ARMS = {"nominal": NOMINAL, "calibrated": CALIBRATED}
-HEAD = (
-    "| step | search | measurable targets | index O of a target | predicted error [mm] |",
-    "|---:|---|---|---|---|",
-)
+HEAD = ("step", "search", "measurable targets", "index O of a target", "predicted error [mm]")
 
 
 class AbstractTimeline(ABC):
@@ -185,7 +184,7 @@ class Searches(AbstractTimeline):
 
     def __init__(self) -> None:
         self._before: Session | None = None
-        self._rows: list[str] = []
+        self._rows: list[tuple[str, ...]] = []
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         entry, before, self._before = moment.entry, self._before, moment.session
@@ -194,9 +193,8 @@ class Searches(AbstractTimeline):
         if entry.command.is_plate_search:
             now = moment.session.score
             pairs = zip(_cells(before.score), _cells(now), strict=True)
-            cells = [f"{moment.step}", entry.command.title, *(f"{a} → {b}" for a, b in pairs)]
-            self._rows.append(f"| {' | '.join(cells)} |")
-            canvas.log("searches", markdown("\n".join([*HEAD, *self._rows])))
+            self._rows.append((f"{moment.step}", entry.command.title, *(f"{a} → {b}" for a, b in pairs)))
+            canvas.log("searches", markdown(as_markdown([ResultTable("", HEAD, self._rows, words=5)])))
 
 
 def _cells(score: Score) -> Iterator[str]:

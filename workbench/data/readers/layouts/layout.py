@@ -1,16 +1,13 @@
 """Layouts: files of known origin whose columns need more than names and units to be interpreted."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
-import numpy as np
-
-from workbench.base.errors import FileError
-from workbench.base.units import Quantity, to_si
-from workbench.data.readers.columns_option import Naming
-from workbench.data.readers.fields import Decimal, Fields, decimal_of, to_numbers
+from workbench.data.readers.columns_option import IGNORED, Naming
+from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.table import Table
 
 
@@ -46,59 +43,19 @@ class AbstractFileLayout(ABC):
         """What is in it, in SI; `naming` chooses what of it, and may name its joints."""
 
 
-class Picker:
-    """Columns of a table by their exact heading, in SI, gathered for its `Fields`.
+def named(table: Table, names: Mapping[str, str], *notes: str) -> Fields:
+    """The columns that are said to be something, in SI; the others are left out.
 
     Args:
         table: The table.
-        numeric: Headings of all columns that will be asked for as numbers; decimal marks are decided by them.
+        names: What columns are by their exact headings, such as `{"x_t": "x[mm]"}`.
+        notes: Decisions of the layout.
+
+    Raises:
+        FileError: A heading is not there.
     """
-
-    def __init__(self, table: Table, numeric: list[str]):
-        self.table = table
-        self.decimal = decimal_of(table, [self._index(heading) for heading in numeric])
-        self.values: dict[str, np.ndarray] = {}
-        self.headings: dict[str, str] = {}
-        self.units: dict[str, str] = {}
-
-    def _index(self, heading: str) -> int:
-        if heading not in self.table.headings:
-            raise FileError(
-                f"this layout needs a column '{heading}'",
-                path=self.table.source,
-                line=self.table.heading_line,
-            )
-        return self.table.headings.index(heading)
-
-    def numbers(self, headings: list[str], unit: str, quantity: Quantity) -> list[np.ndarray]:
-        """One array (rows,) a column, in SI."""
-        return [
-            to_si(to_numbers(self.table, self._index(heading), self.decimal), unit, quantity)
-            for heading in headings
-        ]
-
-    def take(self, keys: Iterable[str], headings: list[str], unit: str, quantity: Quantity) -> None:
-        """Gather columns under our names."""
-        self.values |= dict(zip(keys, self.numbers(headings, unit, quantity), strict=True))
-        self.note_unit(keys, headings, unit)
-
-    def note_unit(self, keys: Iterable[str], headings: list[str], unit: str) -> None:
-        """What the file calls some of our columns, and their unit."""
-        self.headings |= dict(zip(keys, headings, strict=True))
-        self.units |= dict.fromkeys(keys, unit)
-
-    def text(self, heading: str) -> tuple[str, ...]:
-        """Cells of a column as they stand."""
-        return self.table.columns[self._index(heading)]
-
-    def fields(self, *notes: str, rotation: np.ndarray | None = None) -> Fields:
-        """What was gathered, with orientations and decisions of the layout."""
-        return Fields(
-            source=self.table.source,
-            lines=self.table.lines,
-            values=self.values,
-            headings=self.headings,
-            units=self.units,
-            rotation=rotation,
-            notes=(*self.table.notes, *(("decimal commas",) * (self.decimal is Decimal.COMMA)), *notes),
-        )
+    if missing := [heading for heading in names if heading not in table.headings]:
+        raise table.error(f"this layout needs a column '{missing[0]}'")
+    ours = tuple(names.get(heading, IGNORED) for heading in table.headings)
+    fields = fields_of(replace(table, names=ours))
+    return replace(fields, notes=(*table.notes, *notes))

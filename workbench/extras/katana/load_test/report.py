@@ -1,18 +1,16 @@
 """The load test as table and JSON: the schema `workbench.loading/1`."""
 
 import numpy as np
-from rich.console import Group, RenderableType
-from rich.text import Text
 
 from workbench.base.wording import joint_list
 from workbench.extras.katana.load_test.experiment import LoadTest
 from workbench.extras.katana.load_test.joint_tilting_fit import KINDS, JointTilting
 from workbench.extras.katana.load_test.postures import PairPurpose
 from workbench.extras.katana.load_test.tolerance import LENGTH
+from workbench.report.blocks import Block, ResultTable, lines
 from workbench.report.json import Json, document
 from workbench.report.numbers import short
 from workbench.report.result_fields import JOINT, ResultField, ResultFields
-from workbench.report.tables import line, new_table
 
 LOADING = "workbench.loading/1"
 MDEG = 1e3 * float(np.rad2deg(1.0))
@@ -29,14 +27,15 @@ LACKING = {
 }
 
 
-def load_test_table(found: LoadTest) -> RenderableType:
+def load_test_blocks(found: LoadTest) -> list[Block]:
     """What was found of every joint, with standard errors, beside what the virtual arm hides."""
-    title = f"{found.robot.name}: inclinometers in {len(found.plan.q)} postures"
-    table = new_table(title, "joint", "", *(heading for _, _, heading in PARTS))
+    rows = []
     for joint, hidden in zip(found.joints, found.hidden, strict=True):
-        table.add_row(str(joint.joint + 1), "found", *_cells(joint, errors=True))
-        table.add_row("", "hidden", *_cells(hidden, errors=False), end_section=True)
-    return Group(table, *(line("note", text) for text in notes(found)))
+        rows.append((f"{joint.joint + 1}", "found", *_cells(joint, errors=True)))
+        rows.append(("", "hidden", *_cells(hidden, errors=False)))
+    title = f"{found.robot.name}: inclinometers in {len(found.plan.q)} postures"
+    headings = ("joint", "", *(heading for _, _, heading in PARTS))
+    return [ResultTable(title, headings, rows, words=2), *lines("note", notes(found))]
 
 
 def notes(found: LoadTest) -> list[str]:
@@ -88,13 +87,12 @@ POSTURES = ResultFields(JOINT, "purpose", "q", ResultField("added_kg", of=lambda
 PULLS = ResultFields(JOINT, "q", "wrench")
 
 
-def _cells(joint: JointTilting, *, errors: bool) -> list[Text]:
+def _cells(joint: JointTilting, *, errors: bool) -> list[str]:
     """Sizes in the table's units, with standard errors or without; a dash for what was not fitted."""
     out = []
     for part, size, _ in PARTS:
         value, std = size * getattr(joint, part), size * getattr(joint, f"{part}_std")
-        text = "–" if np.isnan(value) else short(value) + (f" ± {short(std)}" if errors else "")
-        out.append(Text(text, style="bold" if errors else "dim"))
+        out.append("–" if np.isnan(value) else short(value) + (f" ± {short(std)}" if errors else ""))
     return out
 
 

@@ -12,7 +12,6 @@ from typing import final
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import RenderableType
 
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
@@ -33,6 +32,7 @@ from workbench.extras.pendant.touching.touches import (
     read_touches,
     solve_without_slipped,
 )
+from workbench.report.blocks import Block
 from workbench.report.json import Json
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
@@ -113,8 +113,8 @@ class ToolTip(AbstractShown):
         meet = f"{self.used} touches agree within {in_mm(self.of.scatter)}"
         return f"tip at {', '.join(parts)} mm in the flange (95 %); {meet}"
 
-    def summary(self) -> RenderableType:
-        return self.of.summary(f"{self.nominal.name}: {self.sentence}", [], self.notes)
+    def blocks(self) -> list[Block]:
+        return self.of.blocks(f"{self.nominal.name}: {self.sentence}", [], self.notes)
 
     def json(self) -> Json:
         return self.of.json(

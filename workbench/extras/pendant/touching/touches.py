@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import RenderableType
-from rich.text import Text
 from scipy import special
 
 from workbench.arm.frame import Frame
@@ -25,8 +23,8 @@ from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_un
 from workbench.data.readers import read_measurements
 from workbench.data.readers.assemble import joint_columns, joint_units
 from workbench.data.readers.read import read_fields
+from workbench.report.blocks import Block, ResultTable, headed, lines
 from workbench.report.json import Json, plain
-from workbench.report.tables import headed, line, new_table
 
 CHANCE = 0.01
 """Probability of setting a good touch aside in a file without bad ones."""
@@ -64,7 +62,7 @@ def tips(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "row
 def read_touches(source: Path | Dataset, robot: Robot) -> Dataset:
     """Touches of a file that needs no more than joints; `contact` (or `point`) names what was touched."""
     if isinstance(source, Dataset):
-        robot.check_joints(source.q, source.source)
+        robot.check_joints(source.said.q, source.source)
         where, units, names = source.source, source.joint_units, source.contact
         names = source.point if names is None else names
         found, kept = Dataset(source.q, row=source.row), source.included
@@ -168,20 +166,16 @@ class TouchErrors:
         """Root mean square of those that count [m]."""
         return float(np.sqrt((np.delete(self.errors, self.slipped) ** 2).mean()))
 
-    @property
-    def cells(self) -> list[tuple[str, ...]]:
-        """A row of a table for each: number in the file, name, error [mm], remark."""
-        rows = zip(self.touches.row, names_of(self.touches), self.errors, strict=True)
-        marks = ["slipped, left out" if k in self.slipped else "" for k in range(len(self.touches))]
-        return [(str(r + 1), n, f"{1e3 * e:.3f}", m) for (r, n, e), m in zip(rows, marks, strict=True)]
-
-    def summary(self, title: str, lines: Sequence[Text], notes: Sequence[str]) -> RenderableType:
+    def blocks(self, title: str, more: Sequence[Block], notes: Sequence[str]) -> list[Block]:
         """The result's sentence, each touch, what else was found, and notes."""
-        table = new_table("Touches", "touch", "of", "off by [mm]", "")
-        for row in self.cells:
-            table.add_row(*row)
-        slipped = f"{numbered(self.touches, self.slipped)} slipped; left out"
-        return headed(title, table, *lines, *[line("warning", slipped)] * bool(self.slipped), notes=notes)
+        rows = zip(self.touches.row, names_of(self.touches), self.errors, strict=True)
+        cells = [
+            (str(row + 1), name, f"{1e3 * error:.3f}", "slipped, left out" if k in self.slipped else "")
+            for k, (row, name, error) in enumerate(rows)
+        ]
+        table = ResultTable("Touches", ("touch", "of", "off by [mm]", ""), cells, words=2)
+        slipped = [f"{numbered(self.touches, self.slipped)} slipped; left out"] * bool(self.slipped)
+        return headed(title, table, *more, *lines("warning", slipped), notes=notes)
 
     def json(self, schema: str, message: str, notes: Sequence[str], **found: Any) -> Json:
         rows = zip(self.touches.row, names_of(self.touches), self.errors, strict=True)

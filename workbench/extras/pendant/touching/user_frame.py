@@ -16,7 +16,6 @@ from typing import final
 import numpy as np
 import tomli_w
 from jaxtyping import Bool, Float
-from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -39,10 +38,10 @@ from workbench.extras.pendant.touching.touches import (
     solve_without_slipped,
     tips,
 )
+from workbench.report.blocks import Block, Sentence
 from workbench.report.json import Json
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
-from workbench.report.tables import line
 
 SCHEMA = "workbench.frame/1"
 MAX_ROUNDS = 30
@@ -118,16 +117,16 @@ class UserFrame(AbstractShown):
         """Write the frame as plates have them (.toml): `xyz` [m] and `rpy` [rad] in the robot's base."""
         return write_text(path, tomli_w.dumps({"frame": self._table}))
 
-    def summary(self) -> RenderableType:
+    def blocks(self) -> list[Block]:
         rpy = np.rad2deg(self._table["rpy"])
         vector, half = se3.matrix_to_rotvec(self.pose[:3, :3]), float(self.half[3:].max())
-        axes = line(
-            "axes",
+        axes = Sentence(
             f"roll, pitch, yaw {', '.join(signed(v, 3) for v in rpy)}° (A, B, C in reverse order); rotation "
             f"vector {', '.join(signed(v, 5) for v in vector)} rad"
             + (f" ± {np.rad2deg(half):.2g}°" if np.isfinite(half) else ""),
+            "axes",
         )
-        return self.of.summary(f"{self.robot}: {self.sentence}", [axes], self.notes)
+        return self.of.blocks(f"{self.robot}: {self.sentence}", [axes], self.notes)
 
     def json(self) -> Json:
         found = self._table | {"robot": self.robot, "half_width": self.half}

@@ -171,7 +171,7 @@ def _astray(shifts: tuple[JointShift, ...], ready: Prepared, fit: Optimum) -> tu
 
 def _check_counting(robot: Robot, data: Dataset) -> None:
     """Refuse rows whose joints count otherwise than the arm's, but for the zero of one, as of a new motor."""
-    robot.check_joints(data.q, data.source)
+    robot.check_joints(data.said.q, data.source)
     found = None if preparation_of(data) is not None else read_rows(robot, data, likely=True)
     if found is None or not is_misread(found):
         return

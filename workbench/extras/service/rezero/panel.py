@@ -49,4 +49,4 @@ def _card(session: Session) -> str:
     if (found := zeros_of(session)) is None:
         return ""
     mark = badge(capital(found.verdict), COLOURS[found.verdict])
-    return block(mark + as_html(found.summary()), testid="rezero", style="margin:4px 0 8px")
+    return block(mark + as_html(found.blocks()), testid="rezero", style="margin:4px 0 8px")

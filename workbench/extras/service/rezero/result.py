@@ -5,19 +5,17 @@ from enum import StrEnum
 from typing import final
 
 import numpy as np
-from rich.console import Group, RenderableType
-from rich.text import Text
 
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list
 from workbench.identification.problem import Noise
 from workbench.identification.report.results_json import errors_json, excluded_json
 from workbench.identification.result import BeforeAfter
+from workbench.report.blocks import Block, ResultTable, Sentence, headed, lines
 from workbench.report.json import Json, document
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
 from workbench.report.result_fields import JOINT, ResultField, ResultFields
-from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.rezero/1"
 MOVED = "moved"
@@ -142,20 +140,21 @@ class Rezero(AbstractShown):
         lost = [s.joint for s in self.shifts if not s.determined]
         return f"; {joint_list(lost)} can't be determined" if lost else ""
 
-    def summary(self) -> RenderableType:
+    def blocks(self) -> list[Block]:
         title = "Shifts if zeros alone were off" if self.doubts else "Joint zeros since the calibration"
-        table = new_table(title, "joint", "moved by", "95 %", "")
-        for shift in self.shifts:
-            *cells, verdict = shift.cells
-            verdict = "" if self.doubts and shift.determined else verdict
-            table.add_row(*cells, verdict, style="bold" if verdict == MOVED else "")
-        parts: list[RenderableType] = [Text(f"{self.calibrated.name}: {self.sentence}", style="bold"), table]
-        parts.append(line("on these rows", repr(self.error)))
-        parts += [line("warning", text) for text in self.doubts]
-        parts += [line("can't be distinguished", text) for text in self.ambiguous]
-        parts += [line("note", text) for text in self.notes]
-        parts += [line("excluded", f"row {row} ({reason})") for row, reason in self.excluded]
-        return Group(*parts)
+        rows = [
+            [*shift.cells[:3], "" if self.doubts and shift.determined else shift.cells[3]]
+            for shift in self.shifts
+        ]
+        return headed(
+            f"{self.calibrated.name}: {self.sentence}",
+            ResultTable(title, ("joint", "moved by", "95 %", ""), rows),
+            Sentence(repr(self.error), "on these rows"),
+            *lines("warning", self.doubts),
+            *lines("can't be distinguished", self.ambiguous),
+            *lines("note", self.notes),
+            *lines("excluded", (f"row {row} ({reason})" for row, reason in self.excluded)),
+        )
 
     def json(self) -> Json:
         before, after = self.error

@@ -5,13 +5,15 @@ import viser
 from workbench.base.wording import plural
 from workbench.data.readers.mapping import lacks_unit, mapping_text, meanings, ours, with_column
 from workbench.data.readers.preview import PreviewColumn
+from workbench.report.blocks import ResultTable
+from workbench.report.result_display import as_html
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.messages import Tell
 from workbench.session.export import columns_toml
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import BAD, MUTED, block, table, text
+from workbench.views.page.html import BAD, MUTED, block, text
 from workbench.views.page.panels.form import on_change
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -95,19 +97,17 @@ def listing(file: MeasurementFile) -> str:
     """Columns with their first cell and what they are read as; problems above."""
     found = file.preview
     problems = "".join(f'<div style="color:{BAD}">{text(sentence)}</div>' for sentence in found.problems)
-    rows = [(text(c.heading or "(none)"), text(c.first[:10]), _meaning(c)) for c in found.columns]
+    rows = [(c.heading or "(none)", c.first[:10], _meaning(c)) for c in found.columns]
     more = len(rows) - MAX_LISTED_COLUMNS
     rest = f'<div style="color:{MUTED}">{plural(more, "more column")}</div>' if more > 0 else ""
-    return block(
-        problems + table(("heading", "first", "is"), rows[:MAX_LISTED_COLUMNS]) + rest, testid="columns"
-    )
+    listed = as_html([ResultTable("", ("heading", "first", "is"), rows[:MAX_LISTED_COLUMNS], words=3)])
+    return block(problems + listed + rest, testid="columns")
 
 
 def _meaning(column: PreviewColumn) -> str:
     if column.key is None:
-        return f'<span style="color:{MUTED}">left out</span>'
-    meaning = text(ours(column))
-    return f'<span style="color:{BAD}">{meaning}: unit?</span>' if lacks_unit(column) else meaning
+        return "left out"
+    return f"{ours(column)}: unit?" if lacks_unit(column) else ours(column)
 
 
 def _first_doubtful(file: MeasurementFile) -> str:

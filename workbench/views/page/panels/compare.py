@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import viser
 
+from workbench.report.blocks import ResultTable
+from workbench.report.result_display import as_html
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
@@ -13,7 +15,7 @@ from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.drawables.viewpoint import view_of_rows
 from workbench.views.page.camera import aim
-from workbench.views.page.html import MUTED, block, number, table
+from workbench.views.page.html import MUTED, block, number
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -126,6 +128,6 @@ def _as_opened(comparison: Comparison, row: int) -> str:
         "the calibration is still valid; otherwise identify it first."
     )
     return (
-        table(("Error of the robot as opened", ""), rows)
+        as_html([ResultTable("", ("Error of the robot as opened", ""), rows)])
         + f'<div style="color:{MUTED};margin-top:4px">{sentence}</div>'
     )

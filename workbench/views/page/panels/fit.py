@@ -4,36 +4,25 @@ import re
 from collections.abc import Callable
 from functools import lru_cache
 
-import numpy as np
 import viser
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.fit import Fit
-from workbench.identification.report.changed_constants import constant_bars
-from workbench.identification.result import Identification, judged
+from workbench.identification.report.charts import constant_bars
+from workbench.identification.report.document import models
+from workbench.identification.report.parameters import identified, parameter_blocks
+from workbench.identification.result import Identification
+from workbench.report.blocks import ResultTable, lines
+from workbench.report.result_display import as_html
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut, SetLevelled
 from workbench.session.judgement import arm_judgement
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import (
-    BAD,
-    CAREFUL,
-    GOOD,
-    INKS,
-    MUTED,
-    block,
-    bullets,
-    folded,
-    heading,
-    note,
-    number,
-    table,
-    text,
-)
+from workbench.views.page.html import CAREFUL, INKS, MUTED, block, bullets, folded, note, text
 from workbench.views.page.panels.files import add_arm_files
 from workbench.views.page.panels.form import Control, Make, Shown
 from workbench.views.page.panels.index import WantedPanel
@@ -49,8 +38,6 @@ HOW_TO_FIT = (
 )
 HELD, CONFOUNDED = "fixed under Options", "not distinguishable from the pose of camera or board"
 """Why a joint's zero was not identified from pictures."""
-SMALL, MAX_PLACES = 1e-3, 6
-"""Numbers in SI below this are shown in millionths; decimal places that are shown at most."""
 FRAMES = {
     "Decide from the data": "auto",
     "Shared by all sessions": "shared",
@@ -147,12 +134,11 @@ class FitDetailsPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with self.folder("Details", is_open=False, visible=lambda s: s.results.identification is not None):
-            self.html(_of_fit(lambda found, s: _errors(found, s.results.fit)))
+            self.html(_of_fit(lambda found, s: block(as_html(models(found)), testid="errors")))
             fits = self.dropdown(
                 "Shown fit", _fits, "The fit that is shown and saved.", lambda s: s.results.fit
             )
-            self.html(_of_fit(lambda found, s: _parameters(found, s.results.fit)))
-            self.html(_of_fit(lambda found, s: block(_remarks(found), testid="remarks", style=BELOW)))
+            self.html(_of_fit(lambda found, s: _details(found, s.results.fit)))
         self.form(ShowFit, fits)
 
 
@@ -207,30 +193,8 @@ def read_rows(typed: str) -> tuple[int, ...]:
 @lru_cache(maxsize=1)
 def _changes(fit: Fit) -> str:
     """Each constant that changed, in mm at the tool."""
-    drawing = constant_bars(fit)
+    drawing = constant_bars(fit).svg()
     return block(folded(WHY, drawing), testid="changes") if drawing else ""
-
-
-def _errors(found: Identification, shown: str) -> str:
-    """Errors on held-out rows, before and after, one line per algorithm."""
-    rows = [("Nominal arm", *_cells(found.nominal), "")]
-    for name, run in found.runs.items():
-        title = ALGORITHMS[name].title
-        label = title if name != shown else f"<b>{title}</b>"
-        outcome = "✓" if run.fit.outcome.ok else "✗"
-        colour = GOOD if run.fit.outcome.ok else BAD
-        mark = f'<span title="{text(run.fit.outcome)}" style="color:{colour}">{outcome}</span>'
-        rows.append((label, *_cells(run), mark))
-    held = len(found.held_out_data)
-    title = f"Error on {held} held-out poses" if held else "Error on the fitted poses (none held out)"
-    header = ("", "mean [mm]", "max [mm]", "mean [°]", "")
-    return block(heading(title) + table(header, rows, testid="errors"))
-
-
-def _cells(validation) -> tuple[str, str, str]:
-    errors = judged(validation)
-    turned = "–" if errors.orientation_deg is None else number(errors.orientation_deg.mean)
-    return number(errors.position_mm.mean), number(errors.position_mm.max), turned
 
 
 def _requirement(session: Session) -> str:
@@ -249,21 +213,19 @@ def joint_zeros(found: Identification, shown: str, fixed: frozenset[str]) -> str
     if found.identifiability is None or found.identifiability.refused:
         return ""
     fit = found.runs[shown].fit
-    places = {parameter.name: k for k, parameter in enumerate(fit.parameters)}
+    free = {one.name: one for one in identified(fit)}
     rows, nominal = [], dict[str, list[str]]()
     for name in fit.problem.robot.joint_offsets:
         joint = name.split(".")[0]
-        if (k := places.get(name)) is None:
+        if (one := free.get(name)) is None:
             nominal.setdefault(HELD if name in fixed else CONFOUNDED, []).append(joint)
         else:
-            parameter = fit.parameters[k]
-            unit, _, change, error = shown_parameter(parameter.unit, parameter.nominal, fit.x[k], fit.std[k])
-            rows.append((text(joint), f"{change} {unit}", f"{error} {unit}"))
+            rows.append((joint, *one.shown[1:]))
     reasons = "".join(
         f'<div style="color:{MUTED}">{text(", ".join(joints))} at nominal: {reason}</div>'
         for reason, joints in nominal.items()
     )
-    listed = table(("Joint zero", "from nominal", "std. error"), rows) if rows else ""
+    listed = as_html([ResultTable("", ("joint zero", "from nominal", "±", ""), rows)]) if rows else ""
     return block(listed + reasons, testid="joint-zeros", style="margin:4px 0 8px")
 
 
@@ -275,42 +237,8 @@ def _warnings(found: Identification) -> str:
     return block(folded(head, listed), testid="warnings") if count else ""
 
 
-def _remarks(found: Identification) -> str:
-    """Remarks in addition to the numbers."""
-    open_ones = "Not identifiable from these poses; kept near nominal", found.unidentifiable, CAREFUL
-    return "".join(
-        heading(head) + bullets(map(text, items), style=f"margin:0;color:{colour}")
-        for head, items, colour in (open_ones, ("Notes", found.notes, MUTED))
-        if items
-    )
-
-
-def _parameters(found: Identification, shown: str) -> str:
-    """Identified, change from nominal and standard error of each parameter."""
-    fit = found.runs[shown].fit
-    rows = []
-    for parameter, value, std in zip(fit.parameters, fit.x, fit.std, strict=True):
-        is_idle = parameter.text in fit.idle
-        unit, *numbers = shown_parameter(parameter.unit, parameter.nominal, value, 0.0 if is_idle else std)
-        name = f'{text(parameter.text)} <span style="color:{MUTED};white-space:nowrap">{unit}</span>'
-        rows.append((name, *numbers[:2], "–" if is_idle else numbers[2]))
-    header = ("Parameter", "identified", "from nominal", "std. error")
-    return block(
-        heading(f"Parameters identified by {ALGORITHMS[shown].title}")
-        + table(header, rows, testid="parameters"),
-        style=BELOW,
-    )
-
-
-def shown_parameter(unit: str, nominal: float, value: float, std: float) -> tuple[str, str, str, str]:
-    """Unit, value, change from nominal and standard error for people, to two figures of the error."""
-    scale, shown = {"rad": (float(np.rad2deg(1.0)), "°"), "m": (1e3, "mm"), "1": (1.0, "")}.get(
-        unit, (1.0, unit)
-    )
-    if unit not in ("rad", "m") and 0.0 < max(abs(nominal), abs(value)) < SMALL:
-        scale, shown = 1e6, f"10⁻⁶ {shown}".strip()
-    error = scale * std
-    places = 3 if not 0.0 < error < np.inf else int(np.clip(1 - np.floor(np.log10(error)), 0, MAX_PLACES))
-    now, change = (f"{round(scale * v, places) + 0.0:.{places}f}" for v in (value, value - nominal))
-    sign = "" if float(change) <= 0.0 else "+"
-    return shown, now.replace("-", "−"), sign + change.replace("-", "−"), f"±{error:.{places}f}"
+def _details(found: Identification, shown: str) -> str:
+    """Every parameter, and what is to be known of the rows."""
+    remarks = [*lines("not identifiable", found.unidentifiable), *lines("note", found.notes)]
+    made = as_html([*parameter_blocks(found.runs[shown].fit), *remarks])
+    return block(made, testid="parameters", style=BELOW)

@@ -11,11 +11,13 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Matrix4
+from workbench.report.blocks import ResultTable
+from workbench.report.result_display import as_html
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, drawn_joints
 from workbench.session.export import CapturedPoses, captured, captured_csv
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import MUTED, block, note, number, table
+from workbench.views.page.html import MUTED, block, note, number
 from workbench.views.page.panels.form import ANGLE, LENGTH
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, set_value
 
@@ -144,5 +146,5 @@ def _content(poses: CapturedPoses) -> str:
     ]
     model = "nominal arm" if poses.calibrated is None else "calibrated arm"
     below = f"Tool of the {model}; last column: distance between calibrated and nominal tool."
-    body = table(("", "x [mm]", "y [mm]", "z [mm]", "distance [mm]"), rows)
+    body = as_html([ResultTable("", ("", "x\n[mm]", "y\n[mm]", "z\n[mm]", "distance\n[mm]"), rows)])
     return block(f'{body}<div style="color:{MUTED};margin-top:4px">{below}</div>', testid="captured")

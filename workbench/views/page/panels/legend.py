@@ -10,8 +10,7 @@ import viser
 from workbench.arm.effects.events import AbstractEvent
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import MAX_TIMES, STAGES, Comparison, ModelStage
-from workbench.session.cube_fields import AbstractCubeField, CubeValues
-from workbench.session.cube_values import are_shown, drawn_field, inputs
+from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs
 from workbench.session.played_motion import Played
 from workbench.session.real_arm import bending_robot, sample_error
 from workbench.session.stages import shown_stage
@@ -144,7 +143,7 @@ def cubes_scale(session: Session) -> str:
     return f'<div title="Grey: no value.">{text(field.title)}</div>{scale_bar(field, numbers)}'
 
 
-def scale_bar(field: AbstractCubeField, numbers: CubeValues) -> str:
+def scale_bar(field: CubeField, numbers: CubeValues) -> str:
     """The colour scale of the cubes with its ends."""
     is_better = field.larger_is_better
     low, high = (number(field.factor * end, 2) for end in (numbers.low, numbers.high))

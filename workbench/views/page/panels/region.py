@@ -6,8 +6,15 @@ import viser
 
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.region import SetRegion, ShowCubes
-from workbench.session.cube_fields import CUBE_FIELDS, BestIndexField, ReachabilityField, cubes_of
-from workbench.session.cube_values import field_of, inputs, shown_layer
+from workbench.session.cube_fields import (
+    BEST_INDEX,
+    CUBE_FIELDS,
+    REACHABILITY,
+    cubes_of,
+    field_of,
+    inputs,
+    shown_layer,
+)
 from workbench.session.page_state import Tab
 from workbench.session.state import NO_FIELD, Session
 from workbench.views.page.html import block, note, number, pairs
@@ -104,9 +111,6 @@ def picked(session: Session) -> str:
     if cubes is not None:
         items.append(("Reached in", f"{cubes.reached[i]} of {cubes.tried} orientations"))
         items.append(("Best index O", number(cubes.index[i])))
-    if (
-        not isinstance(field, ReachabilityField | BestIndexField)
-        and (numbers := field.values(session)) is not None
-    ):
+    if field not in (REACHABILITY, BEST_INDEX) and (numbers := field.values(session)) is not None:
         items.append((field.title, f"{number(field.factor * numbers.numbers[i])} {field.unit}"))
     return block(pairs(items), testid="cube", style="margin:4px 0")

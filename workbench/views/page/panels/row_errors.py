@@ -1,6 +1,7 @@
 """Error of every row in the order of measuring: a click on one puts the arm there."""
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -13,7 +14,7 @@ from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.appearance.colours import EVENT, EXCLUDED, css, stage_colours
-from workbench.views.page.html import badge, block, heading
+from workbench.views.page.html import block, heading
 from workbench.views.page.panels.panel import AbstractPanel
 
 MAX_BARS = 250
@@ -73,7 +74,8 @@ def chart(
         y = errors[order, STAGES.index(stage)]
         titles = [_title(rows, k, v, stage) for k, v in zip(order, y.tolist(), strict=True)]
         leads = [links[k] for k in order]
-        marks.append(Marks(x, np.where(is_out, np.nan, y), css(colours[stage]), titles, leads))
+        ink, name = css(colours[stage]), str(stage).capitalize()
+        marks.append(Marks(x, np.where(is_out, np.nan, y), ink, titles, leads, name=name))
         marks.append(Marks(x, np.where(is_out, y, np.nan), css(EXCLUDED), titles, leads))
     ends = (f"row {int(x.min())}", str(int(x.max())))
     now = float(rows.number[row])
@@ -82,13 +84,11 @@ def chart(
         before, after = rows.number[~over], rows.number[over]
         if len(before) and len(after) and before.max() < after.min():
             uprights.append(Upright(0.5 * float(before.max() + after.min()), event.mark, css(EVENT)))
-    legend = " &nbsp; ".join(badge(str(s).capitalize(), css(colours[s])) for s in stages)
-    legend += f" &nbsp; {badge('Excluded', css(EXCLUDED))}" if is_out.any() else ""
-    drawing = Chart(
-        marks, 90.0, ends, floor=0.0, now=now if x.min() <= now <= x.max() else None, uprights=uprights
-    ).svg()
-    head = heading("Remaining error, row by row [mm]; click one to put the arm there")
-    return f"{head}{drawing}<div>{legend}</div>"
+    if is_out.any():
+        marks[-1] = replace(marks[-1], name="Excluded")
+    at = now if x.min() <= now <= x.max() else None
+    drawing = Chart(marks, 90.0, ends, floor=0.0, now=at, uprights=uprights).svg()
+    return heading("Remaining error, row by row [mm]; click one to put the arm there") + drawing
 
 
 def _title(rows: Comparison, k: int, error: float, stage: ModelStage) -> str:

@@ -15,7 +15,7 @@ from workbench.base import se3
 from workbench.plate.region import Region
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.region import SetRegion, ShowCubes, corner
-from workbench.session.cube_values import are_shown, shown_layer
+from workbench.session.cube_fields import are_shown, shown_layer
 from workbench.session.state import CubeView, Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same

@@ -5,7 +5,7 @@ import pytest
 
 from workbench import Motion, measure_poses, tool_poses
 from workbench.identification.identify import identify
-from workbench.identification.report.changed_constants import changed_constants
+from workbench.identification.report.charts import changed_constants
 
 
 @pytest.fixture(scope="module")

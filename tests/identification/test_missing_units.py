@@ -1,0 +1,156 @@
+"""Files without units, as programs of controllers write them: rows of a known arm tell them, or nobody."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from tests.generator import VirtualArm
+from workbench import evaluate, identify, load_robot, read_measurements
+from workbench.base.errors import UnitError
+from workbench.data.readers.preview import preview
+
+H = np.pi / 2
+UR5E = [(0, 0.1625, 0, H), (0, 0, -0.425, 0), (0, 0, -0.3922, 0), (0, 0.1333, 0, H), (0, 0.0997, 0, -H),
+        (0, 0.0996, 0, 0)]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def measured():
+    """Joints [rad] and poses [m] of a UR5e with errors of half a millimetre, elsewhere in a room."""
+    rng = np.random.default_rng(11)
+    table = np.column_stack([np.array(UR5E) + rng.normal(0.0, 5e-4, (6, 4)), np.zeros(6)])
+    base, tool = np.eye(4), np.eye(4)
+    base[:3, :3], base[:3, 3] = Rotation.from_euler("xyz", [0.02, -0.01, 0.7]).as_matrix(), (0.4, -0.3, 0.9)
+    tool[:3, 3] = 0.01, 0.02, 0.08
+    q = rng.uniform([-2, -2.2, 0.3, -2, -2, -2], [2, -0.4, 2.2, 2, 2, 2], (40, 6))
+    return q, VirtualArm("dh", table, base=base, tool=tool).pose(q)
+
+
+def table(names, *columns):
+    """A file without a unit in it."""
+    rows = np.column_stack(columns)
+    return "\n".join([",".join(names), *(",".join(f"{v:.9g}" for v in row) for row in rows)])
+
+
+def joints(*stems):
+    return [f"{stem}{k}" for stem in stems for k in range(1, 7)]
+
+
+FORMS = {
+    "a controller": lambda q, t: ([*joints("J"), *"XYZ"], np.degrees(q), 1e3 * t[:, :3, 3]),
+    "ROS": lambda q, t: (
+        ["timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw", *joints("joint_")],
+        np.arange(len(q)),
+        t[:, :3, 3],
+        Rotation.from_matrix(t[:, :3, :3]).as_quat(),
+        q,
+    ),
+    "KUKA": lambda q, t: (
+        [*joints("A"), *"XYZABC"],
+        np.degrees(q),
+        1e3 * t[:, :3, 3],
+        Rotation.from_matrix(t[:, :3, :3]).as_euler("ZYX", degrees=True),
+    ),
+    "Fanuc": lambda q, t: (
+        [*joints("J"), *"XYZWPR"],
+        np.degrees(q),
+        1e3 * t[:, :3, 3],
+        Rotation.from_matrix(t[:, :3, :3]).as_euler("xyz", degrees=True),
+    ),
+    "ABB": lambda q, t: (
+        [*joints("rax_"), *"xyz", "q1", "q2", "q3", "q4"],
+        np.degrees(q),
+        1e3 * t[:, :3, 3],
+        np.roll(Rotation.from_matrix(t[:, :3, :3]).as_quat(), 1, axis=1),
+    ),
+    "Franka": lambda q, t: (
+        [*(f"q_{k}" for k in range(6)), *(f"O_T_EE_{k}" for k in range(16))],
+        q,
+        t.transpose(0, 2, 1).reshape(-1, 16),
+    ),
+    "matrices": lambda q, t: (
+        [*joints("q"), *(f"T{i}{j}" for i in "123" for j in "1234")],
+        q,
+        t[:, :3].reshape(-1, 12),
+    ),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_rows_tell_the_units(form, measured, tmp_path):
+    names, *columns = FORMS[form](*measured)
+    path = tmp_path / "rows.csv"
+    path.write_text(table(names, *columns))
+    assert not preview(path, joints=6).problems
+    errors = identify("ur5e", path).best.held_out
+    assert errors.position_mm.mean < 1e-3
+    assert form == "a controller" or errors.orientation_deg.mean < 1e-4
+
+
+@pytest.mark.parametrize("form", ["lines", "rows", "columns", "npz"])
+def test_arrays_of_programs_are_tables(form, measured, tmp_path):
+    q, t = measured
+    xyz, quat = t[:, :3, 3], Rotation.from_matrix(t[:, :3, :3]).as_quat()
+    rows = [
+        {"q": a, "xyz": p, "quat": o} for a, p, o in zip(q.tolist(), xyz.tolist(), quat.tolist(), strict=True)
+    ]
+    path = tmp_path / f"rows.{'npz' if form == 'npz' else 'json'}"
+    if form == "npz":
+        np.savez(path, joint_positions=q, poses=t)
+    else:
+        columns = {"joints": q.tolist(), "position": xyz.tolist(), "orientation": quat.tolist()}
+        lines = "\n".join(map(json.dumps, rows))
+        path.write_text({"lines": lines, "rows": json.dumps(rows), "columns": json.dumps(columns)}[form])
+    errors = identify("ur5e", path).best.held_out
+    assert errors.position_mm.mean < 1e-3
+    assert errors.orientation_deg.mean < 1e-4
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    angle=st.sampled_from([1.0, 180.0 / np.pi]),
+    length=st.sampled_from([1.0, 1e3, 1e2, 1.0 / 0.0254]),
+    turned=st.booleans(),
+    seed=st.integers(0, 99),
+)
+def test_any_units_of_a_few_rows(measured, tmp_path_factory, angle, length, turned, seed):
+    q, t = measured
+    some = np.random.default_rng(seed).choice(len(q), 25, replace=False)
+    angles = Rotation.from_matrix(t[some, :3, :3]).as_euler("xyz") * angle
+    names, columns = [*joints("q"), *"xyz"], [angle * q[some], length * t[some, :3, 3]]
+    if turned:
+        names, columns = [*names, "roll", "pitch", "yaw"], [*columns, angles]
+    path = tmp_path_factory.mktemp("units") / "rows.csv"
+    path.write_text(table(names, *columns))
+    rows = evaluate("ur5e", path, fit_frames=True)
+    assert rows.rows.position.mean() < 0.01
+    assert np.allclose(rows.data.q, q[some], atol=1e-6)
+
+
+def test_rows_of_another_arm_tell_no_units(measured, tmp_path):
+    names, *columns = FORMS["a controller"](*measured)
+    path = tmp_path / "rows.csv"
+    path.write_text(table(names, *columns))
+    for robot in ("aria", "iiwa14" if load_robot("iiwa14").dof == 6 else "xarm6"):
+        with pytest.raises(UnitError, match="the unit is missing"):
+            identify(robot, path)
+    path.write_text(table(names, *(c[:5] for c in columns)))  # too few
+    with pytest.raises(UnitError, match=r"write 'J1\[deg\]'"):
+        identify("ur5e", path)
+
+
+def test_who_takes_rows_as_they_stand_refuses_them(measured, tmp_path):
+    from workbench import rezero, verify
+
+    names, *columns = FORMS["a controller"](*measured)
+    path = tmp_path / "rows.csv"
+    path.write_text(table(names, *columns))
+    for verb in (verify, rezero):
+        with pytest.raises(UnitError, match="the unit is missing"):
+            verb("ur5e", path)
+    with pytest.raises(UnitError, match="the unit is missing"):
+        read_measurements(path).said  # noqa: B018

@@ -1,0 +1,98 @@
+"""Arrays as programs keep them: an .npz, or JSON of lists or of one object a row or line.
+
+An array of rows is a column, or several: joints `q1 …`, places `x y z`, quaternions, poses and rotations by
+their entries. Their units, and the order of a quaternion, are told by the rows like those of any table.
+"""
+
+import io
+import json
+import zipfile
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.base.errors import FileError
+from workbench.data.readers.file_kind import POSE_PAIRS, TABLE
+from workbench.data.readers.headings import meaning
+from workbench.data.readers.table import Grid
+
+MAX_BYTES = 256 * 2**20
+"""Maximum size of unpacked arrays."""
+_JOINTS = ("q", "joint", "joints", "joint_positions", "joint_angles", "joint_states", "angles")
+_PLACES = ("xyz", "position", "positions", "translation", "translations", "point", "points", "p", "t", "tcp")
+_ENTRIES = {
+    (3, 3): [f"r{i}{j}" for i in "123" for j in "123"],
+    (4, 4): [f"t{i}{j}" for i in "1234" for j in "1234"],
+    (3, 4): [f"t{i}{j}" for i in "123" for j in "1234"],
+}
+
+
+def read_npz(data: bytes, path: Path) -> Grid:
+    """The arrays of an .npz as a table."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
+                raise ValueError(f"it unpacks to more than {MAX_BYTES >> 20} MiB")
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (ValueError, OSError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile) as error:
+        raise FileError(f"its arrays can't be read ({error}); {TABLE}", path=str(path)) from None
+    return _table(arrays, path, "these are arrays of NumPy")
+
+
+def read_json(data: bytes, path: Path) -> Grid:
+    """JSON of arrays, of one object a row, or of one object a line, as a table."""
+    found = None
+    with suppress(ValueError, RecursionError):  # text that isn't UTF-8 is a ValueError, too
+        text = data.decode("utf-8-sig")
+        try:
+            found = json.loads(text)
+        except json.JSONDecodeError:
+            found = [json.loads(line) for line in text.splitlines() if line.strip()]
+    if isinstance(found, list) and found and all(isinstance(row, dict) for row in found):
+        found = {name: [row.get(name) for row in found] for name in found[0]}
+    return _table(found if isinstance(found, dict) else {}, path, "this is JSON")
+
+
+def _table(arrays: Mapping[str, Any], path: Path, what: str) -> Grid:
+    """Arrays with as many rows as the joints, or the first, side by side."""
+    columns, left_out = dict[str, list[str]](), list[str]()
+    for name, values in arrays.items():
+        try:
+            array = np.asarray(values)
+        except ValueError:
+            array = np.zeros(0)
+        names = _headings(str(name), array.shape[1:]) if array.ndim and array.dtype.kind in "fiubUS" else []
+        if not names:
+            left_out.append(str(name))
+            continue
+        flat = array.reshape(len(array), len(names))
+        columns |= {n: [str(v) for v in own.tolist()] for n, own in zip(names, flat.T, strict=True)}
+    rows = len(columns.get("q1", next(iter(columns.values()), [])))
+    kept = {name: cells for name, cells in columns.items() if len(cells) == rows}
+    if not rows or not any(meaning(name) for name in kept):
+        text = f"{what}, but no arrays with joints and places of rows; {POSE_PAIRS}; {TABLE}"
+        raise FileError(text, path=str(path))
+    left_out += [name for name in columns if name not in kept]
+    notes = (f"left out: {', '.join(left_out)[:200]}",) if left_out else ()
+    cells = [list(kept), *map(list, zip(*kept.values(), strict=True))]
+    return Grid(source=str(path), rows=cells, lines=list(range(rows + 1)), notes=notes)
+
+
+def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
+    """Headings of the columns of an array; none if it is no set of columns."""
+    plain = name.lower().strip()
+    if shape in _ENTRIES:
+        return _ENTRIES[shape]
+    if len(shape) != 1:
+        return [name] if not shape else []
+    if plain in _JOINTS:
+        return [f"q{k + 1}" for k in range(shape[0])]
+    if shape == (3,) and plain in _PLACES:
+        return ["x", "y", "z"]
+    if shape == (4,):
+        return ["qw", "qx", "qy", "qz"]
+    return [f"{name}_{k + 1}" for k in range(shape[0])]

@@ -1,0 +1,216 @@
+"""A diagnosis as blocks: verdict, errors, causes, effects, candidates, what to measure next, remarks."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from workbench.arm.chain import Chain
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.effect import MIN_STATED_ERRORS
+from workbench.arm.joint_units import shown_joints, shown_units
+from workbench.base.wording import first_of, plural
+from workbench.diagnosis.confidence import Confidence
+from workbench.diagnosis.report.charts import budget_bars
+from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
+from workbench.diagnosis.verdict import MAX_STATED_CAUSES
+from workbench.identification.errors.row_errors import Errors
+from workbench.identification.report.charts import before_after
+from workbench.identification.report.document import errors_table
+from workbench.report.blocks import Block, ResultTable, Sentence, Tone, assembled, lines
+from workbench.report.numbers import readable_unit, short, signed, with_error
+from workbench.report.result_display import blocks_of
+
+TONES = {Verdict.EXPLAINED: Tone.GOOD, Verdict.NO_EFFECT: Tone.STRONG, Verdict.PARTLY: Tone.CAREFUL}
+MAX_NAMED_OUTLIERS = 15
+"""Maximum number of outliers named."""
+MAX_LISTED_COEFFICIENTS = 6
+"""Maximum number of coefficients of one effect listed individually."""
+CANDIDATES, LARGE = 6, 300.0
+"""Candidates listed; difference of evidence that is large enough [nat]."""
+WORSE = {
+    Confidence.CERTAIN: "certainly less",
+    Confidence.PROBABLE: "probably less",
+    Confidence.OPEN: "as likely",
+}
+"""Of a candidate beside the best one, by the odds of the best against it."""
+EXPLAINS = (
+    "explains: √(e₁² − e₂²), e₁ and e₂ the cross-validated rms errors without and with the cause. "
+    "Odds are against the best alternative, at most 20 : 1 while a doubt remains."
+)
+UNLIKELY = float(np.log(1e6))
+"""Logarithm of the odds against an alternative beyond which it is none."""
+
+
+@blocks_of.register
+def diagnosis_blocks(result: Diagnosis) -> list[Block]:
+    """Everything that a diagnosis found, the verdict first."""
+    parts = (verdict, models, causes, effects, alternatives, candidates, next_poses, remarks)
+    return assembled(result, heading, *parts)
+
+
+def heading(result: Diagnosis) -> Iterator[Block]:
+    fitted = len(result.after_fit.problem.data)
+    rows = f"{fitted} rows fitted, {len(result.held_out_data)} held out"
+    if len(result.outliers):
+        rows += f", {plural(len(result.outliers), 'outlier')}"
+    if result.excluded:
+        rows += f", {len(result.excluded)} excluded"
+    yield Sentence(f"{result.robot.name}: {rows}", tone=Tone.STRONG)
+
+
+def verdict(result: Diagnosis) -> Iterator[Block]:
+    tone = TONES.get(result.verdict, Tone.BAD)
+    if result.verdict in (Verdict.EXPLAINED, Verdict.NO_EFFECT) and not result.is_good:
+        tone = Tone.CAREFUL
+    yield Sentence(f"{result.verdict_text}: {result.message}", tone=tone)
+
+
+def models(result: Diagnosis) -> Iterator[Block]:
+    """Errors of the nominal arm, with the geometry alone, and with the effects."""
+    found = [("nominal", result.nominal), ("geometry", result.before)]
+    yield errors_table(found + [("with effects", result.after)] * bool(result.effects))
+    yield budget_bars(result)
+    yield before_after(result.identification())
+
+
+def causes(result: Diagnosis) -> Iterator[Block]:
+    """Claimed causes with their confidence and what they explain; what only predicts."""
+    units = error_units(result)
+    rows = []
+    for cause in result.causes:
+        sizes = dict(zip(("mm", "°"), (cause.contribution_mm, cause.contribution_deg), strict=True))
+        odds = "> 10⁶ : 1" if cause.odds > 1e6 else f"{cause.odds:.0f} : 1"
+        rows.append((cause.label, str(cause.confidence), odds, *(short(sizes[unit]) for _, unit in units)))
+    if rows:
+        headings = ("cause", "confidence", "odds", *(f"explains\n[{unit}]" for _, unit in units))
+        yield ResultTable("Causes", headings, rows, words=2)
+        yield Sentence(EXPLAINS, tone=Tone.QUIET)
+        unsaid = (c.sentence for k, c in enumerate(result.causes) if c.doubt or k >= MAX_STATED_CAUSES)
+        yield from lines("cause", unsaid)
+
+
+def effects(result: Diagnosis) -> Iterator[Block]:
+    """Added effects with coefficients ± standard errors, and the mean error without and with each."""
+    if not result.effects:
+        return
+    rows = "held-out" if result.after.held_out is not None else "fitted"
+    units = error_units(result)
+    headings = [f"{which}\n[{unit}]" for _, unit in units for which in ("without", "with")]
+    table = []
+    for found in result.effects:
+        text = "\n".join(coefficients(found.effect, found.std, result.calibrated.chain))
+        spreads = (getattr(errors, name) for name, _ in units for errors in (found.before, found.after))
+        sizes = ("–" if spread is None else short(spread.mean) for spread in spreads)
+        table.append((found.effect.label, text, *sizes))
+    title = f"Added effects; mean error of {rows} rows without each one and with all"
+    yield ResultTable(title, ("effect", "coefficients", *headings), table, words=2)
+    mapped = (found.text for found in result.effects if not _is_claimed(result, found.effect))
+    yield from lines("in the map", mapped)
+
+
+def error_units(result: Diagnosis) -> list[tuple[str, str]]:
+    """Position error in mm, and orientation error in degrees if measured."""
+    turned = judged(result.after).orientation_deg is not None
+    return [("position_mm", "mm"), *([("orientation_deg", "°")] if turned else [])]
+
+
+def _is_claimed(result: Diagnosis, effect: AbstractEffect) -> bool:
+    """Whether an effect of the model belongs to a cause rather than to the map."""
+    causes = [c for c in result.causes if c.kind == effect.name]  # a cause names only its significant joints
+    return any(set(c.joints) & set(effect.joints) or not effect.joints for c in causes)
+
+
+def alternatives(result: Diagnosis) -> Iterator[Block]:
+    """Alternatives that fit nearly as well as each effect, one line each."""
+
+    def sized(label: str, errors: Errors | None) -> str:
+        size = "" if errors is None else errors.text("mean")
+        return f"{label} ({size})" if size else label
+
+    for found in result.effects:
+        if rivals := "; ".join(sized(r.effect.label, r.errors) for r in nearly_as_good(found)):
+            of = sized(found.effect.phrase, found.after)
+            yield Sentence(f"Alternatives to {of}: {rivals}", tone=Tone.QUIET)
+
+
+def nearly_as_good(found: Accepted) -> list[Ranked]:
+    """Alternatives to an effect: odds below a million to one, and better than no effect."""
+    near = [r for r in found.alternatives if found.gain - r.gain <= UNLIKELY]
+    return [r for r in near if r.held_out_mm is None or not r.held_out_mm > found.before.position_mm.mean]
+
+
+def candidates(result: Diagnosis) -> Iterator[Block]:
+    """The candidates that add most to the geometry alone: how likely they are, and the error with each."""
+    added = {(found.effect.name, found.effect.names) for found in result.effects}
+    rows = []
+    for ranked in result.ranking[:CANDIDATES]:
+        odds = float(np.exp(min(result.ranking[0].gain - ranked.gain, LARGE)))
+        likely = "the best" if ranked is result.ranking[0] else WORSE[Confidence.of(odds)]
+        is_added = (ranked.effect.name, ranked.effect.names) in added
+        mean = "–" if ranked.held_out_mm is None else short(ranked.held_out_mm)
+        likely += ", added" * is_added
+        rows.append((ranked.effect.label, likely, signed(ranked.gain, 1), mean))
+    if rows:
+        headings = ("effect", "how likely", "gain\n[nat]", "mean\n[mm]")
+        yield ResultTable("What each candidate would add to the geometry alone", headings, rows, words=2)
+
+
+def next_poses(result: Diagnosis) -> Iterator[Block]:
+    """Joint positions of poses to measure next, and what each would determine."""
+    if not result.worth_measuring:
+        return
+    q = shown_joints(result.calibrated, result.measure_next)
+    reasons = [reason.sentence for reason in result.next_reasons] or [""] * len(q)
+    rows = [
+        (str(k), reason, *(signed(v, 1) for v in joints))
+        for k, (joints, reason) in enumerate(zip(q, reasons, strict=True), 1)
+    ]
+    joints = (f"q{j}\n[{unit.strip()}]" for j, unit in enumerate(shown_units(result.calibrated), 1))
+    yield ResultTable("Measure next", ("pose", "what it determines", *joints), rows, words=2)
+
+
+def remarks(result: Diagnosis) -> Iterator[Block]:
+    """Outliers, the noise of joint readings, warnings and notes."""
+    if len(result.outliers):
+        yield Sentence(outlier_text(result), "outliers")
+    if (noise := result.joint_noise) is not None:
+        share = f"{100 * noise.share:.0f} % of the remaining error"
+        yield Sentence(f"{noise.text(result.calibrated.chain)}, {share}", "noise of joint readings")
+    yield from lines("warning", result.warnings)
+    yield from lines("note", result.notes)
+
+
+def outlier_text(result: Diagnosis) -> str:
+    """Which rows were excluded as outliers, how far they are off, and what to do."""
+    rows = sorted(result.data.row[result.outliers].tolist())
+    shown = first_of(rows, MAX_NAMED_OUTLIERS)
+    subject, it = (f"data rows {shown}", "them") if len(rows) > 1 else (f"data row {shown}", "it")
+    off = result.outlier_errors.text("max") if result.outlier_errors is not None else ""
+    up_to, mean = "up to " if len(rows) > 1 else "", result.after.train.text("mean")
+    size = f"{up_to}{off} off, where the others' mean is {mean}; " if off else ""
+    return f"{subject}: {size}no model of the arm explains {it}; measure {it} again, or exclude {it}"
+
+
+def coefficients(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> list[str]:
+    """Names and sizes such as `compliance 0.0412 ± 0.0003 mrad/(N·m)`, to two digits of the standard error.
+
+    By joint if there is one each; of many only the most significant.
+    """
+    sizes = {}
+    for name, value, error, unit in zip(
+        effect.names, effect.coefficients, std, effect.units(chain), strict=True
+    ):
+        factor, symbol = readable_unit(unit)
+        sizes[name] = f"{with_error(factor * value, factor * error)} {symbol}"
+    if len(sizes) <= MAX_LISTED_COEFFICIENTS:
+        one_each = len(effect.joints) == len(sizes) > 1
+        kept = 0 if one_each else 2 if len(effect.joints) == 1 else None
+        return [
+            f"{name if kept is None else name.partition('.')[kept]} {size}" for name, size in sizes.items()
+        ]
+    count, errors = f"{len(sizes)} coefficients", np.array(std)
+    clarity = np.abs(effect.coefficients) / np.where(errors > 0.0, errors, np.inf)
+    clearest = effect.names[int(clarity.argmax())]
+    if clarity.max() < MIN_STATED_ERRORS:
+        return [f"{count} none of them individually significant"]
+    return [f"{count}, largest {clearest.partition('.')[2]} {sizes[clearest]}"]
