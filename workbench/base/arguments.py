@@ -325,7 +325,7 @@ def _expanded(own: Any, record: type) -> Any:
 def _shown(value: Any) -> str:
     """What was given, for people; only its kind where it is large."""
     if isinstance(value, str):
-        return f"'{value}'"
+        return f"'{value if len(value) < 100 else value[:99] + '…'}'"
     if value is None or isinstance(value, bool | int | float | tuple | list | set | dict):
         return repr(value)
     if isinstance(value, np.ndarray) and value.size <= MAX_SHOWN:
