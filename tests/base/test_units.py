@@ -1,7 +1,5 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from workbench.base.errors import UnitError
 from workbench.base.units import (
@@ -9,7 +7,6 @@ from workbench.base.units import (
     Heading,
     Quantity,
     conversion,
-    from_si,
     is_unit,
     parse_heading,
     parse_quantity,
@@ -86,22 +83,6 @@ def test_a_joint_may_be_an_angle_or_a_length():
 def test_whole_millimetres_turn_into_the_nearest_metres():
     whole = np.arange(1.0, 2000.0)
     assert to_si(whole, "mm", Quantity.LENGTH).tolist() == [float(f"{value / 1000:.3f}") for value in whole]
-
-
-@given(
-    st.floats(-1e6, 1e6),
-    st.sampled_from(
-        [
-            ("deg", Quantity.ANGLE),
-            ("mm", Quantity.LENGTH),
-            ("in", Quantity.LENGTH),
-            ("K", Quantity.TEMPERATURE),
-        ]
-    ),
-)
-def test_there_and_back(value, unit):
-    back = from_si(to_si(np.array([value]), *unit), *unit)
-    assert back[0] == pytest.approx(value, rel=1e-14, abs=1e-10)
 
 
 @pytest.mark.parametrize(

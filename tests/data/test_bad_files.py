@@ -43,7 +43,7 @@ def test_missing_units_are_named_together(file):
     assert all(part in str(error) for part in ("line 1", "'q1'", "q1[rad]", "likewise 'x', 'y', 'z'"))
 
 
-@pytest.mark.parametrize("unit", ["furlongs", "flurbs", "mm", "1", ""])
+@pytest.mark.parametrize("unit", ["flurbs", "mm", "1", ""])
 def test_unknown_and_unfit_units(file, unit):
     error = refusal(file(HEAD.replace("x[m]", "x[deg]" if unit == "mm" else f"x[{unit}]") + ROWS), UnitError)
     assert error.unit == ("deg" if unit == "mm" else unit)

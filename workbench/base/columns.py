@@ -43,7 +43,6 @@ class Column:
         observed: Whether a row that has it was observed.
         kept: Whether measurements keep it; else a reader uses it up.
         text: What it is, for messages; empty if the name says it.
-        shown: Unit for people, and what our own is multiplied by for it; our own if empty.
         usual: Mean on virtual arms, and maximum deviation from it [our own unit].
     """
 
@@ -55,7 +54,6 @@ class Column:
     observed: bool = False
     kept: bool = True
     text: str = ""
-    shown: tuple[str, float] = ("", 1.0)
     usual: tuple[float, float] | None = None
 
     def __post_init__(self):
@@ -85,33 +83,16 @@ class Column:
         text = f" ({self.text})" if self.text else ""
         return ", ".join(self.headings(2)) + (" …" if self.per is Per.JOINT else "") + text
 
-    @property
-    def unit(self) -> str:
-        """For people; empty for labels and plain numbers."""
-        return self.shown[0] or ("" if self.quantity in (None, Quantity.NUMBER) else str(self.quantity))
-
-    @property
-    def label(self) -> str:
-        """Name and unit at an axis: `temperature [°C]`."""
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
-
 
 COLUMNS: PartTable[Column] = PartTable(
     "columns",
     Column,
-    Column(
-        name="time",
-        quantity=Quantity.TIME,
-        also=("zeit", "timestamp", "t"),
-        driver=True,
-        shown=("min", 1.0 / 60.0),
-    ),
+    Column(name="time", quantity=Quantity.TIME, also=("zeit", "timestamp", "t"), driver=True),
     Column(
         name="temperature",
         quantity=Quantity.TEMPERATURE,
         also=("temp", "temperatur", "measurement_temperature", "air_temperature"),
         driver=True,
-        shown=("°C", 1.0),
         usual=(24.0, 5.0),
     ),
     Column(name="payload", quantity=Quantity.MASS, also=("nutzlast", "traglast"), driver=True),
@@ -121,7 +102,6 @@ COLUMNS: PartTable[Column] = PartTable(
         also=("tau", "effort", "drehmoment", "moment"),
         per=Per.JOINT,
         driver=True,
-        shown=("N·m", 1.0),
     ),
     Column(
         name="direction",

@@ -4,8 +4,6 @@ The distribution has a longer name than the package, since another project's is 
 that name from a package index fetches the other project. Every text therefore names the checkout.
 """
 
-from pathlib import Path
-
 NAME = "arm-calibration-workbench"
 
 
@@ -16,21 +14,10 @@ def install_command(extra: str = "") -> str:
 
 
 def package_version() -> str:
-    """The installed version, or that of the project's file where the package is run from its source."""
+    """The installed version; "unknown" where the package is run from its source without being installed."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:
         return version(NAME)
     except PackageNotFoundError:
-        return _source_version()
-
-
-def _source_version() -> str:
-    import tomllib
-
-    project = Path(__file__).resolve().parents[2] / "pyproject.toml"
-    try:
-        table = tomllib.loads(project.read_text(encoding="utf-8"))["project"]
-    except (OSError, KeyError, tomllib.TOMLDecodeError):
         return "unknown"
-    return f"{table.get('version', 'unknown')} (source)"

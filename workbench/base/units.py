@@ -1,4 +1,4 @@
-"""Unit conversion on input and output: from column headings to SI, and back for panels and reports.
+"""Unit conversion on input: from column headings and settings to SI.
 
 Inside the package every number is SI (temperatures in degC). A unit is looked up once, as
 SI = scale · value + offset, in a registry that is built when the first uncommon unit is asked for.
@@ -69,7 +69,6 @@ _TORQUE = re.compile(r"([mkµμu]?)N[ ·.*⋅-]?([mc]?m)")
 _UNIT_TEXT = re.compile(r"[A-Za-zµμ°Ωπ℃%·⋅*/^ .()_-]{0,24}(?:[\^*]-?\d)?[A-Za-zµμ·⋅*/ ]{0,12}")
 _BRACKETED = re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*")
 _UNIT_IN_TEXT = re.compile(r"(?P<name>.+?)\s*(?:\((?P<a>[^()]+)\)|\s/\s*(?P<b>\S+)|\s+in\s+(?P<c>\S+))\s*")
-_LARGEST = {Quantity.ANGLE: 7.0, Quantity.LENGTH: 1.0}
 
 
 class Heading(NamedTuple):
@@ -92,9 +91,6 @@ class Conversion:
         if self.offset == 0.0 and whole > 1 and abs(whole * self.scale - 1.0) < 1e-14:
             return values / whole  # exact powers of ten: 0.001 is no binary number, 1000 is
         return values if (self.scale, self.offset) == (1.0, 0.0) else values * self.scale + self.offset
-
-    def from_si(self, values: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
-        return values if (self.scale, self.offset) == (1.0, 0.0) else (values - self.offset) / self.scale
 
 
 COMMON = {
@@ -144,7 +140,7 @@ def conversion(unit: str, *quantities: Quantity) -> Conversion:
     parsed = _parsed(unit)
     for quantity in quantities:
         if (found := _as_quantity(parsed, quantity)) is not None:
-            return _sane(found, unit)
+            return found
     wanted = " or ".join(EXAMPLES[quantity] for quantity in quantities)
     raise UnitError(f"the unit '{unit}' does not fit here: write {wanted}", unit=unit)
 
@@ -152,11 +148,6 @@ def conversion(unit: str, *quantities: Quantity) -> Conversion:
 def to_si(values: Float[np.ndarray, "..."], unit: str, *quantities: Quantity) -> Float[np.ndarray, "..."]:
     """Values in a unit, in SI (temperatures in degC)."""
     return conversion(unit, *quantities).to_si(values)
-
-
-def from_si(values: Float[np.ndarray, "..."], unit: str, *quantities: Quantity) -> Float[np.ndarray, "..."]:
-    """SI values (temperatures in degC), in a unit."""
-    return conversion(unit, *quantities).from_si(values)
 
 
 def parse_quantity(text: str, quantity: Quantity) -> float:
@@ -204,14 +195,3 @@ def _as_quantity(parsed, quantity: Quantity) -> Conversion | None:
         return None  # angles and plain numbers are both dimensionless, and must not be mixed up
     zero, one = (float(registry.Quantity(v, parsed).to(wanted).magnitude) for v in (0.0, 1.0))
     return Conversion(quantity, one - zero if zero else one, zero)
-
-
-def _sane(found: Conversion, unit: str) -> Conversion:
-    """The conversion, unless a robot can't be measured in that unit ('Mm' for 'mm')."""
-    if found.scale > _LARGEST.get(found.quantity, np.inf):
-        raise UnitError(
-            f"the unit '{unit}' is {found.scale:g} {found.quantity}, too large for a robot: "
-            f"write {EXAMPLES[found.quantity]}",
-            unit=unit,
-        )
-    return found

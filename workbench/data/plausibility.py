@@ -5,6 +5,7 @@ millimetres are lengths: only an arm that can't have moved like that gives them 
 """
 
 from dataclasses import fields, replace
+from itertools import product
 
 import numpy as np
 from jaxtyping import Float
@@ -58,9 +59,9 @@ def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: f
     if not dataset.included.any():
         return dataset
     refuse_joint_units(dataset.q[dataset.included], limits, dataset.source)
-    _refuse_length_units(dataset, reach)
+    close = _check_points(dataset, reach)
     dataset = _without_copies(dataset)
-    notes = _joint_notes(dataset, limits) + _observation_notes(dataset, reach)
+    notes = (*_joint_notes(dataset, limits), *close, *_orientation_notes(dataset))
     return replace(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
 
 
@@ -109,59 +110,54 @@ def refuse_joint_quantities(units: tuple[str, ...], robot: Robot, source: str) -
             )
 
 
-def _refuse_length_units(dataset: Dataset, reach: float) -> None:
-    """Raise when points lie farther apart than any arm of this size can reach."""
-    for points, rows in _clouds(dataset):
+def _check_points(dataset: Dataset, reach: float) -> tuple[str, ...]:
+    """A note on measured points that are suspiciously close together, those of a session or of a marker.
+
+    Raises:
+        DataError: They lie farther apart than any arm of this size can reach.
+    """
+    tracks = [dataset.position] if dataset.position is not None else []
+    tracks += [] if dataset.markers is None else [*np.moveaxis(dataset.markers, 1, 0)]
+    moved = len(dataset) > 4 and np.ptp(dataset.q[dataset.included], axis=0).max() > 0.5
+    notes: list[str] = []
+    for session, track in product(dataset.sessions, tracks):
+        seen = dataset.included & dataset.in_session(session) & ~np.isnan(track).any(1)
+        rows, points = np.flatnonzero(seen), track[seen]
+        if not len(rows):
+            continue
         away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
         far = away > REACH_FACTOR * reach
-        if len(points) == 1:
-            away = np.linalg.norm(points, axis=1)
-            far = away > 5 * REACH_FACTOR * reach
         if far.any():
             worst = int(np.argmax(away))
-            many = 2 * far.sum() >= len(far) or np.median(away) > 2.0 * reach
-            guess = (
-                "these look like mm labelled m: write x[mm] in the header"
-                if many
-                else "correct the row, or set its 'exclude' to true"
-            )
+            guess = "correct the row, or set its 'exclude' to true"
+            if 2 * far.sum() >= len(far) or np.median(away) > 2.0 * reach:
+                guess = "these look like mm labelled m: write x[mm] in the header"
+            row = int(dataset.row[rows[worst]])
             raise DataError(
-                f"{dataset.source}: data row {dataset.row[rows[worst]]} lies {away[worst]:.4g} m "
-                f"from the others, but the arm reaches {reach:.3g} m: {guess}",
-                row=int(dataset.row[rows[worst]]),
+                f"{dataset.source}: data row {row} lies {away[worst]:.4g} m from the others, but the arm "
+                f"reaches {reach:.3g} m: {guess}",
+                row=row,
             )
-
-
-def _clouds(dataset: Dataset) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Measured points and their rows, one cloud for each session and each marker."""
-    tracks = [dataset.position] if dataset.position is not None else []
-    if dataset.markers is not None:
-        tracks += [dataset.markers[:, i] for i in range(dataset.markers.shape[1])]
-    clouds = []
-    for session in dataset.sessions:
-        inside = dataset.included & dataset.in_session(session)
-        for track in tracks:
-            rows = np.flatnonzero(inside & ~np.isnan(track).any(1))
-            if len(rows):
-                clouds.append((track[rows], rows))
-    return clouds
+        extent = np.linalg.norm(np.ptp(points, axis=0))
+        if moved and len(points) > 4 and NO_DIFFERENCE < extent < reach / 300.0 and dataset.point is None:
+            notes.append(f"all points lie within {1e3 * extent:.3g} mm: are these m labelled mm?")
+    return tuple(notes[:1])
 
 
 def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str]:
     """Joints that never move or go beyond their limits; angles that look too small."""
-    q = dataset.q[dataset.included]
+    q, rows = dataset.q[dataset.included], dataset.row[dataset.included]
     notes = []
     for joint, (low, high) in enumerate(limits):
-        mine = dataset.q[:, joint]
-        outside = np.flatnonzero(dataset.included & ((mine < low - SLACK) | (mine > high + SLACK)))
+        outside = rows[(q[:, joint] < low - SLACK) | (q[:, joint] > high + SLACK)]
         if len(outside):
             notes.append(
                 f"joint {joint + 1} is outside its limits ({low:.4g} … {high:.4g}) in {len(outside)} row(s), "
-                f"first in data row {dataset.row[outside[0]]}"
+                f"first in data row {outside[0]}"
             )
-    still = [joint + 1 for joint in range(q.shape[1]) if np.ptp(q[:, joint]) < NO_DIFFERENCE]
+    still = (np.flatnonzero(np.ptp(q, axis=0) < NO_DIFFERENCE) + 1).tolist()
     if len(q) > 1 and still:
-        names = ", ".join(str(joint) for joint in still)
+        names = ", ".join(map(str, still))
         notes.append(
             f"joint(s) {names} never move: their errors can't be distinguished from their neighbours'"
         )
@@ -170,24 +166,15 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
     return notes
 
 
-def _observation_notes(dataset: Dataset, reach: float) -> list[str]:
-    """Orientations that are all alike; points that are suspiciously close together."""
-    notes = []
-    q_moves = len(dataset) > 4 and np.ptp(dataset.q[dataset.included], axis=0).max() > 0.5
-    for points, _ in _clouds(dataset):
-        extent = np.linalg.norm(np.ptp(points, axis=0))
-        if q_moves and len(points) > 4 and NO_DIFFERENCE < extent < reach / 300.0 and dataset.point is None:
-            notes.append(f"all points lie within {1e3 * extent:.3g} mm: are these m labelled mm?")
-            break
-    if dataset.rotation is not None:
-        seen = dataset.rotation[dataset.included & ~np.isnan(dataset.rotation).any((1, 2))]
-        if len(seen) > 1:
-            turns = np.linalg.norm(se3.matrix_to_rotvec(seen @ seen[0].T), axis=-1)
-            if turns.max() < 1e-4:
-                notes.append(
-                    "all orientations are nearly the same: errors of joint orientation are barely observable"
-                )
-    return notes
+def _orientation_notes(dataset: Dataset) -> tuple[str, ...]:
+    """A note on orientations that are all alike."""
+    if dataset.rotation is None:
+        return ()
+    seen = dataset.rotation[dataset.included & ~np.isnan(dataset.rotation).any((1, 2))]
+    turns = np.linalg.norm(se3.matrix_to_rotvec(seen @ seen[:1].swapaxes(1, 2)), axis=-1)
+    if len(seen) < 2 or turns.max() >= 1e-4:
+        return ()
+    return ("all orientations are nearly the same: errors of joint orientation are barely observable",)
 
 
 def _without_copies(dataset: Dataset) -> Dataset:

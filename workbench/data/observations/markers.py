@@ -91,8 +91,7 @@ def marker_poses(
     """
     if data.markers is None:
         raise DataError(f"{data.source}: there are no marker columns (m1x[mm] …)")
-    position, rotation = np.empty((len(data), 3)), np.empty((len(data), 3, 3))
-    residual = np.empty(len(data))
+    poses, residual = np.empty((len(data), 4, 4)), np.empty(len(data))
     for i, measured in enumerate(data.markers):
         seen = np.isfinite(measured).all(-1)
         spread = np.linalg.svd(layout[seen] - layout[seen].mean(0), compute_uv=False) if seen.any() else [0]
@@ -103,13 +102,12 @@ def marker_poses(
                 row=int(data.row[i]),
                 found=int(seen.sum()),
             )
-        fit = se3.best_fit(layout[seen], measured[seen])
-        position[i], rotation[i] = fit[:3, 3], fit[:3, :3]
-        off = measured[seen] - se3.apply(fit, layout[seen])
+        poses[i] = se3.best_fit(layout[seen], measured[seen])
+        off = measured[seen] - se3.apply(poses[i], layout[seen])
         residual[i] = np.sqrt((off**2).sum(-1).mean())
     note = f"poses from {len(layout)} markers at known positions: rms residual {1e3 * residual.mean():.3f} mm"
-    poses = replace(data, markers=None, position=position, rotation=rotation, notes=(*data.notes, note))
-    return poses, frozen(residual)
+    found = {"position": poses[:, :3, 3], "rotation": poses[:, :3, :3], "notes": (*data.notes, note)}
+    return replace(data, markers=None, **found), frozen(residual)
 
 
 def synchronise(
@@ -130,12 +128,6 @@ def synchronise(
     fit = se3.best_fit(seen_base, base_layout)
     residual = float(np.sqrt(((se3.apply(fit, seen_base) - base_layout) ** 2).sum(-1).mean()))
     note = f"frames synchronised by {len(base_layout)} base markers: rms residual {1e3 * residual:.3f} mm"
-    return (
-        replace(
-            data,
-            position=se3.apply(fit, data.position),
-            rotation=None if data.rotation is None else fit[:3, :3] @ data.rotation,
-            notes=(*data.notes, note),
-        ),
-        residual,
-    )
+    rotation = None if data.rotation is None else fit[:3, :3] @ data.rotation
+    position, notes = se3.apply(fit, data.position), (*data.notes, note)
+    return replace(data, position=position, rotation=rotation, notes=notes), residual

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from workbench.base import files
 from workbench.base.errors import FileError
+from workbench.base.remedy import remedy
 
 
 class FileKind(StrEnum):
@@ -36,11 +37,11 @@ _REFUSED = (
     (rb"\x89HDF|MATLAB 7\.3", "an HDF5 file, as of MATLAB's -v7.3, to be saved with -v7"),
     (_PROGRAM, "a robot's program; of programs RAPID, KRL, JBI and URScript are read by 'compensate'"),
     (rb"RRF", "a recording, which 'workbench review' opens"),
-    (rb"\s*<", "XML, such as a robot description (URDF), which is given as a robot"),
+    (rb"\s*<", "XML, such as a robot description (URDF): {robot}"),
     (rb"\s*(---\s*)?(- *\r?\n? *)?[A-Za-z_]\w*:( +[\"']{2})?\r?\n", f"YAML; {POSE_PAIRS}"),
     (
         rb"(\s*#.*\n)*\s*(\[\[?[\w.\"' -]+\]\]?\s*[\r\n]|[\w-]+\s*=\s*[\"\[{\d.+-])",
-        "TOML: a robot or a plate",
+        "TOML, a robot or a plate: {robot}",
     ),
 )
 """How files begin that are no tables, and what they are."""
@@ -74,5 +75,6 @@ def kind_of(data: bytes, path: Path) -> FileKind:
     start = data[:4000].removeprefix(b"\xef\xbb\xbf")
     found = next((what for pattern, what in _REFUSED if re.match(pattern, start)), None)
     if found is not None:
-        raise FileError(f"this is {found}; {TABLE}", path=str(path))
+        robot = remedy("give it as --robot or --plate", page="open it in the Robot tab")
+        raise FileError(f"this is {found.format(robot=robot)}; {TABLE}", path=str(path))
     return FileKind.TEXT

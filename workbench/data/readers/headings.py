@@ -28,39 +28,27 @@ _COMMANDED = re.compile(
     r"(^|_)(goal|target|cmd|command|commanded|desired|nominal|soll|setpoint|ref|reference)(_|$)"
 )
 
-# (pattern of the normalised name, key). Ours come first; {0}, {1} are the pattern's groups.
+# (pattern of the normalised name, key). {0}, {1} are the pattern's groups.
 _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(pattern.replace(r"\d+", r"\d{1,9}"), re.ASCII), key)
     for pattern, key in (
-        (r"q(\d+)", "q{0}"),
-        (r"([xyz])", "{0}"),
-        (r"(roll|pitch|yaw)", "{0}"),
-        (r"zxz_(phi|theta|psi)", "zxz_{0}"),
-        (r"q([wxyz])", "q{0}"),
-        (r"r([xyz])", "r{0}"),
-        (r"r_?([123])_?([123])", "r{0}{1}"),
-        (r"m(\d+)([xyz])", "m{0}{1}"),
-        (r"sigma_(x|y|z|rx|ry|rz)", "sigma_{0}"),
-        (r"tilt_([xy])(\d+)", "tilt_{0}{1}"),
-        (r"(force|moment)_([xyz])", "{0}_{1}"),
-        (rf"(?:{_JOINT_TEXT})_?(\d+)", "q{0}"),
-        (rf"(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
-        (r"joint_a(\d+)", "q{0}"),
-        (rf"(?:{_MEASURED})_([xyz])|(?:t|p)([xyz])", "{0}"),
+        (rf"(?:{_JOINT_TEXT})_?(\d+)|(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)|joint_a(\d+)", "q{0}"),
+        (rf"m?([xyz])_coord(?:inate)?|(?:(?:{_MEASURED})_|t|p)?([xyz])", "{0}"),
         (r"(?:field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
         (r"(?:field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),
         (r"([xyz])_(?:pos|position|measured|meas|actual|ist)", "{0}"),
-        (r"m?([xyz])_coord(?:inate)?", "{0}"),
-        (r"(roll|pitch|yaw)_?(?:winkel|angle)", "{0}"),
+        (r"(roll|pitch|yaw)(?:_?(?:winkel|angle))?", "{0}"),
         (r"nick(?:winkel)?", "pitch"),
         (r"gier(?:winkel)?", "yaw"),
         (r"rollwinkel", "roll"),
-        (r"(?:q|quat|quaternion|orientation)_([wxyz])|quat([wxyz])", "q{0}"),
-        (r"(?:rotvec|rotation_vector|rv)_?([xyz])", "r{0}"),
+        (r"zxz_(phi|theta|psi)", "zxz_{0}"),
+        (r"(?:q|(?:q|quat|quaternion|orientation)_|quat)([wxyz])", "q{0}"),
+        (r"(?:r|(?:rotvec|rotation_vector|rv)_?)([xyz])", "r{0}"),
+        (r"r_?([123])_?([123])", "r{0}{1}"),
         (r"(?:m|marker)_?(\d+)_?([xyz])", "m{0}{1}"),
-        (r"(?:sigma|std)_?(x|y|z|rx|ry|rz)", "sigma_{0}"),
-        (r"(?:sigma|std)_?(roll|pitch|yaw)", "sigma_{0}"),
+        (r"(?:sigma|std)_?(x|y|z|rx|ry|rz|roll|pitch|yaw)", "sigma_{0}"),
         (r"tilt_?([xy])_?(\d+)", "tilt_{0}{1}"),
+        (r"(force|moment)_([xyz])", "{0}_{1}"),
     )
 )
 _UR = {f"{name}{end}": f"q{i}" for i, name in enumerate(_UR_JOINTS, 1) for end in ("", "_joint")}

@@ -65,14 +65,13 @@ def _with_label(fields: Fields, heading: str, key: str | None = None) -> Fields:
 
 def _by_label(measured: Fields, joints: Fields, key: str) -> Fields:
     names, known = measured.values[key].tolist(), joints.values[key].tolist()
-    if len(set(known)) < len(known):
-        again = next(name for name in known if known.count(name) > 1)
+    place = {name: k for k, name in enumerate(known)}
+    if again := next((name for k, name in enumerate(known) if place[name] != k), ""):
         raise DataError(
             f"{joints.source} names {key} '{again}' twice: give one row of joints per name",
             column=key,
             found=again,
         )
-    place = {name: k for k, name in enumerate(known)}
     rows = np.array([i for i, name in enumerate(names) if name in place], int)
     if not len(rows):
         raise DataError(

@@ -31,7 +31,16 @@ def with_markers(
     if not set(MERGED[:4]) <= held or held & (ORIENTED | {"m1x"}) or fields.rotation is not None:
         return fields
     names = [str(name).strip() for name in fields.values["point"]]
-    groups = _postures(names, fields, q, np.flatnonzero(~excluded).tolist())
+    sessions = fields.values.get("session", np.zeros(fields.rows))
+    groups, seen = list[list[int]](), set[str]()
+    for row in np.flatnonzero(~excluded).tolist():  # one after another with the same joints, every name once
+        last = groups[-1][0] if groups else row
+        still = np.abs(q[row] - q[last]).max() <= STILL and sessions[row] == sessions[last]
+        if not groups or not still or names[row] in seen:
+            groups.append([])
+            seen = set()
+        groups[-1].append(row)
+        seen.add(names[row])
     found = [names[row] for group in groups for row in group]
     markers = list(dict.fromkeys(found))
     fewest = min(map(found.count, markers[: MAX_MARKERS + 1]), default=0)
@@ -48,18 +57,3 @@ def with_markers(
     what = f"{plural(len(found), 'row')} at {plural(len(groups), 'posture')}"
     note = f"{listed(markers)} are markers of one tool: {what}"
     return replace(taken, values=values, notes=(*taken.notes, note))
-
-
-def _postures(names: list[str], fields: Fields, q: np.ndarray, rows: list[int]) -> list[list[int]]:
-    """Rows one after another with the same joints and session, and every name once."""
-    sessions = fields.values.get("session", np.zeros(fields.rows))
-    groups, seen = list[list[int]](), set[str]()
-    for row in rows:
-        last = groups[-1][0] if groups else row
-        still = np.abs(q[row] - q[last]).max() <= STILL and sessions[row] == sessions[last]
-        if not groups or not still or names[row] in seen:
-            groups.append([])
-            seen = set()
-        groups[-1].append(row)
-        seen.add(names[row])
-    return groups

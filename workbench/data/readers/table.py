@@ -32,7 +32,6 @@ class Grid:
         lines: Line (or spreadsheet row) of each row, counted from 1.
         is_text: Whether separators part the cells, so that a row that lacks some is an error.
         comments: Comment lines before the first row, without their '#'.
-        above: Cells of the last one of these.
         notes: Decisions taken so far.
     """
 
@@ -41,7 +40,6 @@ class Grid:
     lines: list[int]
     is_text: bool = False
     comments: tuple[str, ...] = ()
-    above: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     def error(self, message: str, row: int | None = None) -> FileError:
@@ -114,14 +112,6 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
         naming: What the caller says of the columns.
         joints: Names of the robot's joints, by which columns may be called.
     """
-    if (
-        _first_data_row(grid.rows) == 0
-        and _known(grid.above, {}) > 1
-        and len(grid.above) == len(grid.rows[0])
-    ):
-        rows, lines = [list(grid.above), *grid.rows], [grid.lines[0] - 1, *grid.lines]
-        note = "the headings are taken from a comment line"
-        grid = replace(grid, rows=rows, lines=lines, notes=(*grid.notes, note))
     start = _first_data_row(grid.rows)
     if start == 0:
         raise grid.error(
@@ -149,9 +139,6 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
         units = [_bare_unit(cell) for cell in _padded(grid.rows[body], width)]
         notes = (f"units are taken from line {grid.lines[body]}, below the headings", *notes)
         body += 1
-    if body < start < len(grid.rows) and not _is_data_like(grid.rows[body], width):
-        notes += (f"{start - body} row(s) between headings and data are skipped",)
-        body = start
     names = [_with_unit(said.get(h, h), unit) for h, unit in zip(headings, units, strict=False)]
     notes += tuple(
         f"column '{h}' is left out" if said[h] == IGNORED else f"column '{h}' is read as {said[h]}"
@@ -255,11 +242,6 @@ def _first_data_row(rows: list[list[str]]) -> int:
         if numbers and 2 * numbers >= len(filled):
             return i
     return len(rows)
-
-
-def _is_data_like(row: list[str], width: int) -> bool:
-    """Whether a row above the first numbers should be read (and complained about) as data."""
-    return len(row) == width and any(NUMBER.fullmatch(cell) for cell in row)
 
 
 def _known(row: Sequence[str], said: Mapping[str, str]) -> int:

@@ -5,10 +5,11 @@ import csv
 import re
 from collections import Counter
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 from workbench.base.errors import FileError
-from workbench.data.readers.table import Grid, with_points
+from workbench.data.readers.table import NUMBER, Grid, with_points
 
 _ENCODINGS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
@@ -40,23 +41,17 @@ def read_text(data: bytes, path: Path) -> Grid:
         raise FileError("the file holds comments only: a header line and rows are needed", path=str(path))
     separator = separator_of(lines)
     try:
-        places, rows = zip(*fields_of_lines(lines, separator), strict=True)
+        places, rows = map(list, zip(*fields_of_lines(lines, separator), strict=True))
         above = [row for line in comments[-1:] for _, row in fields_of_lines([line], separator)]
     except csv.Error as error:
         raise FileError(f"the fields can't be separated ({error})", path=str(path)) from None
+    numbers = [numbers[place] for place in places]
+    if above and len(above[0]) == len(rows[0]) and NUMBER.fullmatch(rows[0][0]):  # as numpy.savetxt has them
+        rows, numbers = [*above, *rows], [numbers[0] - 1, *numbers]
     notes = [f"text in {encoding}"] if encoding != "utf-8-sig" else []
     notes += [f"fields are separated by {SEPARATORS[separator]}"] if separator != "," else []
-    return with_points(
-        Grid(
-            source=str(path),
-            rows=list(rows),
-            lines=[numbers[place] for place in places],
-            is_text=True,
-            comments=tuple(comments),
-            above=tuple(above[0]) if above else (),
-            notes=tuple(notes),
-        )
-    )
+    grid = Grid(source=str(path), rows=rows, lines=numbers, is_text=True, comments=tuple(comments))
+    return with_points(replace(grid, notes=tuple(notes)))
 
 
 def decode(data: bytes, path: Path) -> tuple[str, str]:

@@ -62,13 +62,14 @@ def read_trajectory(
     fields = read_fields(path, columns=columns, sheet=sheet, layout="plain", joints=joints)
     for key, values in fields.values.items():
         if values.dtype.kind == "f" and (blank := np.isnan(values)).any():
-            raise fields.error(
-                "the cell is blank: fill it in, as a trajectory must not have gaps",
-                int(np.argmax(blank)),
-                key,
-            )
+            text = "the cell is blank: fill it in, as a trajectory must not have gaps"
+            raise fields.error(text, int(np.argmax(blank)), key)
     position = fields.stacked(("x", "y", "z"))
     q = joint_columns(fields, joints) if fields.numbers(r"q(\d+)") else None
+    if q is None and position is None:
+        raise DataError(
+            f"{fields.source}: a trajectory needs joints (q1[rad] …) or positions (x[m], y[m], z[m])"
+        )
     if position is not None and not in_base(fields, usual=BASE):
         raise DataError(
             f"{fields.source}: its poses are in the measuring frame (column 'pose_frame'), but a "
@@ -76,10 +77,6 @@ def read_trajectory(
             column="pose_frame",
         )
     rotation, notes = read_orientation(fields, usable=np.ones(fields.rows, bool))
-    if q is None and position is None:
-        raise DataError(
-            f"{fields.source}: a trajectory needs joints (q1[rad] …) or positions (x[m], y[m], z[m])"
-        )
     time = fields.values.get("time")
     if time is not None and (late := np.diff(time) <= 0).any():
         row = int(np.argmax(late)) + 1
@@ -88,11 +85,12 @@ def read_trajectory(
             row=row,
             column="time",
         )
+    time, q, position, rotation = (None if a is None else frozen(a) for a in (time, q, position, rotation))
     return Trajectory(
-        time=None if time is None else frozen(time),
-        q=None if q is None else frozen(q),
-        position=None if position is None else frozen(position),
-        rotation=None if rotation is None else frozen(rotation),
+        time=time,
+        q=q,
+        position=position,
+        rotation=rotation,
         source=fields.source,
         notes=fields.notes + notes,
         drivers={n: frozen(fields.values[n]) for n in row_drivers() if n in fields.values and n != "time"},

@@ -96,13 +96,24 @@ def varied_state(robot: Robot, q: Float[np.ndarray, "rows n"], *, rng: np.random
 
 
 def _from_text(robot: Robot, text: str, rng: np.random.Generator) -> AbstractEffect:
-    name, _, rest = text.partition(":")
-    joint, _, size = rest.partition(":")
+    name, joint, size = (*text.split(":", 2), "", "")[:3]
     if name not in EFFECTS:
         raise OptionError(f"unknown effect '{name}'; known: {', '.join(EFFECTS)}")
-    effect = EFFECTS[name].example(robot, _joint(robot, name, joint, text), rng)
-    robot.with_effects(effect)
-    factor = _size(robot, effect, size, text, rng)
+    kind = EFFECTS[name]
+    given = joint or str(min(kind.usual_joint, robot.dof - 1) % robot.dof + 1)
+    if not given.isdecimal() or not 1 <= int(given) <= robot.dof or (joint and kind.whole_arm):
+        known = f"left out ({name}::SIZE): it concerns the whole arm" if kind.whole_arm else f"1–{robot.dof}"
+        raise OptionError(f"effect '{text}': joint must be {known}, got '{joint}'")
+    effect = kind.example(robot, int(given) - 1, rng)
+    bend = 1e6 * _bend(robot.with_effects(effect).with_effects(_scaled(effect, 1e-6)), rng)
+    if bend < MIN_LAW:
+        raise OptionError(f"effect '{text}': nothing drives it at that joint; choose another joint")
+    try:
+        factor = float(size) if size else effect.typical_size or MAX_BEND / bend
+    except ValueError:
+        factor = np.nan
+    if not np.isfinite(factor) or factor == 0.0:
+        raise OptionError(f"effect '{text}': the size must be a number other than 0 (SI units), got '{size}'")
     return _scaled(effect, factor)
 
 
@@ -110,38 +121,8 @@ def _scaled(effect: AbstractEffect, factor: float) -> AbstractEffect:
     return replace(effect, coefficients=tuple(factor * c for c in effect.coefficients))
 
 
-def _joint(robot: Robot, name: str, text: str, sentence: str) -> int:
-    """The joint, counted from 0: the effect's usual one if none is said."""
-    if EFFECTS[name].whole_arm and text:
-        raise OptionError(f"effect '{name}' concerns the whole arm; write {name}, or {name}::SIZE")
-    if not text:
-        return min(EFFECTS[name].usual_joint, robot.dof - 1) % robot.dof
-    if not text.isdecimal() or not 1 <= int(text) <= robot.dof:
-        raise OptionError(f"effect '{sentence}': joint must be 1–{robot.dof}, got '{text}'")
-    return int(text) - 1
-
-
-def _size(robot: Robot, effect: AbstractEffect, text: str, sentence: str, rng: np.random.Generator) -> float:
-    """Factor of the coefficients."""
-    bend = 1e6 * _bend(robot, _scaled(effect, 1e-6), rng)
-    if bend < MIN_LAW:
-        raise OptionError(f"effect '{sentence}': nothing drives it at that joint; choose another joint")
-    if not text:
-        return effect.typical_size or MAX_BEND / bend
-    try:
-        size = float(text)
-    except ValueError:
-        size = np.nan
-    if not np.isfinite(size) or size == 0.0:
-        raise OptionError(
-            f"effect '{sentence}': the size must be a number other than 0 (SI units), got '{text}'"
-        )
-    return size
-
-
-def _bend(robot: Robot, effect: AbstractEffect, rng: np.random.Generator) -> float:
-    """Largest change of an element over random joint positions [rad or m]."""
-    robot = robot.with_effects(effect)
+def _bend(robot: Robot, rng: np.random.Generator) -> float:
+    """Largest change of an element by the arm's effects over random joint positions [rad or m]."""
     low, high = robot.search_limits.T
     q = rng.uniform(low, high, (BEND_SAMPLES, robot.dof))
     return float(np.abs(shift_of(robot, varied_state(robot, q, rng=rng))).max())
