@@ -33,7 +33,7 @@ PARALLEL = 1e-3
 
 
 def _bounded(value: Any, given: Given) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real) or not abs(value) < MAX_NUMBER:
+    if isinstance(value, bool) or not isinstance(value, Real) or not abs(float(value)) < MAX_NUMBER:
         raise ValueError
     return float(value)
 
