@@ -380,8 +380,10 @@ def load_nominal(name: str | None, arm):
     """The controller's model of a calibrated arm: of a URDF with several chains the one with its joints."""
     from workbench.arm.urdf import tip_of
 
-    found = None if name is None else wb.load_robot(name)
-    tip = None if found is None or found.dof == arm.dof else tip_of(found, arm.dof)
+    if name is None:
+        return None
+    found = wb.load_robot(name)
+    tip = None if found.dof == arm.dof else tip_of(found, arm.dof)
     return found if tip is None else wb.load_robot(name, tip=tip)
 
 
