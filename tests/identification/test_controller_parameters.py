@@ -9,7 +9,6 @@ from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import OptionError, ShapeError
 from workbench.identification.controller_parameters import ControllerPart, controller_numbers
 
 OFFSETS = np.array([0.01, -0.02, 0.005, 0.03, -0.004, 0.002])
@@ -103,19 +102,6 @@ def test_the_answer_is_a_minimum(nominal):
     for name in moved:
         value = found.robot.values((name,))[0]
         assert all(cost(found.robot.with_values({name: value + step})) > best for step in (-1e-5, 1e-5))
-
-
-def test_bad_input(nominal):
-    with pytest.raises(OptionError):
-        controller_numbers(nominal, nominal, parts=("wrist",))
-    with pytest.raises(OptionError):
-        controller_numbers(nominal, nominal, parts=())
-    with pytest.raises(OptionError):
-        controller_numbers(nominal, nominal, q=np.zeros((0, 6)))
-    with pytest.raises(ShapeError) as error:
-        controller_numbers(load_robot("panda"), nominal)
-    assert (error.value.found, error.value.expected) == (7, 6)
-    assert replace(nominal, name="same").dof == 6
 
 
 def test_numbers_that_help_at_the_measured_poses_alone_are_not_advised(nominal):

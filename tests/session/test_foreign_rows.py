@@ -1,5 +1,6 @@
 """Rows of another arm are refused before a fit; another robot can be changed to, and undone."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -150,3 +151,14 @@ def test_headings_that_are_wrong_are_corrected_by_one_click(do, ur5_file, wrong)
     assert not corrected.measurements.loaded.is_foreign
     np.testing.assert_allclose(corrected.measurements.loaded.dataset.q, right.q, atol=1e-12)
     np.testing.assert_allclose(corrected.measurements.loaded.dataset.position, right.position, atol=1e-12)
+
+
+def test_units_that_a_file_lacks_are_told_by_its_rows_or_asked_for(do, ur5_file):
+    bare = re.sub(rb"\[\w+\]", b"", ur5_file)
+    with_units = do(ChooseRobot("ur5"), LoadData("ur5.csv", ur5_file)).measurements.loaded.dataset
+    rows = do(LoadData("bare.csv", bare)).measurements.loaded.dataset
+    assert not rows.unsaid
+    assert np.array_equal(rows.q, with_units.q)
+    asked = do(LoadData("few.csv", b"".join(bare.splitlines(keepends=True)[:5])))
+    assert asked.measurements.unread.name == "few.csv"
+    assert mentions(asked.page.messages[-1].text, "the unit is missing")

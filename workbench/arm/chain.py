@@ -344,10 +344,8 @@ def _lanes(axes, where, values, moved, constants, place, out, twist):
             if at < 0 and fixed[0, k] == 0.0:
                 continue
             for i in range(3):
-                if at >= 0:
-                    now[i] = moved[i, at, start : start + LANES]
-                else:
-                    now[i] = fixed[i, k]
+                for n in range(LANES):
+                    now[i, n] = moved[i, at, start + n] if at >= 0 else fixed[i, k]
             if axis < 3:
                 a, b = (axis + 1) % 3, (axis + 2) % 3
                 for i in range(0, 12, 4):

@@ -54,10 +54,3 @@ def shown_units(robot: Robot) -> tuple[str, ...]:
 def joint_titles(robot: Robot) -> list[str]:
     """Names of the moving joints for people: number, and name in the robot's file."""
     return [f"{k} {joint.label}" if joint.label else f"Joint {k}" for k, joint in enumerate(robot.moving, 1)]
-
-
-def joint_text(robot: Robot, q: Float[np.ndarray, " n"]) -> str:
-    """`−12.5°, 30.0°, 250.0 mm`."""
-    shown = shown_joints(robot, q).round(1) + 0.0
-    parts = (f"{v:.1f}{unit}" for v, unit in zip(shown, shown_units(robot), strict=True))
-    return ", ".join(parts).replace("-", "−")

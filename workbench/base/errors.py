@@ -4,6 +4,7 @@ Every message is one sentence that says what, where, and what to do. Bad input r
 not converge or cannot see a parameter is an `Outcome` in the result, never an exception.
 """
 
+import csv
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -102,7 +103,7 @@ class OptionError(WorkbenchError):
         self.option, self.found = option, found
 
 
-MALFORMED = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
+MALFORMED = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, csv.Error)
 """What a reader may stumble over in a damaged file, however it reads it."""
 
 

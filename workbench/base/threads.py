@@ -7,14 +7,16 @@ ignore all others: a task after a fit in the main thread would have no limit, an
 thread keeps that ownership.
 """
 
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import TypeVar
 
-from threadpoolctl import OpenBLASController, threadpool_limits
+from threadpoolctl import OpenBLASController, ThreadpoolController
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -27,32 +29,29 @@ class _Limit:
     """The limit of this process, and how many calls want it now."""
 
     def __init__(self):
-        self._lock = threading.Lock()
-        self._calls = 0
-        self._limits = None
+        self._lock, self._calls, self._limits = threading.Lock(), 0, None
 
-    def enter(self) -> None:
+    def count(self, more: int) -> None:
+        """One call more, of which the first sets the limit, or one less, of which the last lifts it."""
         with self._lock:
-            if self._calls == 0:
-                with _any_thread():
-                    self._limits = threadpool_limits(1, user_api="blas")
-            self._calls += 1
+            self._calls += more
+            with _any_thread():
+                if self._calls == 0 and self._limits is not None:
+                    self._limits = self._limits.restore_original_limits()
+                elif self._limits is None:
+                    self._limits = _libraries(len(sys.modules)).limit(limits=1, user_api="blas")
 
-    def leave(self) -> None:
-        with self._lock:
-            self._calls -= 1
-            if self._calls == 0 and self._limits is not None:
-                with _any_thread():
-                    self._limits.restore_original_limits()
-                self._limits = None
+
+@lru_cache(maxsize=1)
+def _libraries(modules: int) -> ThreadpoolController:
+    """The libraries of this process, looked for again after imports only: it takes as long as a small fit."""
+    return ThreadpoolController()
 
 
 @contextmanager
 def _any_thread() -> Iterator[None]:
     """This thread may change the limit, and afterwards any other."""
-    free = getattr(
-        OpenBLASController, "clear_controlling_thread", lambda *, force: None
-    )  # older ones lack it
+    free = getattr(OpenBLASController, "clear_controlling_thread", lambda *, force: None)  # not in older
     free(force=True)
     try:
         yield
@@ -66,11 +65,11 @@ _LIMIT = _Limit()
 @contextmanager
 def one_thread() -> Iterator[None]:
     """One thread of linear algebra inside the block; `@one_thread()` does the same to a function."""
-    _LIMIT.enter()
+    _LIMIT.count(1)
     try:
         yield
     finally:
-        _LIMIT.leave()
+        _LIMIT.count(-1)
 
 
 def in_order(function: Callable[[Item], Result], pieces: Sequence[Item]) -> Iterator[Result]:

@@ -9,6 +9,7 @@ Source: Atkinson, Donev, Tobias, Optimum experimental designs, with SAS, 2007, s
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -26,6 +27,7 @@ from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.candidate_columns import candidate_columns, carriers
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import observed_kinds
+from workbench.plate.exchange import Exchange
 from workbench.report.numbers import readable_unit
 
 CANDIDATE_POSES = 400
@@ -63,12 +65,10 @@ class NextReason:
     Args:
         sentence: What it determines, and by how much the standard error decreases.
         shrinks_to: That standard error afterwards, relative to before.
-        gain: Increase of the log determinant for the parameters of interest [nat].
     """
 
     sentence: str
     shrinks_to: float
-    gain: float
 
 
 def next_poses(
@@ -105,7 +105,22 @@ def next_poses(
     information[np.diag_indices(len(information))] += PRIOR_INFORMATION
     per_pose = (new / scale).reshape(len(pool), -1, len(scale))
     known = len(scale) - sum(len(e.names) for e in requested) if requested else 0
-    chosen, steps = _greedy(information, per_pose, known, count)
+
+    def after(chosen: list[int]) -> np.ndarray:
+        """The information once some poses are measured."""
+        rows = per_pose[chosen].reshape(-1, len(scale))
+        return information + rows.T @ rows
+
+    def costs(chosen: list[int], slot: int) -> np.ndarray:
+        """log |M of the nuisance parameters| − log |M|, by each pose."""
+        now = after(chosen)
+        gain = _gain(_covariance(now), per_pose)
+        gain -= _gain(_covariance(now[:known, :known]), per_pose[:, :, :known])
+        gain[chosen] = -np.inf
+        return -gain
+
+    chosen = Exchange(costs, lambda chosen: 0.0).fill(count)
+    steps = pairwise(_covariance(after(chosen[:k])) for k in range(len(chosen) + 1))
     unknowns = _unknowns(problem, requested)
     reasons = tuple(_reason(*step, known=known, scale=scale, unknowns=unknowns) for step in steps)
     return pool.q[chosen], reasons
@@ -118,29 +133,6 @@ def _some_rows(problem: Problem) -> Problem:
         return problem
     data = problem.data.take(np.arange(0, len(problem.data), every))
     return problem.again(data=data, noise=problem.noise)
-
-
-Step = tuple[float, np.ndarray, np.ndarray]
-"""Increase of the log determinant by a pose, and the covariance before and after it."""
-
-
-def _greedy(
-    information: np.ndarray, per_pose: np.ndarray, known: int, count: int
-) -> tuple[list[int], list[Step]]:
-    """Poses that maximise log |M| − log |M of the nuisance parameters|, one after the other."""
-    chosen: list[int] = []
-    steps: list[Step] = []
-    whole, rest = _covariance(information), _covariance(information[:known, :known])
-    for _ in range(min(count, len(per_pose))):
-        gain = _gain(whole, per_pose) - _gain(rest, per_pose[:, :, :known])
-        gain[chosen] = -np.inf
-        chosen.append(int(np.argmax(gain)))
-        rows = per_pose[chosen[-1]]
-        information = information + rows.T @ rows
-        before, whole = whole, _covariance(information)
-        steps.append((float(gain[chosen[-1]]), before, whole))
-        rest = _covariance(information[:known, :known])
-    return chosen, steps
 
 
 @dataclass(frozen=True)
@@ -166,7 +158,6 @@ def _unknowns(problem: Problem, requested: Sequence[AbstractEffect]) -> list[_De
 
 
 def _reason(
-    gain: float,
     before: np.ndarray,
     after: np.ndarray,
     *,
@@ -196,7 +187,7 @@ def _reason(
         )
         fall = 1.0 - new[best] / old[best]
         text = f"{verb}: ± {100.0 * fall:.0f} % smaller" if fall > MIN_FALL else f"{verb}, by less than 1 %"
-    return NextReason(text, float(new[best] / old[best]), gain)
+    return NextReason(text, float(new[best] / old[best]))
 
 
 def _gain(covariance: np.ndarray, per_pose: np.ndarray) -> np.ndarray:

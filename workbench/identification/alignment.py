@@ -27,6 +27,9 @@ MAX_ALIGNED_ROWS = 500
 """Maximum number of rows for the closed forms; all rows take part in the final fit."""
 MAX_FIRST_ROWS = 1_500
 """Maximum number of rows of a first fit where there are many more."""
+MIN_CERTAIN_ROWS, UNEXPLAINED = 10, 0.02
+"""Rows, and share of the scatter of their points left, at which one start is enough: no other base and tool
+explain so many points so well."""
 SAME_PLACE = 1e-9
 """Measured points closer than this [m] count as visits to one place."""
 
@@ -66,7 +69,19 @@ def align(
         search = Opt2(limit=limit).search(problem)
         if search.history[-1] < minimum:
             best, minimum = problem.robot_at(search.x), search.history[-1]
+        if _is_certain(problem, search.x):
+            break
     return _with_gravity_of(robot, best)
+
+
+def _is_certain(problem: Problem, x: Float[np.ndarray, " p"]) -> bool:
+    """Whether a solution explains where the measured points lie: no other start finds another one."""
+    points = problem.data.position
+    if points is None or len(points) < MIN_CERTAIN_ROWS or not np.isfinite(points).all():
+        return False
+    off = problem.physical(problem.residual(x))[~problem.component_channels]
+    scatter = points - points.mean(0)
+    return bool((off**2).sum() < UNEXPLAINED**2 * (scatter**2).sum())
 
 
 def _with_gravity_of(given: Robot, found: Robot) -> Robot:

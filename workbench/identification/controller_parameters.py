@@ -38,7 +38,6 @@ from workbench.arm.usable_arm import (
     usable_arm,
 )
 from workbench.base import se3
-from workbench.base.errors import OptionError, ShapeError
 from workbench.base.types import frozen
 from workbench.base.wording import in_mm
 from workbench.identification.undetermined_combinations import independent_columns
@@ -59,6 +58,9 @@ class ControllerPart(StrEnum):
     OFFSETS = "offsets"
     TOOL = "tool"
     BASE = "base"
+
+
+FRAMES = (ControllerPart.TOOL, ControllerPart.BASE)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -102,10 +104,8 @@ def controller_numbers(
     nominal: Robot,
     *,
     q: Float[np.ndarray, "rows n"] | None = None,
-    parts: Sequence[ControllerPart | str] = tuple(ControllerPart),
+    parts: Sequence[ControllerPart] = tuple(ControllerPart),
     session: str = "",
-    lever: float = LEVER,
-    rng: np.random.Generator | None = None,
 ) -> ControllerNumbers:
     """The joint offsets, tool and base with which the nominal arm comes closest to the calibrated one.
 
@@ -116,79 +116,44 @@ def controller_numbers(
         calibrated: The arm as identified.
         nominal: The arm as the controller computes it.
         q: Joint positions to compare at [rad or m]; uniform samples within the limits if None.
-        parts: What the controller accepts: `offsets`, `tool`, `base`.
+        parts: What the controller accepts.
         session: Session whose base and tool are used, where the calibrated arm has several.
-        lever: Length L that weighs angles [m].
-        rng: For the sampling; seeded with 0 if None.
     """
-    chosen = _parts(parts)
-    if calibrated.dof != nominal.dof:
-        raise ShapeError(
-            f"the calibrated arm '{calibrated.name}' has {calibrated.dof} joints, the nominal one "
-            f"'{nominal.name}' {nominal.dof}; give the arm that was calibrated",
-            expected=nominal.dof,
-            found=calibrated.dof,
-        )
     usable = usable_arm(calibrated.in_session(session))
     actual = usable.robot
-    if q is None:
-        q = usable.q if rng is None else sampled(nominal, rng)
-    if not len(q) or not lever > 0:
-        raise OptionError(
-            f"give at least 1 joint position and a lever above 0 m, got {len(q)} and {lever:g} m"
-        )
-    here = Motion(np.ascontiguousarray(q))
+    here = Motion(np.ascontiguousarray(usable.q if q is None else q))
     wanted = usable.wanted(here.q)
     start = nominal.with_frames(base=actual.base, tool=actual.tool)
-    lever = lever if usable.sees_rotation else min(lever, UNSEEN_LEVER)
-    names, weight = _names(start, chosen), np.array([1.0] * 3 + [lever] * 3)
-    frames = usable.free_frames
+    weight = np.array([1.0] * 3 + [LEVER if usable.sees_rotation else UNSEEN_LEVER] * 3)
 
-    def at(arm: Robot, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    def at(arm: Robot, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         poses, twists = identification_jacobian(arm, here, names)
         error = se3.pose_error(wanted, poses) * weight
         return error.ravel(), (twists * weight[:, None]).reshape(-1, len(names))
 
-    if frames:
-        start = closest(start, frames, lambda arm: at(arm, frames), prior=np.zeros(len(frames)))
+    def nearest(arm: Robot, names: tuple[str, ...]) -> Robot:
+        return closest(arm, names, lambda arm: at(arm, names), prior=np.zeros(len(names))) if names else arm
+
+    start = nearest(start, usable.free_frames)
+    offsets = [start.chain.elements[i].name for i in start.chain.driven]
+    frames = [f"{f}.{piece}" for f in FRAMES if f in parts for piece in FRAME_PARTS]
+    names = offsets * (ControllerPart.OFFSETS in parts) + frames
     jacobian = at(start, names)[1]
     own = independent_columns(jacobian, MIN_OWN_SHARE * np.linalg.norm(jacobian, axis=0))
-    held = tuple(n for i, n in enumerate(names) if i not in own)
-    free = tuple(names[i] for i in own)
-    arm = closest(start, free, lambda arm: at(arm, free), prior=np.zeros(len(free)))
+    arm = nearest(start, tuple(names[i] for i in own))
     drives = arm.chain.driven
+    before, after = (PoseErrors.of(se3.pose_error(wanted, tool_poses(a, here))) for a in (start, arm))
     return ControllerNumbers(
-        parts=chosen,
+        parts=tuple(parts),
         offsets=frozen(arm.chain.values[drives] - start.chain.values[drives]),
         robot=arm,
-        held=held,
-        before=_errors(wanted, start, here),
-        after=_errors(wanted, arm, here),
-        rows=len(q),
-        losses=tuple(_losses(usable, start, arm, q)),
+        held=tuple(n for i, n in enumerate(names) if i not in own),
+        before=before,
+        after=after,
+        rows=len(here.q),
+        losses=tuple(_losses(usable, start, arm, here.q)),
         notes=unobserved_text(calibrated, {"the model": actual, "these numbers": arm}),
     )
-
-
-def _parts(parts: Sequence[ControllerPart | str]) -> tuple[ControllerPart, ...]:
-    try:
-        given = {ControllerPart(p) for p in parts}
-    except ValueError as error:
-        raise OptionError(f"{error}; a controller takes {', '.join(ControllerPart)}") from None
-    if not given:
-        raise OptionError(f"at least one part is needed; choose from {', '.join(ControllerPart)}")
-    return tuple(p for p in ControllerPart if p in given)
-
-
-def _names(arm: Robot, parts: tuple[ControllerPart, ...]) -> tuple[str, ...]:
-    """Constants to search, in order of preference."""
-    names: list[str] = []
-    if ControllerPart.OFFSETS in parts:
-        names += [arm.chain.elements[i].name for i in arm.chain.driven]
-    for part in (ControllerPart.TOOL, ControllerPart.BASE):
-        if part in parts:
-            names += [f"{part}.{piece}" for piece in FRAME_PARTS]
-    return tuple(names)
 
 
 def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows n"]) -> Iterator[str]:
@@ -207,7 +172,3 @@ def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows
             if after.rotation_mean > WORSE_RATIO * before.rotation_mean + minimum:
                 sizes = np.rad2deg([before.rotation_mean, after.rotation_mean])
                 yield f"{place} orientations {where}: {sizes[0]:.3f}° → {sizes[1]:.3f}°"
-
-
-def _errors(wanted: Float[np.ndarray, "rows 4 4"], arm: Robot, at: Motion) -> PoseErrors:
-    return PoseErrors.of(se3.pose_error(wanted, tool_poses(arm, at)))

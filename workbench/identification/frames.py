@@ -8,7 +8,8 @@ of the residuals). Unobservable parts are never freed.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import special
@@ -20,11 +21,12 @@ from workbench.base.errors import DataError
 from workbench.base.progress import cancelled
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
-from workbench.data.observations import OBSERVATIONS, AbstractObservation
+from workbench.data.observations import AbstractObservation
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.problem_blocks import carried
 from workbench.identification.undetermined_combinations import factorise
 
 SIGNIFICANCE = 1e-4
@@ -88,7 +90,13 @@ def choose_frames(
     trial = data.take(spread_rows(data, MAX_ALIGNED_ROWS))
     (chosen, text), aligned = candidates[0], None
     if len(candidates) > 1:
-        taken = _decide(robot, trial, candidates, noise, free, effects, prior, known)
+        tried = partial(_trial, robot, trial, prior, noise=noise, free=free, effects=effects, known=known)
+        taken = tried(*candidates[0])
+        for candidate in candidates[1:]:
+            if cancelled():
+                break
+            new = tried(*candidate)
+            taken = new if new.beats(taken) else taken
         chosen, text = taken.freedom, f"{taken.text} (decided from the data)"
         aligned = taken.aligned if len(trial) == len(data) else None
     aligned = aligned or align(robot, data, chosen, noise=noise, known=known)
@@ -104,10 +112,10 @@ def visible_parts(
     data: Dataset, known: Mapping[str, float] | None = None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Parts of base and tool that are observable in the rows."""
-    kinds = [kind for kind in OBSERVATIONS.values() if kind.applies(data).any()]
+    kinds = carried(data)
 
     def fixed_places(kind: type[AbstractObservation]) -> bool:
-        unknowns = kind.of(data.take(kind.applies(data))).unknowns
+        unknowns = kind.of(data.take(kinds[kind])).unknowns
         return bool(known) and all(name in (known or {}) for name in unknowns)
 
     base = FRAME_PARTS if any(kind.sees_base or fixed_places(kind) for kind in kinds) else ()
@@ -182,23 +190,11 @@ class _FrameTrial(NamedTuple):
         return bool(special.fdtrc(gained, left, ratio) < SIGNIFICANCE)
 
 
-def _decide(robot, data, candidates, noise, free, effects, prior, known) -> _FrameTrial:
-    taken: _FrameTrial | None = None
-    for freedom, text in candidates:
-        if taken is not None and cancelled():
-            break
-        trial = _trial(robot, data, freedom, text, noise, free, effects, prior, known)
-        if taken is None or trial.beats(taken):
-            taken = trial
-    assert taken is not None, "there is always a first candidate"
-    return taken
-
-
-def _trial(robot, data, freedom, text, noise, free, effects, prior, known) -> _FrameTrial:
-    aligned = align(robot, data, freedom, noise=noise, known=known)
-    problem = Problem.build(
-        aligned, data, free=free, frames=freedom, noise=noise, known=known, effects=effects
-    )
+def _trial(
+    robot: Robot, data: Dataset, prior: Prior | None, freedom: FrameFreedom, text: str, **options: Any
+) -> _FrameTrial:
+    aligned = align(robot, data, freedom, noise=options["noise"], known=options["known"])
+    problem = Problem.build(aligned, data, frames=freedom, **options)
     problem = problem if prior is None else prior.on(problem)
     search = Opt2(limit=40).search(problem)
     at = problem.evaluate(search.x)

@@ -9,7 +9,6 @@ import numpy as np
 
 import workbench.identification.report.document  # noqa: F401 how results are shown
 from workbench.arm.built_in_arms import posed_arm
-from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.base.arguments import checked_arguments, with_fields
 from workbench.base.errors import OptionError
@@ -18,7 +17,6 @@ from workbench.base.threads import one_thread
 from workbench.base.types import Outcome
 from workbench.base.wording import plural
 from workbench.data.arguments import DatasetLike, RobotLike
-from workbench.data.dataset import Dataset
 from workbench.identification.algorithms import (
     ALGORITHMS,
     DEFAULT_ALGORITHMS,
@@ -89,12 +87,15 @@ def identify(
     choices = with_fields(FitChoices, choices, fields)
     robot, data = as_read(robot, data, choices.reading)
     choices = choices_as_read(robot, choices)
-    sound = prepare_without_outliers if weighting is Loss.SET_APART else _all_rows
+    options: dict[str, Any] = {"bounds": bounds, "prior": prior, "effects": effects}
     with part_of(0.0, 0.4):
-        ready, outlying = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects)
+        if weighting is Loss.SET_APART:
+            ready, outlying = prepare_without_outliers(robot, data, choices, **options)
+        else:
+            ready, outlying = prepare(robot, data, choices, **options), np.zeros(0, np.int64)
     problem = ready.problem
     if ready.identifiability is None:
-        problem = with_expected_deviation(problem, deviation)
+        problem = with_expected_deviation(problem, deviation, x=ready.first_fit[1])
     runs = _runs(ready, problem, chosen, weighting)
     if tuple(algorithms) == DEFAULT_ALGORITHMS and any(
         not r.fit.outcome.ok or r.fit.beyond_bounds for r in runs.values()
@@ -165,12 +166,6 @@ def _expected(problem: Problem, deviation: float | str) -> tuple[str, ...]:
     found = "estimated from the rows" if deviation == AUTO else "as given"
     size = 1e3 * problem.deviation
     return (f"prior: constants within ±{size:.2g} mrad or mm of nominal (1 σ, {found})",)
-
-
-def _all_rows(
-    robot: Robot, data: Dataset, choices: FitChoices, **options: Any
-) -> tuple[Prepared, np.ndarray]:
-    return prepare(robot, data, choices, **options), np.zeros(0, np.int64)
 
 
 @beside("errors of outliers", ())

@@ -6,6 +6,7 @@ from functools import cached_property, partial
 from typing import final
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
@@ -19,6 +20,7 @@ from workbench.data.plausibility import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align, search_by_share
+from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import RowErrors, instrument_places, row_errors
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frame_freedom import on_level
@@ -95,6 +97,12 @@ class Prepared(AbstractSplit):
         )
 
     @cached_property
+    def first_fit(self) -> tuple[Problem, Float[np.ndarray, " p"]]:
+        """The problem with the widest prior on constants, and its solution."""
+        expected = self.problem.with_deviation(MAX_DEVIATION)
+        return expected, search_by_share(expected).x
+
+    @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
         """Errors of the aligned nominal arm on fitted and on held-out rows."""
         return self.errors(
@@ -135,7 +143,7 @@ def prepare(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
-    held_rows: Collection[int] | None = None,
+    held_rows: list[int] | None = None,
 ) -> Prepared:
     """All steps before the algorithms run; arguments as in `identify`, except:
 
@@ -191,9 +199,7 @@ class _Split(AbstractSplit):
     train_data: Dataset
 
 
-def _choose_rows(
-    robot: Robot, data: Dataset, choices: FitChoices, held_rows: Collection[int] | None
-) -> _Split:
+def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: list[int] | None) -> _Split:
     """The chosen rows, divided into fitted and held-out ones."""
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
     used, other = data.take(rows), choices.held_out
@@ -202,9 +208,7 @@ def _choose_rows(
         excluded = [*excluded, *((int(rows[i]), why) for i, why in lost.items())]
         rows = np.delete(rows, [*lost])
         used = data.take(rows)
-    train, held = (
-        hold_out(used, other, choices.seed) if held_rows is None else _hold_out_rows(used, held_rows)
-    )
+    train, held = hold_out(used, other if held_rows is None else held_rows, choices.seed)
     held_out_data, again = used.take(held), list[str]()
     if isinstance(other, Dataset):
         held_out_data, again = without_fitted_rows(_rows_of_other_file(robot, other, choices.region), used)
@@ -325,11 +329,6 @@ def _exclude_incomparable(
     if lost and not rows.is_one_file:
         notes.append(f"{plural(len(lost), 'held-out row')} ignored: {next(iter(lost.values()))}")
     return replace(rows, held_out_data=comparable).without_held_out(lost), notes
-
-
-def _hold_out_rows(data: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
-    held = np.isin(data.row, list(held_rows))
-    return np.flatnonzero(~held), np.flatnonzero(held)
 
 
 def _excluded(data: Dataset) -> dict[int, str]:

@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
@@ -296,12 +296,20 @@ def tilts_beside(
                 yield observation, rows if places is None else places[rows]
 
 
+def carried(data: Dataset) -> dict[type[AbstractObservation], Bool[np.ndarray, " rows"]]:
+    """Observations that some rows carry, in their order, with these rows; kept with the data."""
+    if "carried" not in vars(data):
+        found = {kind: kind.applies(data) for kind in OBSERVATIONS.values()}
+        vars(data)["carried"] = {kind: rows for kind, rows in found.items() if rows.any()}
+    return vars(data)["carried"]
+
+
 def observed_kinds(data: Dataset) -> list[Kind]:
     """Every row with the first observation that fits it."""
     left = np.ones(len(data), bool)
     kinds = []
-    for kind in OBSERVATIONS.values():
-        mine = kind.applies(data) & left
+    for kind, rows in carried(data).items():
+        mine = rows & left
         left &= ~mine
         if mine.any():
             kinds.append((kind, np.flatnonzero(mine)))

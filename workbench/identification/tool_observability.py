@@ -70,7 +70,7 @@ def fit_twists(
     it, and the indices of these unknowns in x."""
     problem = fit.problem
     session = problem.data.sessions[0]
-    arm = problem.robot_at(fit.x).in_session(session)
+    arm = fit.arm.in_session(session)
     arm = arm.with_frames(tool=Frame()) if at_flange else arm
     own = {place: name.replace(f"[{session}]", "") for place, name in enumerate(problem.names)}
     moves = (arm.chain.index.keys() | arm.coefficients.keys()) - {

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import Unpack
 
 import numpy as np
@@ -102,20 +103,16 @@ def optimise_plate(
     is_movable = moves and plate.anchors is None and not any(target.locked for target in plate.targets)
     places = (plate, *_moved(robot, plate)) if is_movable else (plate,)
     if not is_usual:
-        given = _best_place(search, places, request)
-        found = search(request, given)
-        if request.shapes is None or found.plate_shapes <= request.shapes:
-            return found
-        return _few_shapes(lambda request: search(request, given), request, found)
+        return _of_few_shapes(partial(search, plate=_best_place(search, places, request)), request)
     floor = _table(robot)
     request = replace(request, constraints=Constraints(floor=floor))
     try:
-        return search(request, _best_place(search, places, request))
+        return _of_few_shapes(partial(search, plate=_best_place(search, places, request)), request)
     except DataError as error:
         request = replace(request, constraints=replace(NARROW, floor=floor))
         with suppress(DataError):  # nor does any place of few blocks; many may have some
             plate = _best_place(search, places, request)
-        design = search(request, plate)
+        design = _of_few_shapes(partial(search, plate=plate), request)
         kept = "5 mm clear, targets 60 mm apart, 25 mm of retreat"
         probe = "; the flange touches the blocks: give the robot its probe as the tool"
         narrowed = f"{kept}{probe if OWN_BLOCK in str(error) else ''}"
@@ -169,28 +166,23 @@ def plate_production(plate: Plate, reading: str) -> Production:
     return plate.production if any(plate.production.play) else replace(plate.production, play=PIN_PLAY)
 
 
-def _few_shapes(
-    search: Callable[[DesignRequest], PlateDesign], request: DesignRequest, free: PlateDesign
-) -> PlateDesign:
-    """The best plate of few different blocks.
+def _of_few_shapes(search: Callable[[DesignRequest], PlateDesign], request: DesignRequest) -> PlateDesign:
+    """The best plate, of no more different blocks than asked for.
 
     The shapes are those from which the other ones are least unlike: of the free optimum, then of the best
     plate with twice as many.
     """
-    assert request.shapes is not None
-    source, best = free, free
-    for more in (True, False):
-        if source.plate_shapes <= request.shapes:
-            break
-        places = places_of(source.plate, source.plate.poses)
-        few, twice = (
-            replace(request, blocks=replace(request.blocks, shapes=few_shapes(places, number)))
-            for number in (request.shapes, 2 * request.shapes)
-        )
-        found = search(few)
-        best = found if best is free or found.cost < best.cost else best
-        source = search(twice) if more else source
-    return best
+
+    def limited(free: PlateDesign, number: int) -> PlateDesign:
+        shapes = few_shapes(places_of(free.plate, free.plate.poses), number)
+        return search(replace(request, blocks=replace(request.blocks, shapes=shapes)))
+
+    free, number = search(request), request.shapes
+    if number is None or free.plate_shapes <= number:
+        return free
+    few, twice = limited(free, number), limited(free, 2 * number)
+    other = twice if twice.plate_shapes <= number else limited(twice, number)
+    return min(few, other, key=lambda design: design.cost)
 
 
 def goal_poses(robot: Robot, plate: Plate) -> np.ndarray:

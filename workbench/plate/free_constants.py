@@ -37,17 +37,14 @@ def identified_names(robot: Robot, *, base: bool | None = None, tool: bool | Non
     return (*robot.default_free, *(f"{frame}.{part}" for frame in unknown for part in FRAME_PARTS))
 
 
-def visible_basis(
-    robot: Robot, names: tuple[str, ...] | None = None, *, sigma_rotation: float | None = 3.490658503988659e-4
-) -> Float[np.ndarray, "p r"] | None:
+def visible_basis(robot: Robot, names: tuple[str, ...] | None = None) -> Float[np.ndarray, "p r"] | None:
     """Observable combinations of scaled parameters, as columns; None if all are observable.
 
     Args:
         names: What is identified; the robot's default free constants if None.
-        sigma_rotation: Standard deviation of a measured rotation [rad]; None for points.
     """
     q = random_poses(robot, GENERIC_POSES, rng=np.random.default_rng(0))
-    generic = linearise(robot, q, names=names, sigma_rotation=sigma_rotation)
+    generic = linearise(robot, q, names=names)
     rank = generic.rank()
     return None if rank == len(generic.names) else frozen(generic.factors[2][:rank].T)
 

@@ -24,7 +24,7 @@ is passed wherever a name is accepted.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import final
 
@@ -302,13 +302,13 @@ INDICES: dict[str, AbstractIndex] = {index.name: index for index in (O(), *_OF_S
 """All indices that need no region, by name; `I` is created for one."""
 
 
-def index_named(name: str | AbstractIndex, indices: Mapping[str, AbstractIndex] = INDICES) -> AbstractIndex:
+def index_named(name: str | AbstractIndex) -> AbstractIndex:
     """The index of that name; an index itself is returned unchanged."""
     if isinstance(name, AbstractIndex):
         return name
-    if name not in indices:
-        raise OptionError(f"unknown index '{name}'; known: {', '.join(indices)}", option="index", found=name)
-    return indices[name]
+    if name not in INDICES:
+        raise OptionError(f"unknown index '{name}'; known: {', '.join(INDICES)}", option="index", found=name)
+    return INDICES[name]
 
 
 def goal_index(
@@ -331,8 +331,6 @@ def goal_index(
     return I(visible_weight(weight, basis))
 
 
-def evaluate(
-    linearisation: Linearisation, indices: Mapping[str, AbstractIndex] = INDICES
-) -> dict[str, float]:
+def evaluate(linearisation: Linearisation) -> dict[str, float]:
     """Every index of a linearisation, by name; the singular values are computed once."""
-    return {name: index.value(linearisation) for name, index in indices.items()}
+    return {name: index.value(linearisation) for name, index in INDICES.items()}

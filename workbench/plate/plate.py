@@ -108,6 +108,8 @@ class Plate:
 
     def __post_init__(self):
         admit(self)
+        if self.anchors is not None and len(self.anchors) < 3:
+            raise OptionError(f"a ball-bar needs three anchors or more, got {len(self.anchors)}")
         if self.size is not None and not min(self.size.tolist()) > 0.0:
             raise OptionError(
                 f"length, width and thickness of a plate must be positive, got {self.size.tolist()} m",

@@ -45,7 +45,9 @@ class _PlateReader(AbstractTableReader):
 
     def values(self, table: dict[str, Any], what: str) -> dict[str, Any]:
         found = {key: self.value(value, f"{what} {key}") for key, value in table.items()}
-        return found | ({"sigma": tuple(found["sigma"].tolist())} if "sigma" in found else {})
+        if isinstance(pair := found.get("sigma"), np.ndarray):
+            found["sigma"] = tuple(pair.tolist())
+        return found
 
     def value(self, value: Any, what: str) -> Any:
         """Lists as arrays of finite numbers."""

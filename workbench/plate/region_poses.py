@@ -27,6 +27,8 @@ PLATE_POSES = 60
 """Number of poses of a plate's region for predicted errors."""
 PLATE_CONE = float(np.deg2rad(60.0))
 """Maximum rotation from the orientations of its targets [rad]."""
+NEARBY_CONE = float(np.deg2rad(20.0))
+"""Maximum angle from the orientation of the measured pose whose place is nearest [rad]."""
 FEW_JOINTS_POSES = 150
 """Number of random postures in the region instead, for arms that can't reach any such orientation."""
 
@@ -65,21 +67,19 @@ def region_poses(
     return np.array(rows)
 
 
-def plate_region_poses(
-    robot: Robot, plate: Plate, number: int = PLATE_POSES, *, cone: float = PLATE_CONE
-) -> Float[np.ndarray, "rows n"]:
-    """Poses of a plate's region: any position and branch, rotated from a target by up to a cone.
+def plate_region_poses(robot: Robot, plate: Plate, number: int = PLATE_POSES) -> Float[np.ndarray, "rows n"]:
+    """Poses of a plate's region: any position and branch, rotated from a target by up to `PLATE_CONE`.
 
     Plates of the same region and orientations give the same array, on the page and in a terminal, so that
     predicted errors are comparable. An arm of fewer than six joints takes the orientations that it has there.
     """
     corners = np.stack([plate.region.min, plate.region.max])
-    return _plate_region_poses(robot, corners.tobytes(), plate.poses[:, :3, :3].tobytes(), number, cone)
+    return _plate_region_poses(robot, corners.tobytes(), plate.poses[:, :3, :3].tobytes(), number)
 
 
 @lru_cache(maxsize=32)
 def _plate_region_poses(
-    robot: Robot, corners: bytes, towards: bytes, number: int, cone: float
+    robot: Robot, corners: bytes, towards: bytes, number: int
 ) -> Float[np.ndarray, "rows n"]:
     low, high = np.frombuffer(corners).reshape(2, 3)
     region, rng = Region(min=low, max=high), np.random.default_rng(0)
@@ -87,7 +87,7 @@ def _plate_region_poses(
         _check_reach(robot, region)
         return frozen(random_poses(robot, FEW_JOINTS_POSES, rng=rng, region=region))
     turns = np.frombuffer(towards).reshape(-1, 3, 3)
-    return frozen(region_poses(robot, region, number, rng=rng, towards=turns, cone=cone))
+    return frozen(region_poses(robot, region, number, rng=rng, towards=turns, cone=PLATE_CONE))
 
 
 def nearby_poses(
@@ -97,14 +97,12 @@ def nearby_poses(
     *,
     rng: np.random.Generator,
     measured: Float[np.ndarray, "measured n"],
-    cone: float = np.deg2rad(20.0),
 ) -> Float[np.ndarray, "number n"]:
-    """Joint positions for random poses near measured ones: orientation within a cone, same branch.
+    """Joint positions for random poses near measured ones: orientation within `NEARBY_CONE`, same branch.
 
     Args:
         region: Where the tool is, evenly spread.
         measured: Joint positions of the measured poses [rad or m].
-        cone: Maximum angle from the orientation of the measured pose whose place is nearest [rad].
     """
     places = in_base(robot, measured)
     found = np.zeros((0, robot.dof))
@@ -112,7 +110,7 @@ def nearby_poses(
     while len(found) < number:
         points = region.sample(number, rng=rng)
         nearest = np.argmin(np.linalg.norm(points[:, None] - places[None, :, :3, 3], axis=2), axis=1)
-        turns = _turns(number, rng, cone)
+        turns = _turns(number, rng, NEARBY_CONE)
         poses = robot.base.pose @ se3.pose(turns @ places[nearest, :3, :3], points)
         followed = inverse.follow_many(robot, poses, measured[nearest])
         found = np.concatenate([found, followed.q[followed.converged]])

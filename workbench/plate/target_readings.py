@@ -21,7 +21,7 @@ the same for a linear model.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from types import MappingProxyType
 
 import numpy as np
@@ -245,11 +245,17 @@ def linearise_reading(
         sets = len(q) if additive else 1
         rows = _whitened(*(part.reshape(sets, -1, part.shape[2]) for part in (rows, beside)))
     return replace(
-        linearise(robot, q[:1], names=names),
+        _no_rows(robot, names),
         jacobian=frozen(rows.reshape(-1, len(names))),
         sigma=frozen(sigma.ravel()),
         measurement=frozen(np.repeat(np.arange(len(q)), sigma.shape[1])),
     )
+
+
+@lru_cache(maxsize=4)
+def _no_rows(robot: Robot, names: tuple[str, ...]) -> Linearisation:
+    """Names, units and length of an arm's constants; kept, since a drag asks for them again and again."""
+    return linearise(robot, np.zeros((0, robot.dof)), names=names)
 
 
 def _whitened(
@@ -289,9 +295,9 @@ def linearise_targets(
         names=robot.default_free if names is None else names,
         additive=additive,
     )
-    if plate.anchors is not None:
-        return found
     seats = np.array([plate.targets[slot].kind is Kind.SEAT for slot in slots], bool)
+    if plate.anchors is not None or seats.all():
+        return found
     constrained = np.repeat(np.column_stack([np.ones_like(seats), seats]), 3, axis=1).ravel()
     return replace(
         found,

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from workbench.report.numbers import significant
 
 WIDTH = 340.0
-LEFT, FOOT, MARGIN = 44.0, 16.0, 6.0
+LEFT, FOOT, MARGIN = 48.0, 16.0, 6.0
 """Room for the numbers of an upright axis, and below a chart; free room inside the frame."""
 ROW, THICK = 26.0, 14.0
 """Height of a row with a bar, and of the bar."""

@@ -61,20 +61,6 @@ def with_error(value: float, std: float) -> str:
     return f"{signed(value, decimals)} ± {std:.{decimals}f}"
 
 
-def factor(before: float, after: float) -> str:
-    """How many times smaller, in words."""
-    if not (np.isfinite(before) and np.isfinite(after)) or before <= 0.0 or after <= 0.0:
-        return "no error left" if after == 0.0 else "not comparable"
-    ratio = before / after
-    if ratio >= 1e4:
-        return f"{ratio:.0e} times smaller"
-    if ratio >= 1.05:
-        return f"{ratio:.1f} times smaller" if ratio < 10 else f"{ratio:.0f} times smaller"
-    if ratio > 0.95:
-        return "unchanged"
-    return f"{1.0 / ratio:.2g} times larger"
-
-
 READABLE = {
     "rad": (1e3, "mrad"),
     "m": (1e3, "mm"),

@@ -17,7 +17,6 @@ from workbench.extras.workshop.fixture import fixture_of
 from workbench.extras.workshop.outputs import targets_csv
 from workbench.extras.workshop.parts import Purpose
 from workbench.plate.design import optimise_plate
-from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, block_corners, tool_poses_at
 from workbench.plate.plate import Kind, Target
 from workbench.plate.plate_toml import load_plate, read_plate, write_plate
@@ -142,7 +141,7 @@ def test_blocks_collide_as_they_are_made(plate):
 
 
 def test_a_plate_that_the_search_found_can_be_made(aria, plate):
-    design = optimise_plate(aria, plate, request=DesignRequest(number=8, places=40, starts=1, shapes=2))
+    design = optimise_plate(aria, plate, number=8, places=40, starts=1, shapes=2)
     made = fixture_of(design.plate)
     assert len(made.blocks) == 8
     assert len(made.shapes) <= 2

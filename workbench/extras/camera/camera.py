@@ -24,7 +24,6 @@ DISTORTION_SIGMA = (0.2, 0.2, 0.005, 0.005, 0.2)
 """… and of k1 k2 p1 p2 k3."""
 NEAREST = 1e-3
 """Points nearer to the camera's plane than this [m] are projected as if they were this far before it."""
-UNDISTORT_ROUNDS = 20
 PER_SESSION = "per_session"
 """Key of a camera, and of a board, that may have another pose in every session."""
 FREE = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
@@ -91,15 +90,6 @@ class Camera:
     def project(self, points: Float[np.ndarray, "*lead 3"]) -> Projected:
         """Pixels of points in the camera's frame [m]."""
         return project(points, self.intrinsics)
-
-    def normalised(self, pixels: Float[np.ndarray, "*lead 2"]) -> Float[np.ndarray, "*lead 2"]:
-        """X/Z and Y/Z of the rays through pixels."""
-        cv2, flat = opencv(), np.ascontiguousarray(pixels, float).reshape(-1, 1, 2)
-        if not len(flat):
-            return np.zeros(pixels.shape)
-        rounds = cv2.TERM_CRITERIA_COUNT, UNDISTORT_ROUNDS, 0.0
-        found = cv2.undistortPoints(flat, *as_opencv(self.intrinsics), criteria=rounds).reshape(pixels.shape)
-        return np.where(np.isfinite(found), found, (pixels - self.intrinsics[2:4]) / self.intrinsics[:2])
 
 
 def as_opencv(intrinsics: Float[np.ndarray, "9"]) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "5"]]:

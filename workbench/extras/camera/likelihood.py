@@ -200,9 +200,9 @@ class Likelihood:
         sizes[rest] = np.exp(found.x)
         return sizes, float(found.fun)
 
-    def evidence(self, group: int = 0) -> float:
-        """Twice the gain in log likelihood where a group is not held at what is given."""
-        held = self.likeliest({WIDTH + group: MIN_SIZE[WIDTH]}).cost
+    def evidence(self) -> float:
+        """Twice the gain in log likelihood where the first group is not held at what is given."""
+        held = self.likeliest({WIDTH: MIN_SIZE[WIDTH]}).cost
         return max(held - self.likeliest().cost, 0.0)
 
     def mean(self, place: int) -> float:

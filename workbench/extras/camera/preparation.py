@@ -114,9 +114,7 @@ def _largest_turn(robot: Robot, data: Dataset) -> float:
     return float(np.linalg.norm(se3.matrix_to_rotvec(turn[0].T @ turn), axis=1).max())
 
 
-def mismatched_pictures(
-    robot: Robot, data: Dataset, build: Callable[..., Problem] = Problem.build
-) -> dict[int, str]:
+def mismatched_pictures(robot: Robot, data: Dataset) -> dict[int, str]:
     """Rows whose picture does not suit their joints, with the reason.
 
     A picture counts the less in the fit the farther it is off, so that a few wrong ones don't bend it.
@@ -128,7 +126,7 @@ def mismatched_pictures(
 
     def errors(rows: Dataset) -> Float[np.ndarray, " rows"]:
         """How far each picture is off [m], in a fit in which pictures that are far off count less."""
-        problem = build(robot, rows, free=free).with_noise(ROUGH)
+        problem = Problem.build(robot, rows, free=free).with_noise(ROUGH)
         x = problem.start
         for _ in range(ROBUST_ROUNDS):
             off = Pictures.at(problem, x).off

@@ -212,6 +212,8 @@ class _TargetReader(AbstractTableReader):
         self.keys(table, {each.name for each in fields(Charuco)}, "[charuco]")
         if missing := [key for key in ("squares", "square", "marker") if key not in table]:
             raise self.fail(f"[charuco] has no {missing[0]}")
+        self.numbers(table["squares"], 2, "[charuco] squares")
+        self.numbers([table["square"], table["marker"]], 2, "[charuco] square and marker")
         free = _next_marker(before, prints_of(str(table["dictionary"])))
         try:
             return Charuco(**{"first_marker": free, **table})

@@ -76,15 +76,12 @@ def descend(
     x = (problem.start if begin is None else begin).copy()
     at = problem.evaluate(x)
     history = [0.5 * float(at.residual @ at.residual)]
-    is_held = problem.deviation is not None  # by what is expected of constants
     for _ in range(limit):
         if not np.isfinite(history[-1]):
             return SearchOutcome(x, Outcome.DIVERGED, tuple(history))
         if cancelled():
             return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
-        whole = _whole_factor(problem, at) if is_held else None
-        is_held = whole is not None
-        factor = whole or factorise(at.jacobian, at.residual, problem.units)
+        factor = factor_of(problem, at)
         if has_converged(factor, factor.predicted_decrease(), problem.count):
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
         found = step(x, at, factor, history[-1])
@@ -97,11 +94,15 @@ def descend(
     return SearchOutcome(x, Outcome.ITERATION_LIMIT, tuple(history))
 
 
-def _whole_factor(problem: Problem, at: LinearisedProblem) -> Factor | None:
-    """Factorisation of the normal equations; None unless they show that all directions are identifiable."""
-    table = np.column_stack([at.jacobian, at.residual])
-    found = factorise_products(table.T @ table, problem.units)
-    return None if found is None or found.inverse is None else found
+def factor_of(problem: Problem, at: LinearisedProblem) -> Factor:
+    """Factorisation of a linearised problem; of the normal equations if a prior on constants makes all
+    directions identifiable."""
+    if problem.deviation is not None:
+        table = np.column_stack([at.jacobian, at.residual])
+        found = factorise_products(table.T @ table, problem.units)
+        if found is not None and found.inverse is not None:
+            return found
+    return factorise(at.jacobian, at.residual, problem.units)
 
 
 def has_converged(factor: Factor, decrease: float, size: int) -> bool:

@@ -37,13 +37,16 @@ TRIED = np.concatenate([np.geomspace(1e-6, 1e-4, 40, endpoint=False), np.geomspa
 """Expected deviations that are compared [rad, m], from those of an arm that is calibrated already."""
 
 
-def with_expected_deviation(problem: Problem, deviation: float | str = AUTO) -> Problem:
+def with_expected_deviation(
+    problem: Problem, deviation: float | str = AUTO, *, x: Float[np.ndarray, " p"] | None = None
+) -> Problem:
     """A problem with the arm's constants expected near nominal.
 
     Args:
         problem: Whitened rows; the arm's constants among its unknowns.
         deviation: Standard deviation of the constants about nominal [rad, m]; `auto`: estimated from the
             rows; infinite: no prior.
+        x: Solution with `MAX_DEVIATION`, if known.
     """
     if isinstance(deviation, str) and deviation != AUTO:
         raise OptionError(
@@ -55,8 +58,7 @@ def with_expected_deviation(problem: Problem, deviation: float | str = AUTO) -> 
         return problem
     if deviation != AUTO:
         return problem.with_deviation(float(deviation))
-    begin = problem.with_deviation(MAX_DEVIATION)
-    x = search_by_share(begin).x
+    x = search_by_share(problem.with_deviation(MAX_DEVIATION)).x if x is None else x
     factor = factor_at(problem, x)
     spread = _noise_ratio(problem, factor)
     return problem.with_deviation(most_likely(problem, x, factor, spread) / spread)

@@ -56,16 +56,18 @@ def place(
     *,
     zeros: Sequence[int] = (),
     held: bool = False,
+    closed: bool = False,
 ) -> PlacedReadings:
     """The best base and tool for each of some readings of one arm, robust against a few rows.
 
     Args:
         zeros: Joints whose zeros are unknown, too.
         held: Whether base and tool are known: none.
+        closed: Whether the closed form is near enough.
     """
     fit = _Fit(robot, joints, points, rotations, tuple(zeros), held)
     start = fit.start()
-    if held and not zeros:
+    if closed or (held and not zeros):
         return fit.placed(*start)
     everything = np.ones(points.shape[:2])
     found = fit.placed(*fit.descended(start, everything))

@@ -36,9 +36,10 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         return None
     search, plain = ReadingSearch(robot, rows), None
     if data.joints == robot.dof:
-        plain = search.plain()
-        if search.suffices(plain):
-            return RowMeaning(best=plain, plain=plain)
+        for closed in (True, False):
+            plain = search.plain(closed=closed)
+            if search.suffices(plain):
+                return RowMeaning(best=plain, plain=plain)
         search.found = [plain, *search.place([RowReading.plain(robot)], search.conventions)]
         if search.suffices(search.found[1]):
             return ranked(search, plain)

@@ -1,6 +1,7 @@
 """A reading: one hypothesis about what the rows of a file mean, and how well it fits."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -103,7 +104,7 @@ class RowReading:
         frames = self.inverse or self.mirrored or self.scale != 1.0 or self.unit != 1.0
         return not frames and self.columns_as_given
 
-    @property
+    @cached_property
     def changes(self) -> tuple[str, ...]:
         """What is read otherwise of joints, units and handedness, in words."""
         found = [f"the arm is {self.robot.name}"] if self.other else []
@@ -176,16 +177,13 @@ class RowReading:
         if self.inverse and position is not None and rotation is not None:
             rotation = np.swapaxes(rotation, -1, -2)
             position = -(rotation @ position[..., None])[..., 0]
-        data = replace(data, position=position, rotation=rotation, written=None)
-        if not joints:
-            return replace(data, q=self.in_units(data.q))
-        torque, direction = data.torque, data.direction
-        return replace(
-            data,
-            q=self.joints(data.q),
-            torque=None if torque is None else torque @ np.linalg.pinv(self.w),
-            direction=None if direction is None else np.sign(direction @ self.w.T),
-        )
+        q, torque, direction = self.in_units(data.q), data.torque, data.direction
+        if joints:
+            q = self.joints(data.q)
+            torque = None if torque is None else torque @ np.linalg.pinv(self.w)
+            direction = None if direction is None else np.sign(direction @ self.w.T)
+        seen = {"position": position, "rotation": rotation, "written": None}
+        return replace(data, q=q, torque=torque, direction=direction, **seen)
 
     def on(self, robot: Robot) -> Robot | None:
         """An arm that counts its joints as the rows do; None where that can't be said of it.

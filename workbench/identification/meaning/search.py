@@ -171,8 +171,11 @@ class ReadingSearch:
             return reading
         return replace(reading, scale=unit, cost=reading.cost + UNIT)
 
-    def _aligned(self, readings: list[RowReading], zeros: Sequence[int] = ()) -> list[RowReading]:
-        """Readings, with orientations or without, of one arm with the base and tool that fit best."""
+    def _aligned(
+        self, readings: list[RowReading], zeros: Sequence[int] = (), *, closed: bool = False
+    ) -> list[RowReading]:
+        """Readings, with orientations or without, of one arm with the base and tool that fit best, or nearly
+        so by their closed form alone."""
         found: dict[int, RowReading] = {}
         for turned in (False, True):
             some = [k for k, r in enumerate(readings) if (r.convention is not None) == turned]
@@ -181,7 +184,8 @@ class ReadingSearch:
             rows = [readings[k].apply(self.data) for k in some]
             q, points = (np.array([getattr(r, part) for r in rows]) for part in ("q", "position"))
             rotations = np.array([r.rotation for r in rows]) if turned else None
-            at = place(readings[some[0]].robot, q, points, rotations, zeros=zeros, held=self.held)
+            robot = readings[some[0]].robot
+            at = place(robot, q, points, rotations, zeros=zeros, held=self.held, closed=closed)
             for number, k in enumerate(some):
                 found[k] = self._measured(readings[k], q[number], at, number)
         return [found[k] for k in range(len(readings))]
@@ -203,11 +207,11 @@ class ReadingSearch:
             apart=tuple(np.flatnonzero(~kept).tolist()),
         )
 
-    def plain(self) -> RowReading:
-        """The rows as given, in the declared convention."""
+    def plain(self, *, closed: bool = False) -> RowReading:
+        """The rows as given, in the declared convention; `closed` as of `_aligned`."""
         plain = RowReading.plain(self.robot)
         first = self.conventions[0] if self.conventions else None
-        return self._aligned([replace(plain, convention=first)])[0]
+        return self._aligned([replace(plain, convention=first)], closed=closed)[0]
 
     @property
     def turned(self) -> RowReading | None:

@@ -31,13 +31,13 @@ MAX_EXCLUDED = 5
 
 @blocks_of.register
 def identification_blocks(result: Identification, *, wanted: Wanted | None = None) -> list[Block]:
-    """Errors, parameters of the best fit, all notes for the user, and whether it keeps what was wanted."""
+    """Whether it keeps what was wanted, errors, parameters of the best fit, and all notes for the user."""
 
     def verdict(result: Identification) -> Iterator[Block]:
         if wanted is not None:
             yield Sentence(judge(result, wanted).verdict, tone=Tone.STRONG)
 
-    return assembled(result, heading, models, row_errors, parameters, remarks, verdict)
+    return assembled(result, heading, verdict, models, row_errors, parameters, remarks)
 
 
 def heading(result: Identification) -> Iterator[Block]:

@@ -18,8 +18,6 @@ from workbench.base.advice import beside
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.alignment import search_by_share
-from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import Errors, Spread, instrument_places
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices
@@ -81,7 +79,7 @@ def prepare_without_outliers(
     choices = _without(choices, ready.data.row[outlying], GROSS_REASON)
     held = ready.data.row[ready.held_out_rows].tolist()
     for _ in range(MAX_ROUNDS):
-        found = ready.train_rows[_outlying(ready.problem)]
+        found = ready.train_rows[_outlying(ready)]
         if not len(found):
             break
         outlying = np.append(outlying, found)
@@ -100,14 +98,13 @@ def _without(choices: FitChoices, rows: np.ndarray, reason: str) -> FitChoices:
     return replace(choices, exclude={**choices.exclude, **dict.fromkeys(rows.tolist(), reason)})
 
 
-def _outlying(problem: Problem) -> Bool[np.ndarray, " rows"]:
+def _outlying(ready: Prepared) -> Bool[np.ndarray, " rows"]:
     """Fitted rows that stand out from a robust fit."""
-    expected = problem.with_deviation(MAX_DEVIATION)
-    everything = np.ones(len(problem.data), bool)
+    problem, everything = ready.problem, np.ones(len(ready.problem.data), bool)
     if problem.count <= len(problem.names):
         return ~everything
-    x = robust_fit(expected, search_by_share(expected).x)
-    return find_outliers(expected, x, everything)
+    expected, x = ready.first_fit
+    return find_outliers(expected, robust_fit(expected, x), everything)
 
 
 def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np.ndarray, " rows"]:

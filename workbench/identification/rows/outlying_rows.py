@@ -19,8 +19,9 @@ from jaxtyping import Bool, Float
 from scipy import linalg, special
 from scipy.linalg import blas
 
+from workbench.identification.algorithms.identifier import factor_of
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.problem import Problem
+from workbench.identification.problem import LinearisedProblem, Problem
 from workbench.identification.undetermined_combinations import Factor
 
 CONSISTENCY = 1.345
@@ -60,27 +61,38 @@ MIN_TAIL_RATIO = 3.0
 WEIGHT_TOLERANCE = 0.05
 """Change of the weights that ends a robust fit."""
 ROBUST_ROUNDS = 8
-"""Number of robust rounds with which the search for outliers starts."""
+"""Maximum number of changes of the weights."""
+LINEAR = 0.01
+"""Error of a linearisation in stated standard deviations above which it is renewed."""
 
 
 def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
     """A fit insensitive to outliers: Tukey's weights by the worse of position and rotation.
 
+    A change of the weights takes one step; only where the problem is not linear enough it is searched again.
+
     Args:
         problem: All rows.
         x: Least-squares fit.
     """
-    old = np.ones(len(problem.data))
+    at, old = problem.evaluate(x), np.ones(len(problem.data))
+    step, residual, whole = np.zeros(len(x)), at.residual, np.ones(len(at.residual))
     for _ in range(ROBUST_ROUNDS):
-        residual = problem.residual(x)[: problem.size]
-        sizes = _sizes(problem, residual, np.ones(problem.size))
+        sizes = _sizes(problem, residual[: problem.size], np.ones(problem.size))
         weights = row_weights((sizes / _typical(sizes)).max(1), Loss.TUKEY)
         if np.abs(weights - old).max() < WEIGHT_TOLERANCE:
             break
-        old = weights
-        weighted = problem.with_row_weights(weights)
-        x = Opt2(limit=10).search(weighted, begin=x).x
-    return x
+        old, whole[: problem.size] = weights, weights[problem.component_rows]
+        weighted = LinearisedProblem(whole * at.residual, whole[:, None] * at.jacobian)
+        new = factor_of(problem, weighted).step()
+        residual = problem.residual(x + new)
+        if np.abs(residual - at.residual + at.jacobian @ new).max() < LINEAR:
+            step = new
+            continue
+        x = Opt2(limit=10).search(problem.with_row_weights(weights), begin=x + step).x
+        at, step = problem.evaluate(x), np.zeros(len(x))
+        residual = at.residual
+    return x + step
 
 
 def find_outliers(
@@ -115,17 +127,18 @@ def row_sizes(
         fitted: Which of them.
         root: Square root of the covariance of x; None to leave leverage out.
     """
+    if root is None:
+        return _sizes(problem, problem.residual(x)[: problem.size], np.ones(problem.size))
     room, residual = np.ones(problem.size), np.empty(problem.size)
-    root = None if root is None else _triangular(root)
+    root = _triangular(root)
     for block, piece in problem.pieces(x):
         if block is None:
             continue
         rows = slice(block.start, block.stop)
         residual[rows] = piece.residual
-        if root is not None:
-            leverage = _leverage(piece.jacobian, root)
-            mine = fitted[problem.component_rows[rows]]
-            room[rows] = np.where(mine, np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)
+        leverage = _leverage(piece.jacobian, root)
+        mine = fitted[problem.component_rows[rows]]
+        room[rows] = np.where(mine, np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)
     return _sizes(problem, residual, room)
 
 

@@ -12,11 +12,12 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
-from workbench.data.observations import OBSERVATIONS, ContactObservation, PlaneObservation
+from workbench.data.observations import ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
 from workbench.data.plausibility import repeated_rows
 from workbench.data.postures import first_of_each, pose_units, repeats_text
 from workbench.identification.errors.row_errors import count_measured
+from workbench.identification.problem_blocks import carried
 from workbench.plate.region import Region
 
 Excluded = list[tuple[int, str]]
@@ -24,7 +25,7 @@ Excluded = list[tuple[int, str]]
 
 def usable(data: Dataset) -> np.ndarray:
     """Rows with an observation that can be compared with a pose."""
-    return np.any([kind.applies(data) for kind in OBSERVATIONS.values()], axis=0)
+    return np.any([np.zeros(len(data), bool), *carried(data).values()], axis=0)
 
 
 def choose_rows(
@@ -57,8 +58,11 @@ def choose_rows(
     return np.flatnonzero(keep), excluded
 
 
-def hold_out(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int):
-    """Fitted and held-out rows among the used ones."""
+def hold_out(used: Dataset, held_out: float | Dataset | tuple[str, ...] | list[int], seed: int):
+    """Fitted and held-out rows among the used ones, which may be given by number."""
+    if isinstance(held_out, list):
+        held = np.isin(used.row, held_out)
+        return np.flatnonzero(~held), np.flatnonzero(held)
     if isinstance(held_out, Dataset):
         return np.arange(len(used)), np.arange(0)
     if isinstance(held_out, tuple):
@@ -168,15 +172,15 @@ def cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray]
 
 def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> None:
     """Refuse a fit with more parameters than measured numbers; rows of one posture count once."""
-    repeats, data = repeats_text(data), data.take(first_of_each(data))
+    once = data.take(first_of_each(data))
     count = len(robot.default_free if free is None else free)
-    measured = count_measured(data)
+    measured = count_measured(once)
     if measured < count:
-        need = int(np.ceil(count / (measured / len(data))))
+        need = int(np.ceil(count / (measured / len(once))))
         raise DataError(
-            f"{data.source}: {repeats or f'{len(data)} rows'} give {measured} numbers for {count} "
+            f"{data.source}: {repeats_text(data) or f'{len(once)} rows'} give {measured} numbers for {count} "
             f"parameters of the arm; measure at least {need} poses, hold fewer out, or free fewer parameters",
-            found=(len(data), measured),
+            found=(len(once), measured),
         )
 
 
@@ -184,13 +188,12 @@ def unused_observations(data: Dataset) -> list[str]:
     """Notes on observations that rows carry beside the one that is used."""
     left = np.ones(len(data), bool)
     sentences = []
-    for kind in OBSERVATIONS.values():
-        applies = kind.applies(data)
+    for kind, applies in carried(data).items():
         beside = applies & ~left & (kind.unused_text != "")
         if beside.any():
             sentences.append(f"{int(beside.sum())} rows also carry {kind.unused_text}, which are ignored")
         left &= ~applies
-    if all(not kind.sees_tool for kind in OBSERVATIONS.values() if kind.applies(data).any()):
+    if not any(kind.sees_tool for kind in carried(data)):
         sentences.append("only tilts of links were measured; position errors are unknown and shown as 0")
     return sentences
 
@@ -207,7 +210,7 @@ def scale_fixing_length(
     Shrinking arm and places together changes no contact, so a free fit would shrink to a point. Known lengths
     of the arm, such as that of a fixed last link, determine the scale.
     """
-    kinds = {kind for kind in OBSERVATIONS.values() if kind.applies(data).any()}
+    kinds = carried(data).keys()
     without_scale = bool(kinds) and kinds <= {ContactObservation, PlaneObservation}
     if not without_scale or any(n.startswith("contact[") for n in known):
         return None
@@ -231,8 +234,8 @@ def placed(data: Dataset, known: Collection[str]) -> np.ndarray:
         (ContactObservation, data.contact, "contact"),
         (PlaneObservation, data.contact, "contact"),
     ):
-        applies = kind.applies(data)
-        if applies.any() and labels is not None:
+        applies = carried(data).get(kind)
+        if applies is not None and labels is not None:
             there = np.array([f"{word}[{label}].x" in known for label in labels])
             keep &= ~applies | there
     return keep

@@ -189,18 +189,17 @@ def block_corners(place: Matrix4, poses: Poses) -> Float[np.ndarray, "rows 8 3"]
     face is too steep, or below the plate, a short bar behind it stands for the block.
     """
     places = _places(se3.inverse(place) @ poses)
-    tilt = np.minimum(places[:, 3], STEEPEST)
+    tilt, cos, sin = np.minimum(places[:, 3], STEEPEST), np.cos(places[:, 4]), np.sin(places[:, 4])
     square = np.tile(0.5 * SIDE * SQUARE, (len(poses), 1, 1))
     foot = np.concatenate([square, np.zeros((*square.shape[:2], 1))], axis=2)
     top = foot.copy()
     top[:, :, 2] = places[:, None, 2] - square[:, :, 0] * np.tan(tilt)[:, None]
-    turn = np.zeros((len(poses), 3))
-    turn[:, 2] = places[:, 4]
-    ground = np.column_stack([places[:, :2], np.zeros(len(poses))])
-    standing = place @ se3.pose(se3.rpy_to_matrix(turn), ground)
+    standing = np.tile(np.eye(4), (len(poses), 1, 1))
+    standing[:, :2, :2] = np.moveaxis([[cos, -sin], [sin, cos]], 2, 0)
+    standing[:, :2, 3] = places[:, :2]
     free = (places[:, 3] > STEEPEST) | (top[:, :, 2].min(1) <= 0.0)
     foot[free] *= [1.0, -1.0, 1.0]
     top[free] = foot[free]
     foot[free, :, 2] = 0.6 * SIDE
-    frame = np.where(free[:, None, None], poses, standing)
+    frame = np.where(free[:, None, None], poses, place @ standing)
     return se3.apply(frame[:, None], np.concatenate([foot, top], axis=1))

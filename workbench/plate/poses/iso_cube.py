@@ -42,6 +42,8 @@ POINTS = np.array([[0.5, 0.5], [0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9]])
 """P1 to P5 of a plane, along its two edges as shares."""
 EDGE = 5
 """Every so many further points lies on the cube's edge."""
+TRIES = 20
+"""Random joint positions from which a point is sought."""
 SAME_POINT = 1e-6
 """Points nearer to each other than this [m] are one, such as the middles of all planes."""
 R2 = np.array([0.7548776662466927, 0.5698402909980532])
@@ -114,19 +116,15 @@ def plane_points(cube: Region, number: int) -> Float[np.ndarray, "number 3"]:
     return places[~again][:number]
 
 
-def iso_cube_poses(
-    robot: Robot, number: int = 118, *, rng: np.random.Generator, cube: Region | None = None
-) -> CubePoses:
+def iso_cube_poses(robot: Robot, number: int = 118, *, rng: np.random.Generator) -> CubePoses:
     """Joint positions for points of the cube's diagonal planes, in an order that moves all joints.
 
     Args:
         number: How many poses; the thesis takes 118.
-        cube: The cube in the robot's base; the largest of the workspace if None.
     """
     if number < 2:
         raise OptionError(f"the number of poses must be at least 2, got {number}")
-    cube = largest_cube(robot, rng=rng) if cube is None else cube
-    q = np.zeros((0, robot.dof))
+    cube, q = largest_cube(robot, rng=rng), np.zeros((0, robot.dof))
     for tried in (number, 2 * number, 4 * number):
         q = _reached(robot, plane_points(cube, tried), rng)[:number]
         if len(q) == number:
@@ -134,7 +132,7 @@ def iso_cube_poses(
     else:
         raise DataError(
             f"robot '{robot.name}' reaches {len(q)} of {4 * number} points on the planes of the cube from "
-            f"{cube.min.round(3).tolist()} to {cube.max.round(3).tolist()} m; give a smaller cube"
+            f"{cube.min.round(3).tolist()} to {cube.max.round(3).tolist()} m; choose poses by an index"
         )
     order = _order(robot, q, rng)
     moves = np.abs(np.diff(q[order], axis=0)).min()
@@ -142,13 +140,13 @@ def iso_cube_poses(
 
 
 def _reached(
-    robot: Robot, points: Float[np.ndarray, "points 3"], rng: np.random.Generator, tries: int = 20
+    robot: Robot, points: Float[np.ndarray, "points 3"], rng: np.random.Generator
 ) -> Float[np.ndarray, "rows n"]:
     """Random joint positions with the tool's point at each place, in order; places out of reach left out."""
     low, high = robot.search_limits.T
     targets = robot.base.pose @ se3.pose(np.broadcast_to(np.eye(3), (len(points), 3, 3)), points)
     q, done = np.zeros((len(points), robot.dof)), np.zeros(len(points), bool)
-    for _ in range(tries):
+    for _ in range(TRIES):
         rows = np.flatnonzero(~done)
         starts = rng.uniform(low, high, (len(rows), robot.dof))
         found = inverse.follow_many(robot, targets[rows], starts, task=Task.POSITION)

@@ -15,7 +15,7 @@ import numpy as np
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.errors import DataError, FileError, OptionError, WorkbenchError
+from workbench.base.errors import DataError, FileError, OptionError, UnitError, WorkbenchError
 from workbench.base.progress import progress
 from workbench.base.wording import plural
 from workbench.data.plausibility import checked
@@ -106,7 +106,10 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             progress(0.5, "comparing the rows with the arm")
             facts = facts_of(dataset, understood)
             found = Loaded(dataset, path.name, facts, read=dataset, file=file)
-            return matched_to_arm(session.robot, found, accept=self.accept)
+            try:
+                return matched_to_arm(session.robot, found, accept=self.accept)
+            except UnitError as error:  # nor do the rows tell the units that it lacks
+                return replace(file, preview=replace(understood, dataset=None, problems=(str(error),)))
 
     def _other_arm(self, path: Path, robot: Robot, understood: Preview) -> ArmMatch | None:
         """Which built-in arm rows are of that can't be the session's, by their number of joints."""
