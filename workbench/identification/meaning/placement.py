@@ -10,7 +10,7 @@ from workbench.arm import chain as chains
 from workbench.arm.many_starts import descend
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.hand_eye import base_and_tool, nearest_rotation
+from workbench.base.hand_eye import base_and_tool, base_and_tool_by_places, nearest_rotation
 from workbench.identification.meaning.bounds import WEIGHT, affine_map
 
 STEPS, SEARCHED = 4, 25
@@ -107,9 +107,10 @@ class _Fit:
             zero[:, [0, -1]] = self._ends(flange, self.rotations)
         elif not self.held:
             for k in range(count):
-                few = len(flange[k]) < AFFINE_ROWS or (by_turns is not None and by_turns[k])
-                if self.rotations is not None and few:
-                    base[k], tool[k] = base_and_tool(flange[k], se3.pose(self.rotations[k], self.points[k]))
+                is_turned = by_turns is not None and by_turns[k]
+                if self.rotations is not None and (is_turned or len(flange[k]) < AFFINE_ROWS):
+                    solve = base_and_tool_by_places if is_turned else base_and_tool
+                    base[k], tool[k] = solve(flange[k], se3.pose(self.rotations[k], self.points[k]))
                     continue
                 linear, tool[k, :3, 3] = affine_map(flange[k], self.points[k])
                 base[k, :3, :3] = nearest_rotation(linear.T)
