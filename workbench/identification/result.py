@@ -18,6 +18,7 @@ from workbench.data.dataset import Dataset
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
 from workbench.identification.errors.expected_error import Transfer, transfer, transfer_note
 from workbench.identification.errors.row_errors import (
+    KINDS,
     Errors,
     RowErrors,
     degradation_warning,
@@ -71,13 +72,8 @@ class BeforeAfter(NamedTuple):
     after: Errors
 
     def __repr__(self) -> str:
-        kinds = (
-            ("position", "position_mm", " mm"),
-            ("orientation", "orientation_deg", "°"),
-            ("tilt", "tilt_deg", "°"),
-        )
         parts = []
-        for text, name, unit in kinds:
+        for text, _, name, _, unit in KINDS:
             before, after = (getattr(errors, name) for errors in self)
             if before is not None and after is not None and np.isfinite(after.mean):
                 parts.append(f"{text} {before.mean:.3g} → {after.mean:.3g}{unit}")
