@@ -76,9 +76,10 @@ def write_bytes(path: Path | str, content: bytes) -> Path:
     """
     path = Path(path)
     with _file_errors(path):
-        if str(path) in STANDARD_OUTPUT:
-            write, waiting = partial(_write_through, 1, content), _WAITING.get()
-            write() if waiting is None else waiting.append(write)
+        if str(path) in STANDARD_OUTPUT and (waiting := _WAITING.get()) is not None:
+            waiting.append(partial(_write_through, 1, content))
+        elif str(path) in STANDARD_OUTPUT:
+            _write_through(1, content)
         elif path.exists() and not path.is_file():
             _write_through(os.open(path, os.O_WRONLY), content)
         else:

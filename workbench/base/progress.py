@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 Report = Callable[[float, str], None]
 """Is called with the share of the work done, 0 to 1, and with what is being done."""
+Hear = Callable[[Mapping[str, float]], None]
 Cancel = Callable[[], bool]
 """Is asked whether to stop; the work then ends with the best that it has, or raises `Cancelled`."""
 
@@ -25,7 +26,7 @@ class Cancelled(Exception):
 class _Running(NamedTuple):
     show: Report
     cancel: Cancel
-    hear: Callable[[Mapping[str, float]], None] = lambda sizes: None
+    hear: Hear = lambda sizes: None
 
 
 _UNSEEN = _Running(lambda share, text: None, lambda: False)
@@ -34,7 +35,7 @@ _RUN = ContextVar[_Running]("_RUN")
 
 @contextmanager
 def running(
-    show: Report | None = None, cancel: Cancel | None = None, *, hear: Callable | None = None
+    show: Report | None = None, cancel: Cancel | None = None, *, hear: Hear | None = None
 ) -> Iterator[None]:
     """Show the progress of the work within, and end it on request.
 
@@ -44,8 +45,7 @@ def running(
         cancel: Asked often; once it says True, the work ends with what it has or raises `Cancelled`.
         hear: Told what the work suspects long before its end; who hears the work around it if None.
     """
-    hear = hear or _RUN.get(_UNSEEN).hear
-    token = _RUN.set(_Running(show or _UNSEEN.show, cancel or _UNSEEN.cancel, hear))
+    token = _RUN.set(_Running(show or _UNSEEN.show, cancel or _UNSEEN.cancel, hear or _RUN.get(_UNSEEN).hear))
     try:
         yield
     finally:

@@ -32,7 +32,7 @@ WIDE = 1900
 """… and from this one on the words are larger [px]."""
 PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
-DRAWINGS = "index, history, changes, verdict, row-chart, joints, result, curves"
+DRAWINGS = "job, index, history, changes, verdict, row-chart, joints, result, curves"
 CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
