@@ -26,7 +26,7 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     page = screen.page
 
     first = app.worker.session.plate
-    screen.press("Copy")
+    screen.press("Add")
     screen.wait_text("rank", "11 targets")
     page.get_by_label("Locked").check()
     screen.until(lambda session: session.plate.targets[10].locked)
