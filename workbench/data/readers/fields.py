@@ -192,11 +192,11 @@ def in_base(fields: Fields, *, usual: str = MEASURING) -> bool:
         fields: Columns in SI.
         usual: What a file without the column means.
     """
-    named = set(fields.values.get("pose_frame", np.array([usual])).tolist())
-    if len(named) > 1 or not named <= {BASE, MEASURING}:
-        raise FileError(
-            f"pose_frame must be {BASE} or {MEASURING}, the same in all rows, got '{sorted(named)[0]}'",
-            path=fields.source,
-            column="pose_frame",
-        )
-    return named == {BASE}
+    named = fields.values.get("pose_frame")
+    if named is None:
+        return usual == BASE
+    for row, name in enumerate(named):
+        if name not in (BASE, MEASURING) or name != named[0]:
+            text = f"pose_frame must be {BASE} or {MEASURING}, the same in all rows, got '{name}'"
+            raise fields.error(text, row, "pose_frame")
+    return bool(named[0] == BASE)
