@@ -232,9 +232,21 @@ class TomlArm:
     def slides(self) -> np.ndarray:
         return np.array([self.steps[k][0][0] == "t" for k in self.driven])
 
+    @property
+    def coupled(self) -> np.ndarray:
+        """What each joint is of the columns: itself, and those that it follows."""
+        out = np.eye(len(self.driven))
+        moving = [j for j in self.table.get("joint", []) if j.get("type") != "fixed"]
+        for k, joint in enumerate(moving):
+            for j, ratio in zip(
+                np.ravel(joint.get("follows", [])), np.ravel(joint.get("ratio", [])), strict=True
+            ):
+                out[k, int(j) - 1] += ratio
+        return out
+
     def frames(self, q: np.ndarray, shift: dict[str, np.ndarray]) -> np.ndarray:
         """Frames (steps + 1, rows, 4, 4) before every step and behind the last, in the arm's base."""
-        out = [np.broadcast_to(np.eye(4), (len(q), 4, 4))]
+        q, out = q @ self.coupled.T, [np.broadcast_to(np.eye(4), (len(q), 4, 4))]
         for k, (kind, value, name) in enumerate(self.steps):
             at = value + shift.get(name, 0.0) + (q[:, self.driven.index(k)] if k in self.driven else 0.0)
             out.append(out[-1] @ step(kind, np.broadcast_to(at, len(q))))
@@ -519,18 +531,20 @@ def toml_arm(text: str) -> TomlArm:
 
 @dataclass(frozen=True)
 class FrameArm:
-    """Joints in frames of their own: origin, axis and whether it turns (None for a fixed one)."""
+    """Joints in frames of their own: origin, axis, and whether it turns, its column of q, ratio and offset;
+    None for a fixed one."""
 
     base: np.ndarray
-    joints: list[tuple[np.ndarray, np.ndarray, bool | None]]
+    joints: list[tuple[np.ndarray, np.ndarray, tuple[bool, int, float, float] | None]]
     tool: np.ndarray
 
     def __call__(self, rows: Rows) -> Poses:
-        here, k = np.broadcast_to(np.eye(4), (len(rows), 4, 4)), 0
-        for origin, axis, turns in self.joints:
+        here = np.broadcast_to(np.eye(4), (len(rows), 4, 4))
+        for origin, axis, driven in self.joints:
             here = here @ origin
-            if turns is not None:
-                here, k = here @ moved(axis, rows.q[:, k], turns=turns), k + 1
+            if driven is not None:
+                turns, column, ratio, offset = driven
+                here = here @ moved(axis, offset + ratio * rows.q[:, column], turns=turns)
         return here, self.base @ here @ self.tool
 
 
@@ -563,7 +577,7 @@ def urdf_arm(text: str) -> FrameArm:
         if "calibrated_tool" in joints
         else max(joints, key=lambda n: (moving(n), len(chain(n))))
     )
-    base, tool, found = np.eye(4), np.eye(4), []
+    base, tool, found, columns = np.eye(4), np.eye(4), [], list[str]()
     for node in chain(tip):
         place = node.find("origin")
         given = {} if place is None else place.attrib
@@ -575,8 +589,17 @@ def urdf_arm(text: str) -> FrameArm:
         else:
             axis = node.find("axis")
             along = np.array(["1", "0", "0"] if axis is None else axis.get("xyz").split(), float)
-            kind = node.get("type")
-            found.append((origin, along, None if kind == "fixed" else kind != "prismatic"))
+            kind, mimic = node.get("type"), node.find("mimic")
+            of = node.get("name") if mimic is None else mimic.get("joint")
+            columns += [of] if mimic is None and kind != "fixed" else []
+            by = (
+                [float(mimic.get(k, d)) for k, d in (("multiplier", 1), ("offset", 0))]
+                if mimic is not None
+                else [1.0, 0.0]
+            )
+            found.append(
+                (origin, along, None if kind == "fixed" else (kind != "prismatic", columns.index(of), *by))
+            )
     return FrameArm(base, found, tool)
 
 

@@ -1,6 +1,7 @@
 """What the README shows is run: its commands, and its Python; marked blocks of the documentation too."""
 
 import re
+import sys
 from pathlib import Path
 
 from documented_commands import run_lines, unbroken
@@ -47,6 +48,9 @@ def test_the_recordings(run, tmp_path):
 
 
 def test_the_python(tmp_path, monkeypatch, capsys):
+    """With what the install above it brings: neither pandas nor polars."""
+    for name in ("pandas", "polars"):
+        monkeypatch.setitem(sys.modules, name, None)
     run_python(block("python"), tmp_path, monkeypatch)
     lines = capsys.readouterr().out.splitlines()
     held_out = [line.split() for line in lines if line.strip().startswith("held out")]

@@ -50,6 +50,8 @@ EVERY = 6
 """Of a drag's places, each sixth is kept."""
 TABS = {LoadData: Tab.MEASURE, Identify: Tab.CALIBRATE, ShowRow: Tab.COMPARE, Diagnose: Tab.CALIBRATE}
 """Where the results of commands are to be seen."""
+BENT = 6
+"""The row, of those shown, at which the film begins: the real arm bent away from the nominal one."""
 SETTLED = 400
 """Time that the page is given to draw a step [ms]."""
 PICTURES = ROOT / "assets" / "pictures"
@@ -96,6 +98,7 @@ def tour(browser: Browser) -> None:
     page.wait_for_timeout(3000)
     page.screenshot(path=PICTURES / "page-design.png")
     shown: list[tuple[Image.Image, int]] = []
+    rows, bent = 0, None
     for picture, time, last in frames(app, page):
         if last in ("Identify", "Diagnose"):
             app.worker.submit(SetCaption(""))
@@ -104,7 +107,10 @@ def tour(browser: Browser) -> None:
             page.screenshot(path=PICTURES / f"{last.lower()}.png")
         size = (WIDTH, WIDTH * picture.height // picture.width)
         shown.append((picture.resize(size, Image.Resampling.LANCZOS), time))
+        rows += last == "ShowRow"
+        bent = shown[-1][0] if rows == BENT else bent
     app.close()
+    shown.insert(0, (bent, 1500))  # what the film is about, in its first second
     pictures, times = zip(*shown, strict=True)
     pictures[0].save(
         PICTURES / "tour.webp",

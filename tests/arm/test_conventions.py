@@ -135,7 +135,7 @@ def test_katana_in_three_rotations_is_the_thesis():
 
 
 def entry(alpha=0.0, kind=JointKind.REVOLUTE, free=None):
-    return JointEntry(kind, {"alpha": alpha}, free)
+    return JointEntry(kind, alpha=alpha, free=free)
 
 
 def test_four_constants_of_each_joint_are_free_and_beta_replaces_d_between_parallel_axes():

@@ -37,7 +37,7 @@ from workbench.session.commands.data import LoadData
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.region import SetRegion, ShowCubes, corner
-from workbench.session.cube_fields import values
+from workbench.session.cube_fields import drawn_field
 from workbench.session.page_state import Tab
 from workbench.session.state import CubeView
 from workbench.views.page import html
@@ -106,7 +106,8 @@ def on_the_server(first: Session, app: App) -> None:
     """Computing alone, then with drawing."""
     for number in CUBES:
         session = with_cubes(first, number)
-        for text, draw in (("step", values), ("step with drawing", app.view.draw)):
+        numbers = lambda now: None if (field := drawn_field(now)) is None else field.values(now)  # noqa: E731
+        for text, draw in (("step", numbers), ("step with drawing", app.view.draw)):
             draw(session)
             now, times = GrabTarget(0, client=1).apply(session), []
             for move in moves(session):

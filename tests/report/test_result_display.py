@@ -7,7 +7,7 @@ REGISTERED = """
 import os
 import scipy.optimize
 import workbench as wb
-from workbench.report import result_display as display
+from workbench.report.result_display import AbstractReported, blocks_of
 
 def below(kind):
     return {kind}.union(*map(below, kind.__subclasses__()))
@@ -17,10 +17,9 @@ for verb in ("identify", "evaluate", "diagnose", "score", "optimise_plate"):
         assert os.waitpid(child, 0)[1] == 0, verb
         continue
     getattr(wb, verb)
-    shown = display.blocks_of
-    kinds = [k for k in below(display.AbstractReported) if not k.__name__.startswith("Abstract")]
+    kinds = [k for k in below(AbstractReported) if not k.__name__.startswith("Abstract")]
     assert kinds
-    assert not [k for k in kinds if shown.dispatch(k) is shown.dispatch(object)], kinds
+    assert not [k for k in kinds if blocks_of.dispatch(k) is blocks_of.dispatch(object)], kinds
     break
 """
 

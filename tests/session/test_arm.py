@@ -1,15 +1,20 @@
 """Another robot, another plate, jogging; rows left out and parameters held; the hidden effect."""
 
+import io
+import zipfile
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import mentions
+import trimesh
+from refusals import mentions, refuses
 
 from workbench import Motion, load_robot, tool_poses, write_plate, write_toml, write_urdf
+from workbench.arm.meshes import link_meshes
 from workbench.base import se3
+from workbench.base.errors import OptionError
 from workbench.plate.optimiser.constraints import is_clear_of
-from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, drawn_joints
+from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, drawn_joints, holds_urdf
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut
@@ -87,3 +92,43 @@ def test_a_urdf_from_the_page_is_corrected_in_a_copy(do, tmp_path):
     name, content = calibrated_urdf(session)
     assert name == "aria-calibrated.urdf"
     assert b"<robot" in content
+
+
+def archive(files) -> bytes:
+    """A ZIP file of these."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as made:
+        for name, content in files.items():
+            made.writestr(name, content)
+    return packed.getvalue()
+
+
+JOINT = '<axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>'
+URDF = f"""<robot name="one"><link name="base"/><link name="arm"><visual><geometry>
+<mesh filename="package://one/meshes/arm.stl"/></geometry></visual></link><link name="hand"/>
+<joint name="j1" type="revolute"><parent link="base"/><child link="arm"/>{JOINT}
+<joint name="j2" type="revolute"><parent link="arm"/><child link="hand"/>
+<origin xyz="0.3 0 0" rpy="1 0 0"/>{JOINT}</robot>"""
+
+
+def test_a_urdf_in_an_archive_brings_its_meshes(first):
+    stl = trimesh.creation.box((0.3, 0.05, 0.05)).export(file_type="stl")
+    for meshes in ({"one/meshes/arm.stl": stl}, {}):
+        command = LoadModel("arm.zip", archive({"one/urdf/one.urdf": URDF} | meshes))
+        assert holds_urdf(command.name, command.content)
+        session = command.finish(first, command.compute(first))
+        assert [len(mesh.faces) for mesh in link_meshes(session.robot)] == [12] * len(meshes)
+        assert ("shown without its meshes" in session.page.messages[-1].text) is not bool(meshes)
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (b"PK\x03\x04 no archive", "damaged archive"),
+        (archive({"arm.stl": b"x"}), "found none"),
+        (archive({"a.urdf": URDF, "b/b.urdf": URDF}), "found a.urdf, b.urdf"),
+    ],
+)
+def test_an_archive_without_one_urdf_is_refused(first, content, why):
+    with refuses(OptionError, "arm.zip", why):
+        LoadModel("arm.zip", content).compute(first)

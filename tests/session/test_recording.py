@@ -20,10 +20,7 @@ from refusals import mentions, refuses
 
 from recordings import Run, rewrite
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
-from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
 from workbench.base.types import frozen
 from workbench.session.commands.arm import ChooseRobot
@@ -38,7 +35,7 @@ from workbench.session.comparison import Overlay
 from workbench.session.journal import codec, replay
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.folder import begin, branch, go_on, resume
-from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, read_recording
+from workbench.session.journal.reader import JOURNAL, ROBOT, read_recording
 from workbench.session.journal.restore import restore
 from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity
@@ -202,22 +199,6 @@ def test_a_line_that_changed_since_is_never_replayed(whole, tmp_path):
     assert "incomplete" in recording.notes[0]
 
 
-def test_a_session_killed_in_a_drag_goes_on_from_where_that_began(record, first, tmp_path):
-    run = record()
-    run(SelectTarget(1), *list(moves(first, 5))[:-1])
-    folder = shutil.copytree(run.folder, tmp_path / "copy")  # as a kill leaves it
-    recording = read_recording(folder)
-    assert [e.command for e in recording.entries] == [SelectTarget(1), GrabTarget(2, 1)]
-    begun = record(go_on(restore(recording)))
-    session = begun(*moves(first, 3, target=4))
-    begun.worker.close()
-    assert session.plate.targets[2] is begun.begun.session.plate.targets[2]
-    whole = read_recording(folder)
-    kinds_ = [type(e.command) for e in whole.entries[1:]]
-    assert kinds_ == [GrabTarget, DropTarget, GrabTarget, MoveTarget, DropTarget]
-    assert check(whole).differences == ()
-
-
 def test_every_line_but_the_places_of_a_drag_is_on_the_disk(record, first, monkeypatch):
     """What was confirmed outlives a loss of power; the last place of a drag comes with its end."""
     synced, really = [], os.fdatasync
@@ -369,33 +350,6 @@ def test_a_first_line_that_says_nonsense_of_the_targets_is_not_believed(whole, f
     rewrite(folder, 0, lambda header: header["numbers"].update(targets=states))
     session = read_recording(folder).first
     assert [s.q.tolist() for s in session.states] == [s.q.tolist() for s in first.states]
-
-
-def more_d(folder):
-    path = folder / ROBOT
-    path.write_text(path.read_text().replace("d = 0.205", "d = 0.305", 1))
-
-
-def moved_target(folder):
-    path = folder / PLATE
-    path.write_text(path.read_text().replace("0.566", "0.466", 1))
-
-
-@pytest.mark.parametrize("change", [more_d, moved_target])
-def test_a_changed_arm_plate_or_header_of_a_former_version_is_told(first, record, tmp_path, change):
-    """Their first lines have no checksum: the numbers and the arm's postures show it."""
-    run = record()
-    run(SelectTarget(1))
-    run.worker.close()
-    former = rewrite(run.folder, 0, lambda header: header.pop("inputs"), is_sealed=False)
-    assert not restore(read_recording(former)).warning
-    change(former)
-    restored = restore(read_recording(former))
-    assert restored.warning
-    arm, session = restored.session.robot, restored.session
-    for target, state in zip(session.plate.targets, session.states, strict=True):
-        tool = se3.inverse(arm.base.pose) @ tool_poses(arm, Motion(state.q[None]))[0]
-        assert not state.reached or np.abs(tool[:3, 3] - target.xyz).max() < 1e-6
 
 
 def test_a_journal_names_built_in_arms_alone(record, tmp_path):

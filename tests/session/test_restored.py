@@ -93,8 +93,8 @@ def plain(tmp_path):
     run(MeasureVirtualArm(3), Identify(("ols",)))
     run.worker.close()
 
-    def change(step, spoil, *, is_sealed=True):
-        return read_recording(rewrite(folder, step, spoil, is_sealed=is_sealed))
+    def change(step, spoil):
+        return read_recording(rewrite(folder, step, spoil))
 
     return change
 

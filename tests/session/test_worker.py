@@ -7,7 +7,7 @@ from collections.abc import Hashable
 import pytest
 from refusals import mentions
 
-from workbench.base.progress import check_cancelled, progress
+from workbench.base.progress import check_cancelled, progress, suspected
 from workbench.session import AbstractChange, AbstractTask, replay
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.journal import Ending
@@ -42,6 +42,8 @@ class Slow(AbstractTask):
 
     def compute(self, session):
         progress(0.5, "half way")
+        suspected({"sag": 3.0})
+        suspected({"play": 5.0, "sag": 4.0})
         while not self.go.wait(0.01):
             check_cancelled()
         if self.fails:
@@ -60,6 +62,18 @@ def test_a_bug_is_a_message_and_the_session_stands(worker, do, first, caplog):
     assert "unchanged" in session.page.messages[-1].text
     assert [e.ending for e in worker.journal] == [Ending.FAILED, Ending.DONE]
     assert mentions(caplog.text, "Broken")
+
+
+def test_what_long_work_suspects_is_known_while_it_goes_on(worker):
+    go = threading.Event()
+    worker.submit(Slow(go))
+    for _ in range(500):
+        if (job := worker.session.page.job) is not None and len(job.suspects) == 2:
+            break
+        go.wait(0.01)
+    assert (job.text, job.suspects) == ("half way", {"play": 5.0, "sag": 4.0})
+    go.set()
+    assert worker.wait(60.0)
 
 
 def test_waiting_drags_give_way_to_the_newest(worker, view, first):

@@ -90,7 +90,7 @@ def save_robot(robot: Robot, path: Path | str, *, force: bool = False) -> Path:
     """
     path = check_robot_file(path)
     if not force and (reason := refusal(robot, path.suffix)):
-        raise RobotError(f"{path} is not written: {reason}")
+        raise RobotError(f"{path.name} is not written: {reason}")
     if path.suffix.lower() == ".toml":
         return write_toml(robot, path)
     from workbench.arm.urdf_writer import write_urdf

@@ -13,15 +13,20 @@ import base64
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt32
 
+from workbench.base.arguments import Given, Reads
 from workbench.base.types import frozen
 
 if TYPE_CHECKING:
     from workbench.arm.robot import Robot
+
+    Geometry = Robot | None
+else:
+    Geometry = Any  # a robot has the record
 
 MAX_POSITION, MAX_ROTATION = 2e-3, float(np.deg2rad(0.3))
 """Standard errors of the tool above which a nominal arm is as good [m], [rad]."""
@@ -41,6 +46,15 @@ class Expected(NamedTuple):
     rotation: float
 
 
+def _expected(value: Any, given: Given) -> Expected:
+    if not isinstance(value, list | tuple) or not all(isinstance(v, int | float) for v in value):
+        raise ValueError
+    return Expected(*map(float, value))
+
+
+Errors = Annotated[Expected, Reads("two numbers [m, rad]", _expected)]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Observed:
     """Observability of the tool in a calibration.
@@ -55,8 +69,8 @@ class Observed:
 
     position: int
     rotation: int
-    tool: Expected
-    flange: Expected
+    tool: Errors
+    flange: Errors
     q: Float[np.ndarray, "poses n"]
 
     @property
@@ -103,6 +117,28 @@ POSE_ROUNDING = 1e-6
 """Joint positions that agree after rounding to this [rad or m] are the same pose."""
 
 
+def _poses(value: Any, given: Given) -> Any:
+    if not isinstance(value, str):
+        return value
+    return frozen(np.frombuffer(base64.b64decode(value, validate=True), "<u4").astype(np.uint32))
+
+
+def _covariance(value: Any, given: Given) -> Any:
+    if not isinstance(value, str):
+        return value
+    half = np.frombuffer(base64.b64decode(value, validate=True), "<f4").astype(float)
+    size = int(np.sqrt(2 * len(half)))
+    table = np.zeros((size, size))
+    table[np.tril_indices(size)] = half
+    return frozen(table + np.tril(table, -1).T)
+
+
+Poses = Annotated[UInt32[np.ndarray, " rows"], Reads("keys of poses as a calibration writes them", _poses)]
+Covariance = Annotated[
+    Float[np.ndarray, "k k"], Reads("half a covariance as a calibration writes it", _covariance)
+]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Calibration:
     """Origin of an arm's values.
@@ -122,16 +158,16 @@ class Calibration:
             fitted for its effects of load, and are known through these only. None if it has no effects.
     """
 
-    source: str
-    poses: UInt32[np.ndarray, " rows"]
+    source: str = ""
+    poses: Poses
     std: Mapping[str, float] = field(default_factory=dict)
     nominal: Mapping[str, float] = field(default_factory=dict)
-    covariance: Float[np.ndarray, "k k"] = field(default_factory=lambda: np.zeros((0, 0)))
+    covariance: Covariance = field(default_factory=lambda: np.zeros((0, 0)))
     observed: Observed
-    error: Expected | None = None
+    error: Errors | None = None
     reading: str = ""
     refused: Mapping[str, str] = field(default_factory=dict)
-    geometry: "Robot | None" = None
+    geometry: Geometry = None
 
     def used(self, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which joint positions were among those of the calibration."""
@@ -160,19 +196,3 @@ def pose_keys(q: Float[np.ndarray, "rows n"]) -> UInt32[np.ndarray, " rows"]:
     """A key for each row of joint positions; equal rows have equal keys."""
     rounded = np.ascontiguousarray(np.round(q / POSE_ROUNDING).astype("<i8"))
     return frozen(np.array([zlib.crc32(row.tobytes()) for row in rounded], np.uint32))
-
-
-def poses_of(text: str) -> UInt32[np.ndarray, " rows"]:
-    """Pose keys as `Calibration.table` wrote them; a ValueError for anything else."""
-    return frozen(np.frombuffer(base64.b64decode(text, validate=True), "<u4").astype(np.uint32))
-
-
-def covariance_of(text: str) -> Float[np.ndarray, "k k"]:
-    """A covariance as `Calibration.table` wrote it, its lower half; a ValueError for anything else."""
-    half = np.frombuffer(base64.b64decode(text, validate=True), "<f4").astype(float)
-    size = int(np.sqrt(2 * len(half)))
-    if len(half) != size * (size + 1) // 2 or not np.isfinite(half).all():
-        raise ValueError("no lower half of a covariance")
-    table = np.zeros((size, size))
-    table[np.tril_indices(size)] = half
-    return frozen(table + np.tril(table, -1).T)

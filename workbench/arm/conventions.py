@@ -10,13 +10,17 @@ Standard DH is Hayati with β = 0, and Craig's is Katana's (3.2) with β = 0, so
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from numbers import Real
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from workbench.arm.chain import Axis, Element
 from workbench.arm.joint import JointKind
+from workbench.base.arguments import Given, Reads
 from workbench.base.errors import RobotError
+from workbench.base.toml import MAX_NUMBER
 
 CONSTANTS = ("theta", "d", "a", "alpha", "beta")
 AXES = {"theta": Axis.RZ, "d": Axis.TZ, "a": Axis.TX, "alpha": Axis.RX, "beta": Axis.RY}
@@ -28,29 +32,45 @@ PARALLEL = 1e-3
 """Axes that differ by less than this [rad] count as parallel, so that β replaces d."""
 
 
+def _bounded(value: Any, given: Given) -> float:
+    if isinstance(value, bool) or not isinstance(value, Real) or not abs(float(value)) < MAX_NUMBER:
+        raise ValueError
+    return float(value)
+
+
+def _counted(value: Any, given: Given) -> int:
+    if type(value) is not int or value < 1:
+        raise ValueError
+    return value - 1
+
+
+Bounded = Annotated[float, Reads("a finite number", _bounded)]
+Column = Annotated[int, Reads("a joint's number from 1", _counted)]
+"""A column of q, counted from 0 inside."""
+
+
 @dataclass(frozen=True)
 class JointEntry:
-    """One `[[joint]]` of a table: its kind, constants, which of them may be identified, and which joints it
-    follows by what ratios."""
+    """The geometry in one `[[joint]]` of a table: its kind, constants [rad, m], which of them may be
+    identified, the order of a `three-rotation` joint, joints that it follows and their ratios, 1 if empty."""
 
-    kind: JointKind = JointKind.REVOLUTE
-    constants: dict[str, float] = field(default_factory=dict)
-    free: tuple[str, ...] | None = None
-    order: str = "xyz"
-    follows: tuple[tuple[int, float], ...] = ()
+    type: JointKind = JointKind.REVOLUTE
+    theta: Bounded = 0.0
+    d: Bounded = 0.0
+    a: Bounded = 0.0
+    alpha: Bounded = 0.0
+    beta: Bounded = 0.0
+    free: tuple[Literal["theta", "d", "a", "alpha", "beta"], ...] | None = None
+    order: Literal["xyz", "zyx"] = "xyz"
+    follows: tuple[Column, ...] = ()
+    ratio: tuple[Bounded, ...] = ()
 
 
-def joint_names(entries: list[JointEntry]) -> list[str]:
+def joint_names(kinds: Iterable[JointKind]) -> list[str]:
     """`joint1`, `joint2` … for moving joints, `fixed1` … for the others."""
-    names, moving, fixed = [], 0, 0
-    for entry in entries:
-        if entry.kind is JointKind.FIXED:
-            fixed += 1
-            names.append(f"fixed{fixed}")
-        else:
-            moving += 1
-            names.append(f"joint{moving}")
-    return names
+    fixed = np.array([kind is JointKind.FIXED for kind in kinds], bool)
+    counts = np.where(fixed, np.cumsum(fixed), np.cumsum(~fixed)).tolist()
+    return [f"{'fixed' if still else 'joint'}{k}" for still, k in zip(fixed, counts, strict=True)]
 
 
 def default_free(convention: str, entries: list[JointEntry]) -> list[tuple[str, ...]]:
@@ -64,11 +84,10 @@ def default_free(convention: str, entries: list[JointEntry]) -> list[tuple[str, 
     for i, entry in enumerate(entries):
         neighbour = i + 1 if orders_distal else i - 1
         pair = 0 <= neighbour < len(entries) and all(
-            entries[k].kind is JointKind.REVOLUTE for k in (i, neighbour)
+            entries[k].type is JointKind.REVOLUTE for k in (i, neighbour)
         )
-        twist = entry.constants.get("alpha", 0.0)
-        parallel = pair and abs(np.sin(twist)) < PARALLEL
-        if entry.kind is JointKind.FIXED:
+        parallel = pair and abs(np.sin(entry.alpha)) < PARALLEL
+        if entry.type is JointKind.FIXED:
             result.append(())
         else:
             result.append(("theta", "beta" if parallel else "d", "a", "alpha"))
@@ -80,29 +99,28 @@ def build_elements(convention: str, entries: list[JointEntry]) -> tuple[tuple[El
     elements: list[Element] = []
     ends = []
     moving = 0
-    defaults = default_free(convention, entries)
-    for link, (entry, name, default) in enumerate(zip(entries, joint_names(entries), defaults, strict=True)):
+    defaults, names = default_free(convention, entries), joint_names(entry.type for entry in entries)
+    for link, (entry, name, default) in enumerate(zip(entries, names, defaults, strict=True)):
         free = default if entry.free is None else entry.free
-        if unknown := set(free) - set(CONSTANTS):
+        ratios = entry.ratio or (1.0,) * len(entry.follows)
+        if len(ratios) != len(entry.follows):
             raise RobotError(
-                f"{name}: free names '{sorted(unknown)[0]}'; the constants are {', '.join(CONSTANTS)}",
-                found=sorted(unknown)[0],
+                f"{name} follows {len(entry.follows)} joints by {len(ratios)} ratios; give one each"
             )
-        driven = {JointKind.REVOLUTE: "theta", JointKind.PRISMATIC: "d"}.get(entry.kind)
-        order = THREE_ROTATION[entry.order] if convention == "three-rotation" else ORDERS[convention]
-        for constant in order:
+        driven = {JointKind.REVOLUTE: "theta", JointKind.PRISMATIC: "d"}.get(entry.type)
+        for constant in THREE_ROTATION[entry.order] if convention == "three-rotation" else ORDERS[convention]:
             elements.append(
                 Element(
                     AXES[constant],
                     f"{name}.{constant}",
-                    float(entry.constants.get(constant, 0.0)),
+                    getattr(entry, constant),
                     joint=moving if constant == driven else None,
                     free=constant in free,
                     link=link,
                 )
             )
             if constant == driven:
-                elements += followers(elements[-1], entry.follows)
+                elements += followers(elements[-1], zip(entry.follows, ratios, strict=True))
         ends.append(len(elements) - 1)
         moving += driven is not None
     return tuple(elements), tuple(ends)

@@ -9,13 +9,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.chain import Axis, Element
 from workbench.base import se3
 from workbench.base.arguments import admit
-from workbench.base.array_checks import as_pose, check_rotations, numbers
-from workbench.base.errors import ShapeError
+from workbench.base.array_checks import as_pose, check_rotations
 from workbench.base.types import Freedom, Matrix3, Matrix4, Vector3, frozen
 
 BASE, TOOL = -1, -2
@@ -69,24 +67,14 @@ class Frame:
             *(Element(Axis(i), f"{name}.{part}", link=link) for i, part in enumerate(FRAME_PARTS[3:])),
         )
 
-    def moved(self, parts: Float[np.ndarray, "6"]) -> "Frame":
-        """The frame with position parts[:3] and turned by the small rotations parts[3:]."""
-        parts = numbers(parts, "the six parts of a frame")
-        if parts.shape != (6,):
-            raise ShapeError(
-                f"a frame has six parts (x, y, z, roll, pitch, yaw), got {parts.size}",
-                expected=6,
-                found=parts.size,
-            )
-        turn = np.eye(3)
-        for axis in range(3):
-            turn = turn @ se3.rotvec_to_matrix(np.eye(3)[axis] * parts[3 + axis])
-        return replace(self, xyz=frozen(np.array(parts[:3])), rotation=frozen(self.rotation @ turn))
-
     def with_values(self, name: str, values: Mapping[str, float]) -> "Frame":
         """The frame with the constants `name.x` … `name.yaw` that are given; itself if none of them is."""
         keys = [f"{name}.{part}" for part in FRAME_PARTS]
         if values.keys().isdisjoint(keys):
             return self
         own = [*self.xyz.tolist(), 0.0, 0.0, 0.0]
-        return self.moved(np.array([values.get(k, v) for k, v in zip(keys, own, strict=True)]))
+        parts = np.array([values.get(k, v) for k, v in zip(keys, own, strict=True)])
+        turn = np.eye(3)
+        for axis in range(3):
+            turn = turn @ se3.rotvec_to_matrix(np.eye(3)[axis] * parts[3 + axis])
+        return replace(self, xyz=frozen(parts[:3]), rotation=frozen(self.rotation @ turn))

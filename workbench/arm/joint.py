@@ -52,6 +52,7 @@ class Joint:
         com_tolerance: Standard deviation of the centre of mass, each axis [m].
         max_moment: Maximum moment about the axis [N m].
         label: Its name in the robot's own file, such as `shoulder_pan_joint`; empty if none.
+        link: Name of the link after it there.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Joint:
     com_tolerance: NotNegative = COM_TOLERANCE
     max_moment: NotNegative | None = None
     label: str = ""
+    link: str = ""
 
     @property
     def inertia(self) -> dict[str, float]:

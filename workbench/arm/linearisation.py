@@ -21,7 +21,7 @@ from jaxtyping import Float, Int
 from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.errors import OptionError, ShapeError
+from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 
 RANK_TOLERANCE = 1e-9
@@ -48,22 +48,6 @@ class Linearisation:
     measurement: Int[np.ndarray, " m"]
     length: float
     residual: Float[np.ndarray, " m"] | None = None
-
-    def __post_init__(self):
-        rows, columns = self.jacobian.shape
-        for what, found, expected in (
-            ("names", len(self.names), columns),
-            ("units", len(self.units), columns),
-            ("sigma", len(self.sigma), rows),
-            ("measurement", len(self.measurement), rows),
-            ("residual", rows if self.residual is None else len(self.residual), rows),
-        ):
-            if found != expected:
-                raise ShapeError(
-                    f"the linearisation's {what} has {found} entries, its Jacobian asks for {expected}",
-                    expected=expected,
-                    found=found,
-                )
 
     @cached_property
     def measurements(self) -> int:

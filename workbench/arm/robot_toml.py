@@ -1,19 +1,20 @@
 """Robots as TOML files: the tables of `formats.md`, with one clear sentence for each error."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
-from typing import Any, TypeVar, final
+from typing import Annotated, Any, Literal, TypeVar, final
 
 import numpy as np
 import tomli_w
 
-from workbench.arm.calibration_record import Calibration, Expected, Observed, covariance_of, poses_of
+from workbench.arm.calibration_record import Calibration, Observed
 from workbench.arm.chain import Axis, Element
 from workbench.arm.conventions import (
     CONSTANTS,
     ORDERS,
-    THREE_ROTATION,
+    Bounded,
+    Column,
     JointEntry,
     build_elements,
     joint_names,
@@ -27,7 +28,7 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.arguments import admitted
+from workbench.base.arguments import Reads, admitted
 from workbench.base.array_checks import numbers
 from workbench.base.errors import OptionError, RobotError
 from workbench.base.files import check_ending, write_text
@@ -37,13 +38,23 @@ from workbench.base.types import Freedom, frozen
 CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
 PLACES = {"base", "tool", "session", "gravity", "gravity_tolerance"}
 ROBOT_KEYS = {"name", "convention", "joint", "element", "effect", "calibration", *PLACES}
-FACTS = {"name", "limits", "mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
-JOINT_KEYS = {"type", "free", "order", "follows", "ratio", *FACTS, *CONSTANTS}
-ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
-ELEMENT_KEYS = {"axis", "value", "joint", "follows", "ratio", "free", "name"}
+FACTS = {"name", "link", "limits", "mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
 FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
 
 Kind = TypeVar("Kind")
+
+
+@dataclass(frozen=True)
+class ElementEntry:
+    """One `[[element]]` of an `elementary` robot, as `Element` has it."""
+
+    axis: Annotated[Literal["rx", "ry", "rz", "tx", "ty", "tz"], Reads("", lambda text, _: str(text).lower())]
+    value: Bounded = 0.0
+    name: str = ""
+    joint: Column | None = None
+    follows: Column | None = None
+    ratio: Bounded = 1.0
+    free: bool = False
 
 
 @final
@@ -90,40 +101,18 @@ class _RobotReader(AbstractTableReader):
             own["gravity"] = frozen(self.numbers(table["gravity"], 3, f"{where}gravity"))
         return replace(common, **own)
 
-    def joint(self, table: dict, name: str) -> Joint:
+    def entry(self, table: dict, number: int, convention: str) -> JointEntry:
+        """What a `[[joint]]` says about the geometry, which an `elementary` robot has in its elements."""
+        allowed = {"type"} if convention == "elementary" else {"type", "free", "follows", "ratio", *CONSTANTS}
+        allowed |= {"order"} if convention == "three-rotation" else set()
+        what = f"[[joint]] {number + 1}"
+        self.keys(table, allowed | FACTS, what)
+        return self.record(JointEntry, {key: table[key] for key in table.keys() & allowed}, what)
+
+    def joint(self, table: dict, name: str, kind: JointKind) -> Joint:
         facts = {"label" if key == "name" else key: table[key] for key in table.keys() & FACTS}
         facts["com"] = frozen(self.numbers(table.get("com", [0, 0, 0]), 3, f"{name} com"))
-        return self.record(Joint, {"name": name, "kind": self.kind(table, name), **facts}, name)
-
-    def kind(self, table: dict, name: str) -> JointKind:
-        try:
-            return JointKind(table.get("type", "revolute"))
-        except ValueError:
-            raise self.fail(
-                f"{name} has type {table['type']!r}; known: revolute, prismatic and fixed"
-            ) from None
-
-    def entry(self, table: dict, name: str, convention: str) -> JointEntry:
-        self.keys(table, JOINT_KEYS if convention == "three-rotation" else JOINT_KEYS - {"order"}, name)
-        constants = {c: self.number(table[c], f"{name} {c}") for c in CONSTANTS if c in table}
-        order = table.get("order", "xyz")
-        if not isinstance(order, str) or order not in THREE_ROTATION:
-            raise self.fail(f'{name} order must be "xyz" or "zyx", not {order!r}')
-        given = {"constants": constants, "order": order, "follows": self.followed(table, name)}
-        free = {"free": table["free"]} if "free" in table else {}
-        return self.record(JointEntry, {"kind": self.kind(table, name), **given, **free}, name)
-
-    def followed(self, table: dict, name: str) -> tuple[tuple[int, float], ...]:
-        """Columns that a joint follows beside its own, and the ratios; one of each or lists."""
-        if "follows" not in table:
-            return ()
-        columns, ratios = (
-            value if isinstance(value, list) else [value]
-            for value in (table["follows"], table.get("ratio", 1.0))
-        )
-        if len(columns) != len(ratios) or not all(type(c) is int and c > 0 for c in columns):
-            raise self.fail(f"{name} follows must be a joint's number with a ratio, not {table['follows']!r}")
-        return tuple((c - 1, self.number(r, f"{name} ratio")) for c, r in zip(columns, ratios, strict=True))
+        return self.record(Joint, {"name": name, "kind": kind, **facts}, name)
 
 
 def read_toml(path: Path | str) -> Robot:
@@ -178,18 +167,20 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
     unknown = Frame(free=Freedom.AUTO)
     mounting = reader.record(Mounting, {"base": unknown, "tool": unknown, **own}, "the robot's")
     mounting = reader.mounting(data, "", mounting, Freedom.AUTO)
-    kinds = [reader.kind(t, f"[[joint]] {i + 1}") for i, t in enumerate(tables)]
-    names = joint_names([JointEntry(k) for k in kinds])
-    joints = tuple(reader.joint(t, n) for t, n in zip(tables, names, strict=True))
+    entries = [reader.entry(t, i, convention) for i, t in enumerate(tables)]
     try:
         if convention == "elementary":
-            elements, ends, joints = _elementary(data, tables, joints, reader)
+            elements, ends, entries = _elementary(data, tables, entries, reader)
         else:
             if "element" in data:
                 raise reader.fail(f'[[element]] belongs to convention "elementary", not to "{convention}"')
-            entries = [reader.entry(t, n, convention) for t, n in zip(tables, names, strict=True)]
             elements, ends = build_elements(convention, entries)
-            _check_followed(elements, sum(kind is not JointKind.FIXED for kind in kinds), reader)
+        kinds = [entry.type for entry in entries]
+        moving = sum(kind is not JointKind.FIXED for kind in kinds)
+        if strange := [e.name for e in elements if e.follows is not None and e.follows >= moving]:
+            raise reader.fail(f"{strange[0]} follows an unknown joint; give one of 1 … {moving}")
+        facts = zip(tables or [{}] * len(kinds), joint_names(kinds), kinds, strict=True)
+        joints = tuple(reader.joint(*each) for each in facts)
         robot = Robot(
             name=str(data.get("name", Path(reader.path).stem)),
             convention=convention,
@@ -203,9 +194,7 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
     except RobotError as error:
         raise reader.fail(str(error)) from None
     robot = replace(robot, sessions=_sessions(reader.tables(data, "session"), mounting, reader))
-    record = _calibration(data.get("calibration"), reader)
-    if record is not None and "geometry" in data["calibration"]:
-        record = replace(record, geometry=_geometry(data["calibration"]["geometry"], robot, reader))
+    record = None if "calibration" not in data else _calibration(data["calibration"], robot, reader)
     loads = [t["loads"] for t in reader.tables(data, "effect") if "loads" in t]
     return replace(_loaded(robot, loads[0], reader) if loads else robot, calibration=record)
 
@@ -227,51 +216,16 @@ def _effect(table: dict, number: int, reader: _RobotReader) -> AbstractEffect:
     return reader.record(kind, {"joints": [j - 1 for j in joints], **given}, what)
 
 
-def _calibration(table: Any, reader: _RobotReader) -> Calibration | None:
-    """The record in a robot's file; None if there is none."""
-    if table is None:
-        return None
+def _calibration(table: Any, robot: Robot, reader: _RobotReader) -> Calibration:
+    """The record in a robot's file."""
     what = "[calibration]"
-    reader.keys(table, {f.name for f in fields(Calibration)}, what)
-    if "observed" not in table:
+    given = dict(reader.table(table, what))
+    if "observed" not in given:
         raise reader.fail(f"{what} lacks 'observed'; identify the arm again, or delete this table")
-    try:
-        poses = poses_of(str(table.get("poses", "")))
-        covariance = covariance_of(str(table.get("covariance", "")))
-    except ValueError:
-        text = f"{what} poses or covariance are damaged; use the file written by the calibration"
-        raise reader.fail(text) from None
-
-    def named(key: str) -> dict[str, float]:
-        values = reader.table(table.get(key, {}), f"{what} {key}")
-        return {name: reader.number(value, f"{what} {key} of {name}") for name, value in values.items()}
-
-    return Calibration(
-        source=str(table.get("source", "")),
-        poses=poses,
-        std=named("std"),
-        nominal=named("nominal"),
-        covariance=covariance,
-        error=_expected(table, "error", what, reader) if "error" in table else None,
-        observed=_observed(table["observed"], reader),
-        reading=str(table.get("reading", "")),
-        refused={k: str(v) for k, v in reader.table(table.get("refused", {}), f"{what} refused").items()},
-    )
-
-
-def _observed(table: Any, reader: _RobotReader) -> Observed:
-    what = "[calibration.observed]"
-    errors = {key: _expected(reader.table(table, what), key, what, reader) for key in ("tool", "flange")}
-    found = reader.record(Observed, {**table, **errors}, what)
-    return replace(found, q=frozen(found.q))
-
-
-def _expected(table: dict, key: str, what: str, reader: _RobotReader) -> Expected:
-    """Errors of position and orientation; NaN for none."""
-    pair = table.get(key)
-    if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(v, int | float) for v in pair):
-        raise reader.fail(f"{what} {key} must be two numbers [m, rad], not {pair!r}")
-    return Expected(float(pair[0]), float(pair[1]))
+    given["observed"] = reader.record(Observed, given["observed"], "[calibration.observed]")
+    if "geometry" in given:
+        given["geometry"] = _geometry(given["geometry"], robot, reader)
+    return reader.record(Calibration, given, what)
 
 
 def _geometry(data: Any, robot: Robot, reader: _RobotReader) -> Robot:
@@ -314,64 +268,43 @@ def _loaded(robot: Robot, data: Any, reader: _RobotReader) -> Robot:
     return replace(robot, joints=tuple(joints), mounting=mounting, sessions=sessions)
 
 
-def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader: _RobotReader):
-    """Elements of an `elementary` robot; the link frame of a joint is right after its driven element."""
-    tables = reader.tables(data, "element")
-    drivers = [t["joint"] for t in tables if "joint" in t]
-    whole = all(isinstance(d, int) and not isinstance(d, bool) for d in drivers)
-    if not whole or drivers != list(range(1, len(drivers) + 1)):
-        raise reader.fail(f"[[element]] joints must be 1, 2, … in order, once each; found {drivers}")
+def _elementary(data: dict, tables: list[dict], entries: list[JointEntry], reader: _RobotReader):
+    """Elements of an `elementary` robot, and its joints; the link frame of one is right after its driven
+    element."""
     elements: list[Element] = []
     ends: list[int] = []
-    for i, table in enumerate(tables):
+    for i, table in enumerate(reader.tables(data, "element")):
         ends += [i] if "joint" in table or "follows" in table else []
         elements.append(_element(table, i, max(len(ends) - 1, 0), reader))
-    _check_followed(elements, len(drivers), reader)
-    kinds = [JointKind.REVOLUTE if elements[i].axis.turns else JointKind.PRISMATIC for i in ends]
-    kinds = [
-        JointKind.FIXED if elements[i].follows is not None else k for i, k in zip(ends, kinds, strict=True)
-    ]
-    names = joint_names([JointEntry(k) for k in kinds])
-    if not joints:
-        joints = tuple(Joint(name=name, kind=kind) for name, kind in zip(names, kinds, strict=True))
-    if len(joints) != len(ends):
+    driven = [JointEntry(_kind(elements[i])) for i in ends]
+    if tables and len(tables) != len(ends):
         raise reader.fail(
-            f"{len(joints)} [[joint]] tables but {len(ends)} driven elements; give one for each"
+            f"{len(tables)} [[joint]] tables but {len(ends)} driven elements; give one for each"
         )
-    for k, table in enumerate(facts):
-        reader.keys(table, {"type", *FACTS}, f"{names[k]} of an elementary robot")
-        if table.get("type", kinds[k]) != kinds[k]:
+    for k, (table, given) in enumerate(zip(tables, entries, strict=True)):
+        if "type" in table and given.type is not driven[k].type:
             axis = elements[ends[k]].axis.name.lower()
-            raise reader.fail(f"{names[k]} is '{table['type']}' but drives {axis}; make it '{kinds[k]}'")
-    return (
-        tuple(elements),
-        tuple(ends),
-        tuple(replace(j, name=names[k], kind=kinds[k]) for k, j in enumerate(joints)),
-    )
+            raise reader.fail(
+                f"[[joint]] {k + 1} is '{given.type}' but drives {axis}; make it '{driven[k].type}'"
+            )
+    return tuple(elements), tuple(ends), driven
 
 
-def _check_followed(elements: Iterable[Element], joints: int, reader: _RobotReader) -> None:
-    strange = [e.name for e in elements if e.follows is not None and not 0 <= e.follows < joints]
-    if strange:
-        raise reader.fail(f"{strange[0]} follows an unknown joint; give one of 1 … {joints}")
+def _kind(element: Element) -> JointKind:
+    """What a joint does that drives an element; one that follows others has no coordinate."""
+    if element.follows is not None:
+        return JointKind.FIXED
+    return JointKind.REVOLUTE if element.axis.turns else JointKind.PRISMATIC
 
 
 def _element(table: dict, number: int, link: int, reader: _RobotReader) -> Element:
     what = f"[[element]] {number + 1}"
-    reader.keys(table, ELEMENT_KEYS, what)
-    letters = str(table.get("axis")).lower()
-    if letters not in ELEMENT_AXES:
-        raise reader.fail(f"{what} axis is {table.get('axis')!r}; known: {', '.join(ELEMENT_AXES)}")
-    axis = Axis[letters.upper()]
-    name = str(table.get("name", f"element{number + 1}.{axis.name.lower()}"))
-    if name.split(".")[0] in ("base", "tool"):
+    entry = reader.record(ElementEntry, table, what)
+    if (name := entry.name or f"element{number + 1}.{entry.axis.lower()}").split(".")[0] in ("base", "tool"):
         raise reader.fail(f"{what} is named '{name}', which is reserved for [base] and [tool]; rename it")
-    if "follows" in table and (type(table["follows"]) is not int or "joint" in table):
-        found = table["follows"]
-        raise reader.fail(f"{what} follows must be a joint's number, without joint beside it, not {found!r}")
-    driven = {key: table[key] - 1 for key in ("joint", "follows") if key in table}
-    own = {key: table[key] for key in ("value", "ratio", "free") if key in table}
-    return reader.record(Element, {"axis": axis, "name": name, "link": link, **driven, **own}, what)
+    if entry.joint is not None and entry.follows is not None:
+        raise reader.fail(f"{what} has joint and follows; give one of them")
+    return Element(**(vars(entry) | {"axis": Axis[entry.axis.upper()], "name": name, "link": link}))
 
 
 def _sessions(tables: list[dict], common: Mounting, reader: _RobotReader) -> dict[str, Mounting]:
@@ -477,7 +410,7 @@ def write_toml(robot: Robot, path: Path | str) -> Path:
 
 
 def _joint_facts(joint: Joint) -> dict[str, Any]:
-    facts: dict[str, Any] = {"name": joint.label} if joint.label else {}
+    facts: dict[str, Any] = {k: v for k, v in (("name", joint.label), ("link", joint.link)) if v}
     if joint.kind is not JointKind.REVOLUTE:
         facts["type"] = str(joint.kind)
     if np.isfinite(joint.limits).all():

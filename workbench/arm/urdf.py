@@ -314,6 +314,7 @@ def _joint_info(joint, name: str, kind: JointKind, model, notes: list[str]) -> J
     return Joint(
         name=name,
         label=joint.name,
+        link=joint.child,
         kind=kind,
         limits=limits,
         mass=mass,

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.arm import chain as chains
+from workbench.arm.joint import Joint
 from workbench.arm.masses import carried, moved, sphere_inertia
 from workbench.arm.robot import Robot
 from workbench.arm.urdf import BASE_LINK, TOOL_LINK, read_urdf, xml_root
@@ -75,21 +76,22 @@ def _skeleton(robot: Robot) -> ET.Element:
     """A URDF of frames for an arm from a table; every driven element keeps its own axis."""
     root, parent = ET.Element("robot", name=robot.name), "base_link"
     driven = [robot.elements[i] for i in moved(robot)]
-    segments, bodies, names = _segments(robot), carried(robot), {}
+    segments, bodies, names = _segments(robot), carried(robot), _names([robot.joints[e.link] for e in driven])
     ET.SubElement(root, "link", name=parent)
-    for number, (element, segment) in enumerate(zip(driven, segments[:-1], strict=True), start=1):
+    leaders = {e.joint: name for e, (name, _) in zip(driven, names, strict=True) if e.joint is not None}
+    for element, segment, body, (name, child) in zip(driven, segments[:-1], bodies, names, strict=True):
         joint = robot.joints[element.link]
         limits = np.array(joint.limits)
         if element.follows is not None:
             limits = np.sort(element.value + element.ratio * robot.limits[element.follows])
-        link = ET.SubElement(root, "link", name=f"link{number}")
+        link = ET.SubElement(root, "link", name=child)
         is_limited = bool(np.isfinite(limits).all())
         kind = "prismatic" if not element.axis.turns else "revolute" if is_limited else "continuous"
         if kind == "prismatic" and not is_limited:
             raise RobotError(
                 f"{joint.name} is prismatic without limits, which a URDF can't express; give limits"
             )
-        node = _joint_node(root, f"joint{number}", kind, parent, f"link{number}", segment)
+        node = _joint_node(root, name, kind, parent, child, segment)
         axis = np.eye(3)[element.axis % 3]
         ET.SubElement(node, "axis", xyz=numbers_text(axis))
         if kind != "continuous":
@@ -102,16 +104,22 @@ def _skeleton(robot: Robot) -> ET.Element:
                 effort=repr(float(effort)),
                 velocity="0",
             )
-        if element.follows is None:
-            names[element.joint] = f"joint{number}"
-        else:
+        if element.follows is not None:
             factor, offset = repr(float(element.ratio)), repr(float(element.value))
-            ET.SubElement(node, "mimic", joint=names[element.follows], multiplier=factor, offset=offset)
-        _inertial(link, *bodies[number - 1])
-        parent = f"link{number}"
+            ET.SubElement(node, "mimic", joint=leaders[element.follows], multiplier=factor, offset=offset)
+        _inertial(link, *body)
+        parent = child
     ET.SubElement(root, "link", name="flange")
     _joint_node(root, "flange_joint", "fixed", parent, "flange", segments[-1])
     return root
+
+
+def _names(joints: list[Joint]) -> list[tuple[str, str]]:
+    """Names of joints and of the links after them: their own ones, unless some are alike."""
+    plain = [(f"joint{k}", f"link{k}") for k in range(1, len(joints) + 1)]
+    own = [(j.label or p[0], j.link or p[1]) for j, p in zip(joints, plain, strict=True)]
+    taken = {"flange_joint", *(name for name, _ in own)}, {"base_link", "flange", *(link for _, link in own)}
+    return own if (len(taken[0]), len(taken[1])) == (len(own) + 1, len(own) + 2) else plain
 
 
 def _inertial(link: ET.Element, mass: float | None, com: Vector3) -> None:

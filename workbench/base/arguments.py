@@ -181,7 +181,7 @@ def _seen(hint: Any, is_finite: bool) -> Any:
             return Annotated[hint, WrapValidator(_array_reader(hint, is_finite).wrapped)]
         is_record = is_dataclass(hint) or hasattr(hint, "_fields")
         return InstanceOf[hint] if is_record else hint  # type: ignore[misc]
-    if any(map(_is_enum, parts)):
+    if any(isinstance(part, type) and issubclass(part, Enum) for part in parts):
         parts = tuple(part for part in parts if part is not str)
     inner = tuple(_seen(part, is_finite) for part in parts)
     if kind is Annotated:
@@ -195,10 +195,6 @@ def _seen(hint: Any, is_finite: bool) -> Any:
         several = inner if kind is tuple and ... not in parts else (inner[0], ...)
         return Annotated[tuple[several], WrapValidator(Reads("", _several).wrapped)]
     return Mapping[inner] if kind is Mapping and parts else hint  # type: ignore[misc]
-
-
-def _is_enum(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, Enum)
 
 
 def _number(value: Any, given: Given) -> Any:
@@ -329,7 +325,7 @@ def _expanded(own: Any, record: type) -> Any:
 def _shown(value: Any) -> str:
     """What was given, for people; only its kind where it is large."""
     if isinstance(value, str):
-        return f"'{value}'"
+        return f"'{value if len(value) < 100 else value[:99] + '…'}'"
     if value is None or isinstance(value, bool | int | float | tuple | list | set | dict):
         return repr(value)
     if isinstance(value, np.ndarray) and value.size <= MAX_SHOWN:

@@ -76,8 +76,10 @@ def write_bytes(path: Path | str, content: bytes) -> Path:
     """
     path = Path(path)
     with _file_errors(path):
-        if str(path) in STANDARD_OUTPUT:
-            _to_standard_output(content)
+        if str(path) in STANDARD_OUTPUT and (waiting := _WAITING.get()) is not None:
+            waiting.append(partial(_write_through, 1, content))
+        elif str(path) in STANDARD_OUTPUT:
+            _write_through(1, content)
         elif path.exists() and not path.is_file():
             _write_through(os.open(path, os.O_WRONLY), content)
         else:
@@ -146,14 +148,6 @@ def standard_output_last() -> Iterator[list[Callable[[], None]]]:
         yield waiting
     finally:
         _WAITING.reset(token)
-
-
-def _to_standard_output(content: bytes) -> None:
-    waiting = _WAITING.get()
-    if waiting is None:
-        _write_through(1, content)
-    else:
-        waiting.append(partial(_write_through, 1, content))
 
 
 def _write_through(descriptor: int, content: bytes) -> None:

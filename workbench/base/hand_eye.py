@@ -11,6 +11,9 @@ from jaxtyping import Float
 
 from workbench.base import se3
 
+TURNS = 24
+"""Turns of the tool that are tried about an axis."""
+
 
 def hand_eye(
     arm: Float[np.ndarray, "*lead rows 4 4"], measured: Float[np.ndarray, "rows 4 4"]
@@ -22,13 +25,18 @@ def hand_eye(
     z, y = (part.reshape(*arm.shape[:-3], 3, 3) for part in (u[..., 0], vt[..., 0, :]))
     side = np.sign(np.linalg.det(z))[..., None, None]
     z, y = nearest_rotation(side * z), nearest_rotation(side * y)
-    x = np.swapaxes(y, -1, -2)[..., None, :, :]
-    # p_B = X (R_A t_Z + p_A) + t_X
-    system = np.concatenate([x @ a, np.broadcast_to(np.eye(3), a.shape)], axis=-1)
+    return se3.pose(z, _offset(arm, measured, np.swapaxes(y, -1, -2)))
+
+
+def _offset(arm: np.ndarray, measured: np.ndarray, x: np.ndarray) -> Float[np.ndarray, "*lead 3"]:
+    """The place of the tool for a rotation of the base: p_B = X (R_A t_Z + p_A) + t_X."""
+    a, x = arm[..., :3, :3], x[..., None, :, :]
+    turned = x @ a
+    system = np.concatenate([turned, np.broadcast_to(np.eye(3), turned.shape)], axis=-1)
     right = measured[:, :3, 3] - (x @ arm[..., :3, 3, None])[..., 0]
-    lead = arm.shape[:-3]
+    lead = right.shape[:-2]
     inverse = np.linalg.pinv(system.reshape(*lead, -1, 6), rcond=1e-9)
-    return se3.pose(z, (inverse @ right.reshape(*lead, -1, 1))[..., :3, 0])
+    return (inverse @ right.reshape(*lead, -1, 1))[..., :3, 0]
 
 
 def nearest_rotation(matrix: Float[np.ndarray, "*lead 3 3"]) -> Float[np.ndarray, "*lead 3 3"]:
@@ -53,3 +61,20 @@ def base_and_tool(
     """Both X and Z of B_i = X A_i Z."""
     tool = hand_eye(arm, measured)
     return mean_base(arm @ tool[..., None, :, :], measured), tool
+
+
+def base_and_tool_by_places(
+    arm: Float[np.ndarray, "rows 4 4"], measured: Float[np.ndarray, "rows 4 4"]
+) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "4 4"]]:
+    """The same where all turns are about nearly one axis: the places choose the tool's turn about it."""
+    tool = hand_eye(arm, measured)
+    turned = se3.matrix_to_rotvec(np.swapaxes(arm[:1, :3, :3], 1, 2) @ arm[1:, :3, :3])
+    axis = np.linalg.svd(turned, full_matrices=False)[2][0]
+    angles = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)
+    z = se3.rotvec_to_matrix(angles[:, None] * axis) @ tool[:3, :3]
+    x = nearest_rotation(np.einsum("kij,tklj->til", measured[:, :3, :3], arm[:, :3, :3] @ z[:, None]))
+    tools = se3.pose(z, _offset(arm, measured, x))
+    bases = mean_base(arm @ tools[:, None], measured)
+    missed = (bases[:, None] @ arm @ tools[:, None])[..., :3, 3] - measured[:, :3, 3]
+    best = int(np.argmin((missed**2).sum((1, 2))))
+    return bases[best], tools[best]

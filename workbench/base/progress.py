@@ -7,13 +7,14 @@ The code in between calls `progress`, `cancelled` and `check_cancelled`; outside
 Other threads and processes don't inherit it: work that is handed to them is asked about between its pieces.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import NamedTuple
 
 Report = Callable[[float, str], None]
 """Is called with the share of the work done, 0 to 1, and with what is being done."""
+Hear = Callable[[Mapping[str, float]], None]
 Cancel = Callable[[], bool]
 """Is asked whether to stop; the work then ends with the best that it has, or raises `Cancelled`."""
 
@@ -25,6 +26,7 @@ class Cancelled(Exception):
 class _Running(NamedTuple):
     show: Report
     cancel: Cancel
+    hear: Hear = lambda sizes: None
 
 
 _UNSEEN = _Running(lambda share, text: None, lambda: False)
@@ -32,15 +34,18 @@ _RUN = ContextVar[_Running]("_RUN")
 
 
 @contextmanager
-def running(show: Report | None = None, cancel: Cancel | None = None) -> Iterator[None]:
+def running(
+    show: Report | None = None, cancel: Cancel | None = None, *, hear: Hear | None = None
+) -> Iterator[None]:
     """Show the progress of the work within, and end it on request.
 
     Args:
         show: Called with the share of the work done and with what is being done; by default nothing
             is shown, whatever the work around it shows.
         cancel: Asked often; once it says True, the work ends with what it has or raises `Cancelled`.
+        hear: Told what the work suspects long before its end; who hears the work around it if None.
     """
-    token = _RUN.set(_Running(show or _UNSEEN.show, cancel or _UNSEEN.cancel))
+    token = _RUN.set(_Running(show or _UNSEEN.show, cancel or _UNSEEN.cancel, hear or _RUN.get(_UNSEEN).hear))
     try:
         yield
     finally:
@@ -71,6 +76,11 @@ def whole_or_nothing() -> Iterator[None]:
 def progress(share: float, text: str) -> None:
     """Report the share of the work done, and what is being done."""
     _RUN.get(_UNSEEN).show(share, text)
+
+
+def suspected(sizes: Mapping[str, float]) -> None:
+    """Report what may be found, by name, and how much speaks for each."""
+    _RUN.get(_UNSEEN).hear(sizes)
 
 
 def cancelled() -> bool:

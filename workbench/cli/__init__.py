@@ -27,7 +27,7 @@ from workbench.parts import offered, resolved, warn_of_broken
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
 """File extensions that the app opens in place of a command."""
-SERVED = ("host", "port", "open_browser", "record", "rerun")
+SERVED = ("host", "port", "open_browser", "record", "rerun", "session")
 """Options that do not determine what the app shows; without any others the user is asked."""
 
 app = typer.Typer(

@@ -1,5 +1,6 @@
 """The commands that turn measurements into a calibrated robot: identify, diagnose, evaluate, export."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -43,9 +44,9 @@ def identify(
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import posed_arm
     from workbench.data.accuracy_requirement import default_requirement
-    from workbench.identification.errors.file_errors import file_text
     from workbench.identification.prior import read_prior
     from workbench.identification.report.document import identification_blocks
+    from workbench.identification.report.page import write_identification
     from workbench.identification.report.results_json import identification_json
     from workbench.identification.result import LOOK_AGAIN
 
@@ -78,15 +79,7 @@ def identify(
         saved = _save(run, out.save, reasons, force=fit.force)
     opt.write_result(out.json, identification_json(run))
     opt.describe("tables", lambda: opt.show(identification_blocks(run, wanted=requested)))
-    if out.report is not None:
-        from workbench.identification.report.page import write_identification
-
-        written = partial(write_identification, run, out.report, wanted=requested)
-        opt.describe("report", lambda: opt.say(f"report: {written()}"))
-    if saved.path is not None:
-        opt.say(f"calibrated robot ({run.best.fit.title}): {saved.path}")
-        opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(run.best)}"))
-    opt.say_notes(saved.notes)
+    _say_files(out.report, partial(write_identification, run, wanted=requested), saved, run.best)
     if saved.reason or reasons:
         opt.fail(saved.reason or "; ".join(reasons))
     opt.check_converged(run.best.fit)
@@ -122,8 +115,8 @@ def diagnose(
     tip: opt.TipOption = None,
 ) -> None:
     """Find the effects missing from the model, add them, and report the held-out error before and after."""
+    from workbench.diagnosis.report.page import write_diagnosis
     from workbench.diagnosis.report.results_json import diagnosis_json
-    from workbench.identification.errors.file_errors import file_text
 
     arm = wb.load_robot(robot, tip=tip)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
@@ -135,14 +128,7 @@ def diagnose(
     saved = _save(whole, out.save, [run.harm] if run.harm else [], force=fit.force)
     opt.write_result(out.json, diagnosis_json(run))
     opt.describe("tables", lambda: opt.show(run.blocks()))
-    if (page := out.report) is not None:
-        from workbench.diagnosis.report.page import write_diagnosis
-
-        opt.describe("report", lambda: opt.say(f"report: {write_diagnosis(run, page)}"))
-    if saved.path is not None:
-        opt.say(f"calibrated robot: {saved.path}")
-        opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(whole.best)}"))
-    opt.say_notes(saved.notes)
+    _say_files(out.report, partial(write_diagnosis, run), saved, whole.best)
     opt.check_converged(run.final_fit)
     if saved.reason or run.harm is not None:
         opt.fail(saved.reason or str(run.harm))
@@ -167,6 +153,18 @@ def _save(run, path: Path | None, reasons: list[str], *, force: bool) -> _Saved:
     done = opt.save_robot(run.robot, path, force=True) if force or not reasons else None
     kept = opt.not_written(path, forced=force)
     return _Saved(done, "; ".join(reasons) + kept if reasons else "", notes)
+
+
+def _say_files(report: Path | None, write: Callable[[Path], Path], saved: _Saved, best) -> None:
+    """Write the report if a folder is given, and say where it and the calibrated arm are, with its errors."""
+    from workbench.identification.errors.file_errors import file_text
+
+    if report is not None:
+        opt.describe("report", lambda: opt.say(f"report: {write(report)}"))
+    if saved.path is not None:
+        opt.say(f"calibrated robot ({best.fit.title}): {saved.path}")
+        opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(best)}"))
+    opt.say_notes(saved.notes)
 
 
 @opt.flattened
@@ -230,7 +228,6 @@ def export(
     json: opt.JsonOption = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or a file for a controller, driver or program."""
-    from workbench.arm.built_in_arms import refusal
     from workbench.arm.calibrated_region import region_text
     from workbench.arm.usable_arm import carried_text
     from workbench.exports import FORMS, form_named
@@ -247,7 +244,7 @@ def export(
     if (form is None) != (out is None) or (source is not None and form is None):
         raise OptionError("--for NAME and --out FILE belong together; --into goes with them")
     chosen = None if form is None else form_named(form)
-    if chosen is not None and not chosen.takes_calibrated and (reason := refusal(arm, ".urdf")):
+    if chosen is not None and (reason := chosen.refusal(arm)):
         opt.fail(f"{reason}; {out} is not written")
     if controller is not None and nominal is None:
         raise OptionError("--controller needs --nominal ROBOT, the controller's own model")
@@ -270,7 +267,7 @@ def export(
         from workbench.identification.report.how_to_apply import use_of
         from workbench.report.json import write_json
 
-        own = wb.load_robot(nominal)
+        own = opt.load_nominal(nominal, arm)
         require_same_arm(arm, own)
         use = use_of(arm, own)
         opt.show(use.blocks())
@@ -285,7 +282,7 @@ def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None, 
     from workbench.exports import Job, export_robot
 
     text = None if source is None else form.text_of(source)
-    job = Job(robot=arm, nominal=None if nominal is None else wb.load_robot(nominal), source=text)
+    job = Job(robot=arm, nominal=opt.load_nominal(nominal, arm), source=text)
     done = export_robot(form, out, job)
     opt.say(f"{arm.name}: {done.path}")
     opt.say(capital(done.verdict))

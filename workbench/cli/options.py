@@ -376,6 +376,17 @@ def check_writable(*files: Path | None, folder: Path | None = None) -> None:
         check_writable(folder, folder=True)
 
 
+def load_nominal(name: str | None, arm):
+    """The controller's model of a calibrated arm: of a URDF with several chains the one with its joints."""
+    from workbench.arm.urdf import tip_of
+
+    if name is None:
+        return None
+    found = wb.load_robot(name)
+    tip = None if found.dof == arm.dof else tip_of(found, arm.dof)
+    return found if tip is None else wb.load_robot(name, tip=tip)
+
+
 def save_robot(arm, path: Path, *, force: bool = False) -> Path:
     """Write a robot in the form given by the file's extension; fail where its calibration says not to."""
     from workbench.arm.built_in_arms import refusal

@@ -76,7 +76,7 @@ class Wanted:
 
     def within(self, errors: RowComponents) -> Bool[np.ndarray, " rows"]:
         """Rows that keep it, as far as they were measured."""
-        return (~(self._used(errors.position, errors.rotation) > 1.0)).all(-1)
+        return np.asarray((~(self._used(errors.position, errors.rotation) > 1.0)).all(-1))
 
     def used_by(
         self, position: Float[np.ndarray, "*rows 3"], rotation: Float[np.ndarray, "*rows 3"]

@@ -26,16 +26,16 @@ Cells = tuple[list[list[str]], list[int]]
 
 def read_workbook(data: bytes, path: Path) -> dict[str, Cells]:
     """Cells of each sheet by its name."""
-    texts = {"what": "this workbook", "instead": "save the measurements alone as .xlsx, or as CSV"}
-    return read_in_child(workbook_cells, data, path, needs="openpyxl", **texts)
+    what, instead = "this workbook", "save the measurements alone as .xlsx, or as CSV"
+    return read_in_child(workbook_cells, data, path, needs="openpyxl", what=what, instead=instead)
 
 
 def read_columns(data: bytes, path: Path) -> tuple[list[str], list[list[str]]]:
     """Names of a parquet file's columns, and the cells of each."""
     if find_spec("pyarrow") is None:
         raise MissingExtraError("reading parquet files", extra="parquet")
-    texts = {"what": "this parquet file", "instead": "write it again, or save it as CSV"}
-    return read_in_child(parquet_columns, data, path, needs="pyarrow.parquet", **texts)
+    what, instead = "this parquet file", "write it again, or save it as CSV"
+    return read_in_child(parquet_columns, data, path, needs="pyarrow.parquet", what=what, instead=instead)
 
 
 def read_in_child(

@@ -5,7 +5,6 @@ URDF and TOML, which are read too, are written in `arm/urdf_writer.py` and `arm/
 
 from pathlib import Path
 
-from workbench.arm.built_in_arms import refusal
 from workbench.base.arguments import checked_arguments
 from workbench.base.errors import OptionError, RobotError
 from workbench.data.arguments import RobotLike
@@ -49,8 +48,8 @@ def export(
         OptionError: an unknown form, or one that lacks something.
     """
     chosen = form_named(form)
-    if not force and not chosen.takes_calibrated and (reason := refusal(robot, ".urdf")):
-        raise RobotError(f"{path} is not written: {reason}")
+    if not force and (reason := chosen.refusal(robot)):
+        raise RobotError(f"{Path(path).name} is not written: {reason}")
     source = None if into is None else chosen.text_of(Path(into))
     return export_robot(chosen, path, Job(robot=robot, nominal=nominal, source=source))
 

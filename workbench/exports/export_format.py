@@ -15,7 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from workbench.arm.built_in_arms import refuse_xacro
+from workbench.arm.built_in_arms import refusal, refuse_xacro
 from workbench.arm.calibrated_region import region_text
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_frames import JointFrames, joint_frames
@@ -98,6 +98,10 @@ class AbstractForm(ABC):
     @abstractmethod
     def title(self) -> str:
         """What it is, for a list."""
+
+    def refusal(self, robot: Robot) -> str:
+        """Why a file of a calibrated arm should not be used, as its TOML or its URDF; empty if it may."""
+        return refusal(robot, ".toml" if self.takes_calibrated else ".urdf")
 
     def text_of(self, path: Path) -> str:
         refuse_xacro(path)

@@ -126,7 +126,7 @@ def controller_numbers(
     start = nominal.with_frames(base=actual.base, tool=actual.tool)
     weight = np.array([1.0] * 3 + [LEVER if usable.sees_rotation else UNSEEN_LEVER] * 3)
 
-    def at(arm: Robot, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    def at(arm: Robot, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
         poses, twists = identification_jacobian(arm, here, names)
         error = se3.pose_error(wanted, poses) * weight
         return error.ravel(), (twists * weight[:, None]).reshape(-1, len(names))
@@ -138,7 +138,7 @@ def controller_numbers(
     offsets = [start.chain.elements[i].name for i in start.chain.driven]
     frames = [f"{f}.{piece}" for f in FRAMES if f in parts for piece in FRAME_PARTS]
     names = offsets * (ControllerPart.OFFSETS in parts) + frames
-    jacobian = at(start, names)[1]
+    jacobian = at(start, tuple(names))[1]
     own = independent_columns(jacobian, MIN_OWN_SHARE * np.linalg.norm(jacobian, axis=0))
     arm = nearest(start, tuple(names[i] for i in own))
     drives = arm.chain.driven

@@ -148,10 +148,3 @@ class ChoiceFields(TypedDict, total=False):
     known: Mapping[str, float]
     reading: ReadAs | str
     seed: int
-
-
-def option(kind, value, what: str):
-    try:
-        return kind(value)
-    except ValueError:
-        raise OptionError(f"{what} must be one of {', '.join(kind)}, got '{value}'") from None

@@ -81,7 +81,8 @@ def frame_parameters(
 def moved_robot(
     nominal: Robot, freedom: FrameFreedom, measured: Sequence[str], values: Mapping[str, float]
 ) -> Robot:
-    """A robot with unknowns set by name, its session frames and the measured sessions' included."""
+    """A robot with unknowns set by name, its session frames and the measured sessions' included; gravity is
+    along the z axis of the measuring frame where that is known to be level."""
     robot = nominal.with_values({n: v for n, v in values.items() if "[" not in n})
     level = freedom.levelled and not any(n.startswith("gravity") for n in values)
     if level:
@@ -93,17 +94,6 @@ def moved_robot(
         own = freedom.start(robot, name).with_values(values, f"[{name}]")
         sessions[name] = replace(own, gravity=levelled(robot.gravity, own.base.rotation)) if level else own
     return replace(robot, sessions=sessions)
-
-
-def on_level(robot: Robot, sessions: Sequence[str], freedom: FrameFreedom) -> Robot:
-    """The robot with gravity along the z axis of the measuring frame, given its current bases."""
-    placed = freedom.placed(robot.under(levelled(robot.gravity, robot.base.rotation)), sessions)
-    if not freedom.base_per_session:
-        return placed
-    own = {
-        n: replace(m, gravity=levelled(robot.gravity, m.base.rotation)) for n, m in placed.sessions.items()
-    }
-    return replace(placed, sessions=own)
 
 
 def level_constraint(

@@ -222,25 +222,28 @@ def _check_known_base(
         freedom: Of that arm.
     """
     base, tool = visible_parts(data, known)
-    if not base:
+    if not base or not (off := _error(held, data, known)) > CLEAR_SHARE_OF_REACH * robot.reach:
         return
     freer = replace(
         freedom, base=base, tool=freedom.tool or (tool if robot.tool.free is not Freedom.FIXED else ())
     )
     aligned = align(robot, data, freer, noise=noise, known=known)
-    found = []
-    for arm in (held, aligned):
-        problem = Problem.build(arm, data, free=(), known=known)
-        components = problem.physical(problem.residual(problem.start))[~problem.component_channels]
-        found.append(float(np.sqrt(3.0 * (components**2).mean())))
-    if found[0] > max(MAX_BASE_ERROR_RATIO * found[1], CLEAR_SHARE_OF_REACH * robot.reach):
+    best = _error(aligned, data, known)
+    if off > MAX_BASE_ERROR_RATIO * best:
         where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
         raise DataError(
-            f"{data.source}: the nominal arm is off by {1e3 * found[0]:.0f} mm with the base as given, by "
-            f"{1e3 * found[1]:.1f} mm with a free one ({where}); choose the robot that was measured, or "
+            f"{data.source}: the nominal arm is off by {1e3 * off:.0f} mm with the base as given, by "
+            f"{1e3 * best:.1f} mm with a free one ({where}); choose the robot that was measured, or "
             "correct [base] in its file, or set free = true there",
             column="base",
         )
+
+
+def _error(arm: Robot, data: Dataset, known: Mapping[str, float]) -> float:
+    """Root mean square distance of an arm from measured points [m]."""
+    problem = Problem.build(arm, data, free=(), known=known)
+    components = problem.physical(problem.residual(problem.start))[~problem.component_channels]
+    return float(np.sqrt(3.0 * (components**2).mean()))
 
 
 def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 import workbench.identification.report.document  # noqa: F401 how results are shown
 from workbench.arm.built_in_arms import posed_arm
 from workbench.base.advice import beside
-from workbench.base.arguments import checked_arguments, with_fields
+from workbench.base.arguments import Like, checked_arguments, with_fields
 from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, part_of, progress
 from workbench.base.threads import one_thread
@@ -26,7 +26,7 @@ from workbench.identification.algorithms import (
 from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit import Fit
-from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read, option
+from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
@@ -48,7 +48,7 @@ def identify(
     *,
     algorithms: Sequence[str] = DEFAULT_ALGORITHMS,
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    loss: Loss | str = Loss.SET_APART,
+    loss: Like[Loss] = Loss.SET_APART,
     deviation: float | str = AUTO,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
@@ -83,24 +83,23 @@ def identify(
     chosen = [_algorithm(name) for name in algorithms]
     if not chosen:
         raise OptionError(f"choose at least one algorithm from {', '.join(ALGORITHMS)}")
-    weighting = option(Loss, loss, "loss")
     choices = with_fields(FitChoices, choices, fields)
     robot, data = as_read(robot, data, choices.reading)
     choices = choices_as_read(robot, choices)
     options: dict[str, Any] = {"bounds": bounds, "prior": prior, "effects": effects}
     with part_of(0.0, 0.4):
-        if weighting is Loss.SET_APART:
+        if loss is Loss.SET_APART:
             ready, outlying = prepare_without_outliers(robot, data, choices, **options)
         else:
             ready, outlying = prepare(robot, data, choices, **options), np.zeros(0, np.int64)
     problem = ready.problem
     if ready.identifiability is None:
         problem = with_expected_deviation(problem, deviation, x=ready.first_fit[1])
-    runs = _runs(ready, problem, chosen, weighting)
+    runs = _runs(ready, problem, chosen, loss)
     if tuple(algorithms) == DEFAULT_ALGORITHMS and any(
         not r.fit.outcome.ok or r.fit.beyond_bounds for r in runs.values()
     ):
-        runs |= _runs(ready, problem, [ALGORITHMS[name] for name in FURTHER_ALGORITHMS], weighting)
+        runs |= _runs(ready, problem, [ALGORITHMS[name] for name in FURTHER_ALGORITHMS], loss)
     progress(0.95, "validating")
     nominal = ready.nominal_rows
     found = Identification(

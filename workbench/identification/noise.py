@@ -110,18 +110,14 @@ def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | N
     share = _spare_share(problem, x, factor)
     if share is None:
         return None
-    components = problem.physical(problem.residual(x))
-    straight, turned, tilts = channels(problem)
-    position = np.sqrt((components[straight] ** 2).mean() / share) if straight.any() else np.nan
-    rotation = np.sqrt((components[turned] ** 2).mean() / share) if turned.any() else problem.noise.rotation
-    tilt = np.sqrt((components[tilts] ** 2).mean() / share) if tilts.any() else problem.noise.tilt
-    if (
-        position < ROUNDING_NOISE.position
-        or rotation < ROUNDING_NOISE.rotation
-        or tilt < ROUNDING_NOISE.rotation
-    ):
+    square, old = problem.physical(problem.residual(x)) ** 2, (np.nan, problem.noise.rotation)
+    position, rotation, tilt = (
+        float(np.sqrt(square[mine].mean() / share)) if mine.any() else float(size)
+        for mine, size in zip(channels(problem), (*old, problem.noise.tilt), strict=True)
+    )
+    if position < ROUNDING_NOISE.position or min(rotation, tilt) < ROUNDING_NOISE.rotation:
         return None
-    return Noise(float(position), float(rotation), tilt=float(tilt))
+    return Noise(position, rotation, tilt=tilt)
 
 
 def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:

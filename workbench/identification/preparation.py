@@ -23,7 +23,7 @@ from workbench.identification.alignment import align, search_by_share
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import RowErrors, instrument_places, row_errors
 from workbench.identification.fit_choices import FitChoices
-from workbench.identification.frame_freedom import on_level
+from workbench.identification.frame_freedom import moved_robot
 from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
 from workbench.identification.instrument_preparation import (
     AbstractIdentifiability,
@@ -271,7 +271,7 @@ def _choose_frames(
     if not choices.levelled:
         return found
     level = replace(found.freedom, levelled=True)
-    return replace(found, robot=on_level(found.robot, train_data.sessions, level), freedom=level)
+    return replace(found, robot=moved_robot(found.robot, level, train_data.sessions, {}), freedom=level)
 
 
 def _with_prior_and_noise(

@@ -106,19 +106,15 @@ def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
     content = read_bytes(path, wanted=wanted, maximum=MAX_FILE_BYTES)
     try:
         found = json.loads(content)[KEY]
-        names = tuple(str(name) for name in found["names"])
-        values, information = np.array(found["values"], float), np.array(found["information"], float)
-    except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
+        names, values = tuple(str(name) for name in found["names"]), np.array(found["values"], float)
+        prior = Prior(names, values, np.array(found["information"], float))
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError, OptionError):
         raise FileError(f"is not a result with prior knowledge; give {wanted}", path=str(path)) from None
-    count = len(names)
-    shapes = values.shape == (count,) and information.shape == (count, count)
-    if not shapes or not np.isfinite(values).all() or not np.isfinite(information).all():
-        raise FileError(f"names {count} constants, but not as many numbers for them", path=str(path))
     for joint in renew:
         if not any(name.startswith(f"joint{joint}.") for name in names):
             raise OptionError(f"{path}: has no knowledge of joint {joint}, so it can't be marked as replaced")
     gone = tuple(f"joint{joint}." for joint in renew)
-    prior = Prior(names, values, information).keep(lambda name: not name.startswith(gone))
+    prior = prior.keep(lambda name: not name.startswith(gone))
     if not prior.names:
         raise OptionError(f"{path}: contains no prior knowledge of the remaining constants")
     return prior

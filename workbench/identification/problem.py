@@ -23,7 +23,6 @@ from workbench.base.threads import in_order
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.observations import Channel, Unknown
-from workbench.identification.arm_parameters import arm_parameters, inertia_parameters
 from workbench.identification.frame_freedom import (
     FrameFreedom,
     frame_parameters,
@@ -125,9 +124,12 @@ class Problem:
         noise, known = noise or Noise(), dict(known or {})
         names = tuple(robot.default_free if free is None else free)
         kinds = observed_kinds(data)
-        parameters = arm_parameters(robot, names, effects, bounds)
+        parameters = _arm_parameters(robot, names, effects, bounds)
         weighing = tuple(robot.inertia) if inertia else ()
-        parameters += inertia_parameters(robot, weighing)
+        parameters += [
+            Parameter(n, "kg" if n.endswith(".mass") else "m", robot.inertia[n], is_inertia=True)
+            for n in weighing
+        ]
         watching = next(tilts_beside(data, kinds), None) is not None
         bending = any(  # play depends on the sign of the load only
             e.loads and not e.has_play for e in robot.effects
@@ -448,3 +450,32 @@ class Problem:
         if self.row_weights is not None:
             out *= self.row_weights[block.rows].reshape(-1, *(1,) * (table.ndim - 1))
         return out
+
+
+def _arm_parameters(
+    robot: Robot,
+    names: Sequence[str],
+    effects: Sequence[str],
+    bounds: Mapping[str, tuple[float, float]] | None,
+) -> list[Parameter]:
+    """Constants and coefficients of effects by name, with their bounds."""
+    arm = {e.name: e for e in robot.elements}
+    if missing := [n for n in names if n not in arm]:
+        raise OptionError(
+            f"robot '{robot.name}' has no constant '{missing[0]}' to free; it has "
+            f"{', '.join(n for n in arm if arm[n].matrix is None)}",
+            option="free",
+            found=missing[0],
+        )
+    if missing := [n for n in effects if n not in robot.coefficients]:
+        raise OptionError(
+            f"robot '{robot.name}' has no effect with the coefficient '{missing[0]}' to free; it has "
+            f"{', '.join(robot.coefficients) or 'no effects'}",
+            option="effects",
+            found=missing[0],
+        )
+    units, sizes = robot.coefficient_units, robot.coefficients
+    return [
+        *(Parameter.bounded(n, arm[n].unit, arm[n].value, bounds) for n in names),
+        *(Parameter.bounded(n, units[n], sizes[n], bounds, is_coefficient=True) for n in effects),
+    ]

@@ -18,6 +18,7 @@ from workbench.data.dataset import Dataset
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
 from workbench.identification.errors.expected_error import Transfer, transfer, transfer_note
 from workbench.identification.errors.row_errors import (
+    KINDS,
     Errors,
     RowErrors,
     degradation_warning,
@@ -25,6 +26,7 @@ from workbench.identification.errors.row_errors import (
     explains_little,
     refusal,
     residuals_frame,
+    row_errors,
 )
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import MAX_NAMED_ROWS, Fit
@@ -70,13 +72,8 @@ class BeforeAfter(NamedTuple):
     after: Errors
 
     def __repr__(self) -> str:
-        kinds = (
-            ("position", "position_mm", " mm"),
-            ("orientation", "orientation_deg", "°"),
-            ("tilt", "tilt_deg", "°"),
-        )
         parts = []
-        for text, name, unit in kinds:
+        for text, _, name, _, unit in KINDS:
             before, after = (getattr(errors, name) for errors in self)
             if before is not None and after is not None and np.isfinite(after.mean):
                 parts.append(f"{text} {before.mean:.3g} → {after.mean:.3g}{unit}")
@@ -287,8 +284,9 @@ class Identification(AbstractReported):
     @beside("whether the files may be used", {})
     def refused(self, run: Run) -> dict[str, str]:
         """Why a file of a run's arm should not be used, by format; without those that may."""
-        held = run.judging is run.held_out_data
-        rows, shown = self.nominal_rows[held], run.judging
+        held, shown = run.judging is run.held_out_data, run.judging
+        again = run.judged is not None and not held  # all rows, after the final fit
+        rows = row_errors(self.aligned, shown) if again else self.nominal_rows[held]
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
         return run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))

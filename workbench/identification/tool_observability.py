@@ -7,6 +7,7 @@ poses. The flange counts after the best constant change of the base, the tool af
 rows can't tell the last joint's zero and length from the places of reflectors, and need not.
 """
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,8 +67,8 @@ def _expected(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
 def fit_twists(
     fit: "Fit", motion: Motion, *, at_flange: bool = False
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 k"], list[int]]:
-    """Poses of the tool, or the flange, of a fit's arm in its first session, its twist per unknown that moves
-    it, and the indices of these unknowns in x."""
+    """Poses of the tool, or the flange, of a fit's arm in its first session after all events, as it is saved;
+    its twist per unknown that moves it, and the indices of these unknowns in x."""
     problem = fit.problem
     session = problem.data.sessions[0]
     arm = fit.arm.in_session(session)
@@ -77,7 +78,7 @@ def fit_twists(
         f"tool.{part}" for part in FRAME_PARTS if at_flange
     }
     own = {place: name for place, name in own.items() if name in moves}
-    return *identification_jacobian(arm, motion, tuple(own.values())), list(own)
+    return *identification_jacobian(arm, replace(motion, row=None), tuple(own.values())), list(own)
 
 
 def _sizes(

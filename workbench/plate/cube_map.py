@@ -91,7 +91,7 @@ def map_cubes(
         part = slice(start, start + step)
         places = np.repeat(region.centres[part], tried, axis=0)
         turns = np.tile(rotations, (len(places) // tried, 1, 1))
-        mask, q_tried = reachable(robot, robot.base.pose @ se3.pose(turns, places), certain=False)
+        mask, q_tried = reachable(robot, robot.base.pose @ se3.pose(turns, places))
         reached[part], index[part], q[part], moves[part] = _best(robot, names, mask, q_tried, tried)
         progress(min(start + step, cubes) / cubes, "solving for every cube")
     return CubeMap(

@@ -43,7 +43,7 @@ def set_score(
     robot: Robot,
     plate: Plate,
     q: Float[np.ndarray, "rows n"],
-    branches: tuple[str, ...],
+    branches: tuple[str | None, ...],
     targets: Int[np.ndarray, " rows"],
     *,
     q_region: Float[np.ndarray, "poses n"],

@@ -32,8 +32,6 @@ class AbstractCommand(ABC):
 
     is_automatic: ClassVar[bool] = False
     """Whether the program sends it by itself: it does not show that somebody has read the messages."""
-    is_plate_search: ClassVar[bool] = False
-    """Whether it searches for better targets: recordings compare the plate before and after."""
     is_kept: ClassVar[bool] = True
     """Whether the journal keeps it; what every page says anew as it connects is not kept."""
 

@@ -13,6 +13,7 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.built_in_arms import save_robot
 from workbench.arm.joint_units import shown_joints, sliding, sliding_numbers
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -22,7 +23,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data import writer
 from workbench.data.readers.mapping import mapping_text
-from workbench.exports import AbstractForm, Job, export_robot
+from workbench.exports import AbstractForm, export
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
 from workbench.session.state import Session
@@ -73,28 +74,27 @@ def robot_toml(session: Session) -> File:
     return f"{stem_of(session.robot.name)}.toml", robot_text(session.robot).encode()
 
 
-def calibrated_toml(session: Session) -> File:
-    """The shown fit's calibrated robot."""
-    return f"{stem_of(session.robot.name)}-calibrated.toml", robot_text(_calibrated(session)).encode()
+def calibrated_as(ending: str) -> Callable[[Session], File]:
+    """Writes the shown fit's robot as `.toml`, or as `.urdf`: the geometry that is best without effects."""
+
+    def file(session: Session) -> File:
+        name = f"{stem_of(session.robot.name)}-calibrated{ending}"
+        with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
+            return name, save_robot(_calibrated(session), Path(folder, name)).read_bytes()
+
+    return file
 
 
-def calibrated_urdf(session: Session) -> File:
-    """What a URDF can carry of it: the geometry that is best without effects."""
-    from workbench.arm.urdf_writer import write_urdf
-
-    with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-        path = write_urdf(_calibrated(session), Path(folder, "file.urdf"))
-        return f"{stem_of(session.robot.name)}-calibrated.urdf", path.read_bytes()
+calibrated_toml, calibrated_urdf = calibrated_as(".toml"), calibrated_as(".urdf")
 
 
 def exported_as(form: AbstractForm) -> Callable[[Session], NotedFile]:
     """Writes the shown fit's arm in a form of `export --for`, with notes on what its file can't hold."""
 
     def file(session: Session) -> NotedFile:
-        job = Job(robot=_calibrated(session), nominal=session.robot)
         name = f"{stem_of(session.robot.name)}-{form.name}{form.ending}"
         with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-            done = export_robot(form, Path(folder, name), job)
+            done = export(_calibrated(session), form.name, Path(folder, name), nominal=session.robot)
             return name, done.path.read_bytes(), (done.verdict, *done.notes)
 
     return file
@@ -142,10 +142,12 @@ def _identified(session: Session) -> Identification:
 
 
 def _calibrated(session: Session) -> Robot:
+    """The shown fit's arm, with the reasons on record not to use its files."""
     found = _identified(session)
     if found.identifiability is not None and found.identifiability.refused:
         raise DataError(f"there is no calibrated arm to save: {found.identifiability.refused}")
-    return found.runs[session.results.fit].calibrated
+    run = found.runs[session.results.fit]
+    return run.calibrated.recorded(refused=found.refused(run))
 
 
 def _packed(write: Callable[[Path], T], name: str) -> tuple[bytes, T]:

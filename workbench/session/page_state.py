@@ -1,17 +1,12 @@
 """How the page looks, what is under way, and messages: what stays with another arm."""
 
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 MESSAGES = 4
 """How many messages are kept for the panel."""
-
-
-class Units(StrEnum):
-    """What coordinates are shown and typed in; SI inside."""
-
-    MILLIMETRES = "mm and °"
-    METRES = "m and rad"
 
 
 class Tab(StrEnum):
@@ -76,11 +71,21 @@ class Message:
 
 @dataclass(frozen=True)
 class RunningJob:
-    """Long work under way: title, share done, and what it is doing."""
+    """Long work under way.
+
+    Args:
+        title: What it is.
+        fraction: Share done.
+        text: What it is doing.
+        left: How long it will take about, as far as that can be told [s]; NaN where it can't.
+        suspects: What may be found, by name, and how much speaks for each so far.
+    """
 
     title: str
     fraction: float = 0.0
     text: str = ""
+    left: float = math.nan
+    suspects: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -88,7 +93,6 @@ class PageState:
     """What stays with another arm: how the page looks, what is under way, and messages.
 
     Args:
-        units: What coordinates are shown and typed in.
         is_dark_chosen: Whether that was said by hand; else they are as their system is.
         opened: The tab that the program opened last, if any.
         tab: The tab that was opened last, by the program or by hand on any page; None: not known.
@@ -98,7 +102,6 @@ class PageState:
         chore: What is being worked out by the way; empty if nothing.
     """
 
-    units: Units = Units.MILLIMETRES
     is_dark: bool = False
     is_dark_chosen: bool = False
     opened: Opened | None = None

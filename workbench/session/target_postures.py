@@ -178,7 +178,7 @@ def _state(
     if chosen is not None and chosen.within_limits:
         return _reached(chosen.q, chosen.name)
     nearest = result.nearest
-    missing = (nearest.position_error, nearest.rotation_error)
+    missing = (float(nearest.position_error), float(nearest.rotation_error))
     others = len(result.within_limits)
     reason = result.reason or f"the chosen branch '{branch}' does not reach it; {others} others do"
     return TargetState(frozen(nearest.q), False, reason=reason, missing=missing)

@@ -9,10 +9,11 @@ was.
 """
 
 import logging
+import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -31,6 +32,8 @@ from workbench.session.view import AbstractKeeper, AbstractView
 
 PROGRESS_INTERVAL = 0.1
 """Minimum time between two progress messages that are drawn [s]."""
+KNOWN_AFTER = 3.0
+"""Time after which it is said how long work will take [s]."""
 QUIET = 0.25
 """Without a command for so long, views draw what they have put off [s]."""
 log = logging.getLogger(__name__)
@@ -253,17 +256,25 @@ class Worker:
     def _compute(self, task: AbstractTask, session: Session, basis: int, cancel: threading.Event) -> None:
         speak_to_page()
         begin, last = time.monotonic(), 0.0
-        is_chore = isinstance(task, AbstractChore)
+        is_chore, suspects = isinstance(task, AbstractChore), dict[str, float]()
 
         def progress(fraction: float, text: str) -> None:
             nonlocal last
             if not is_chore and time.monotonic() - last > PROGRESS_INTERVAL:
                 last = time.monotonic()
-                self._put(partial(self._show_progress, fraction, text))
+                elapsed = time.monotonic() - begin
+                left = (
+                    elapsed * (1.0 / fraction - 1.0) if fraction > 0.0 and elapsed > KNOWN_AFTER else math.nan
+                )
+                self._put(partial(self._show_job, fraction=fraction, text=text, left=left))
+
+        def suspect(sizes: Mapping[str, float]) -> None:
+            suspects.update(sizes)
+            self._put(partial(self._show_job, suspects=dict(suspects)))
 
         result, failure = None, None
         try:
-            with running(progress, cancel.is_set):
+            with running(progress, cancel.is_set, hear=suspect):
                 result = task.compute(session)
             if cancel.is_set() and not is_chore:
                 raise Cancelled
@@ -280,9 +291,9 @@ class Worker:
     def _show(self, **page: Any) -> None:
         self._session = replace(self._session, page=replace(self._session.page, **page))
 
-    def _show_progress(self, fraction: float, text: str) -> None:
+    def _show_job(self, **news: Any) -> None:
         if (job := self._session.page.job) is not None:
-            self._show(job=replace(job, fraction=fraction, text=text))
+            self._show(job=replace(job, **news))
 
     def _end(
         self, task: AbstractTask, basis: int, seconds: float, result: Any, failure: Exception | None

@@ -8,7 +8,7 @@ pytestmark = pytest.mark.browser
 
 def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(app, look):
     screen = look()
-    screen.page.get_by_text("Region and cubes", exact=True).click()
+    screen.page.get_by_text("Region and requirement", exact=True).click()
     screen.choose("Cubes show", "Predicted error")
     screen.wait_text("key", "mm")
     at, metre = screen.grab(1)  # a handle that cubes are before

@@ -17,7 +17,6 @@ from workbench.base.errors import OptionError
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
 from workbench.plate.plate_toml import read_plate
-from workbench.session.commands.compare import SetUnits
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
@@ -29,7 +28,7 @@ from workbench.session.export import (
     plate_toml,
     report_zip,
 )
-from workbench.session.page_state import Severity, Units
+from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 from workbench.views.drawables.drawable import Cubes, Points
 from workbench.views.drawables.sink import Item
@@ -55,6 +54,17 @@ def test_text_from_outside_is_escaped(app):
     done(app, Tell("<script>alert(1)</script>"))
     assert "&lt;script&gt;" in html_of(app, "message")
     assert "<script>" not in html_of(app, "message")
+
+
+def test_typed_coordinates_keep_all_digits_of_those_not_touched(app):
+    plate = app.worker.session.plate
+    assert control(app, "x, y, z [mm]").value == (566.0, 354.0, 235.0)
+    assert control(app, "Angles [°]").value == (-150.0, 0.0, 0.0)
+    change(app, "x, y, z [mm]", (600.0, 354.0, 235.0))
+    assert app.worker.wait()
+    moved = app.worker.session.plate.targets[0]
+    assert tuple(moved.xyz) == (0.6, *plate.targets[0].xyz[1:])
+    assert tuple(moved.rpy) == tuple(plate.targets[0].rpy)
 
 
 def test_in_a_drag_the_numbers_that_count_go_ahead_of_the_scene(app, monkeypatch):
@@ -117,19 +127,6 @@ def test_a_click_means_a_target_before_its_points_and_both_before_a_cube_in_fron
         app.worker.wait()
         assert app.worker.session.selected == 3
         assert app.worker.session.region.view.picked == clicked
-
-
-def test_coordinates_are_shown_and_typed_in_metres_and_radians_too(app):
-    plate = app.worker.session.plate
-    assert control(app, "x, y, z [mm]").value == (566.0, 354.0, 235.0)
-    done(app, SetUnits(Units.METRES))
-    assert control(app, "x, y, z [m]").value == (0.566, 0.354, 0.235)
-    assert control(app, "Angles [rad]").value == (-2.61799, 0.0, 0.0)
-    change(app, "x, y, z [m]", (0.6, 0.354, 0.235))
-    assert app.worker.wait()
-    moved = app.worker.session.plate.targets[0]
-    assert tuple(moved.xyz) == (0.6, *plate.targets[0].xyz[1:])
-    assert tuple(moved.rpy) == tuple(plate.targets[0].rpy)
 
 
 def test_row_numbers_are_read_as_people_write_them():
@@ -219,7 +216,7 @@ def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_s
         file = write_measurements(rows, Path(folder) / "rows.csv").read_bytes()
     done(app, LoadData("rows.csv", file))
     edits = [control(app, label) for label in ("x, y, z [mm]", "Angles [°]", "Branch", "Locked")]
-    (group,) = (c for c in controls(app.server.gui).values() if "Copy" in getattr(c, "options", ()))
+    (group,) = (c for c in controls(app.server.gui).values() if "Delete" in getattr(c, "options", ()))
     show = control(app, "Show the plate")
     assert not app.worker.session.shows_plate
     assert (show.visible, group.visible) == (True, False)

@@ -1,4 +1,4 @@
-"""What a diagnosis and the searches of plates leave in a recording."""
+"""What a diagnosis leaves in a recording."""
 
 from dataclasses import replace
 

@@ -26,12 +26,10 @@ def test_it_comes_to_the_same_numbers(sample, replayed):
 def test_every_kind_of_thing_is_there(pictures, replayed):
     bodies = {f"/world/arm/{arm}/body{i}" for arm in ("nominal", "calibrated") for i in range(7)}
     targets = {f"/world/plate/targets/{i}" for i in range(1, 11)}
-    trails = {f"/world/plate/trails/{i}" for i in (1, 5, 8)}
     scene = {"/world/plate/solid", "/world/region/outline", "/world/region/cubes", "/world/measured"}
     errors = {"/world/errors/nominal", "/world/errors/calibrated", "/row_error/nominal_mm/1_opt2"}
     text = {"/log", "/about", "/parameters", "/target/index_O"}
-    assert bodies | targets | trails | scene | errors | text <= pictures.paths
-    assert {p for p in pictures.paths if p.startswith("/world/plate/trails/")} == trails
+    assert bodies | targets | scene | errors | text <= pictures.paths
     assert pictures.timelines == {STEP, TIME, ROW}
 
 

@@ -30,7 +30,7 @@ class Branch:
         margin: Distance to the nearest limit, negative outside [rad or m].
         manipulability: Smallest singular value of the task's Jacobian, lengths in units of the arm's.
         limits: The limits used.
-        slides: Which joints are prismatic, and so have no other turns.
+        slides: Which joints have no other turns: they slide, or drive others by a fraction.
     """
 
     q: Float[np.ndarray, " n"]

@@ -107,6 +107,7 @@ def refine(
     _refine_many(
         arm.constants,
         arm.slides,
+        arm.couplings,
         np.array(targets, float, order="C"),
         np.array(target_of, np.int64),
         int(task),
@@ -168,16 +169,16 @@ def _missing(tool, target, task, r, m):
 
 @njit(cache=True, error_model="numpy")
 @no_type_check
-def _normal_equations(tool, axes, points, slides, r, task, w2, j, h, g):
+def _normal_equations(tool, axes, points, slides, couplings, r, task, w2, j, own, h, g):
     """JᵀJ (its lower half) and Jᵀr, with rotations weighted by w² (w2) and projected for the task.
 
-    `j` holds Jᵀ; entries outside the task must be zero before.
+    `j` holds Jᵀ; entries outside the task must be zero before. `own` is workspace.
     """
     n = slides.shape[0]
     for k in range(n):
         a, b, c = axes[k, 0], axes[k, 1], axes[k, 2]
         if slides[k]:
-            j[k, 0], j[k, 1], j[k, 2] = a, b, c
+            j[k] = a, b, c, 0.0, 0.0, 0.0
             continue
         x, y, z = tool[0, 3] - points[k, 0], tool[1, 3] - points[k, 1], tool[2, 3] - points[k, 2]
         j[k, 0], j[k, 1], j[k, 2] = b * z - c * y, c * x - a * z, a * y - b * x
@@ -188,6 +189,10 @@ def _normal_equations(tool, axes, points, slides, r, task, w2, j, h, g):
             j[k, 3] = a - along * tool[0, 2]
             j[k, 4] = b - along * tool[1, 2]
             j[k, 5] = c - along * tool[2, 2]
+    if len(couplings):
+        own[:] = j
+        for k in range(len(couplings)):
+            j[int(couplings[k, 1])] += couplings[k, 2] * own[int(couplings[k, 0])]
     for a in range(n):
         x, y, z, u, v, w = j[a, 0], j[a, 1], j[a, 2], w2 * j[a, 3], w2 * j[a, 4], w2 * j[a, 5]
         g[a] = x * r[0] + y * r[1] + z * r[2] + u * r[3] + v * r[4] + w * r[5]
@@ -225,10 +230,13 @@ def _solve_damped(h, g, damping, held, low, step):
 
 @njit(cache=True, error_model="numpy")
 @no_type_check
-def _refine_many(constants, slides, targets, target_of, task, weight, limits, iterations, xs, errors):
+def _refine_many(
+    constants, slides, couplings, targets, target_of, task, weight, limits, iterations, xs, errors
+):
     n = slides.shape[0]
     tool, axes, points = np.empty((3, 4)), np.empty((n, 3)), np.empty((n, 3))
-    r, m, j = np.empty(6), np.empty((3, 3)), np.zeros((n, 6))  # entries outside the task stay zero
+    r, m, own = np.empty(6), np.empty((3, 3)), np.empty((n, 6))
+    j = np.zeros((n, 6))  # entries outside the task stay zero
     h, g, low = np.empty((n, n)), np.empty(n), np.empty((n, n))
     step, new, held = np.empty(n), np.empty(n), np.zeros(n, np.bool_)
     w2 = weight * weight
@@ -236,13 +244,13 @@ def _refine_many(constants, slides, targets, target_of, task, weight, limits, it
         x, target = xs[row], targets[target_of[row]]
         for k in range(n):
             x[k] = min(max(x[k], limits[k, 0]), limits[k, 1])
-        forward(constants, slides, x, tool, axes, points)
+        forward(constants, slides, couplings, x, tool, axes, points)
         distance, angle = _missing(tool, target, task, r, m)
         cost = distance**2 + w2 * angle**2
         relative, idle, count = 1e-3, 0, 0
         while count < iterations and idle < 4 and (distance > 1e-13 or angle > 1e-13):
             count += 1
-            _normal_equations(tool, axes, points, slides, r, task, w2, j, h, g)
+            _normal_equations(tool, axes, points, slides, couplings, r, task, w2, j, own, h, g)
             size = 0.0
             for k in range(n):
                 size += h[k, k] / n
@@ -259,7 +267,7 @@ def _refine_many(constants, slides, targets, target_of, task, weight, limits, it
                 scale = min(1.0, 0.7 / max(longest, 1e-300))
                 for k in range(n):
                     new[k] = min(max(x[k] + scale * step[k], limits[k, 0]), limits[k, 1])
-                forward(constants, slides, new, tool, axes, points)
+                forward(constants, slides, couplings, new, tool, axes, points)
                 distance, angle = _missing(tool, target, task, r, m)
                 trial = distance**2 + w2 * angle**2
                 if trial < cost:
@@ -267,7 +275,7 @@ def _refine_many(constants, slides, targets, target_of, task, weight, limits, it
                     break
                 relative *= 10.0
             if not better:
-                forward(constants, slides, x, tool, axes, points)
+                forward(constants, slides, couplings, x, tool, axes, points)
                 distance, angle = _missing(tool, target, task, r, m)
                 break
             idle = idle + 1 if trial > 0.9999 * cost else 0

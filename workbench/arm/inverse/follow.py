@@ -25,7 +25,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.base import se3
 from workbench.base.array_checks import as_pose, numbers
-from workbench.base.errors import DataError, ShapeError
+from workbench.base.errors import DataError
 
 FOLLOW_STEPS = 40
 """Number of steps per drag event."""
@@ -57,12 +57,7 @@ def follow(
         ShapeError: the pose is not a 4×4 matrix, or the start has another number of joints than the robot.
     """
     start = numbers(q_start, "joint positions to start from [rad or m]")
-    if start.shape != (robot.dof,):
-        raise ShapeError(
-            f"robot '{robot.name}' has {robot.dof} joints, got {start.size} joint positions to start from",
-            expected=robot.dof,
-            found=start.size,
-        )
+    robot.check_joints(start[None], "joint positions to start from")
     if not np.isfinite(start).all():
         raise DataError(f"joint positions to start from must be finite, got {start.tolist()}")
     return follow_many(robot, as_pose(pose)[None], start[None], task=task, motion=motion).row(0)

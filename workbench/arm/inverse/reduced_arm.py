@@ -4,10 +4,11 @@
 
 Any chain has this form once each joint's axis is rotated onto z, independent of convention and nominal
 structure. The axes and points for the Jacobian's columns and for the names of branches are those of the
-frames right before each Z.
+frames right before each Z. A coupled joint moves by q_k + Σ ratio q_j in place of q_k.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import no_type_check
 from weakref import WeakKeyDictionary
 
@@ -33,12 +34,14 @@ class ReducedArm:
     Args:
         constants: C_0 … C_n, base and tool included.
         slides: Whether each joint translates.
+        couplings: Rows of a joint, another that it follows as well, and the ratio.
         limits: Minimum and maximum coordinate of each joint [rad or m].
         length: Length of the stretched arm [m]: the unit that makes its Jacobian dimensionless.
     """
 
     constants: Float[np.ndarray, "links 4 4"]
     slides: Bool[np.ndarray, " n"]
+    couplings: Float[np.ndarray, "c 3"]
     limits: Float[np.ndarray, "n 2"]
     length: float
 
@@ -47,13 +50,26 @@ class ReducedArm:
         """Number of joints."""
         return len(self.slides)
 
+    @cached_property
+    def drives(self) -> Float[np.ndarray, "n n"]:
+        """What each axis moves by, of all joints."""
+        out = np.eye(self.dof)
+        for joint, other, ratio in self.couplings:
+            out[int(joint), int(other)] += ratio
+        return out
+
+    @cached_property
+    def repeats(self) -> Bool[np.ndarray, " n"]:
+        """Whether a full turn of each joint leads to the same pose."""
+        return ~self.slides & (self.drives % 1.0 == 0.0).all(0)
+
     def geometry(
         self, x: Float[np.ndarray, "rows n"]
     ) -> tuple[Float[np.ndarray, "rows 3 4"], Float[np.ndarray, "rows n 3"], Float[np.ndarray, "rows n 3"]]:
         """Tool poses (upper three rows), and direction and a point of every joint axis."""
         rows, n = x.shape
         out = np.empty((rows, 3, 4)), np.empty((rows, n, 3)), np.empty((rows, n, 3))
-        _geometry(self.constants, self.slides, np.array(x, float, order="C"), *out)
+        _geometry(self.constants, self.slides, self.couplings, np.array(x, float, order="C"), *out)
         return out
 
     def jacobian(self, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 6 n"]:
@@ -62,7 +78,8 @@ class ReducedArm:
         lever = se3.cross(axes, tool[:, None, :, 3] - points)
         slides = self.slides[None, :, None]
         linear = np.where(slides, axes, lever) / self.length
-        return np.swapaxes(np.concatenate([linear, np.where(slides, 0.0, axes)], -1), 1, 2)
+        twists = np.swapaxes(np.concatenate([linear, np.where(slides, 0.0, axes)], -1), 1, 2)
+        return twists @ self.drives if len(self.couplings) else twists
 
 
 _ARMS: WeakKeyDictionary[Robot, ReducedArm] = WeakKeyDictionary()
@@ -76,29 +93,32 @@ def compile_arm(robot: Robot) -> ReducedArm:
 
 
 def _compile(robot: Robot) -> ReducedArm:
-    if len(robot.chain.followers):
-        name = robot.chain.elements[robot.chain.followers[0]].name
-        raise RobotError(
-            f"{name} of robot '{robot.name}' follows another joint; inverse kinematics requires that every "
-            "joint moves one element"
-        )
-    constants, slides = [], []
-    current = np.eye(4)
+    constants, slides, couplings = [], [], list[tuple[int, int, float]]()
+    current, axis = np.eye(4), None
     for element in robot.chain.elements:
         if element.joint is not None:
             turn = ONTO_Z[element.axis % 3]
             constants.append(current @ turn)
             slides.append(not Axis(element.axis).turns)
-            current = turn.T
+            current, axis = turn.T, element.axis
+        elif element.follows is not None:
+            if axis is not element.axis:
+                raise RobotError(
+                    f"{element.name} of robot '{robot.name}' follows another joint and has none of its own; "
+                    "inverse kinematics requires one for each axis"
+                )
+            couplings.append((len(slides) - 1, element.follows, element.ratio))
+        axis = axis if element.axis is axis else None
         still = chains.Element(element.axis, element.name, element.value, matrix=element.matrix)
         current = current @ chains.poses(Chain((still,), 0), np.zeros((1, 0)))[0]
     fixed, moves = frozen(np.array([*constants, current])), frozen(np.array(slides, bool))
-    return ReducedArm(fixed, moves, robot.limits, max(robot.reach, 1e-3))
+    coupled = frozen(np.array(couplings, float).reshape(-1, 3))
+    return ReducedArm(fixed, moves, coupled, robot.limits, max(robot.reach, 1e-3))
 
 
 @njit(cache=True)
 @no_type_check
-def forward(constants, slides, x, tool, axes, points):
+def forward(constants, slides, couplings, x, tool, axes, points):
     """Tool pose, axes and points of one configuration, into the arrays given."""
     n = slides.shape[0]
     for i in range(3):
@@ -108,11 +128,12 @@ def forward(constants, slides, x, tool, axes, points):
         for i in range(3):
             axes[k, i] = tool[i, 2]
             points[k, i] = tool[i, 3]
-        c, s, d = 1.0, 0.0, 0.0
-        if slides[k]:
-            d = x[k]
-        else:
-            c, s = np.cos(x[k]), np.sin(x[k])
+        c, s, d = 1.0, 0.0, x[k]
+        for i in range(couplings.shape[0]):
+            if couplings[i, 0] == k:
+                d += couplings[i, 2] * x[int(couplings[i, 1])]
+        if not slides[k]:
+            c, s, d = np.cos(d), np.sin(d), 0.0
         m = constants[k + 1]
         for i in range(3):
             a = tool[i, 0] * c + tool[i, 1] * s
@@ -127,6 +148,6 @@ def forward(constants, slides, x, tool, axes, points):
 
 @njit(cache=True)
 @no_type_check
-def _geometry(constants, slides, x, tools, axes, points):
+def _geometry(constants, slides, couplings, x, tools, axes, points):
     for row in range(x.shape[0]):
-        forward(constants, slides, x[row], tools[row], axes[row], points[row])
+        forward(constants, slides, couplings, x[row], tools[row], axes[row], points[row])

@@ -96,7 +96,8 @@ def algebraic_starts(
         if len(entries) > 1:
             return np.concatenate([algebraic_starts(arm, targets, (entry,)) for entry in entries], axis=1)
         found = np.empty((len(targets), 0, 6))
-    return np.nan_to_num(found[:, :, : arm.dof])
+    found = np.nan_to_num(found[:, :, : arm.dof])
+    return found @ np.linalg.inv(arm.drives).T if len(arm.couplings) else found
 
 
 def random_starts(
@@ -216,7 +217,7 @@ def distinct(
 ) -> Float[np.ndarray, "kept n"]:
     """The first of every group of solutions that agree up to full turns."""
     unit = np.where(arm.slides, arm.length, 1.0)
-    return x[_first_of_group(np.ascontiguousarray(x / unit), arm.slides, tolerance)]
+    return x[_first_of_group(np.ascontiguousarray(x / unit), ~arm.repeats, tolerance)]
 
 
 @njit(cache=True)

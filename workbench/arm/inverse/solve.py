@@ -10,8 +10,7 @@ reaches the target (`refine_deflected`); reasons, and nearest configurations, ar
 keeps its turn: with an effect that does not repeat every turn, use `follow` from another one.
 
 Where no branch is within the limits, the nearest posture minimises |p* − p|² + w² |ρ|² from many starts
-(`damped_newton`), with w so small that the position comes first: if the position alone can be met from there,
-it is the orientation that can't be.
+(`damped_newton`).
 """
 
 from copy import deepcopy
@@ -32,7 +31,7 @@ from workbench.arm.inverse.branch import (
     representative,
 )
 from workbench.arm.inverse.branch_names import branch_names
-from workbench.arm.inverse.damped_newton import Reached, Task, refine, unlimited
+from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Reached, Task, refine, unlimited
 from workbench.arm.inverse.follow import follow, follow_many, refine_deflected
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.inverse.solutions import all_solutions, random_starts, smallest_singular_value
@@ -59,8 +58,10 @@ __all__ = [
 
 NEAREST_STARTS = 96
 """Random starts of a search for the nearest posture."""
-POSITION_FIRST = 2e-3
+LIGHT = 2e-3
 """Weight w that gives priority to the position, as a share of the arm's length."""
+SAME_ANGLE = 1e-4
+"""Orientation that is met [rad]."""
 
 
 def solve(
@@ -157,7 +158,7 @@ def _result(
     """The branches of a target, from the solutions of the geometry alone."""
     arm = compile_arm(robot)
     manipulability = smallest_singular_value(arm, x, task).tolist()
-    q = representative(x, limits, arm.slides)
+    q = representative(x, limits, ~arm.repeats)
     names = [f"sample {i + 1}" for i in range(len(q))] if arm.dof > task else branch_names(arm, q)
     if robot.effects and len(q):
         rows = np.zeros(len(q), np.int64)
@@ -174,7 +175,7 @@ def _result(
             margin=margin,
             manipulability=size,
             limits=limits,
-            slides=arm.slides,
+            slides=frozen(~arm.repeats),
         )
         for row, name, margin, size in zip(q, names, room, manipulability, strict=True)
     )
@@ -195,10 +196,11 @@ def _explain(
     if inside := [b for b in branches if b.within_limits]:
         best = max(inside, key=quality)
         return refine(arm, target[None], best.q[None], task=task, limits=limits).row(0), None
-    found = _nearest(arm, target, q, task=task, limits=limits, rng=deepcopy(rng))
+    rng = deepcopy(rng)
+    found = _nearest(arm, target, q, task=task, limits=limits, rng=rng)
     if branches:
         return found, _limits_reason(q, limits, arm.slides)
-    return found, _geometry_reason(arm, target, found, limits)
+    return found, _geometry_reason(arm, target, task, limits, rng)
 
 
 def _nearest(
@@ -209,13 +211,15 @@ def _nearest(
     task: Task,
     limits: Float[np.ndarray, "n 2"],
     rng: np.random.Generator,
+    weight: float = ROTATION_WEIGHT,
 ) -> Reached:
     """The nearest posture within the limits.
 
     Args:
         starts: Postures to start from beside random ones, such as solutions outside the limits.
+        weight: w of the objective, as a share of the arm's length [1/rad].
     """
-    weight = POSITION_FIRST * arm.length
+    weight *= arm.length
     starts = np.concatenate([starts, random_starts(arm, (NEAREST_STARTS,), rng, limits=limits)])
     found = refine(arm, target[None], starts, task=task, limits=limits, weight=weight, iterations=200)
     return found.row(int(np.argmin(found.cost(weight))))
@@ -242,11 +246,19 @@ def _limits_reason(
 
 
 def _geometry_reason(
-    arm: ReducedArm, target: Float[np.ndarray, "4 4"], found: Reached, limits: Float[np.ndarray, "n 2"]
+    arm: ReducedArm,
+    target: Float[np.ndarray, "4 4"],
+    task: Task,
+    limits: Float[np.ndarray, "n 2"],
+    rng: np.random.Generator,
 ) -> str:
-    """Why no joint positions reach a target of which this is the nearest posture."""
-    there = refine(arm, target[None], found.q[None], task=Task.POSITION, limits=limits).row(0)
-    if not there.converged:
-        return f"the target is {in_mm(float(there.position_error))} out of the arm's reach"
-    off = f"the nearest is about {np.degrees(found.rotation_error):.2g}° off"
+    """Why no joint positions at all, or for a redundant arm none within the limits, reach the target."""
+    free, none = np.where(arm.slides[:, None], limits, unlimited(arm.dof)), np.empty((0, arm.dof))
+    placed = _nearest(arm, target, none, task=Task.POSITION, limits=free, rng=rng)
+    if not placed.converged:
+        return f"the target is {in_mm(float(placed.position_error))} out of the arm's reach"
+    turned = _nearest(arm, target, none, task=task, limits=free, rng=rng, weight=LIGHT)
+    if turned.rotation_error < SAME_ANGLE:
+        return "reachable only outside the joint limits"
+    off = f"the nearest is about {np.degrees(turned.rotation_error):.2g}° off"
     return f"the position is reachable, but not in this orientation: {off}"

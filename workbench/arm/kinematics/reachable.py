@@ -1,8 +1,7 @@
 """Which of many poses an arm reaches within its limits, fast enough to be shown live.
 
 Each target starts damped Newton runs from the nearest entries of a table of random configurations within the
-limits. Targets for which they fail are decided by the complete search for arms that have one (`solutions`),
-so that "not reachable" is as reliable as in `inverse.solve`.
+limits.
 """
 
 from weakref import WeakKeyDictionary
@@ -11,11 +10,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial import cKDTree
 
-from workbench.arm.inverse.branch import margins, representative
 from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Task, refine
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
-from workbench.arm.inverse.solutions import algebraic_starts, is_algebraic, random_starts
-from workbench.arm.inverse.solve import LIMIT_SLACK, check_poses
+from workbench.arm.inverse.solutions import random_starts
+from workbench.arm.inverse.solve import check_poses
 from workbench.arm.robot import Robot
 
 TABLE_SIZE = 20_000
@@ -29,31 +27,26 @@ _TABLES: WeakKeyDictionary[Robot, dict[Task, tuple[np.ndarray, cKDTree]]] = Weak
 
 
 def reachable(
-    robot: Robot, poses: Float[np.ndarray, "rows 4 4"], *, task: Task | None = None, certain: bool = True
+    robot: Robot, poses: Float[np.ndarray, "rows 4 4"], *, task: Task | None = None
 ) -> tuple[Bool[np.ndarray, " rows"], Float[np.ndarray, "rows n"]]:
     """Whether each pose is reached within the limits, and one way to reach it.
 
     Args:
         poses: Tool poses in the measuring frame [m].
         task: Which part of them must be met; by default as much as the number of joints allows.
-        certain: Decide failures by the complete search, at about 0.5 ms each; without it a few reachable
-            poses in a thousand are missed.
 
     Returns:
-        A mask, and joint coordinates [rad or m], NaN where not reached.
+        A mask, which misses a few reachable poses in a thousand, and joint coordinates [rad or m], NaN where
+        not reached.
     """
     arm, task = compile_arm(robot), task or Task.default(robot.dof)
     targets = check_poses(poses)
     x = np.full((len(targets), arm.dof), np.nan)
     table, tree = _table(robot, arm, task)
     _, near = tree.query(_features(targets, arm, task), k=NEIGHBOUR_PASSES[-1][1])
-    exact = certain and is_algebraic(arm, task)
-    for first, last in NEIGHBOUR_PASSES[: 2 if exact else 3]:
+    for first, last in NEIGHBOUR_PASSES:
         _try(arm, targets, x, table[near[:, first:last]], task)
-    if exact:
-        _solve_rest(arm, targets, x, task)
-    mask = ~np.isnan(x[:, 0]) if arm.dof else np.zeros(len(x), bool)
-    return mask, x
+    return ~np.isnan(x[:, 0]), x
 
 
 def _table(robot: Robot, arm: ReducedArm, task: Task) -> tuple[np.ndarray, cKDTree]:
@@ -91,23 +84,3 @@ def _try(arm: ReducedArm, targets: np.ndarray, x: np.ndarray, starts: np.ndarray
     good = r.converged.reshape(-1, k)
     hit = good.any(1)
     x[rows[hit]] = r.q.reshape(-1, k, arm.dof)[hit, good[hit].argmax(1)]
-
-
-def _solve_rest(arm: ReducedArm, targets: np.ndarray, x: np.ndarray, task: Task) -> None:
-    """All solutions of the unsolved targets; the one farthest within the limits is kept."""
-    rows = np.flatnonzero(np.isnan(x[:, 0]))
-    for part in np.array_split(rows, max(1, len(rows) // 256)):
-        starts = algebraic_starts(arm, targets[part], (0,))
-        k = starts.shape[1]
-        if len(part) == 0 or k == 0:
-            continue
-        r = refine(arm, targets, starts.reshape(-1, arm.dof), task=task, target_of=np.repeat(part, k))
-        ends = representative(r.q, arm.limits, arm.slides).reshape(len(part), k, arm.dof)
-        room = np.where(
-            r.converged.reshape(-1, k),
-            margins(ends.reshape(-1, arm.dof), arm.limits).min(1).reshape(-1, k),
-            -1.0,
-        )
-        best = room.argmax(1)
-        inside = room.max(1) >= -LIMIT_SLACK
-        x[part[inside]] = ends[np.arange(len(part)), best][inside]

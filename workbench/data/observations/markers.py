@@ -106,8 +106,9 @@ def marker_poses(
         off = measured[seen] - se3.apply(poses[i], layout[seen])
         residual[i] = np.sqrt((off**2).sum(-1).mean())
     note = f"poses from {len(layout)} markers at known positions: rms residual {1e3 * residual.mean():.3f} mm"
-    found = {"position": poses[:, :3, 3], "rotation": poses[:, :3, :3], "notes": (*data.notes, note)}
-    return replace(data, markers=None, **found), frozen(residual)
+    position, rotation, notes = poses[:, :3, 3], poses[:, :3, :3], (*data.notes, note)
+    found = replace(data, markers=None, position=position, rotation=rotation, notes=notes)
+    return found, frozen(residual)
 
 
 def synchronise(

@@ -72,7 +72,8 @@ def assemble(
     position, rotation, moved = _measured(fields, position, rotation, base)
     markers, tilt, (sigma, rounded) = markers_of(fields), _tilt(fields), _sigma(fields)
     observed = {"position": position, "orientation": rotation, **(beside or {})}
-    observed |= {f"marker {k + 1}": markers[:, k] for k in range(0 if markers is None else markers.shape[1])}
+    if markers is not None:
+        observed |= {f"marker {k + 1}": markers[:, k] for k in range(markers.shape[1])}
     observed |= {f"tilt {link}": values for link, values in tilt.items()}
     observed |= {name: values for name, values in fields.values.items() if _is_observed(name)}
     reasons = _gaps(fields, {k: v.reshape(fields.rows, -1) for k, v in observed.items() if v is not None})
@@ -218,7 +219,7 @@ def _is_observed(key: str) -> bool:
 
 def _plain(fields: Fields, joints: int) -> dict[str, Any]:
     """Labels and numbers, which are taken as they are; those of other packages together."""
-    plain, more = {}, {}
+    plain, more = dict[str, Any](), dict[str, Any]()
     for column in known_columns().values():
         if not column.kept or column.name in ("exclude", "reason"):
             continue

@@ -134,7 +134,9 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     while headings and not headings[-1]:
         headings.pop()
     width, body, units = len(headings), head + 1, [""] * len(headings)
-    notes = (f"{head} row(s) above the headings (line {grid.lines[head]}) are skipped",) if head else ()
+    notes: tuple[str, ...] = ()
+    if head:
+        notes = (f"{head} row(s) above the headings (line {grid.lines[head]}) are skipped",)
     if body < len(grid.rows) and _are_units(grid.rows[body]):
         units = [_bare_unit(cell) for cell in _padded(grid.rows[body], width)]
         notes = (f"units are taken from line {grid.lines[body]}, below the headings", *notes)

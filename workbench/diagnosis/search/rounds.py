@@ -14,7 +14,6 @@ from jaxtyping import Bool, Int
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.motion import Motion
 from workbench.base.progress import cancelled, progress
-from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units
 from workbench.diagnosis.search.backlash_flanks import holding_likeliest
@@ -151,11 +150,12 @@ def rounds(
     Returns:
         The searches, the last of them at the final fit.
     """
+
     fold = folds_of(stage.data, rng)
     done: list[Searched] = []
     seen: set[frozenset[str]] = set()
     for number in range(MAX_ROUNDS):
-        progress(0.5, f"round {number + 1}: trying every effect on every joint")
+        progress(0.8 - 0.5 / (1 + number), f"round {number + 1}: trying every effect on every joint")
         last = _search(stage, fold, tried, events, without)
         if stage.spared.any():
             stage = replace(stage, spared=np.zeros(len(stage.data), bool))
@@ -176,7 +176,7 @@ def rounds(
                 break
             stage = shorter
             continue
-        progress(0.5, f"round {number + 1}: fitting geometry and {plural(len(last.found.model), 'effect')}")
+        progress(0.8 - 0.5 / (1.5 + number), f"round {number + 1}: fitting geometry and the effects found")
         stage = _fit(stage, last.grams, last.found.model)
         stage = _without_outliers(stage, last.grams)
     return (*done[:-1], _supported(done[-1], fold))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arm.effects import Candidate
-from workbench.base.progress import cancelled
+from workbench.base.progress import cancelled, suspected
 from workbench.diagnosis.claims.reduced_models import (
     left_of,
     left_without,
@@ -137,7 +137,9 @@ def trimmed(grams: Grams, model: Model) -> Model:
         left = left_by(grams, rest, term.candidate.names)
         best = offer(left, term.candidate)
         while best is not None and len(best.term.candidate.effect.joints) > 2:
-            fewer = [o for c in _without_one(best.term.candidate) if (o := offer(left, c)) is not None]
+            whole, joints = best.term.candidate, range(len(best.term.candidate.effect.joints))
+            parts = (whole.only([i for i in joints if i != k]) for k in joints)
+            fewer = [o for c in parts if (o := offer(left, c)) is not None]
             better = max(fewer, key=lambda o: o.gain, default=None)
             if better is None or better.gain < best.gain - MIN_JOINT_EVIDENCE:
                 break
@@ -146,17 +148,13 @@ def trimmed(grams: Grams, model: Model) -> Model:
     return model
 
 
-def _without_one(candidate: Candidate) -> list[Candidate]:
-    """The same effect without each of its joints in turn."""
-    joints = range(len(candidate.effect.joints))
-    return [candidate.only([i for i in joints if i != k]) for k in joints]
-
-
 def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[Model | None, list[Offer]]:
     """The model with the best further effect, and candidates rejected on the way."""
     refused: list[Offer] = []
     strong = [o for o in _offers(left_of(grams, model), candidates) if significant(o, len(candidates))]
-    for best in sorted(strong, key=lambda o: -o.gain)[:5]:
+    ranked = sorted(strong, key=lambda o: -o.gain)[:5]
+    suspected({o.term.candidate.effect.plain: o.gain for o in ranked})
+    for best in ranked:
         if confirmed(grams, model, (*model, best.term)):
             return (*model, best.term), refused
         refused.append(best)

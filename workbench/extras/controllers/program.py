@@ -60,7 +60,8 @@ class PythonModule(AbstractForm):
             "limits": robot.limits.tolist(),
             "chain": _chain(robot),
             "nominal": _chain(arms.nominal),
-            "driven": robot.chain.driven.tolist(),
+            "driven": [*robot.chain.driven.tolist(), *robot.chain.followers.tolist()],
+            "columns": robot.chain.positions(np.eye(robot.dof)).T.tolist(),
             "mounts": mounts(robot).tolist(),
             "gravity": robot.gravity.tolist(),
             "masses": weights,
@@ -83,10 +84,16 @@ class PythonModule(AbstractForm):
 
 
 def _chain(robot: Robot) -> list[tuple]:
-    """Axis, driving joint, value and constant matrix of each element; no joint drives several of them."""
-    compile_arm(robot)
-    rows = zip(robot.chain.elements, robot.chain.drivers.tolist(), robot.chain.values.tolist(), strict=True)
-    return [(int(e.axis), j, v, None if e.matrix is None else e.matrix.tolist()) for e, j, v in rows]
+    """Axis, driving joint with its ratio, value and constant matrix of each element."""
+    return [
+        (
+            int(e.axis),
+            *((e.follows, e.ratio) if e.follows is not None else (-1 if e.joint is None else e.joint, 1.0)),
+            value,
+            None if e.matrix is None else e.matrix.tolist(),
+        )
+        for e, value in zip(robot.chain.elements, robot.chain.values.tolist(), strict=True)
+    ]
 
 
 def code_of(effect: Any, chain: Chain) -> list[tuple[int, str]]:

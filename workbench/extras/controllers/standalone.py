@@ -74,6 +74,7 @@ def _missing(poses, q, state):
     points = np.stack([frames[k][:, :3, 3] for k in ARM["driven"]], 2)
     moves = np.where(slides, axes, np.cross(axes, tool[:, :3, 3:] - points, axis=1))
     turns, turn, cosine = np.where(slides, 0.0, axes), np.zeros((len(q), 3)), np.ones(len(q))
+    moves, turns = moves @ np.array(ARM["columns"]), turns @ np.array(ARM["columns"])
     if ARM["task"] == 3:  # position
         turns = 0.0 * turns
     elif ARM["task"] == 5:  # position and direction of the tool's z
@@ -95,12 +96,12 @@ def _missing(poses, q, state):
 def _frames(chain, q, shift):
     """Frame right before every element of a chain, and behind the last one."""
     t, out = np.broadcast_to(np.eye(4), (len(q), 4, 4)), []
-    for k, (axis, driver, value, constant) in enumerate(chain):
+    for k, (axis, driver, ratio, value, constant) in enumerate(chain):
         out.append(t)
         if constant is not None:
             t = t @ np.asarray(constant)
             continue
-        t, by = t.copy(), (value + shift[:, k] + (q[:, driver] if driver >= 0 else 0.0))[:, None]
+        t, by = t.copy(), (value + shift[:, k] + (ratio * q[:, driver] if driver >= 0 else 0.0))[:, None]
         if axis >= 3:
             t[:, :3, 3] += t[:, :3, axis - 3] * by
         else:

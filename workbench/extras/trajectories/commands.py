@@ -133,7 +133,7 @@ def compensate(
         found = wb.compensate(
             arm,
             rows,
-            nominal=None if nominal is None else wb.load_robot(nominal),
+            nominal=opt.load_nominal(nominal, arm),
             method=method,
             payload=payload,
             temperature=temperature,

@@ -141,7 +141,8 @@ def _terms(
     low, high = LIMIT_MARGIN - (x - limits[:, 0]), LIMIT_MARGIN - (limits[:, 1] - x)
     near = np.where(low > 0.0, low, np.where(high > 0.0, -high, 0.0))
     push = -LIMIT_WEIGHT * (near != 0.0)
-    own = np.concatenate([np.swapaxes(moves, 1, 2), np.swapaxes(turns, 1, 2), push[:, None] * np.eye(n)], 1)
+    moves, turns = (np.swapaxes(part, 1, 2) @ arm.drives for part in (moves, turns))
+    own = np.concatenate([moves, turns, push[:, None] * np.eye(n)], 1)
     jacobian = np.zeros((rows, own.shape[1], rows, n))
     jacobian[np.arange(rows), :, np.arange(rows)] = own
     value = np.concatenate([POINT_GAIN * (tool[:, :, 3] - points), pointing - wanted, LIMIT_WEIGHT * near], 1)

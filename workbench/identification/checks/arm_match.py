@@ -25,7 +25,7 @@ from workbench.identification.meaning.as_read import (
 )
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import majority, zeros_fitted
-from workbench.identification.meaning.read_rows import read_rows
+from workbench.identification.meaning.read_rows import other_arm, read_rows
 
 COMPARED_POSES = 60
 """Number of postures at which two arms are compared."""
@@ -128,7 +128,7 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
     flange = tool_poses(calibrated.bare, Motion(q))
     data = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
     off = zeros_fitted(nominal, data)
-    rival = arm_match(nominal, data).rival_name if off > SAME_ARM else ""
+    rival = other_arm(nominal, data, off) if off > SAME_ARM else ""
     if rival or off > SAME_ARM_SHARE * nominal.reach:
         fits = f" ({rival} fits)" if rival else ""
         raise RobotError(

@@ -24,6 +24,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.errors import OptionError
+from workbench.data.postures import first_of_each
 from workbench.identification.alignment import search_by_share
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.problem import Problem
@@ -86,8 +87,11 @@ def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, sp
 
 
 def _noise_ratio(problem: Problem, factor: Factor) -> float:
-    """Scatter of the rows in stated standard deviations, at most 1; exact rows need no expectation."""
-    spare = problem.count - effective_parameters(problem, factor)
-    if spare < 1.0:
-        return 1.0
-    return float(np.clip(np.sqrt(factor.residual_square / spare), 1e-9, 1.0))
+    """Scatter of the rows in stated standard deviations; exact rows need no expectation.
+
+    What a model lacks at a posture is the same in all its rows: together they weigh as much as one.
+    """
+    share = len(first_of_each(problem.data)) / max(len(problem.data), 1)
+    spare = share * problem.count - effective_parameters(problem, factor)
+    square = factor.residual_square / spare if spare >= 1.0 else 1.0 / share
+    return max(float(np.sqrt(square)), 1e-9)

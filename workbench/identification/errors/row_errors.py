@@ -24,6 +24,12 @@ from workbench.identification.problem_blocks import observed_kinds
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+KINDS = (
+    ("position", "position", "position_mm", 1e3, " mm"),
+    ("orientation", "rotation", "orientation_deg", np.rad2deg(1.0), "°"),
+    ("tilt", "tilt", "tilt_deg", np.rad2deg(1.0), "°"),
+)
+"""Kinds of errors: their name, fields of `RowErrors` and of `Errors`, and the unit of the latter."""
 AXES = ("x[m]", "y[m]", "z[m]", "rx[rad]", "ry[rad]", "rz[rad]")
 
 
@@ -106,20 +112,15 @@ def degradation_warning(
     """
     held = bool(len(calibrated[1].position))
     rows, old, new = ("held-out" if held else "fitted"), nominal[held], calibrated[held]
-    channels = (
-        ("positions", old.position, new.position, 1e3, " mm"),
-        ("orientations", old.rotation, new.rotation, np.rad2deg(1.0), "°"),
-        ("tilts", old.tilt, new.tilt, np.rad2deg(1.0), "°"),
-    )
-    for name, before, after, scale, unit in channels:
+    for name, field, _, scale, unit in KINDS:
+        before, after = getattr(old, field), getattr(new, field)
         rise = (after - before)[np.isfinite(before) & np.isfinite(after)]
         if len(rise) < 2 or rise.mean() <= WORSE_ERRORS * rise.std(ddof=1) / np.sqrt(len(rise)):
             continue
         was, now = (scale * float(np.nanmean(errors)) for errors in (before, after))
         return (
-            f"{name} of the {rows} rows are worse than the nominal arm's: {now:.3g} instead of "
-            f"{was:.3g}{unit} on average; check the free constants, the noise and the "
-            "sigma columns"
+            f"{name}s of the {rows} rows are worse than the nominal arm's: {now:.3g} instead of "
+            f"{was:.3g}{unit} on average; check the free constants, the noise and the sigma columns"
         )
     return None
 
@@ -218,13 +219,13 @@ def refusal(found: Errors, nominal: Errors, reach: float, *, rows: int) -> str:
     """
     if found.own is not None:
         return ""  # readings in a unit of their own decide themselves what may be identified
-    kinds = (
-        ("position_mm", " mm", 1e3 * MAX_SHARE_OF_REACH * reach),
-        ("orientation_deg", "°", MAX_TURN),
-        ("tilt_deg", "°", MAX_TURN),
-    )
-    pairs = [(getattr(nominal, name), getattr(found, name), unit, limit) for name, unit, limit in kinds]
-    known = [(b.mean, a.mean, u, limit) for b, a, u, limit in pairs if b and a and np.isfinite(a.mean)]
+    limits = (1e3 * MAX_SHARE_OF_REACH * reach, MAX_TURN, MAX_TURN)
+    pairs = [(getattr(nominal, name), getattr(found, name), unit) for _, _, name, _, unit in KINDS]
+    known = [
+        (b.mean, a.mean, unit, limit)
+        for (b, a, unit), limit in zip(pairs, limits, strict=True)
+        if b and a and np.isfinite(a.mean)
+    ]
     for _, after, unit, limit in known:
         if after > limit:
             return f"off by {after:.3g}{unit} on average, more than any calibrated arm ({limit:.3g}{unit})"

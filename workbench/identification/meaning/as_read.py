@@ -15,6 +15,7 @@ from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import STILL
 from workbench.identification.meaning.torque_sign import with_holding_torques
+from workbench.identification.meaning.usable_rows import MIN_ROWS
 
 SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
@@ -74,6 +75,9 @@ def _as_read(
     meaning = read_rows(robot, data)
     if data.unsaid:
         return _as_read(robot, _with_units(robot, data, meaning), how, keeps_arm, notes_rival)
+    if meaning is None and data.position is not None and data.session is not None:
+        few = f"no session has {MIN_ROWS} rows with a position: what they mean was not checked"
+        return robot, _with_notes(data, few)
     if meaning is None or (data.joints != robot.dof and not meaning.is_found):
         return robot, data
     best, plain = meaning.best, meaning.plain

@@ -1,7 +1,7 @@
 """Base, tool and joint zeros of many readings at once: closed forms, then damped Gauss–Newton steps."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -10,13 +10,15 @@ from workbench.arm import chain as chains
 from workbench.arm.many_starts import descend
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.hand_eye import base_and_tool, nearest_rotation
+from workbench.base.hand_eye import base_and_tool, base_and_tool_by_places, nearest_rotation
 from workbench.identification.meaning.bounds import WEIGHT, affine_map
 
 STEPS, SEARCHED = 4, 25
 """Steps from the closed forms, and where zeros are unknown."""
 AFFINE_ROWS = 8
 """Rows from which on points alone begin best; orientations are the start of fewer."""
+POOR = 0.005
+"""Usual distance as a share of the reach above which the closed form of points may have misled."""
 MIN_ROWS = 4
 """Minimum number of rows of which one may be set apart."""
 
@@ -38,6 +40,12 @@ class PlacedReadings:
     zero: Float[np.ndarray, "s n"]
     error: Float[np.ndarray, "s rows"]
     turn: Float[np.ndarray, "s rows"]
+
+    def better(self, other: "PlacedReadings") -> "PlacedReadings":
+        """Of each reading the one whose usual row is nearer."""
+        own = np.median(self.error, axis=1) <= np.median(other.error, axis=1)
+        pairs = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
+        return PlacedReadings(*(np.where(own.reshape(-1, *[1] * (a.ndim - 1)), a, b) for a, b in pairs))
 
     @property
     def apart(self) -> Bool[np.ndarray, "s rows"]:
@@ -71,6 +79,10 @@ def place(
         return fit.placed(*start)
     everything = np.ones(points.shape[:2])
     found = fit.placed(*fit.descended(start, everything))
+    if rotations is not None and not held:
+        poor = np.median(found.error, axis=1) > POOR * robot.reach
+        if poor.any():  # points in a plane can mislead their closed form
+            found = found.better(fit.placed(*fit.descended(fit.start(by_turns=poor), everything)))
     apart = found.apart
     if not apart.any():
         return found
@@ -86,7 +98,8 @@ class _Fit:
     zeros: tuple[int, ...]
     held: bool
 
-    def start(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def start(self, by_turns: Bool[np.ndarray, " s"] | None = None) -> tuple[np.ndarray, ...]:
+        """Bases, tools and zeros by closed forms, of orientations where wanted or where points are few."""
         count, _, n = self.joints.shape
         base, tool = (np.tile(np.eye(4), (count, 1, 1)) for _ in range(2))
         zero, flange = np.zeros((count, n)), self._flange(self.joints)[0]
@@ -94,8 +107,10 @@ class _Fit:
             zero[:, [0, -1]] = self._ends(flange, self.rotations)
         elif not self.held:
             for k in range(count):
-                if self.rotations is not None and len(flange[k]) < AFFINE_ROWS:
-                    base[k], tool[k] = base_and_tool(flange[k], se3.pose(self.rotations[k], self.points[k]))
+                is_turned = by_turns is not None and by_turns[k]
+                if self.rotations is not None and (is_turned or len(flange[k]) < AFFINE_ROWS):
+                    solve = base_and_tool_by_places if is_turned else base_and_tool
+                    base[k], tool[k] = solve(flange[k], se3.pose(self.rotations[k], self.points[k]))
                     continue
                 linear, tool[k, :3, 3] = affine_map(flange[k], self.points[k])
                 base[k, :3, :3] = nearest_rotation(linear.T)

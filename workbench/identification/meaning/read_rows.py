@@ -14,7 +14,7 @@ from workbench.identification.meaning.meaning import RowMeaning, ranked
 from workbench.identification.meaning.moved_between import parts_in_order
 from workbench.identification.meaning.one_constant import one_constant
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
-from workbench.identification.meaning.search import FEW_POINTS, SURE, ReadingSearch
+from workbench.identification.meaning.search import CLEAR, FEW_POINTS, SURE, ReadingSearch
 from workbench.identification.meaning.usable_rows import usable
 
 HELD_ROWS = 3
@@ -36,10 +36,10 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         return None
     search, plain = ReadingSearch(robot, rows), None
     if data.joints == robot.dof:
-        for closed in (True, False):
-            plain = search.plain(closed=closed)
-            if search.suffices(plain):
-                return RowMeaning(best=plain, plain=plain)
+        plain = search.plain(closed=True)
+        plain = plain if search.suffices(plain) else search.plain(closed=False)
+        if search.suffices(plain):
+            return RowMeaning(best=plain, plain=plain)
         search.found = [plain, *search.place([RowReading.plain(robot)], search.conventions)]
         if search.suffices(search.found[1]):
             return ranked(search, plain)
@@ -87,6 +87,14 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     if likely:
         return stages + zeros[:1]
     return [*stages, lambda: search.family("orders", robot, own.orders), *zeros]
+
+
+def other_arm(robot: Robot, data: Dataset, off: float) -> str:
+    """Name of the built-in arm that fits points, as they are given, clearly better than this misfit [m]."""
+    search = ReadingSearch(robot, replace(data, rotation=None, written=None))
+    _try_arms(search)
+    fits = [r for r in search.found if r.fits and CLEAR * r.position < off]
+    return min(fits, key=lambda r: r.score).robot.name if fits else ""
 
 
 def _try_arms(search: ReadingSearch) -> None:

@@ -182,8 +182,8 @@ class RowReading:
             q = self.joints(data.q)
             torque = None if torque is None else torque @ np.linalg.pinv(self.w)
             direction = None if direction is None else np.sign(direction @ self.w.T)
-        seen = {"position": position, "rotation": rotation, "written": None}
-        return replace(data, q=q, torque=torque, direction=direction, **seen)
+        data = replace(data, position=position, rotation=rotation, written=None)
+        return replace(data, q=q, torque=torque, direction=direction)
 
     def on(self, robot: Robot) -> Robot | None:
         """An arm that counts its joints as the rows do; None where that can't be said of it.

@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.frame import Frame
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.joint_units import sliding
+from workbench.arm.robot import Robot
 from workbench.base.wording import capital, in_mm
 from workbench.identification.controller_parameters import (
     ControllerNumbers,
@@ -37,13 +38,9 @@ class Use:
 
     Args:
         variants: Joint offsets only; with the tool; with tool and base.
-        linear: Which joints are prismatic.
-        session: Session whose base and tool were used; empty if there is one only.
     """
 
     variants: tuple[ControllerNumbers, ...]
-    linear: tuple[bool, ...]
-    session: str
 
     @property
     def full(self) -> ControllerNumbers:
@@ -61,7 +58,8 @@ class Use:
         if (chosen := self.advised) is None:
             why = next((v.losses[0] for v in reversed(self.variants) if v.losses), "they change nothing")
             return f"don't enter any of these numbers ({why}); correct the joint positions instead"
-        return f"enter {TEXT[len(chosen.parts) - 1]}: {_change(chosen)}"
+        before, after = in_mm(chosen.before.position_mean), in_mm(chosen.after.position_mean)
+        return f"enter {TEXT[len(chosen.parts) - 1]}: {before} → {after} on average"
 
     @property
     def reference(self) -> str:
@@ -83,7 +81,7 @@ class Use:
             headings = ("joint", "with tool and base", "offsets only")
             offsets = [
                 (f"joint {k + 1}", *(_offset(v.offsets[k], slides) if v.is_better else "–" for v in entered))
-                for k, slides in enumerate(self.linear)
+                for k, slides in enumerate(sliding(self.full.robot))
             ]
             yield ResultTable("Joint offsets, added to each reading", headings, offsets)
         if (chosen := self.advised) is not None and len(chosen.parts) > 1:
@@ -122,15 +120,8 @@ def use_of(
             empty.
     """
     session = session or next(iter(calibrated.sessions), "")
-    variants = tuple(
-        controller_numbers(calibrated, nominal, q=q, parts=parts, session=session) for parts in VARIANTS
-    )
-    linear = tuple(j.kind is JointKind.PRISMATIC for j in nominal.moving)
-    return Use(variants, linear, session if calibrated.sessions else "")
-
-
-def _change(numbers: ControllerNumbers) -> str:
-    return f"{in_mm(numbers.before.position_mean)} → {in_mm(numbers.after.position_mean)} on average"
+    each = (controller_numbers(calibrated, nominal, q=q, parts=parts, session=session) for parts in VARIANTS)
+    return Use(tuple(each))
 
 
 def _errors(errors: PoseErrors) -> list[str]:

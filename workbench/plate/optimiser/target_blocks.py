@@ -195,7 +195,7 @@ def block_corners(place: Matrix4, poses: Poses) -> Float[np.ndarray, "rows 8 3"]
     top = foot.copy()
     top[:, :, 2] = places[:, None, 2] - square[:, :, 0] * np.tan(tilt)[:, None]
     standing = np.tile(np.eye(4), (len(poses), 1, 1))
-    standing[:, :2, :2] = np.moveaxis([[cos, -sin], [sin, cos]], 2, 0)
+    standing[:, :2, :2] = np.moveaxis(np.array([[cos, -sin], [sin, cos]]), 2, 0)
     standing[:, :2, 3] = places[:, :2]
     free = (places[:, 3] > STEEPEST) | (top[:, :, 2].min(1) <= 0.0)
     foot[free] *= [1.0, -1.0, 1.0]

@@ -1,8 +1,11 @@
 """Commands for the arm and the plate as a whole: changing the arm or plate, jogging."""
 
 import atexit
+import io
 import shutil
 import tempfile
+import zipfile
+from contextlib import suppress
 from dataclasses import field, replace
 from functools import cache
 from pathlib import Path
@@ -11,6 +14,7 @@ import numpy as np
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.solve import follow
+from workbench.arm.meshes import link_meshes
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
@@ -21,7 +25,7 @@ from workbench.parts import parts
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, computed
-from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
+from workbench.session.commands.data import DAMAGED, LoadData, matched_to_arm, safe_name, with_data
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Severity
 from workbench.session.part import GoesWith
@@ -32,6 +36,10 @@ from workbench.session.target_steps import instrument_for
 
 LARGEST_MODEL = 2 * 1024 * 1024
 """Robot and plate files beyond this size are refused [bytes]."""
+LARGEST_ARCHIVE, LARGEST_UNPACKED, MAX_FILES = 64 * 2**20, 256 * 2**20, 2000
+"""Likewise archives of a URDF and its meshes, what they hold, and with how many files."""
+UNPACKED = (".urdf", ".stl", ".dae", ".obj", ".ply", ".mtl", ".png", ".jpg", ".jpeg")
+"""What is taken from such an archive, by its ending."""
 
 
 class ChooseRobot(AbstractTask[Session]):
@@ -86,7 +94,7 @@ class ChooseRobot(AbstractTask[Session]):
 
 
 class LoadModel(AbstractTask[Session]):
-    """Start over with a robot or plate from a file.
+    """Start over with a robot or plate from a file; a URDF with its meshes comes in a ZIP file.
 
     Args:
         name: Its name, of which only the ending matters.
@@ -102,30 +110,70 @@ class LoadModel(AbstractTask[Session]):
 
     def check(self, session: Session) -> None:
         _check_quiet(session)
-        if not 0 < len(self.content) <= LARGEST_MODEL:
+        largest = LARGEST_ARCHIVE if self._is_archive else LARGEST_MODEL
+        if not 0 < len(self.content) <= largest:
             raise FileError(
-                f"has {len(self.content) / 2**20:.1f} MiB; give a robot (TOML, URDF) or plate (TOML) of at "
-                f"most {LARGEST_MODEL // 2**20} MiB",
+                f"has {len(self.content) / 2**20:.1f} MiB; give a robot (TOML, URDF, or a ZIP of URDF and "
+                f"meshes) or plate (TOML) of at most {largest // 2**20} MiB",
                 path=safe_name(self.name),
             )
 
     def compute(self, session: Session) -> Session:
         progress(0.1, "reading")
-        path = Path(tempfile.mkdtemp(dir=_uploads()), safe_name(self.name))
+        folder = Path(tempfile.mkdtemp(dir=_uploads()))
+        path = folder / safe_name(self.name)
         path.write_bytes(self.content)
         try:
+            if self._is_archive:
+                path = _unpacked(path)
             if b"[[target]]" in self.content:
                 return _on_plate(read_plate(path), session)
             robot = _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
         except WorkbenchError as error:
-            raise OptionError(str(error).replace(f"{path.parent}/", "")) from error
+            raise OptionError(str(error).replace(f"{folder}/", "")) from error
         return start_with(robot, session)
 
     def finish(self, session: Session, result: Session) -> Session:
         opened = _in_the_page(session, result)
-        if result.robot.urdf is None or b"<mesh" not in self.content:
+        names_some = self._is_archive or b"<mesh" in self.content
+        if result.robot.urdf is None or not names_some or link_meshes(result.robot):
             return opened
         return opened.with_message(Severity.INFO, f"{opened.page.messages[-1].text}; {NO_MESHES}")
+
+    @property
+    def _is_archive(self) -> bool:
+        return self.name.lower().endswith(".zip")
+
+
+def holds_urdf(name: str, content: bytes) -> bool:
+    """Whether a file is an archive with a URDF in it."""
+    with suppress(*DAMAGED):
+        if name.lower().endswith(".zip"):
+            with zipfile.ZipFile(io.BytesIO(content)) as archive:
+                return any(one.lower().endswith(".urdf") for one in archive.namelist())
+    return False
+
+
+def _unpacked(path: Path) -> Path:
+    """The one URDF of an archive, unpacked beside it together with its meshes."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            files = [one for one in archive.infolist() if one.filename.lower().endswith(UNPACKED)]
+            files = [one for one in files if not one.filename.startswith("__MACOSX")]
+            if len(files) > MAX_FILES or sum(one.file_size for one in files) > LARGEST_UNPACKED:
+                limits = f"{MAX_FILES} files and {LARGEST_UNPACKED // 2**20} MiB"
+                raise FileError(
+                    f"holds more than {limits}; leave out what the arm doesn't need", path=path.name
+                )
+            for one in files:
+                archive.extract(one, path.parent / "unpacked")  # which keeps within that folder
+    except DAMAGED:
+        raise FileError("is a damaged archive; pack it again", path=path.name) from None
+    found = sorted((path.parent / "unpacked").rglob("*.[uU][rR][dD][fF]"))
+    if len(found) != 1:
+        names = ", ".join(one.name for one in found[:5]) or "none"
+        raise FileError(f"must hold one URDF with its meshes; found {names}", path=path.name)
+    return found[0]
 
 
 @cache
@@ -148,8 +196,8 @@ def _on_plate(plate: Plate, session: Session) -> Session:
 
 
 NO_MESHES = (
-    "shown without meshes, which an uploaded file doesn't include; to see them, start with "
-    "'workbench serve --robot FILE'"
+    "shown without its meshes, which are not in this file; to see them, open a ZIP file of the URDF and the "
+    "folder of its meshes"
 )
 
 

@@ -23,7 +23,7 @@ from workbench.session.comparison import (
     places_in_base,
 )
 from workbench.session.loaded_measurements import Loaded
-from workbench.session.page_state import Severity, Units
+from workbench.session.page_state import Severity
 from workbench.session.state import Focus, Session
 
 log = logging.getLogger(__name__)
@@ -202,16 +202,3 @@ class FollowSystem(AbstractChange):
         if session.page.is_dark_chosen:
             return session
         return replace(session, page=replace(session.page, is_dark=self.is_dark))
-
-
-class SetUnits(AbstractChange):
-    """Show and type coordinates in these units."""
-
-    key = "units"
-
-    units: Units
-
-    title = computed(lambda self: f"Coordinates in {self.units}")
-
-    def apply(self, session: Session) -> Session:
-        return replace(session, page=replace(session.page, units=self.units))

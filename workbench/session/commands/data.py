@@ -317,6 +317,10 @@ def reached_postures(actual: Robot, session: Session) -> tuple[list[int], np.nda
     return used, np.stack(postures)
 
 
+DAMAGED = zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, zlib.error
+"""What reading a damaged archive raises."""
+
+
 def load_command(name: str, content: bytes) -> AbstractCommand:
     """The command that reads a measurement file: that of an extra for its endings, or `LoadData`."""
     if name.lower().endswith(".zip"):
@@ -327,8 +331,7 @@ def load_command(name: str, content: bytes) -> AbstractCommand:
 
 def _packed_table(content: bytes) -> tuple[str, bytes] | None:
     """Name and content of a table that is alone in an archive; None of any other archive."""
-    broken = zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, zlib.error
-    with suppress(*broken), zipfile.ZipFile(io.BytesIO(content)) as archive:
+    with suppress(*DAMAGED), zipfile.ZipFile(io.BytesIO(content)) as archive:
         files = [f for f in archive.infolist() if not f.is_dir() and not f.filename.startswith("__MACOSX")]
         is_table = len(files) == 1 and files[0].filename.lower().endswith(file_endings())
         if is_table and files[0].file_size <= MAX_FILE_BYTES:

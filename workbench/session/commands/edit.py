@@ -1,4 +1,4 @@
-"""Commands that change the set of targets: add, copy, delete, lock, choose branches."""
+"""Commands that change the set of targets: add, delete, lock, choose branches."""
 
 from dataclasses import replace
 
@@ -13,8 +13,8 @@ from workbench.session.state import Session
 from workbench.session.target_postures import place
 from workbench.session.target_steps import check_free, check_unlocked, move_targets, with_item
 
-BESIDE = np.array([0.06, 0.0, 0.0])
-"""Where a copy stands, from its original [m]."""
+STEP = 0.06
+"""Distance of a new target from all others, and of the places that are tried for it [m]."""
 
 
 class AddTarget(AbstractChange):
@@ -37,23 +37,6 @@ class AddTarget(AbstractChange):
         middle = 0.5 * (region.min + region.max)
         middle[2] = model.xyz[2]
         return _with_new(session, model, middle if self.place is None else np.array(self.place))
-
-
-class CopyTarget(AbstractChange):
-    """A copy of a target, beside it."""
-
-    target: int
-
-    title = computed(lambda self: f"Copy target {self.target + 1}")
-
-    def check(self, session: Session) -> None:
-        session.check_target(self.target)
-        check_free(session)
-        _check_room(session)
-
-    def apply(self, session: Session) -> Session:
-        model = session.plate.targets[self.target]
-        return _with_new(session, model, model.xyz + BESIDE)
 
 
 class DeleteTarget(AbstractChange):
@@ -108,20 +91,19 @@ def _with_new(session: Session, model: Target, xyz: Vector3) -> Session:
 
 
 def free_place(session: Session) -> tuple[float, float, float]:
-    """Nearest the region's middle at the selected target's height, as far from all targets as a copy is.
+    """Nearest the region's middle at the selected target's height, `STEP` from all targets.
 
     It is the middle itself if the region is full.
     """
     plate, height = session.plate, float(session.plate.targets[session.selected].xyz[2])
     low, high = plate.region.min[:2], plate.region.max[:2]
-    step = float(np.linalg.norm(BESIDE))
-    counts = [np.arange(-n, n + 1) for n in (0.5 * (high - low) / step).astype(int)]
-    offsets = step * np.stack(np.meshgrid(*counts, indexing="ij"), axis=-1).reshape(-1, 2)
+    counts = [np.arange(-n, n + 1) for n in (0.5 * (high - low) / STEP).astype(int)]
+    offsets = STEP * np.stack(np.meshgrid(*counts, indexing="ij"), axis=-1).reshape(-1, 2)
     nearest_first = offsets[np.argsort(np.linalg.norm(offsets, axis=1), kind="stable")]
     places = np.column_stack([0.5 * (low + high) + nearest_first, np.full(len(offsets), height)])
     taken = np.array([target.xyz for target in plate.targets])
     gaps = np.linalg.norm(places[:, None] - taken, axis=-1).min(axis=1)
-    x, y, z = places[np.argmax(gaps > 0.999 * step)].tolist()
+    x, y, z = places[np.argmax(gaps > 0.999 * STEP)].tolist()
     return x, y, z
 
 

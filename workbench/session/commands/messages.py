@@ -58,11 +58,10 @@ class Steer(StrEnum):
 
     PAUSE = "Pause"
     ON = "Go on"
-    BACK = "Back"
 
 
 class SteerDemo(AbstractChange):
-    """Pause or continue the demo, or replay the previous scene."""
+    """Pause or continue the demo."""
 
     how: Steer
 

@@ -53,7 +53,6 @@ class ImprovePlate(AbstractTask[FoundPlate]):
     """
 
     title = "Improve this plate"
-    is_plate_search = True
     stored = FoundPlate
 
     seed: int = 0

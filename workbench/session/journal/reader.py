@@ -198,7 +198,7 @@ def _is_torn(text: bytes) -> bool:
 
 
 def _header(text: bytes, path: Path) -> dict[str, Any]:
-    """The first line; that of earlier versions has neither a checksum nor the digests of the inputs."""
+    """The first line, with the digests of the inputs as they have to be."""
     try:
         header = json.loads(text)
         name, _, number = header["schema"].partition("/")
@@ -212,8 +212,7 @@ def _header(text: bytes, path: Path) -> dict[str, Any]:
         )
     if not isinstance(header.get("numbers"), dict):
         raise FileError("the first line has no table of numbers", path=str(path), line=1)
-    if header.pop(codec.CHECK, None) is None:
-        return header
+    header.pop(codec.CHECK, None)
     digests = header.get("inputs")
     if not codec.is_whole(text) or not isinstance(digests, dict):
         raise FileError("the first line was changed after it was recorded", path=str(path), line=1)

@@ -53,17 +53,17 @@ NO_VALUE = (176, 184, 196)
 UNBOUNDED = (110, 20, 40)
 SCALE = np.array(
     [
-        (68, 1, 84),
-        (70, 50, 126),
-        (54, 92, 141),
-        (39, 127, 142),
-        (31, 161, 135),
-        (74, 193, 109),
-        (160, 218, 57),
+        (235, 87, 40),
+        (228, 78, 82),
+        (208, 72, 124),
+        (180, 72, 162),
+        (146, 78, 190),
+        (110, 86, 206),
+        (74, 96, 214),
     ],
     float,
 )
-"""Viridis without its palest end, from bad to good."""
+"""From bad to good: the worst stands out on light and on dark pages, also to the colour-blind."""
 GAMMA = 2.2
 
 

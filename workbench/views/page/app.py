@@ -32,7 +32,7 @@ class App:
         begun: The session and what follows it, such as a recording; None for a new one, not recorded.
         demo: Pace of the demo that plays at first, 1 for two minutes; None: no demo.
         beside: Make more views with the worker, or see to something else.
-        asks: Whether a card asks first what the user has.
+        asks: Whether a card asks first what the user has, unless a session is reopened.
         drawn: What is in the scene already; None for nothing.
     """
 
@@ -54,7 +54,7 @@ class App:
         self.worker = Worker(
             begun.session, keepers=begun.keepers, journal=begun.entries, opening=begun.opening
         )
-        link = session_link(self.server, begun.name) if begun.name else ""
+        link, asks = session_link(self.server, begun.name) if begun.name else "", asks and not begun.entries
         self.demo: Demo | None = None
         self.view = BrowserView(
             self.server, self.worker, link=link, show_demo=self.play_demo, asks=asks, drawn=drawn

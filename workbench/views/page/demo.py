@@ -1,6 +1,5 @@
 """The demo: about two minutes of commands like those of a user; any other command ends it."""
 
-import math
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -67,7 +66,7 @@ class Demo:
 
     def __init__(self, worker: Worker, *, pace: float = 1.0):
         self._worker, self._pace = worker, pace
-        self._stop, self._back = threading.Event(), threading.Event()
+        self._stop = threading.Event()
         self._on = threading.Event()
         self._on.set()
         self._mine: AbstractCommand | None = None
@@ -88,39 +87,28 @@ class Demo:
 
     def _heard(self, command: AbstractCommand) -> None:
         if isinstance(command, SteerDemo):
-            if command.how is Steer.BACK:
-                self._back.set()
             (self._on.clear if command.how is Steer.PAUSE else self._on.set)()
         elif command is not self._mine and not command.is_automatic:
             self.stop()
 
     def _run(self) -> None:
-        scenes = story(lambda: self._worker.session)
-        played: list[DemoScene] = []
-        at = 0
-        while not self._stop.is_set():
-            if at == len(played) and (scene := next(scenes, None)) is not None:
-                played.append(scene)
-            if at < len(played):
-                self._play(played[at])
-            else:  # the last picture
-                self.is_finished, at = True, len(played) - 1
-                self._wait(math.inf)
-                self._submit(self._with_all_over_it())
-            at = max(at - 1, 0) if self._back.is_set() else min(at + 1, len(played))
-            self._back.clear()
+        for scene in story(lambda: self._worker.session):
+            if self._stop.is_set():
+                break
+            self._play(scene)
+        else:  # the last picture
+            self.is_finished = True
+            self._stop.wait()
         self._leave()
 
     def _play(self, scene: DemoScene) -> None:
-        """Play one scene to its end, or until the user goes back or stops."""
+        """Play one scene to its end, or until the user stops."""
         if scene.caption:
             self._submit(SetCaption(scene.caption))
         if scene.tab is not self._tab:
             self._tab = scene.tab
             self._submit(OpenTab(scene.tab))
         for command in scene.commands or (None,):
-            if self._back.is_set():
-                return
             if command is not None:
                 self._submit(command)
             self._wait_for_end()
@@ -129,7 +117,7 @@ class Demo:
     def _wait(self, seconds: float) -> None:
         """Wait for this long, not counting pauses."""
         end = time.monotonic() + self._pace * seconds
-        while not (self._stop.is_set() or self._back.is_set()) and (left := end - time.monotonic()) > 0.0:
+        while not self._stop.is_set() and (left := end - time.monotonic()) > 0.0:
             if not self._on.is_set():
                 begin = time.monotonic()
                 self._on.wait()

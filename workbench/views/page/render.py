@@ -154,7 +154,7 @@ def _build_panels(
         for kind in STRIP:
             make(kind(worker))
     make_all(None)
-    tabs = Tabs(server, signals, first=FIRST if opened is None else opened.tab)
+    tabs = Tabs(server, first=FIRST if opened is None else opened.tab)
     for tab in Tab:
         with tabs.add(tab):
             if tab is Tab.ROBOT:

@@ -32,7 +32,7 @@ WIDE = 1900
 """… and from this one on the words are larger [px]."""
 PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
-DRAWINGS = "index, history, changes, verdict, row-chart, joints, result, curves"
+DRAWINGS = "job, index, history, changes, verdict, row-chart, joints, result, curves"
 CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
@@ -124,22 +124,34 @@ LEAVE = ["Close", "Cancel", "Look around"]
 SCRIPT = f"""
 const measured = new ResizeObserver(([strip]) =>
   document.documentElement.style.setProperty("--strip", `${{strip.target.offsetHeight}}px`));
-let strip = null, tab = "", scrolled = null;
+let strip = null, tab = "", list = null, scrolled = null;
 const places = {{}};
-const open = () => document.querySelector({f'{TABS} [aria-selected="true"]'!r})?.innerText;
+const tabs = () => [...document.querySelectorAll({f'{TABS} [role="tab"]'!r})];
 const turned = () => {{
-  const now = open();
-  if (!now || now === tab || document.querySelectorAll({f'{TABS} [role="tab"]'!r}).length < 2) return;
-  tab = now;
+  const all = tabs(), open = all.find(one => one.ariaSelected === "true");
+  if (!open || all.length < 2 || window.wanted || list !== open.parentElement) return;
+  if (open.innerText === tab) return;
+  tab = open.innerText;
   if (window.tabs?.[tab]) new Image().src = window.tabs[tab];
   const at = places[tab];
   const put = () => {{ if (scrolled) scrolled.scrollTop = at === undefined ? 0 : at + strip.offsetHeight; }};
   put();
   requestAnimationFrame(put);
 }};
+const press = () => {{  // the tab that the program opens, or that a panel made anew, as on a phone, forgot
+  const all = tabs(), open = all.find(one => one.ariaSelected === "true");
+  if (!open || all.length < 2) return;
+  if (list !== open.parentElement) window.wanted ||= tab;
+  list = open.parentElement;
+  const next = all.find(one => one.innerText === window.wanted);
+  window.wanted = "";
+  if (!next || next === open) return;
+  for (const kind of ["pointerdown", "pointerup", "click"])  // where tabs can be dragged, a click is nothing
+    next.dispatchEvent(new PointerEvent(kind, {{ bubbles: true, button: 0, isPrimary: true }}));
+}};
 new MutationObserver(turned).observe(document, {{ subtree: true, attributeFilter: ["aria-selected"] }});
 addEventListener("scroll", e => {{
-  if (!strip || !e.target.contains(strip) || open() !== tab) return;
+  if (!strip || !e.target.contains(strip) || window.wanted) return;
   scrolled = e.target;
   // what is seen stays where the strip grows by a line, as the browser keeps it; the top stays the top
   places[tab] = scrolled.scrollTop > 0 ? scrolled.scrollTop - strip.offsetHeight : undefined;
@@ -147,6 +159,7 @@ addEventListener("scroll", e => {{
 setInterval(() => {{
   const found = document.querySelector({STRIP!r});
   if (found && found !== strip) measured.observe(strip = found);
+  press();
   turned();
   for (const note of document.querySelectorAll(".mantine-Notification-root"))
     if (note.innerText.includes("File uploaded successfully")) note.style.display = "none";
@@ -161,6 +174,9 @@ addEventListener("change", e => {{
   e.target.value = "";
   new Image().src = address;
 }}, true);
+const heading = document.createElement("h1");
+heading.style = "position:absolute;width:1px;height:1px;overflow:hidden;clip-path:inset(50%);margin:0";
+document.body.prepend(heading);
 const icons = {{"list-search": "All commands", adjustments: "Settings of the page"}};
 const name = (control, words) => control.setAttribute("aria-label", words);
 setInterval(() => {{
@@ -174,6 +190,10 @@ setInterval(() => {{
     for (const [k, control] of part.querySelectorAll("button:not([aria-label])").entries())
       name(control, k ? "Less" : "More");
   }}
+  heading.textContent = document.title;
+  document.querySelector("div:has(> canvas[data-engine])")?.setAttribute("role", "main");
+  const panel = strip?.closest({PANEL!r});
+  if (panel) [panel.role, panel.ariaLabel] = ["region", "Panel"];
   for (const icon of document.querySelectorAll("button:not([aria-label]):has(> .mantine-ActionIcon-icon)"))
     name(icon, icon.closest("[aria-label]")?.ariaLabel
       ?? icons[icon.querySelector("svg")?.classList[1]?.replace("tabler-icon-", "")] ?? "Button");
@@ -196,15 +216,6 @@ addEventListener("keydown", e => {{
   const leave = [...sheet?.querySelectorAll("button") ?? []];
   leave.find(b => {LEAVE}.includes(b.innerText.trim()))?.click();
 }}, true);
-let held = null;
-addEventListener("focusin", e => {{
-  held = e.target.matches?.('input[inputmode="decimal"]') ? [e.target, e.target.value] : null;
-}}, true);
-addEventListener("focusout", e => {{
-  if (!held || e.target !== held[0] || e.target.value !== "") return;
-  Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(e.target, held[1]);
-  e.target.dispatchEvent(new Event("input", {{ bubbles: true }}));
-}}, true);
 const settings = () => window.__viserTestpoints?.devSettings;
 const slow = canvas => {{
   const gl = canvas.getContext("webgl2"), info = gl?.getExtension("WEBGL_debug_renderer_info");
@@ -226,9 +237,8 @@ const end = () => {{
 for (const name of ["pointerup", "pointercancel"]) addEventListener(name, end, true);
 addEventListener("blur", end);  // the window's alone: a control that was pressed before loses its focus too
 """
-"""Every tab keeps where it is scrolled to, and the server is told which is open. A field for a number that is
-left blank, as letters leave it, shows its number again. While a hand moves
-the scene or a handle, a page without a graphics card draws a sixth of its pixels."""
+"""Every tab keeps where it is scrolled to, and the server is told which is open. Screen readers get names and
+landmarks. A page without a graphics card draws a sixth of its pixels while a hand moves something."""
 
 
 def configure_pages(server: viser.ViserServer) -> None:

@@ -1,11 +1,7 @@
-"""Tabs that the program can open. viser has no word for that: a page whose chosen tab is gone shows the first
-one left, so all but the wanted tab are taken away until the page has drawn itself so, and told it.
-"""
+"""Tabs that the program can open, and what pages tell it."""
 
-import itertools
 import json
 import re
-import threading
 from collections.abc import Callable
 from functools import partial
 
@@ -13,7 +9,7 @@ import viser
 
 from workbench.session.page_state import Tab
 from workbench.views.page.local_server import LocalServer
-from workbench.views.page.viser_internals import run_script, show_tabs, tab_number
+from workbench.views.page.viser_internals import run_script
 
 SIZED = """{
   const tell = () => { new Image().src = `ADDRESS${innerWidth}x${innerHeight}`; };
@@ -33,7 +29,6 @@ class PageSignals:
 
     def __init__(self, server: viser.ViserServer):
         self._server = server
-        self._waiting: dict[str, threading.Event] = {}
         self._answers: dict[str, Callable[[], None]] = {}
         self._sized: dict[str, Callable[[int, int], None]] = {}
         if isinstance(server, LocalServer):
@@ -62,15 +57,8 @@ class PageSignals:
         self._answers[text] = do
         return self._address(text)
 
-    def drawn(self, text: str) -> tuple[str, threading.Event]:
-        """HTML that tells once it is on the page, and what is set then."""
-        event = self._waiting[text] = threading.Event()
-        return f'<img src="{self._address(text)}" alt="" {STYLE}>', event
-
     def _heard(self, text: str) -> None:
-        if (event := self._waiting.pop(text, None)) is not None:
-            event.set()
-        elif text in self._answers:
+        if text in self._answers:
             self._answers[text]()
         elif size := re.fullmatch(r"(window-\d+)-(\d{1,5})x(\d{1,5})", text):
             name, width, height = size.groups()
@@ -81,17 +69,14 @@ class PageSignals:
         return self._server.message_path + text if isinstance(self._server, LocalServer) else ""
 
 
-PATIENCE = 5.0
-"""How long a page may take to draw itself; one in the background does not at all [s]."""
-
-
 class Tabs:
-    """The tab group of the panel; a new page opens the `first` one, or else the leftmost."""
+    """The tab group of the panel; a new page opens the `first` one, or else the leftmost.
 
-    def __init__(self, server: viser.ViserServer, signals: PageSignals, *, first: Tab | None = None):
-        self._server, self._signals, self._opened = server, signals, first
-        self._numbers = itertools.count()
-        self._latest: dict[int, str] = {}
+    viser has no word for opening a tab: a script of the page's presses it (`style.py`).
+    """
+
+    def __init__(self, server: viser.ViserServer, *, first: Tab | None = None):
+        self._server, self._opened = server, first
         self._group = server.gui.add_tab_group()
 
     def add(self, tab: Tab) -> viser.GuiTabHandle:
@@ -104,7 +89,7 @@ class Tabs:
 
     def ready(self) -> None:
         """All tabs are there: open the first one on every page, those included that have come before it."""
-        self._server.on_client_connect(self._arrived)
+        self._server.on_client_connect(lambda client: self.open_on(client, self._opened))
 
     def open(self, tab: Tab) -> None:
         """Open a tab on every page, and on those that come later."""
@@ -112,24 +97,6 @@ class Tabs:
         for client in self._server.get_clients().values():
             self.open_on(client, tab)
 
-    def _arrived(self, client: viser.ClientHandle) -> None:
-        if self._opened is not None:
-            self.open_on(client, self._opened)
-
-    def open_on(self, client: viser.ClientHandle, tab: Tab) -> None:
-        threading.Thread(target=self._opening, args=(client, tab), name="workbench-tab", daemon=True).start()
-
-    def _opening(self, client: viser.ClientHandle, tab: Tab) -> None:
-        self._send(client, slice(k := tab_number(self._group, tab), k + 1))
-        sign, event = self._signals.drawn(f"tab-{next(self._numbers)}")
-        self._latest[client.client_id] = sign
-        shown = client.gui.add_html(sign)
-        event.wait(PATIENCE)
-        shown.remove()
-        if self._latest.get(client.client_id) is sign:  # or else the next one brings the others back
-            self._send(client, slice(None))
-
-    def _send(self, client: viser.ClientHandle, which: slice) -> None:
-        if client.client_id not in self._server.get_clients():
-            return
-        show_tabs(client, self._group, which)
+    def open_on(self, client: viser.ClientHandle, tab: Tab | None) -> None:
+        if tab is not None:
+            run_script(client.gui, f"window.wanted = {json.dumps(tab)};")

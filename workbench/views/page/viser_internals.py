@@ -132,15 +132,3 @@ def set_value(control: Any, value: Any) -> None:
         new = _messages.GuiUpdateMessage(state.uuid, {"value": value})
         state.gui_api._websock_interface.queue_message(new)
         state.value = value
-
-
-def tab_number(group: viser.GuiTabGroupHandle, label: str) -> int:
-    """Place of a tab in its group, from 0."""
-    return group._tab_labels.index(label)
-
-
-def show_tabs(client: viser.ClientHandle, group: viser.GuiTabGroupHandle, which: slice) -> None:
-    """Leave some tabs of a group on one page."""
-    names = ("_tab_labels", "_tab_icons_html", "_tab_container_ids")
-    some = {name: getattr(group, name)[which] for name in names}
-    client.gui._websock_interface.queue_message(_messages.GuiUpdateMessage(group._impl.uuid, some))

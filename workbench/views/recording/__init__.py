@@ -11,6 +11,4 @@ pictures can be drawn again. The layout of the viewer is in `blueprint.py`.
 | `log` | the log of commands |
 | `index/…`, `predicted/…`, `error/…` | over the steps: indices, errors predicted, left and diagnosed |
 | `row_error/…` | errors over the measured rows, by identification and fit |
-| `world/plate/trails/N` | where dragged targets have been |
-| `searches` | results of plate searches |
 """

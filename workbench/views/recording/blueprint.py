@@ -48,7 +48,7 @@ def blueprint(session: Session) -> rrb.Blueprint:
     log = rrb.TextLogView(
         origin="log", name="Steps", columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     )
-    below = rrb.Tabs(log, _document("searches", "Searches"), _document("about", "About"))
+    below = rrb.Tabs(log, _document("about", "About"))
     return rrb.Blueprint(
         rrb.Vertical(above, below, row_shares=[4, 1]),
         rrb.TimePanel(state="collapsed", timeline=STEP, play_state="following"),

@@ -69,7 +69,7 @@ def _scale_text(session: Session) -> str:
     if rows is None or not rows.stages:
         return ""
     scale, stage = error_scale(rows), shown_stage(session, rows)
-    return f", {stage}: light green up to {1e3 * scale.low:.3g} mm, violet from {1e3 * scale.high:.3g} mm"
+    return f", {stage}: blue up to {1e3 * scale.low:.3g} mm, orange-red from {1e3 * scale.high:.3g} mm"
 
 
 def cube_text(session: Session) -> Iterator[str]:
@@ -80,5 +80,5 @@ def cube_text(session: Session) -> Iterator[str]:
     low, high = (f"{field.factor * bound:.3g} {field.unit}".strip() for bound in (shown.low, shown.high))
     worst, best = (low, high) if field.larger_is_better else (high, low)
     title = field.title.lower()
-    yield f"**Cubes:** {title}, violet {worst} or worse, light green {best} or better; grey: not reached."
+    yield f"**Cubes:** {title}, orange-red {worst} or worse, blue {best} or better; grey: not reached."
     yield ""

@@ -1,4 +1,4 @@
-"""Contents of a recording over the steps of a session: log, numbers, dragged targets, searches.
+"""Contents of a recording over the steps of a session: log and numbers.
 
 Each keeps what it needs of earlier steps; everything else is drawn from the current session.
 """
@@ -8,33 +8,24 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
 
-import numpy as np
 import rerun as rr
 
 from workbench.diagnosis.result import judged
-from workbench.plate.plate import Plate
-from workbench.report.blocks import ResultTable
-from workbench.report.numbers import short
-from workbench.report.result_display import as_markdown
 from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.messages import SetCaption
 from workbench.session.journal.entry import Ending
 from workbench.session.state import Session
 from workbench.session.target_state import Score
-from workbench.views.appearance.colours import CALIBRATED, NOMINAL, REACHED, SELECTED
+from workbench.views.appearance.colours import CALIBRATED, NOMINAL, SELECTED
 from workbench.views.drawables.sink import differences
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.recorded_step import Moment
-from workbench.views.recording.rerun_sink import THIN, markdown
 from workbench.views.recording.sentences import sentence
 
 LEVELS = {Ending.DONE: "INFO", Ending.CANCELLED: "INFO", Ending.REFUSED: "WARN", Ending.FAILED: "ERROR"}
-MAX_TRAIL = 64
-"""Places that a trail keeps; of more, evenly chosen ones."""
 DRAGS = (GrabTarget, MoveTarget, DropTarget)
 ARMS = {"nominal": NOMINAL, "calibrated": CALIBRATED}
-HEAD = ("step", "search", "measurable targets", "index O of a target", "predicted error [mm]")
 
 
 class AbstractTimeline(ABC):
@@ -81,45 +72,6 @@ def _look_alike(before: Session | None, now: Session) -> bool:
         return False
     alike = replace(before.choices, overlay=now.choices.overlay)
     return differences(before, now) <= {"page", "choices"} and not differences(alike, now.choices)
-
-
-class Trails(AbstractTimeline):
-    """`world/plate/trails/N`: where a target has been dragged; any other move starts a new trail."""
-
-    def __init__(self) -> None:
-        self._trails: list[list[np.ndarray]] = []
-        self._plate: Plate | None = None
-        self._drawn: dict[int, int] = {}
-
-    def draw(self, canvas: Canvas, moment: Moment) -> None:
-        session = moment.session
-        if not session.shows_plate and self._drawn:
-            self._drawn = {}
-            canvas.clear("world/plate/trails")
-        if session.history.first_plate is not self._plate or len(self._trails) != len(session.plate):
-            self._plate, self._drawn = session.history.first_plate, {}
-            self._trails = [[] for _ in session.plate.targets]
-            canvas.clear("world/plate/trails")
-        is_drag = moment.entry is not None and isinstance(moment.entry.command, MoveTarget | DropTarget)
-        for i, (trail, target) in enumerate(zip(self._trails, session.plate.targets, strict=True)):
-            if not trail or not np.array_equal(trail[-1], target.xyz):
-                if not is_drag:
-                    trail.clear()
-                    if self._drawn.pop(i, None) is not None:
-                        canvas.clear(f"world/plate/trails/{i + 1}")
-                trail.append(target.xyz)
-                if len(trail) > 2 * MAX_TRAIL:
-                    del trail[1:-1:2]
-        if session.drag is None and session.shows_plate:
-            for i, trail in enumerate(self._trails):
-                self._show(canvas, i, trail)
-
-    def _show(self, canvas: Canvas, i: int, trail: list[np.ndarray]) -> None:
-        if len(trail) > 1 and self._drawn.get(i) != id(trail[-1]):
-            self._drawn[i] = id(trail[-1])
-            chosen = np.unique(np.linspace(0, len(trail) - 1, MAX_TRAIL).round().astype(int))
-            strip = np.array([trail[k] for k in chosen])
-            canvas.log(f"world/plate/trails/{i + 1}", rr.LineStrips3D([strip], colors=REACHED, radii=THIN))
 
 
 class Series(AbstractTimeline):
@@ -179,32 +131,6 @@ class RowErrorTimeline(AbstractTimeline):
             canvas.rows(path, rr.Scalars.columns(scalars=values), len(rows))
 
 
-class Searches(AbstractTimeline):
-    """The table of searches, each against the plate before it; equal O is what a search of poses is after."""
-
-    def __init__(self) -> None:
-        self._before: Session | None = None
-        self._rows: list[tuple[str, ...]] = []
-
-    def draw(self, canvas: Canvas, moment: Moment) -> None:
-        entry, before, self._before = moment.entry, self._before, moment.session
-        if entry is None or before is None or entry.ending is not Ending.DONE:
-            return
-        if entry.command.is_plate_search:
-            now = moment.session.score
-            pairs = zip(_cells(before.score), _cells(now), strict=True)
-            self._rows.append((f"{moment.step}", entry.command.title, *(f"{a} → {b}" for a, b in pairs)))
-            canvas.log("searches", markdown(as_markdown([ResultTable("", HEAD, self._rows, words=5)])))
-
-
-def _cells(score: Score) -> Iterator[str]:
-    """Measurable targets, range of their indices, predicted error."""
-    seen = score.per_target[np.isfinite(score.per_target)]
-    yield f"{score.measurable} of {len(score.per_target)}"
-    yield f"{seen.min():.4f} … {seen.max():.4f}" if len(seen) else "–"
-    yield short(1e3 * score.position)
-
-
 def _score(score: Score) -> Iterator[tuple[str, float]]:
     for name, value in score.indices.items():
         yield f"index/{name}", float(value)
@@ -224,4 +150,4 @@ def _errors(session: Session) -> Iterator[tuple[str, float]]:
             yield f"error/{name}_deg", errors.orientation_deg.mean
 
 
-TIMELINES: tuple[type[AbstractTimeline], ...] = (Log, Trails, Series, RowErrorTimeline, Searches)
+TIMELINES: tuple[type[AbstractTimeline], ...] = (Log, Series, RowErrorTimeline)

@@ -10,7 +10,7 @@ from workbench.views.page.panels.display_options import LookPanel
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.fit import FitDetailsPanel, FitPanel
 from workbench.views.page.panels.history import HistoryPanel
-from workbench.views.page.panels.index import DetailsPanel, IndexPanel, WantedPanel
+from workbench.views.page.panels.index import DetailsPanel, IndexPanel
 from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
 from workbench.views.page.panels.joints import JointsPanel
 from workbench.views.page.panels.panel import AbstractPanel
@@ -28,7 +28,6 @@ PANELS: tuple[type[AbstractPanel], ...] = (
     TargetsPanel,
     BranchesPanel,
     IndexPanel,
-    WantedPanel,
     DetailsPanel,
     ImprovePanel,
     PlateFilesPanel,

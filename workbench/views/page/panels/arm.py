@@ -8,14 +8,14 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.envelope import maximum_reach
 from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
-from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
+from workbench.session.commands.arm import LARGEST_ARCHIVE, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import block, bullets, folded, heading, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, Question, ask, set_value
 
-MODELS = ".toml,.urdf,.xml"
+MODELS = ".toml,.urdf,.xml,.zip"
 LOST = "Remove the measurements?"
 """What is asked before another robot takes the place of one with measurements."""
 CHOSEN = "choose …"
@@ -42,9 +42,10 @@ class ArmPanel(AbstractPanel):
         self.upload(
             "Open a robot or plate",
             LoadModel,
-            "A robot as TOML or URDF, or a plate as TOML; measurements go to the Measure tab.",
+            "A robot as TOML or URDF (with its meshes: a ZIP file of both), or a plate as TOML; measurements "
+            "go to the Measure tab.",
             endings=MODELS,
-            maximum=LARGEST_MODEL,
+            maximum=LARGEST_ARCHIVE,
             question=Question(
                 LOST, lambda content: "" if b"[[target]]" in content else self._lost(), "Open it"
             ),

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.session.commands.compare import SetDark, SetUnits
+from workbench.session.commands.compare import SetDark
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
-from workbench.session.page_state import Tab, Units
+from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, heading, pairs
 from workbench.views.page.panels.panel import AbstractPanel, sheet
@@ -40,15 +40,13 @@ class LookPanel(AbstractPanel):
     """Appearance of the page, and help."""
 
     tab, order = Tab.ROBOT, 90
-    depends = ("page.is_dark", "page.units")
+    depends = ("page.is_dark",)
 
     _is_dark: bool | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Page"):
             self.form(SetDark, self.checkbox("Dark", "Dark colours.", lambda s: s.page.is_dark))
-            units, hint = {str(units): units for units in Units}, "Units for display and input."
-            self.form(SetUnits, self.dropdown("Coordinates", units, hint, lambda s: s.page.units))
             title = "How to use this page"
             show = partial(sheet, title=title, content=help_sheet())
             self.press("Help and keys", show, viser.Icon.HELP, f"{title}, and its keyboard shortcuts.")

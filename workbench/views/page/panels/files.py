@@ -1,11 +1,9 @@
 """Saving the session's data and results, with the error of each file of the calibrated arm."""
 
-import io
 from functools import lru_cache
 
 import numpy as np
 import viser
-from PIL import Image
 
 from workbench.base.wording import capital
 from workbench.data.accuracy_requirement import Wanted
@@ -23,7 +21,6 @@ from workbench.session.export import (
 )
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.appearance.colours import SKY, SKY_DARK
 from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, note, text
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -33,8 +30,6 @@ FORMATS = (
 )
 OTHER = "Its difference from the calibrated arm, and what it can't hold, are shown when it is saved."
 SAVED = {"URDF": calibrated_urdf, "TOML": calibrated_toml, "Report": report_zip}
-PICTURE = (1200, 1920)
-"""Height and width of a saved picture."""
 EMPTY_NOTE = "Identify the arm first; then it is saved here."
 
 
@@ -109,7 +104,7 @@ class FilesPanel(AbstractPanel):
         with gui.add_folder("Calibrated arm"):
             self.html(lambda s: "" if _is_identified(s) else note(EMPTY_NOTE, "unsaved"))
             add_arm_files(self)
-        with gui.add_folder("Plate, measurements, picture"):
+        with gui.add_folder("Plate and measurements"):
             self.download("Plate (TOML)", plate_toml, "The plate with its targets and its region.")
             self.download(
                 "Measurements (CSV)",
@@ -117,17 +112,3 @@ class FilesPanel(AbstractPanel):
                 "One row per line, with units.",
                 disabled=lambda s: s.measurements.loaded is None,
             )
-            hint = "The scene as shown, without the panel."
-            self.press("Picture of the scene (PNG)", self._picture, viser.Icon.CAMERA, hint)
-
-    def _picture(self, event: viser.GuiEvent) -> None:
-        if event.client is None:
-            return
-        height, width = PICTURE
-        sky = np.array(SKY_DARK if self._worker.session.page.is_dark else SKY)
-        pixels = event.client.get_render(height, width, transport_format="png", timeout=30.0)
-        share = pixels[..., 3:] / 255.0
-        scene = np.round(pixels[..., :3] * share + sky * (1.0 - share)).astype(np.uint8)
-        picture = io.BytesIO()
-        Image.fromarray(scene).save(picture, format="PNG")
-        event.client.send_file_download("workbench.png", picture.getvalue(), save_immediately=True)

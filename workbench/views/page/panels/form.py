@@ -19,7 +19,6 @@ import viser
 from workbench.base.errors import WorkbenchError
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.messages import Tell
-from workbench.session.page_state import Units
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.viser_internals import set_value
@@ -43,16 +42,14 @@ Limits = tuple[float, float, float]
 
 
 class ShownUnit(NamedTuple):
-    """A unit of three numbers: its size in SI, decimal places that are shown, what an arrow key adds."""
+    """A unit of three numbers: its size in SI, and decimal places that are shown."""
 
     name: str
     size: float
     places: int
-    step: float
 
 
-LENGTH = {Units.MILLIMETRES: ShownUnit("mm", 1e-3, 2, 1.0), Units.METRES: ShownUnit("m", 1.0, 5, 1e-3)}
-ANGLE = {Units.MILLIMETRES: ShownUnit("°", DEGREE, 3, 1.0), Units.METRES: ShownUnit("rad", 1.0, 5, 1e-2)}
+LENGTH, ANGLE = ShownUnit("mm", 1e-3, 2), ShownUnit("°", DEGREE, 3)
 
 
 @final
@@ -142,34 +139,20 @@ class AbstractControls:
         typed = int if kind is int and unit == 1.0 else lambda value: unit * float(value)
         return self.add(Control(made, typed, **more, value=in_unit))
 
-    def coordinates(
-        self, title: str, units: Mapping[Units, ShownUnit], hint: str, shows: Shown, **more: Shown
-    ) -> Control:
-        """Three numbers in the units that the page shows [SI]; those not touched keep all their digits."""
-
-        def unit(session: Session) -> ShownUnit:
-            return units[session.page.units]
+    def coordinates(self, title: str, unit: ShownUnit, hint: str, shows: Shown, **more: Shown) -> Control:
+        """Three numbers [SI], shown in a unit; those not touched keep all their digits."""
 
         def shown(session: Session) -> tuple[float, ...]:
-            numbers = np.array(shows(session)) / unit(session).size
-            return tuple((np.round(numbers, unit(session).places) + 0.0).tolist())
+            return tuple((np.round(np.array(shows(session)) / unit.size, unit.places) + 0.0).tolist())
 
         def typed(value: tuple[float, ...]) -> tuple[float, ...]:
             session = self._worker.session
             each = zip(value, shown(session), shows(session), strict=True)
-            return tuple(float(old if new == was else unit(session).size * new) for new, was, old in each)
+            return tuple(float(old if new == was else unit.size * new) for new, was, old in each)
 
-        return self.add(
-            Control(
-                self._gui.add_vector3(title, (0.0, 0.0, 0.0), hint=hint),
-                typed,
-                **more,
-                label=lambda session: f"{title} [{unit(session).name}]",
-                step=lambda session: unit(session).step,
-                precision=lambda session: unit(session).places,
-                value=shown,
-            )
-        )
+        made = self._gui.add_vector3(f"{title} [{unit.name}]", (0.0, 0.0, 0.0), step=1.0, hint=hint)
+        made.precision = unit.places
+        return self.add(Control(made, typed, **more, value=shown))
 
     def checkbox(
         self, label: str, /, hint: str, shows: Shown | None = None, *, value: bool = False, **more: Shown

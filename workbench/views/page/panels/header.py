@@ -2,16 +2,20 @@
 
 from collections.abc import Callable
 
+import numpy as np
 import viser
 
+from workbench.base.wording import capital
+from workbench.report.chart import Bar, Bars
 from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.next_step import Action, NextStep, next_step
 from workbench.session.page_state import PASSING, Message, Severity
 from workbench.session.state import Session
 from workbench.session.worker import Worker
+from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.drawables.viewpoint import title
-from workbench.views.page.html import INKS, MUTED, block, text
+from workbench.views.page.html import INKS, MUTED, block, heading, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.index import try_plate
 from workbench.views.page.panels.panel import AbstractPanel
@@ -23,6 +27,8 @@ TINTS = {
     Severity.WARNING: ("rgba(245,158,11,.14)", "#c2700a"),
     Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
+SUSPECTS = 4
+"""Bars of a diagnosis under way."""
 PLAYING = "The demo is playing; any input ends it."
 
 
@@ -72,8 +78,6 @@ class Header(AbstractPanel):
     depends = (title, "page.caption", "page.is_paused", "page.messages", "page.chore", "page.job", next_step)
 
     def build(self, gui: viser.GuiApi) -> None:
-        back, hint = lambda: SteerDemo(Steer.BACK), "Replay the previous scene."
-        self.button("Back", back, viser.Icon.PLAYER_SKIP_BACK, hint, visible=lambda s: s.page.caption)
         self.button(
             Steer.PAUSE,
             lambda: SteerDemo(Steer.ON if self._worker.session.page.is_paused else Steer.PAUSE),
@@ -114,10 +118,21 @@ def _verdict(session: Session) -> str:
 
 
 def _job(session: Session) -> str:
-    """The computation under way."""
+    """The computation under way: what it does, how long it will take, and what it suspects so far."""
     if (job := session.page.job) is None:
         return ""
-    return block(text(job.title) + (f": {text(job.text)}" if job.text else " …"), testid="job")
+    doing = f": {text(job.text)}" if job.text else " …"
+    left = "" if np.isnan(job.left) else f'<span style="color:{MUTED}"> · about {_time(job.left)} left</span>'
+    ranked = sorted(job.suspects.items(), key=lambda pair: -pair[1])[:SUSPECTS]
+    drawn = [Bar(capital(name), gain, css(SELECTED)) for name, gain in ranked]
+    suspects = heading("Suspects so far, by how much speaks for each") if drawn else ""
+    suspects += Bars(drawn, unit="").svg()
+    return block(f"{text(job.title)}{doing}{left}{suspects}", testid="job")
+
+
+def _time(seconds: float) -> str:
+    """In steps of ten seconds: it is a guess."""
+    return f"{10 * max(round(seconds / 10.0), 1)} s" if seconds < 90.0 else f"{seconds / 60.0:.0f} min"
 
 
 def _newest(session: Session) -> Message | None:

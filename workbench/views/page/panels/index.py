@@ -228,7 +228,7 @@ REQUIRED = "Required [mm]", "Maximum position error allowed for the calibrated a
 class WantedPanel(AbstractPanel):
     """Input of the required error, in every tab that uses it."""
 
-    tab, order = Tab.PLATE, 30
+    tab = None
     depends = ("choices.wanted",)
 
     def build(self, gui: viser.GuiApi) -> None:

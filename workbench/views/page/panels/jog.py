@@ -79,7 +79,7 @@ class ToolPanel(AbstractPanel):
     tab, order = Tab.ROBOT, 40
     pause = AFTERWARDS
     keeps_typed = True
-    depends = ("robot", drawn_joints, "page.units")
+    depends = ("robot", drawn_joints)
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Tool"):

@@ -11,7 +11,7 @@ from workbench.arm.joint_units import joint_titles, shown_joints, shown_units
 from workbench.report.chart import Chart, Marks
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, ModelStage
-from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law_along_joints, shown_effect
+from workbench.session.joint_errors import NO_LAW, along_joints, law_along_joints, shown_effect
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.appearance.colours import BLAMED, css, stage_colours
@@ -37,10 +37,9 @@ class JointsPanel(AbstractPanel):
             law = self.dropdown(
                 "Law of",
                 _laws,
-                "Plot this effect's law over the errors and highlight its joint on the arm. Candidates that "
-                "were not added are fitted to the residuals of the geometry.",
+                "Plot the law of an effect that was found over the errors; its joint glows on the arm.",
                 lambda s: NO_LAW if (effect := shown_effect(s)) is None else effect.label,
-                visible=lambda s: s.results.diagnosis is not None,
+                visible=lambda s: s.results.diagnosis is not None and s.results.diagnosis.effects,
             )
             self.html(_plots)
         self.form(self._choose, law)
@@ -56,7 +55,7 @@ def _has_errors(session: Session) -> bool:
 
 def _laws(session: Session) -> list[str]:
     found = session.results.diagnosis
-    return [NO_LAW, *(effect.label for effect in (() if found is None else candidates(found)))]
+    return [NO_LAW, *(a.effect.label for a in (() if found is None else found.effects))]
 
 
 def _plots(session: Session) -> str:

@@ -1,6 +1,6 @@
 """Window over the scene: what its colours mean, and the errors of the selected row."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -149,11 +149,20 @@ def scale_bar(field: CubeField, numbers: CubeValues) -> str:
     low, high = (number(field.factor * end, 2) for end in (numbers.low, numbers.high))
     if field.is_signed:
         low, high = f"−{high}", f"+{high}"
-    ends = (low, high) if is_better else (f"≤ {low}", f"≥ {high}")
+    first, last = (low, high) if is_better else (f"≤ {low}", f"≥ {high}")
+    return colour_scale(((0.0, first), (100.0, f"{last} {text(field.unit)}")), larger_is_better=is_better)
+
+
+def colour_scale(ticks: Iterable[tuple[float, str]], *, larger_is_better: bool = False) -> str:
+    """The colours from end to end, with words below at some places [%]."""
+    words = (
+        f'<span style="position:absolute;left:{at:.1f}%;transform:translateX(-{at:.0f}%)">{shown}</span>'
+        for at, shown in ticks
+    )
     return (
-        f'<div style="{BAR};background:{gradient(larger_is_better=is_better)}"></div>'
-        f'<div style="display:flex;justify-content:space-between"><span>{ends[0]}</span>'
-        f"<span>{ends[1]} {text(field.unit)}</span></div>"
+        f'<div style="{BAR};background:{gradient(larger_is_better=larger_is_better)}"></div>'
+        '<div data-testid="colour-bar" style="position:relative;height:19px;white-space:nowrap">'
+        f"{''.join(words)}</div>"
     )
 
 
@@ -170,7 +179,8 @@ def things(session: Session, *, is_alone: bool = False) -> str:
         ("out of reach", OUT_OF_REACH, has_plate and any(not s.reached for s in session.states)),
         ("blocked", BLOCKED, has_plate and any(s.reached and s.hit for s in session.states)),
         ("model", JOINT, is_bent),
-        ("real arm", CALIBRATED, is_bent),
+        ("real arm and its error", CALIBRATED, is_bent),
+        ("nominal error", NOMINAL, is_bent and overlay.arrows and focus in (Focus.ROW, Focus.JOG)),
         ("other branches", BRANCH, overlay.ghosts and focus is Focus.TARGET),
     )
     content = "".join(_mark(label, colour) for label, colour, is_seen in marks if is_seen)
@@ -183,17 +193,13 @@ def _mark(label: str, colour: tuple[int, int, int]) -> str:
 
 
 def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) -> str:
-    """Errors of the measured points, their colours and their arrows."""
-    overlay, focus = session.choices.overlay, session.playback.focus
+    """Errors of the measured points, and their colours."""
     parts = (
         stage_choice(rows, shown_stage(session, rows), links),
         colour_bar(error_scale(rows)),
         marks(rows, is_left_out=bool(session.measurements.left_out)),
         "" if session.results.diagnosis is None else events(session.results.diagnosis.events, rows),
-        arrows(rows, shown_stage(session, rows))
-        if overlay.arrows and focus in (Focus.ROW, Focus.JOG)
-        else "",
-        row_errors(rows, session.results.row) if focus is Focus.ROW else "",
+        row_errors(rows, session.results.row) if session.playback.focus is Focus.ROW else "",
     )
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
 
@@ -214,16 +220,10 @@ def colour_bar(scale: ErrorScale) -> str:
     ticks, last = [], len(scale.ticks) - 1
     for i, tick in enumerate(scale.ticks):
         at = 100.0 * float(scale.shares(np.array(tick)))
-        if 0 < i < last and not ENDS[0] < at < ENDS[1]:
-            continue
-        label = ("≤ " if i == 0 else "≥ " if i == last else "") + number(1e3 * tick, 1)
-        side = f"left:{at:.1f}%;transform:translateX(-{at:.0f}%)"
-        ticks.append(f'<span style="position:absolute;{side}">{label}{" mm" if i == last else ""}</span>')
-    return (
-        f'<div style="{BAR};background:{gradient()}"></div>'
-        '<div data-testid="colour-bar" style="position:relative;height:19px;white-space:nowrap">'
-        f"{''.join(ticks)}</div>"
-    )
+        if i in (0, last) or ENDS[0] < at < ENDS[1]:
+            shown = ("≤ " if i == 0 else "≥ " if i == last else "") + number(1e3 * tick, 1)
+            ticks.append((at, shown + (" mm" if i == last else "")))
+    return colour_scale(ticks)
 
 
 def marks(rows: Comparison, *, is_left_out: bool) -> str:
@@ -242,14 +242,6 @@ def events(happened: Sequence[AbstractEvent], rows: Comparison) -> str:
     small = "; small points: before it, compared with the arm as it was" if rows.is_earlier.any() else ""
     marked = " ".join(badge(event.mark, css(EVENT)) for event in happened)
     return f'<div data-testid="events">{marked}<span style="color:{MUTED}">{small}</span></div>'
-
-
-def arrows(rows: Comparison, stage: ModelStage) -> str:
-    """Whose errors the arrows are."""
-    if not rows.stages:
-        return ""
-    other = "" if stage is ModelStage.NOMINAL else badge(str(stage), css(CALIBRATED))
-    return f'<div data-testid="arrows" {MORE}>Arrows: {badge("nominal", css(NOMINAL))} &nbsp; {other}</div>'
 
 
 def row_errors(rows: Comparison, row: int) -> str:

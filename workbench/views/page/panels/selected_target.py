@@ -9,14 +9,7 @@ from workbench.base.wording import capital
 from workbench.plate.collision import unobstructed
 from workbench.plate.plate import AUTO, Target
 from workbench.session.commands.drag import MoveTarget, SelectTarget
-from workbench.session.commands.edit import (
-    AddTarget,
-    ChooseBranch,
-    CopyTarget,
-    DeleteTarget,
-    LockTarget,
-    free_place,
-)
+from workbench.session.commands.edit import AddTarget, ChooseBranch, DeleteTarget, LockTarget, free_place
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
@@ -37,7 +30,7 @@ class TargetsPanel(AbstractPanel):
     """Place and state of the selected target."""
 
     tab, order = Tab.PLATE, 10
-    depends = ("plate", "selected", "states", "drag", "page.units", "shows_plate")
+    depends = ("plate", "selected", "states", "drag", "shows_plate")
 
     def build(self, gui: viser.GuiApi) -> None:
         chosen = self.dropdown(
@@ -67,10 +60,9 @@ class TargetsPanel(AbstractPanel):
             "Target",
             {
                 "Add": lambda: AddTarget(free_place(self._worker.session)),
-                "Copy": lambda: CopyTarget(chosen.typed),
                 "Delete": lambda: DeleteTarget(chosen.typed),
             },
-            "Add a target in a free place of the region, copy the selected one, or delete it.",
+            "Add a target like the selected one in a free place of the region, or delete the selected one.",
             visible=lambda s: s.shows_plate,
         )
         self.buttons(

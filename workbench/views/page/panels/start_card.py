@@ -7,7 +7,7 @@ import viser
 
 from workbench.base.assets import built_in_robots
 from workbench.session.command import AbstractCommand
-from workbench.session.commands.arm import ChooseRobot, LoadModel
+from workbench.session.commands.arm import ChooseRobot, LoadModel, holds_urdf
 from workbench.session.commands.data import MAX_FILE_BYTES, load_command, load_endings
 from workbench.session.commands.messages import OpenTab, SetCaption
 from workbench.session.commands.plate import ImprovePlate
@@ -93,7 +93,11 @@ class StartCard(AbstractPanel):
         robot = self.dropdown("Built in", (CHOSEN, *built_in_robots()), "The built-in arms.")
         self.form(lambda name: None if name == CHOSEN else ChooseRobot(name), robot)
         self.upload(
-            "… or your robot: URDF or TOML", load, "The nominal arm.", endings=MODELS, maximum=MAX_FILE_BYTES
+            "… or your robot: URDF (in a ZIP with its meshes) or TOML",
+            load,
+            "The nominal arm.",
+            endings=MODELS,
+            maximum=MAX_FILE_BYTES,
         )
         self._inputs = {build: gui.add_folder(None) for build in builders}
         for build, folder in self._inputs.items():
@@ -180,5 +184,5 @@ def _ask_for_rows(panel: AbstractPanel, gui: viser.GuiApi) -> None:
 
 def load(name: str, content: bytes) -> AbstractCommand:
     """What a dropped file is: a robot or measurements, on whichever of the two buttons."""
-    is_model = name.lower().endswith((*MODELS.split(","), ".xacro"))
+    is_model = name.lower().endswith((".toml", ".urdf", ".xml", ".xacro")) or holds_urdf(name, content)
     return LoadModel(name, content) if is_model else load_command(name, content)
