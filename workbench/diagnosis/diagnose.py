@@ -32,7 +32,6 @@ from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Diagnosis, Verdict, harm_done, judged
 from workbench.diagnosis.saved_model import SavedModel, saved_model
 from workbench.diagnosis.search.backlash_flanks import open_flanks
-from workbench.diagnosis.two_places import two_places
 from workbench.diagnosis.undetectable import open_flanks_text
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
@@ -43,6 +42,7 @@ from workbench.identification.joint_reading_noise import readings
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.problem import Noise
 from workbench.identification.rows.excluded_outliers import GROSS_REASON, prepare_without_gross_outliers
+from workbench.identification.rows.two_places import two_places
 
 
 @checked_arguments(FitChoices)
@@ -153,7 +153,7 @@ def _remaining_error(
             "the noise of joint readings", lambda: readings(fit.problem.with_noise(geometric.noise)), None
         ),
         followed=followed,
-        places=None if followed else two_places(fit),
+        places="" if followed else two_places(fit),
         distrusted=search.last.found.distrusted,
     )
 

@@ -18,7 +18,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.result import judged
 from workbench.identification.rows.exchanged_rows import exchange_note, exchanged_rows
 from workbench.identification.rows.excluded_outliers import stand_out_note, suspect_note
-from workbench.identification.rows.two_clusters import together_off
+from workbench.identification.rows.two_places import two_places
 
 NO_DIRECTION = (
     "backlash that depends on the direction of motion was not tried: rows have neither times nor directions; "
@@ -58,8 +58,8 @@ def notes(
         yield saved.note
     if search.too_few is None and saved.undetectable and any(e.loads for e in effects):
         yield describe(saved.undetectable)
-    if together := together_off(search.first.fit):
-        yield together
+    if two := two_places(search.first.fit):
+        yield two
     if pairs := ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
         yield exchange_note(pairs)
     yield from _weights_that_differ(saved.fit, given)

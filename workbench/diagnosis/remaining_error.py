@@ -9,7 +9,6 @@ from workbench.arm.chain import Chain
 from workbench.base.advice import beside
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.search.evidence import Offer
-from workbench.diagnosis.two_places import TwoPlaces
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 
@@ -33,7 +32,7 @@ class RemainingError:
             unknown.
         joint_noise: Noise of joint readings, as far as they show any; None if the readings seem exact.
         followed: Drivers that they follow.
-        places: Two places in which they lie instead; None without.
+        places: Two places in which they lie instead; empty without.
         distrusted: Significant candidates that cross-validation did not confirm.
     """
 
@@ -41,7 +40,7 @@ class RemainingError:
     known_noise: Noise | None
     joint_noise: Readings | None
     followed: Sequence[FollowedDriver]
-    places: TwoPlaces | None
+    places: str
     distrusted: Sequence[Offer]
 
     @property
@@ -82,8 +81,8 @@ class RemainingError:
         if self.followed:
             more = [f.text for f in self.followed if f.driver not in drivers]
             text += f": it {' and '.join(more) or 'still does'}"
-        if self.places is not None:
-            return f"{text}: it {self.places.text}"
+        if self.places:
+            return f"{text}: {self.places}"
         if self.joint_noise is None or (not self.followed and self.joint_noise.share > MIN_MAJOR_SHARE):
             return text
         size, part = self.joint_noise.text(chain), f"{100 * self.joint_noise.share:.0f} %"

@@ -35,7 +35,7 @@ from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.excluded_outliers import suspect_note
-from workbench.identification.rows.two_clusters import together_off
+from workbench.identification.rows.two_places import two_places
 from workbench.report.result_display import AbstractReported
 
 if TYPE_CHECKING:
@@ -369,7 +369,7 @@ class Identification(AbstractReported):
                 "robot, frames and sessions"
             )
         if self.identifiability is None:
-            found.append(together_off(self.best.fit))
+            found.append(two_places(self.best.fit))
         unchanged = self.identifiability is not None and bool(self.identifiability.refused)
         if not unchanged and (
             text := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
