@@ -20,7 +20,10 @@ from refusals import mentions, refuses
 
 from recordings import Run, rewrite
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
+from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
 from workbench.base.types import frozen
 from workbench.session.commands.arm import ChooseRobot
@@ -35,7 +38,7 @@ from workbench.session.comparison import Overlay
 from workbench.session.journal import codec, replay
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.folder import begin, branch, go_on, resume
-from workbench.session.journal.reader import JOURNAL, ROBOT, read_recording
+from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, read_recording
 from workbench.session.journal.restore import restore
 from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity
@@ -100,7 +103,7 @@ def test_a_replay_comes_to_the_same_numbers(whole):
     folder, session, _ = whole
     replayed = check(read_recording(folder))
     assert replayed.differences == ()
-    assert replayed.compared > 20
+    assert replayed.compared > 200
     again = replayed.session
     assert np.array_equal(
         again.results.identification.runs["ols"].fit.x, session.results.identification.runs["ols"].fit.x
@@ -199,14 +202,70 @@ def test_a_line_that_changed_since_is_never_replayed(whole, tmp_path):
     assert "incomplete" in recording.notes[0]
 
 
+@pytest.fixture(scope="module")
+def dragging(first, tmp_path_factory):
+    """Folders as a kill leaves them after each command of a drag; the last place of each in the session."""
+    run = Run(begin(first.robot, first.plate, folder=tmp_path_factory.mktemp("dragging") / "now"))
+    left = []
+    for k, command in enumerate(moves(first, 5)):
+        session = run(command)
+        folder = shutil.copytree(run.folder, run.folder.parent / str(k))
+        left.append((folder, session.plate.targets[2].xyz.tolist(), len(run.worker.journal)))
+    run.worker.close()
+    assert sorted(path.name for path in run.folder.iterdir()) == [".lock", "inputs", JOURNAL]
+    return left
+
+
+def test_a_kill_between_the_places_of_a_drag_loses_none(dragging):
+    for folder, xyz, count in dragging:
+        recording = read_recording(folder)
+        replayed = check(recording)
+        assert len(recording.lines) == count
+        assert replayed.session.plate.targets[2].xyz.tolist() == xyz
+        assert replayed.differences == ()
+
+
+def test_a_kill_within_the_write_of_a_place_leaves_the_one_before(dragging, tmp_path):
+    """Wherever it is cut: a beginning of the new line, and the rest of the one that was there."""
+    (two, before, count), (three, after, _) = dragging[4], dragging[5]
+    assert before != after
+    (slot,) = (n for n in codec.PLACES if (two / n).read_bytes() != (three / n).read_bytes())
+    old, new = (folder / slot for folder in (two, three))
+    old, new = old.read_bytes(), new.read_bytes()
+    folder = shutil.copytree(two, tmp_path / "copy")
+    seen = set()
+    for cut in range(1, len(new) + 1, 7):
+        (folder / slot).write_bytes(new[:cut] + old[cut:])
+        recording = read_recording(folder)
+        assert len(recording.lines) == count
+        seen.add(recording.entries[-1].command.xyz)
+    assert seen <= {tuple(before), tuple(after)}
+    assert tuple(before) in seen
+
+
+def test_a_session_killed_in_a_drag_goes_on_from_its_last_place(dragging, record, tmp_path):
+    folder = shutil.copytree(dragging[5][0], tmp_path / "copy")
+    recording = read_recording(folder)
+    again = record(resume(recording, replay(recording.first, recording.entries)))
+    again(*moves(again.worker.session, 3, target=4))
+    again.worker.close()
+    whole = read_recording(folder)
+    kinds_ = [type(e.command) for e in whole.entries]
+    assert kinds_ == [GrabTarget, MoveTarget, DropTarget, GrabTarget, MoveTarget, DropTarget]
+    assert list(whole.entries[1].command.xyz) == dragging[5][1]
+    assert check(whole).differences == ()
+    assert not [name for name in codec.PLACES if (folder / name).exists()]
+
+
 def test_every_line_but_the_places_of_a_drag_is_on_the_disk(record, first, monkeypatch):
-    """What was confirmed outlives a loss of power; the last place of a drag comes with its end."""
+    """What was confirmed outlives a loss of power; the places of a drag come with its end."""
     synced, really = [], os.fdatasync
     run = record()
-    monkeypatch.setattr(os, "fdatasync", lambda file: synced.append((really(file), len(run.lines))))
+    monkeypatch.setattr(os, "fdatasync", lambda file: synced.append(really(file)))
     run(*moves(first, 8))
+    assert len(synced) == len(run.lines) - 1
     run(SelectTarget(1))
-    assert [count for _, count in synced] == [2, 4, 5]
+    assert len(synced) == len(run.lines) - 1
 
 
 def resealed(line: bytes) -> bytes:
@@ -281,7 +340,9 @@ def pipe(path, precious):
 
 
 @pytest.mark.parametrize("make", [link, dangling, pipe])
-@pytest.mark.parametrize("name", [".lock", JOURNAL, str(ROBOT), f"{codec.INPUTS}/*.csv", codec.INPUTS])
+@pytest.mark.parametrize(
+    "name", [".lock", *codec.PLACES, JOURNAL, str(ROBOT), f"{codec.INPUTS}/*.csv", codec.INPUTS]
+)
 def test_what_is_no_regular_file_of_a_recording_is_never_opened(whole, tmp_path, name, make):
     """Nothing outside is read or written, and nothing waits for the other end of a pipe."""
     folder, precious = shutil.copytree(whole[0], tmp_path / "copy"), tmp_path / "precious"
@@ -297,11 +358,11 @@ def test_what_is_no_regular_file_of_a_recording_is_never_opened(whole, tmp_path,
     try:
         run = Run(go_on(restore(read_recording(folder)), root=tmp_path / "others"))
     except FileError:
-        assert name != ".lock"
+        assert name not in (".lock", *codec.PLACES)
     else:
         session = run(*moves(run.worker.session, 3))
         run.worker.close()
-        assert session.page.messages
+        assert name == codec.PLACES[1] or session.page.messages
     assert {file: file.read_bytes() for file in before} == before
     assert not (tmp_path / "new").exists()
 
@@ -350,6 +411,37 @@ def test_a_first_line_that_says_nonsense_of_the_targets_is_not_believed(whole, f
     rewrite(folder, 0, lambda header: header["numbers"].update(targets=states))
     session = read_recording(folder).first
     assert [s.q.tolist() for s in session.states] == [s.q.tolist() for s in first.states]
+
+
+def more_d(folder):
+    path = folder / ROBOT
+    path.write_text(path.read_text().replace("d = 0.205", "d = 0.305", 1))
+
+
+def moved_target(folder):
+    path = folder / PLATE
+    path.write_text(path.read_text().replace("0.566", "0.466", 1))
+
+
+def turned_joint(folder):
+    rewrite(folder, 0, lambda h: h["numbers"]["targets"]["1"]["q"].__setitem__(0, 0.9), is_sealed=False)
+
+
+@pytest.mark.parametrize("change", [more_d, moved_target, turned_joint])
+def test_a_changed_arm_plate_or_header_of_a_former_version_is_told(first, record, tmp_path, change):
+    """Their first lines have no checksum: the numbers and the arm's postures show it."""
+    run = record()
+    run(SelectTarget(1))
+    run.worker.close()
+    former = rewrite(run.folder, 0, lambda header: header.pop("inputs"), is_sealed=False)
+    assert not restore(read_recording(former)).warning
+    change(former)
+    restored = restore(read_recording(former))
+    assert restored.warning
+    arm, session = restored.session.robot, restored.session
+    for target, state in zip(session.plate.targets, session.states, strict=True):
+        tool = se3.inverse(arm.base.pose) @ tool_poses(arm, Motion(state.q[None]))[0]
+        assert not state.reached or np.abs(tool[:3, 3] - target.xyz).max() < 1e-6
 
 
 def test_a_journal_names_built_in_arms_alone(record, tmp_path):
@@ -476,8 +568,7 @@ for k in itertools.count():
         worker.submit(command)
         worker.wait()
         y = worker.session.plate.targets[k % 10].xyz[1]
-        if not isinstance(command, MoveTarget):  # which is written with the drag's end
-            print(len(worker.journal), k % 10, y, flush=True)
+        print(len(worker.journal), k % 10, y, flush=True)
 """
 KILLS = int(os.environ.get("KILLS", 1))
 """How many there are; `KILLS=200` takes some minutes."""
@@ -485,10 +576,10 @@ KILLS = int(os.environ.get("KILLS", 1))
 
 @pytest.mark.parametrize("seed", range(KILLS))
 def test_a_kill_loses_at_most_the_last_command(tmp_path, seed):
-    """Wherever it comes, in the middle of a write above all: but for the drag in hand, all is there."""
+    """Wherever it comes, in the middle of a write above all: what was confirmed is there afterwards."""
     folder = tmp_path / "killed"
     process = subprocess.Popen([sys.executable, "-c", SCRIPT, folder], stdout=subprocess.PIPE, text=True)
-    message = list(itertools.islice(process.stdout, 3))
+    message = list(itertools.islice(process.stdout, 5))
     time.sleep(np.random.default_rng(seed).uniform(0.0, 0.5))
     os.kill(process.pid, signal.SIGKILL)
     message += process.stdout.readlines()
@@ -496,9 +587,9 @@ def test_a_kill_loses_at_most_the_last_command(tmp_path, seed):
     process.stdout.close()
     restored = restore(read_recording(folder))
     count, target, y = [line for line in message if line.endswith("\n")][-1].split()
-    assert int(count) <= len(restored.recording.lines) <= int(count) + 2
-    if len(restored.recording.lines) == int(count):
-        assert restored.session.plate.targets[int(target)].xyz[1] == float(y)
+    assert int(count) <= len(restored.recording.lines) <= int(count) + 1
+    if len(restored.recording.lines) == int(count):  # a further place may have come
+        assert restored.session.plate.targets[int(target)].xyz[1] == pytest.approx(float(y), abs=1.1e-3)
     assert restored.differences == ()
     lock = os.open(folder / ".lock", os.O_RDWR)
     fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the dead process holds nothing

@@ -27,7 +27,7 @@ def lines(folder):
 
 @pytest.fixture(scope="module")
 def killed(tmp_path_factory):
-    """A session with a foreign effect, as a kill after a later drag leaves it."""
+    """A session with a foreign effect, as a kill in a later drag leaves it."""
     folder = tmp_path_factory.mktemp("foreign") / "session"
     forget = register(Parts(effects=(GearSag,)))
     try:
@@ -55,7 +55,6 @@ def restored(killed):
 
 def test_a_missing_plug_in_is_named_with_the_numbers_then_and_now(killed, restored):
     then = lines(killed)[3]["numbers"]["diagnosis"]["after"]["held_out"]["position_mm"]["mean"]
-    assert restored.differences[0].name.endswith("position_mm.mean")
     now = restored.session.results.diagnosis.after.held_out.position_mm.mean
     found = {d.name: d for d in restored.differences if d.step == 3}
     worst = found["diagnosis.after.held_out.position_mm.mean"]
@@ -76,10 +75,13 @@ def test_it_goes_on_in_a_new_recording_and_the_old_one_stays(killed, restored, t
     run(SelectTarget(5))
     run.worker.close()
     assert {path.name: path.read_bytes() for path in killed.glob("*.jsonl")} == before
-    added = [line["command"] for line in lines(begun.folder)[-3:]]
-    assert added == ["GrabTarget", "DropTarget", "SelectTarget"]
+    assert [line["command"] for line in lines(begun.folder)[-3:]] == [
+        "MoveTarget",
+        "DropTarget",
+        "SelectTarget",
+    ]
     branched = read_recording(begun.folder)
-    assert branched.header["branched"] == {"from": killed.name, "step": 5}
+    assert branched.header["branched"] == {"from": killed.name, "step": 6}
     assert restore(branched).differences == ()  # it was told once
     assert restore(branched, is_computed=True).differences == ()
 

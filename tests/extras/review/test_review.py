@@ -37,7 +37,7 @@ def test_replay_gives_the_same_numbers(run, copy):
 
 
 def test_replay_names_a_difference(run, copy):
-    rewrite(copy, 14, lambda line: line["numbers"]["score"].update(rank=23))
+    rewrite(copy, 0, lambda header: header["numbers"]["score"].update(rank=23))
     status, out, _ = run("replay", copy)
     assert status == 2
     assert "score.rank" in out

@@ -101,8 +101,8 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             if understood.dataset is None:
                 raise DataError(understood.problems[0])
             dataset = understood.dataset
-            notes = tuple(note.replace(f"{path.parent}/", "") for note in dataset.notes)
-            dataset = replace(dataset, source=path.name, notes=notes)
+            unsaid, *notes = (t.replace(f"{path.parent}/", "") for t in (dataset.unsaid, *dataset.notes))
+            dataset = replace(dataset, source=path.name, notes=tuple(notes), unsaid=unsaid)
             progress(0.5, "comparing the rows with the arm")
             facts = facts_of(dataset, understood)
             found = Loaded(dataset, path.name, facts, read=dataset, file=file)

@@ -2,6 +2,7 @@
 
     recordings/2026-11-21-133000-aria/
         journal.jsonl     a header, then one line a command
+        drag-1.jsonl      during a drag, its newest place or the one before; likewise drag-2.jsonl
         inputs/           robot, plate and measurement files, as they were
         session.rrd       pictures for the rerun viewer
 
@@ -9,6 +10,7 @@ A session begins from the recording's own copies of robot and plate, so that a r
 to the last digit. The header holds their digests, and like every line a checksum.
 """
 
+import contextlib
 import json
 import re
 import shutil
@@ -31,7 +33,7 @@ from workbench.session.command import AbstractCommand
 from workbench.session.commands.drag import DropTarget
 from workbench.session.journal import codec
 from workbench.session.journal.entry import Entry
-from workbench.session.journal.numbers import changed_numbers, first_targets
+from workbench.session.journal.numbers import changed_numbers
 from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording, inputs, read_own
 from workbench.session.journal.restore import Restored
 from workbench.session.journal.writer import Appender, Logbook
@@ -101,8 +103,7 @@ def begin(
         write_plate(plate, folder / PLATE)
         session = start(*inputs(folder), is_given=is_given)
         file = Appender(folder / JOURNAL)
-        file.queue(_sealed(_header(session), folder), {})
-        file.write_waiting()
+        file.add(_sealed(_header(session), folder))
     except (OSError, WorkbenchError) as error:
         session = start(robot, plate, is_given=is_given)
         return _without_folder(session, "this session is not recorded", error, folder or root)
@@ -119,6 +120,9 @@ def resume(recording: Recording, session: Session) -> StartedSession:
     folder = recording.folder
     try:
         file = Appender(folder / JOURNAL, length=recording.length)
+        if recording.unsettled:
+            with contextlib.suppress(OSError):  # it waits, and the user is told with the next line
+                file.add(recording.unsettled)
     except OSError as error:
         return _without_folder(session, NO_MORE, error, folder, recording.entries)
     return StartedSession(session, (Logbook(file),), folder, recording.entries)
@@ -143,12 +147,12 @@ def go_on(restored: Restored, *, is_branch: bool = False, root: Path = ROOT) -> 
         )
         asked = replace(session, page=replace(session.page, question=question))
         asked = asked.with_message(Severity.WARNING, warning) if warning else asked
-        confirmed = partial(branch, recording, session, root=root, is_other=bool(warning))
+        confirmed = partial(branch, recording, session, root=root)
         return StartedSession(asked, entries=recording.entries, trouble=question, confirmed=confirmed)
     if not warning:
         return branch(recording, session, root=root) if is_branch else resume(recording, session)
     text = f"{warning}; that recording is left unchanged, and the session continues in a new one"
-    begun = branch(recording, session.with_message(Severity.WARNING, text), root=root, is_other=True)
+    begun = branch(recording, session.with_message(Severity.WARNING, text), root=root)
     return replace(begun, trouble="; ".join(filter(None, (text, begun.trouble))))
 
 
@@ -159,16 +163,13 @@ def go_on_unrecorded(restored: Restored) -> StartedSession:
     return StartedSession(session, entries=restored.recording.entries, trouble=warning)
 
 
-def branch(
-    recording: Recording, session: Session, *, root: Path = ROOT, is_other: bool = False
-) -> StartedSession:
+def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> StartedSession:
     """Go on from a step of a recording, in a new folder with a copy of all that went before.
 
     Args:
         recording: Cut off after that step.
         session: Its state there.
         root: Where recordings go.
-        is_other: Whether it has other numbers than the recording says.
     """
     header = recording.header | {
         "branched": {"from": recording.folder.name, "step": len(recording.lines)},
@@ -185,7 +186,7 @@ def branch(
         file = Appender(folder / JOURNAL, length=(folder / JOURNAL).stat().st_size)
     except (OSError, WorkbenchError) as error:
         return _without_folder(session, NO_MORE, error, folder or root, recording.entries)
-    return StartedSession(session, (Logbook(file, is_other=is_other),), folder, recording.entries)
+    return StartedSession(session, (Logbook(file),), folder, recording.entries)
 
 
 def _without_folder(
@@ -204,7 +205,7 @@ def _header(session: Session) -> dict[str, Any]:
         robot=session.robot.name,
         plate=session.plate.name,
         plate_given=session.is_plate_given,
-        numbers={"targets": first_targets(session)} | changed_numbers(session, None),
+        numbers=changed_numbers(session, None),
     )
 
 

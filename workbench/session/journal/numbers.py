@@ -1,35 +1,39 @@
-"""The few numbers of a session that the journal stores: robot, score of the targets, fits, diagnosis.
+"""The few numbers of a session that the journal stores: robot, targets and their score, fits, diagnosis.
 
 They are compared when a recording is opened again (`compare`). Parts of the session that a command did not
 touch stay the same objects, so only what changed is written.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.results_json import validation_json
 from workbench.identification.result import Identification
+from workbench.plate.plate import Plate
 from workbench.report.json import Json, plain
 from workbench.session.state import Session
-from workbench.session.target_state import Score
+from workbench.session.target_state import Score, TargetState
 
 ROUNDING = 1e-9
 """Difference of two numbers, relative to the larger of them and 1, that rounding explains: another processor
 sums in another order."""
 
 
-def first_targets(session: Session) -> Json:
-    """Targets and how the arm stands there: a journal begins with them, so that its replay begins so too."""
-    pairs = enumerate(zip(session.plate.targets, session.states, strict=True), start=1)
-    return plain({str(i): {"xyz": t.xyz, "rpy": t.rpy} | vars(state) for i, (t, state) in pairs})
+def _targets(plate: Plate, states: tuple[TargetState, ...]) -> Json:
+    pairs = enumerate(zip(plate.targets, states, strict=True), start=1)
+    return {str(i): {"xyz": target.xyz, "rpy": target.rpy} | vars(state) for i, (target, state) in pairs}
 
 
 def _score(score: Score) -> Json:
-    errors = {"position_rms": score.position, "rotation_rms": score.rotation}
-    return {"reached": score.measurable, "rank": score.rank} | errors
+    return {
+        "reached": score.measurable,
+        "rank": score.rank,
+        "position_rms": score.position,
+        "rotation_rms": score.rotation,
+    }
 
 
 def _identification(found: Identification | None) -> Json | None:
@@ -42,29 +46,46 @@ def _identification(found: Identification | None) -> Json | None:
 def _diagnosis(found: Diagnosis | None) -> Json | None:
     if found is None:
         return None
-    effects = [
-        {"name": str(a.effect.name), "joints": [j + 1 for j in a.effect.joints]} for a in found.effects
-    ]
-    errors = {"before": validation_json(found.before), "after": validation_json(found.after)}
-    return {"effects": effects, "verdict": found.verdict} | errors
+    effects = [accepted.effect for accepted in found.effects]
+    return {
+        "before": validation_json(found.before),
+        "effects": [{"name": str(e.name), "joints": [j + 1 for j in e.joints]} for e in effects],
+        "after": validation_json(found.after),
+        "verdict": found.verdict,
+    }
 
 
-_SUBJECTS: dict[str, tuple[Callable[[Session], Any], Callable[[Any], Any]]] = {
-    "robot": (lambda s: s.robot, lambda robot: robot.name),
-    "score": (lambda s: s.score, _score),
-    "identification": (lambda s: s.results.identification, _identification),
-    "diagnosis": (lambda s: s.results.diagnosis, _diagnosis),
+_SUBJECTS: dict[str, tuple[Callable[[Session], tuple], Callable[..., Any]]] = {
+    "robot": (lambda s: (s.robot,), lambda robot: robot.name),
+    "targets": (lambda s: (s.plate, s.states), _targets),
+    "score": (lambda s: (s.score,), _score),
+    "identification": (lambda s: (s.results.identification,), _identification),
+    "diagnosis": (lambda s: (s.results.diagnosis,), _diagnosis),
 }
-"""Of every subject its part of the session, and what is written of it."""
+"""Of every subject the parts of the session that it depends on, and what is written of them."""
 
 
 def changed_numbers(session: Session, before: Session | None) -> Json:
     """What is new since an earlier snapshot; everything if there is none."""
-    return {
-        name: plain(write(part(session)))
-        for name, (part, write) in _SUBJECTS.items()
-        if before is None or part(session) is not part(before)
-    }
+    if before is None:
+        return numbers_of(session, _SUBJECTS)
+    changed = [
+        name
+        for name, (parts, _) in _SUBJECTS.items()
+        if any(a is not b for a, b in zip(parts(session), parts(before), strict=True))
+    ]
+    found = numbers_of(session, changed)
+    if "targets" in found and len(before.states) == len(session.states):
+        kept = zip(session.plate.targets, before.plate.targets, session.states, before.states, strict=True)
+        same = {str(i) for i, (a, b, c, d) in enumerate(kept, start=1) if a is b and c is d}
+        found["targets"] = {name: found["targets"][name] for name in found["targets"] if name not in same}
+    return found
+
+
+def numbers_of(session: Session, names: Iterable[str]) -> Json:
+    """All numbers about these subjects; earlier versions wrote more of them."""
+    known = ((name, _SUBJECTS[name]) for name in names if name in _SUBJECTS)
+    return {name: plain(write(*parts(session))) for name, (parts, write) in known}
 
 
 @dataclass(frozen=True)
@@ -72,26 +93,18 @@ class Difference:
     """A value then and now.
 
     Args:
-        step: Command that it was last written after; 0 is the beginning.
-        name: Which, such as `score.position_rms`.
+        step: After which command; 0 is the beginning.
+        name: Which, such as `targets.3.q.2`.
         then: As it was written.
         now: As it comes out.
+        size: Of two numbers relative to the larger of them and 1; infinite for anything else.
     """
 
     step: int
     name: str
     then: Any
     now: Any
-
-    @property
-    def size(self) -> float:
-        """Of two numbers relative to the larger of them and 1; infinite for anything else."""
-        if self.then == self.now:
-            return 0.0
-        try:
-            return abs(self.then - self.now) / max(1.0, abs(self.then), abs(self.now))
-        except (TypeError, OverflowError):  # no numbers, or none of a result
-            return math.inf
+    size: float
 
 
 def compare(then: Any, now: Any, *, step: int = 0, name: str = "") -> Iterator[Difference]:
@@ -103,4 +116,13 @@ def compare(then: Any, now: Any, *, step: int = 0, name: str = "") -> Iterator[D
         for i, (a, b) in enumerate(zip(then, now, strict=True), start=1):
             yield from compare(a, b, step=step, name=f"{name}.{i}")
     else:
-        yield Difference(step, name, then, now)
+        yield Difference(step, name, then, now, _size(then, now))
+
+
+def _size(then: Any, now: Any) -> float:
+    if then == now:
+        return 0.0
+    try:
+        return abs(then - now) / max(1.0, abs(then), abs(now))
+    except (TypeError, OverflowError):  # no numbers, or none of a result
+        return math.inf

@@ -2,11 +2,13 @@
 
 A last line that has no line end, is not valid JSON, or contradicts its checksum means that the program was
 stopped or lost power while writing it: it is skipped with a note. Any other damage is refused, with the last
-step up to which the recording can be used.
+step up to which the recording can be used. A program that was stopped in a drag left its last place beside
+the journal, and that stands for the last line.
 
 A recording may come from anybody: of its folder only regular files are opened, never what a link leads to.
 """
 
+import contextlib
 import json
 from dataclasses import dataclass, field, replace
 from datetime import datetime
@@ -106,6 +108,7 @@ class Recording:
         lines: Its commands, in order.
         length: Bytes of the journal that are whole lines and stay.
         is_torn: Whether an incomplete last line was left out.
+        unsettled: The last line, if it stands beside the journal: it takes its place there.
     """
 
     folder: Path
@@ -115,6 +118,7 @@ class Recording:
     lines: tuple[JournalLine, ...]
     length: int
     is_torn: bool = False
+    unsettled: str = ""
 
     @property
     def is_own(self) -> bool:
@@ -180,12 +184,32 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
         rest = whole.pop() + b"\n"
     if not whole:
         raise FileError("has no complete line; the recording was stopped before it began", path=str(path))
-    header = _header(whole[0], path)
+    header, unsettled = _header(whole[0], path), b""
+    length = len(content) - len(rest)
+    if (place := _last_place(folder)) is not None:
+        step, text = place
+        if step == len(whole) - 1:
+            length -= len(whole.pop()) + 1
+        if step == len(whole):
+            whole.append(text)
+            unsettled, rest = text, b""
     wanted = whole[1:] if to is None else whole[1 : max(to, 0) + 1]
     lines = tuple(_line(text, number, path) for number, text in enumerate(wanted, start=1))
     robot, plate = inputs(folder)
-    found = Recording(folder, header, robot, plate, lines, len(content) - len(rest), bool(rest))
+    found = Recording(folder, header, robot, plate, lines, length, bool(rest), unsettled.decode())
     return found if to is None else found.truncated_at(to)
+
+
+def _last_place(folder: Path) -> tuple[int, bytes] | None:
+    """Step and line of the newest place of a drag that stands beside the journal whole."""
+    found = []
+    for name in codec.PLACES:
+        with contextlib.suppress(FileError, *MALFORMED):
+            text = read_bytes(folder / name, wanted="", opener=open_regular).partition(b"\n")[0]
+            if codec.is_whole(text):
+                line = json.loads(text)
+                found.append((float(line["at"]), max(int(line["step"]), 1), text))
+    return max(found)[1:] if found else None
 
 
 def _is_torn(text: bytes) -> bool:
@@ -198,7 +222,7 @@ def _is_torn(text: bytes) -> bool:
 
 
 def _header(text: bytes, path: Path) -> dict[str, Any]:
-    """The first line, with the digests of the inputs as they have to be."""
+    """The first line; that of earlier versions has neither a checksum nor the digests of the inputs."""
     try:
         header = json.loads(text)
         name, _, number = header["schema"].partition("/")
@@ -212,7 +236,8 @@ def _header(text: bytes, path: Path) -> dict[str, Any]:
         )
     if not isinstance(header.get("numbers"), dict):
         raise FileError("the first line has no table of numbers", path=str(path), line=1)
-    header.pop(codec.CHECK, None)
+    if header.pop(codec.CHECK, None) is None:
+        return header
     digests = header.get("inputs")
     if not codec.is_whole(text) or not isinstance(digests, dict):
         raise FileError("the first line was changed after it was recorded", path=str(path), line=1)

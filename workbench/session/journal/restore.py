@@ -1,13 +1,15 @@
 """Reopening a recording: the session after its last command, compared with what was recorded.
 
 What changes a session at once is done again; plates that were searched for are taken from the journal, files
-from the recording's folder; fits are computed again, and the last numbers compared. Another version, or an
+from the recording's folder; fits are computed again, and their numbers compared. Another version, or an
 installation without a plug-in, may compute another session from the same commands. It is not the one that was
 recorded: its user is told, and it goes on in a recording of its own.
 """
 
+import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 from workbench.arm.effects import EFFECTS
@@ -16,8 +18,9 @@ from workbench.base.progress import progress
 from workbench.report.json import document
 from workbench.report.result_fields import ResultFields
 from workbench.session.command import UnknownCommand
-from workbench.session.journal.numbers import ROUNDING, Difference, changed_numbers, compare
-from workbench.session.journal.reader import Recording
+from workbench.session.journal import codec
+from workbench.session.journal.numbers import ROUNDING, Difference, compare, numbers_of
+from workbench.session.journal.reader import JournalLine, Recording
 from workbench.session.journal.replay import steps, stored_steps
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
@@ -31,46 +34,41 @@ class Restored:
 
     Args:
         session: After the last command.
-        recording: As it was read.
+        recording: With the numbers that come out now.
         compared: How many values were compared.
-        differences: Recorded numbers that don't come out again, the most telling one first.
+        differences: Recorded numbers that don't come out again.
+        reason: The probable one.
     """
 
     session: Session
     recording: Recording
     compared: int
     differences: tuple[Difference, ...] = ()
+    reason: str = ""
+
+    @property
+    def worst(self) -> Difference:
+        """The most telling difference."""
+        return max(
+            self.differences, key=lambda d: (d.name.endswith(MEAN_ERROR), math.isfinite(d.size), d.size)
+        )
 
     @property
     def text(self) -> str:
         if not self.differences:
             return "all the same"
-        step = self.differences[0].step
-        where = f"after step {step}" if step else "at the start"
-        return f"{len(self.differences)} differ, {where}: {_number(self.differences[0])}"
+        where = f"after step {self.worst.step}" if self.worst.step else "at the start"
+        return f"{len(self.differences)} differ, {where}: {_number(self.worst)}"
 
     @property
     def warning(self) -> str:
         """The most telling difference in one sentence; empty if there is none."""
         if not self.differences:
             return ""
-        step, where = self.differences[0].step, self.recording.folder.name
+        step, where = self.worst.step, self.recording.folder.name
         if step:
             where = f"step {step} of {where} ({self.recording.lines[step - 1].title})"
-        return f"{where} no longer gives the recorded value: {_number(self.differences[0])}; {self.reason}"
-
-    @property
-    def reason(self) -> str:
-        """Why it probably gives another result here."""
-        found = self.recording
-        if unknown := [e.command.name for e in found.entries if isinstance(e.command, UnknownCommand)]:
-            return f"the command '{unknown[-1]}' is unknown here"
-        if missing := sorted(name for line in found.lines for name in _effects(line.numbers)):
-            return f"the effect '{missing[0]}' is not installed here"
-        then, now = found.header.get("workbench", "unknown"), package_version()
-        if then != now:
-            return f"it was recorded by version {then}, this is {now}"
-        return "probably the program or a file has changed since, or a plug-in is missing"
+        return f"{where} no longer gives the recorded value: {_number(self.worst)}; {self.reason}"
 
     def json(self) -> dict[str, Any]:
         return document(
@@ -88,29 +86,33 @@ def restore(recording: Recording, *, is_computed: bool = False) -> Restored:
         recording: As it was read.
         is_computed: Whether searches and chores are computed again, too.
     """
-    session, lines = recording.first, recording.lines
-    again = (steps if is_computed else stored_steps)(session, recording.entries)
-    for number, (line, after) in enumerate(zip(lines, again, strict=True), start=1):
-        session = after
-        progress(number / len(lines), line.title)
+    written = [recording.header["numbers"], *(line.numbers for line in recording.lines)]
+    after = (steps if is_computed else stored_steps)(recording.first, recording.entries)
+    compared, found, now = 0, list[Difference](), dict[int, dict[str, Any]]()
+    for step, (then, session) in enumerate(zip(written, chain([recording.first], after), strict=True)):
+        numbers = numbers_of(session, then)
+        pairs = list(compare(then, numbers, step=step))
+        compared += len(pairs)
+        if unequal := [pair for pair in pairs if pair.size > ROUNDING]:
+            found, now[step] = [*found, *unequal], numbers
+        progress(step / len(written), recording.lines[step - 1].title if step else "")
     if recording.skipped:
         session = session.with_message(Severity.WARNING, recording.skipped)
-    now, then = changed_numbers(session, None), dict[str, tuple[int, Any]]()
-    for step, numbers in enumerate([recording.header["numbers"], *(line.numbers for line in lines)]):
-        then |= {name: (step, value) for name, value in numbers.items() if name in now}
-    pairs = [
-        pair
-        for name, (step, value) in then.items()
-        for pair in compare(value, now[name], step=step, name=name)
+    if not found:
+        return Restored(session, recording, compared)
+    header = recording.header | {"workbench": package_version(), "numbers": now.get(0, written[0])}
+    lines = [
+        _rewritten(line, now[step]) if step in now else line
+        for step, line in enumerate(recording.lines, start=1)
     ]
-    found = sorted((pair for pair in pairs if pair.size > ROUNDING), key=_rank)
-    return Restored(session, recording, len(pairs), tuple(found))
+    rewritten = replace(recording, lines=tuple(lines), header=header)
+    return Restored(session, rewritten, compared, tuple(found), _reason(recording, found[0].step))
 
 
-def _rank(difference: Difference) -> tuple[bool, int, bool, float]:
-    """Errors before other values, then by step, numbers before the rest, large changes before small ones."""
-    size = difference.size
-    return not difference.name.endswith(MEAN_ERROR), difference.step, math.isinf(size), -size
+def _rewritten(line: JournalLine, numbers: dict[str, Any]) -> JournalLine:
+    fields = {name: value for name, value in json.loads(line.text).items() if name != codec.CHECK}
+    text = json.dumps(fields | {"numbers": numbers}, ensure_ascii=False, allow_nan=False)
+    return replace(line, numbers=numbers, text=codec.sealed(text))
 
 
 def _number(difference: Difference) -> str:
@@ -125,10 +127,23 @@ def _number(difference: Difference) -> str:
     return f"{name} {then} → {now}{unit}"
 
 
+def _reason(recording: Recording, step: int) -> str:
+    """Why a step probably gives another result here."""
+    commands = (entry.command for entry in recording.entries[:step])
+    if unknown := [c.name for c in commands if isinstance(c, UnknownCommand)]:
+        return f"the command '{unknown[-1]}' is unknown here"
+    numbers = recording.lines[step - 1].numbers if step else {}
+    if missing := sorted(name for name in _effects(numbers) if name not in EFFECTS):
+        return f"the effect '{missing[0]}' is not installed here"
+    then, now = recording.header.get("workbench", "unknown"), package_version()
+    if then != now:
+        return f"it was recorded by version {then}, this is {now}"
+    return "probably the program or a file has changed since, or a plug-in is missing"
+
+
 def _effects(numbers: dict[str, Any]) -> list[str]:
-    """Names of the effects that a diagnosis had found and that are not installed."""
+    """Names of the effects that a diagnosis had found."""
     try:
-        names = [str(effect["name"]) for effect in numbers["diagnosis"]["effects"]]
+        return [str(effect["name"]) for effect in numbers["diagnosis"]["effects"]]
     except (KeyError, TypeError):
         return []
-    return [name for name in names if name not in EFFECTS]

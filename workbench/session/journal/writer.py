@@ -1,8 +1,11 @@
 """The journal on the disk: one line a command, whole or not at all, written before the next one is taken.
 
 Neither the end of the process by whatever signal nor a loss of power loses a line: lines are only appended.
-Of the places of a drag, each of which stands for the one before it as well, the last is written with the
-drag's end: a kill may take the drag in hand, but nothing before it.
+One that stands for the one before it as well (the places of a drag) would have to be written over it, and a
+write that crosses a page may be cut off there. Such a line goes into two files beside the journal in turn, so
+that the older one stays until the newer one is whole, which its checksum tells; it joins the journal with the
+next command. The operating system brings it onto the disk when it likes: a loss of power may take the drag in
+hand, but nothing before it.
 
 Trouble with the disk is told once, the session goes on, and the lines wait; when there is room again they
 follow, so that nothing is missing.
@@ -41,8 +44,10 @@ class Appender:
     """
 
     def __init__(self, path: Path, *, length: int = 0):
-        self._folder, self._length = path.parent, length
+        self._folder, self._length, self._last = path.parent, length, length
         self._waiting: deque[tuple[bytes, Mapping[str, bytes]]] = deque()
+        self._place = b""
+        self._slots: list[int] = []
         self._lock = _lock(path.parent)
         try:
             self._file = open_regular(path, os.O_WRONLY | os.O_CREAT)
@@ -53,14 +58,24 @@ class Appender:
         for folder in (path.parent, path.parent.absolute().parent):
             sync_folder(folder)
 
-    def queue(self, line: str, files: Mapping[str, bytes]) -> None:
-        """Have a line written next, after the files that it speaks of and what has been waiting before it.
+    def add(self, line: str, files: Mapping[str, bytes] | None = None, *, instead: bool = False) -> None:
+        """Write a line after the files that it speaks of, and what has been waiting before it.
 
         Args:
             line: Without its end.
             files: By their place in the folder.
+            instead: Whether it takes the place of the line before it; it has no files then.
         """
-        self._waiting.append((line.encode() + b"\n", files))
+        content = line.encode() + b"\n"
+        if instead and not self._waiting:
+            self._place = content
+            self._keep_place()
+            return
+        if instead:
+            self._waiting.pop()
+        self._flush_place()
+        self._waiting.append((content, files or {}))
+        self.write_waiting()
 
     def write_waiting(self) -> None:
         """Write what could not be written so far."""
@@ -74,11 +89,30 @@ class Appender:
 
     def close(self) -> None:
         """Write what waits, if there is room, and let others append."""
+        self._flush_place()
         with contextlib.suppress(OSError, WorkbenchError):  # it was told when it began
             self._keep_lock()
             self.write_waiting()
-        for file in (self._file, self._lock):
+            for name in codec.PLACES:
+                (self._folder / name).unlink(missing_ok=True)
+        for file in (*self._slots, self._file, self._lock):
             os.close(file)
+
+    def _keep_place(self) -> None:
+        """Write the newest place of a drag over the one before the last."""
+        self._keep_lock()
+        if not self._slots:
+            self._slots = [
+                open_regular(self._folder / name, os.O_WRONLY | os.O_CREAT) for name in codec.PLACES
+            ]
+        _write_whole(self._slots[0], self._place, 0)
+        self._slots.reverse()
+
+    def _flush_place(self) -> None:
+        """Have the last place of a drag take the place of the journal's last line."""
+        if self._place:
+            self._waiting.append((self._place, {}))
+            self._place, self._length = b"", self._last
 
     def _keep_lock(self) -> None:
         """Take the lock again where its file was removed, unless another session has begun here meanwhile."""
@@ -102,7 +136,7 @@ class Appender:
             raise
         if is_synced:
             getattr(os, "fdatasync", os.fsync)(self._file)  # macOS has the second alone
-        self._length += len(content)
+        self._last, self._length = self._length, self._length + len(content)
         self._size = self._length
 
     def _cut(self) -> None:
@@ -144,39 +178,34 @@ class Logbook(AbstractKeeper):
     Args:
         file: Where to; None if there is no place, as `trouble` says.
         trouble: What has gone wrong so far.
-        is_other: Whether the session has other numbers than its journal says: the next line has them all.
     """
 
-    def __init__(self, file: Appender | None, *, trouble: str = "", is_other: bool = False):
-        self._file, self._trouble, self._is_other = file, trouble, is_other
+    def __init__(self, file: Appender | None, *, trouble: str = ""):
+        self._file, self._trouble = file, trouble
         self._step = 0
-        self._held: tuple[str, dict[str, bytes]] | None = None
         self._notify: Notify | None = None
         self._before: Session | None = None
         self._last: Session | None = None
 
     def begin(self, session: Session, *, step: int, at: float, notify: Notify) -> None:
         self._step, self._notify = step, notify
-        self._before, self._last = session, None if self._is_other else session
+        self._before = self._last = session
         if self._trouble:
             notify(Severity.WARNING, self._trouble)
 
     def note(self, step: int, entry: Entry, session: Session) -> None:
-        """Write the command; what a drag may supersede waits for the next one that does not."""
         if self._file is None:
             return
         try:
             fields, files = codec.encode(entry.command)
-            if step != self._step:
+            is_instead = step == self._step
+            if not is_instead:
                 self._before = self._last
-                self._queue_held()
             self._step, self._last = step, session
-            written = _line(step, entry, fields, session, self._before)
-            line = json.dumps(written, ensure_ascii=False, allow_nan=False)
-            self._held = codec.sealed(line), files
-            if session.drag is None or entry.command.key is None:
-                self._queue_held()
-            self._file.write_waiting()
+            line = json.dumps(
+                _line(step, entry, fields, session, self._before), ensure_ascii=False, allow_nan=False
+            )
+            self._file.add(codec.sealed(line), files, instead=is_instead)
         except (OSError, WorkbenchError) as error:
             self._fail(error)
         except Exception as error:
@@ -186,14 +215,8 @@ class Logbook(AbstractKeeper):
         else:
             self._recover()
 
-    def _queue_held(self) -> None:
-        if self._held is not None and self._file is not None:
-            self._file.queue(*self._held)
-        self._held = None
-
     def close(self) -> None:
         if self._file is not None:
-            self._queue_held()
             self._file.close()
             self._file = None
 
