@@ -33,9 +33,13 @@ PARALLEL = 1e-3
 
 
 def _bounded(value: Any, given: Given) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real) or not abs(float(value)) < MAX_NUMBER:
+    try:
+        number = np.nan if isinstance(value, bool) or not isinstance(value, Real) else float(value)
+    except OverflowError:
+        number = np.nan
+    if not abs(number) < MAX_NUMBER:
         raise ValueError
-    return float(value)
+    return number
 
 
 def _counted(value: Any, given: Given) -> int:

@@ -224,7 +224,7 @@ def _fixed_point(arm: TrialArm, motion: Motion, laws: dict[int, np.ndarray]) -> 
         _add(fixed, chain.indices(arm.effects[i].elements(chain)), arm.effects[i], law)
     deflected = [e for e in arm.effects if e.loads]
     if not deflected or not len(motion):
-        return Deflection(fixed, NO_WRENCHES)
+        return Deflection(fixed, np.zeros((0, robot.dof, 6)) if deflected else NO_WRENCHES)
     _check_loads(robot, motion, deflected)
     if robot.has_masses:
         return _deflected(arm, motion, deflected, fixed)

@@ -23,7 +23,7 @@ def parts_in_order(robot: Robot, data: Dataset) -> str:
         data: Rows that fit it in no reading, in their order.
     """
     for rows, is_begin in ((data, True), (data.take(np.arange(len(data))[::-1]), False)):
-        if not (length := _part_that_fits(robot, rows)):
+        if (length := _part_that_fits(robot, rows)) in (0, len(rows)):
             continue
         own, other = rows.take(np.arange(length)), rows.take(np.arange(length, len(rows)))
         text = f"data rows {_span(own)} fit to {in_mm(_misfit(robot, own))}"
