@@ -109,8 +109,8 @@ def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):
     assert session.measurements.loaded is None
     assert "unit is missing" in kept.preview.problems[0]
     assert [(c.heading, c.key, c.si) for c in kept.preview.columns[:2]] == [
-        ("q1", "q1", "rad"),
-        ("q2", "q2", "rad"),
+        ("q1", "q1", None),
+        ("q2", "q2", None),
     ]
     mapping = with_column(mapping_text(kept.preview), "q1", "q1[rad]")
     session = do(LoadData(kept.name, kept.content, mapping.encode()))

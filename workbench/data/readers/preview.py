@@ -99,8 +99,9 @@ def preview(
 
 
 def _shown(column: TableColumn, table: Table) -> PreviewColumn:
-    si = str(column.conversion.quantity) if column.conversion is not None and column.unit else None
-    return PreviewColumn(column.heading, column.key, column.unit, si, *table.columns[column.index][:1])
+    unit = column.unit if column.unsaid is None else None
+    si = str(column.conversion.quantity) if column.conversion is not None and unit else None
+    return PreviewColumn(column.heading, column.key, unit, si, *table.columns[column.index][:1])
 
 
 def _by_layout(fields: Fields) -> tuple[PreviewColumn, ...]:
