@@ -55,7 +55,7 @@ def test_a_folder_in_an_archive_is_identified_and_saved(app, look, aria, tmp_pat
     assert abs(change - 0.6) < 5.0 * error < 0.3
     screen.tab("Measure")
     screen.wait_text("gate", "Identified: joint zeros")
-    box = screen.box("steps")
+    box = screen.box("gate")
     assert box["x"] + box["width"] < screen.page.viewport_size["width"]
     screen.shoot("pictures-identified")
     screen.tab("Export")
