@@ -59,7 +59,7 @@ BUDGETS = {
     "diagnosis": 7_211,
     "exports": 357,
     "session": 7_298,
-    "views": 8_581,
+    "views": 8_582,
     "cli": 1_813,
     "extras": 1,
     "extras/camera": 4_450,
