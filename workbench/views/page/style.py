@@ -246,9 +246,9 @@ const end = () => {{
 for (const name of ["pointerup", "pointercancel"]) addEventListener(name, end, true);
 addEventListener("blur", end);  // the window's alone: a control that was pressed before loses its focus too
 """
-"""Every tab keeps where it is scrolled to, and the server is told which is open. Screen readers get names and
-landmarks. A field for a number that is left blank, as letters leave it, shows its number again. A page without
-a graphics card draws a sixth of its pixels while a hand moves something."""
+"""Every tab keeps where it is scrolled to, and the server is told which is open. Screen readers get names
+and landmarks. A field for a number that is left blank, as letters leave it, shows its number again. A page
+without a graphics card draws a sixth of its pixels while a hand moves something."""
 
 
 def configure_pages(server: viser.ViserServer) -> None:
