@@ -23,7 +23,6 @@ from workbench.diagnosis.search.evidence import Term, _inertia
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 import strangers
 
-LOADS = {"without-clearance": 4001, "without-bearing": 4000, "without-flexure": 4000}
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 
 
@@ -99,9 +98,11 @@ def met(kind, seed):
         return diagnose(robot, data)
 
 
-@pytest.mark.parametrize("kind", ["settling", "bent-link", "warming", *LOADS])
-def test_an_error_without_a_law_is_said_to_follow_its_driver(kind):
-    found = met(kind, LOADS.get(kind, 0))
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("settling", 0), ("bent-link", 0), ("without-clearance", 0), ("warming", 0)]
+)
+def test_an_error_without_a_law_is_said_to_follow_its_driver(kind, seed):
+    found = met(kind, seed)
     assert all(c.confidence is Confidence.OPEN for c in found.causes)
     assert strangers.STRANGERS[kind].driver in [str(f.driver) for f in found.followed]
     assert not found.is_good

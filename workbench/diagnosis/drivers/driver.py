@@ -95,18 +95,15 @@ class Follower:
         driver: The driver.
         phrase: It in words, `{}` for the joints: `the last motion of {}`.
         joints: These joints, counted from 0.
-        candidate: The process, its weights with one variance; those of a pure shape are free, as a law's.
+        candidate: The process, its weights with one variance.
+        richer: Number of its weights beyond those of a law through the same elements.
     """
 
     driver: Driver
     phrase: str
     joints: tuple[int, ...]
     candidate: Candidate
-
-    @property
-    def is_pure(self) -> bool:
-        """Whether it is a line or a jump, as simple as a law."""
-        return not self.candidate.shrunk
+    richer: int = 0
 
     @property
     def what(self) -> str:
@@ -121,7 +118,7 @@ class Follower:
         """
         assert isinstance(self.candidate.effect, DriverProcess), "followers are processes"
         before, after = row[clock < moment], row[clock >= moment]
-        shape = (clock >= moment).astype(float)[:, None, None]
+        shape = (clock >= moment).astype(float)[:, None]
         key = f"{self.candidate.effect.key} at {moment}"
         effect = replace(self.candidate.effect, coefficients=(), key=key, features=shape, row=row)
         last = before[np.argmax(clock[clock < moment])], after[np.argmin(clock[clock >= moment])]
@@ -241,14 +238,13 @@ class _Rows:
         driver: Driver,
         phrase: str,
         moved: tuple[str, ...],
-        features: np.ndarray,
+        features: Features,
         *,
         joints: tuple[int, ...] = (),
         together: np.ndarray | None = None,
         kind: Insertion = Insertion.NONE,
         by_load: bool = False,
         tag: str = "",
-        is_pure: bool = False,
     ) -> Follower:
         """A process that moves some elements by features of these rows."""
         effect = DriverProcess(
@@ -256,13 +252,12 @@ class _Rows:
             key=f"{driver} {phrase} {' '.join(moved)}{tag}",
             moved=moved,
             together=np.eye(len(moved)) if together is None else together,
-            features=features.reshape(len(self.order), -1, features.shape[-1])[self.order],
+            features=features[self.order],
             row=self.data.row[self.order],
             kind=kind,
             by_load=by_load,
         )
-        candidate = Candidate(effect, None if is_pure else np.eye(len(effect.names)))
-        return Follower(driver, phrase, joints, candidate)
+        return Follower(driver, phrase, joints, Candidate(effect, np.eye(len(effect.names))))
 
 
 def _angles(rows: _Rows) -> Iterator[Follower]:
@@ -296,7 +291,6 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
         shapes += [load[:, None] * with_one(smooth(q[:, j], OTHER_LENGTH))] if j in rows.alive else []
         for k, shape in enumerate(shapes):
             yield rows.follower(Driver.LOAD, what, joint, shape, joints=(j,), by_load=True, tag=f" {k}")
-        yield from _pure_loads(rows, what, joint, load[:, None], j, Insertion.NONE)
     turning = [j for j in range(chain.dof) if turns(chain, j)]
     beside = across(chain, turning, rows.wrenches)
     for k in rows.varied(beside):
@@ -305,34 +299,18 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
         c, s = np.cos(angle), np.sin(angle)
         here = beside[:, k]
         there = np.stack([c * here[:, 0] + s * here[:, 1], c * here[:, 1] - s * here[:, 0]], 1)
-        for kind, load, part in ((Insertion.TILT, here, "bearing"), (Insertion.BEND, there, "link")):
+        for kind, load, part, more in (
+            (Insertion.TILT, here, "bearing", 3),
+            (Insertion.BEND, there, "link", 2),
+        ):
             what, names = f"the load across {{}}, in its {part}", inserted_names(chain, [j], kind)
             scaled = load / max(float(np.sqrt((load**2).mean())), 1e-300)
             free = np.column_stack([smooth_plane(scaled, ACROSS_LENGTH), jump(scaled)])
-            yield rows.follower(Driver.LOAD, what, names, free, joints=(j,), kind=kind, by_load=True)
-            yield from _pure_loads(rows, what, names, scaled, j, kind)
-
-
-def _pure_loads(
-    rows: _Rows, what: str, moved: tuple[str, ...], load: np.ndarray, joint: int, kind: Insertion
-) -> Iterator[Follower]:
-    """A line and a jump over loads that each move their own element: they give way, as laws do.
-
-    A bearing is as soft both ways, a link need not be.
-    """
-    for tag, shape in ((" line", -load), (" jump", -jump(load))):
-        yield rows.follower(
-            Driver.LOAD,
-            what,
-            moved,
-            shape[:, :, None],
-            joints=(joint,),
-            together=np.eye(len(moved)) if kind is Insertion.BEND else np.ones((len(moved), 1)),
-            kind=kind,
-            by_load=True,
-            tag=tag,
-            is_pure=True,
-        )
+            for tag, shape, richer in (("", free, 0), (" line", scaled, more)):
+                found = rows.follower(
+                    Driver.LOAD, what, names, shape, joints=(j,), kind=kind, by_load=True, tag=tag
+                )
+                yield replace(found, richer=richer)
 
 
 def _motions(rows: _Rows) -> Iterator[Follower]:

@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.arm.effects import AbstractEffect
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.contributions import remaining
@@ -40,10 +39,6 @@ MAX_REST = 0.05
 """Share of an error that a process may explain beside its law."""
 MIN_GAIN_SHARE = 0.01
 """Share of the largest law's evidence below which a process may be what its linear model leaves."""
-MAX_OTHER_SHARE = 1e-4
-"""Share of a column's square that others leave, below which they make it up."""
-ROUNDING = 1e-6
-"""Of log evidence [nat]."""
 MAX_FOLLOWERS = 6
 """Maximum number of processes by which an error is described."""
 MIN_SIDE, MAX_STEPS = 3, 40
@@ -230,13 +225,6 @@ class DriverEvidence:
                 by_step, step = self._stepped(left.model, process)
                 found.append((by_step, (step,)))
         gain, rivals = max(found, key=lambda each: each[0])
-        general = [
-            f for f in self._over(driver) if f.is_pure and self._related(left, f, law) == (False, True)
-        ]
-        for offered in self._offers(left, general):  # the law is a special case of these: it may be probable
-            most_so = own - np.log(PROBABLE) - ROUNDING if offered.gain <= own else np.inf
-            better = min(offered.gain, most_so), (self._follower(offered),)
-            gain, rivals = max((gain, rivals), better, key=lambda each: each[0])
         alike = [f for f in self._over(driver) if joints & {*f.joints} or not joints or not f.joints]
         beside = max((o for f in alike if (o := self._beside.get(f))), key=_gain, default=None)
         rest, more = 0.0, kin
@@ -335,28 +323,26 @@ class DriverEvidence:
     ) -> tuple[float, tuple[Follower, ...]]:
         """Evidence of the best processes in the place of a law, one after the other, and these.
 
-        What each of them adds to the whole model doesn't count: it is another error.
+        What each of them adds to the whole model doesn't count: it is another error. A line through a bearing
+        is as simple as the law of a link, and the other way round: they move the tool nearly alike.
         """
+
+        def extra(process: Follower) -> float:
+            own = {t.candidate.effect.insertion for t in law}
+            is_own = process.candidate.effect.insertion in own
+            return 0.0 if is_own else 0.5 * process.richer * float(np.log(self.grams.count))
+
         total, chosen, term = 0.0, list[Follower](), None
-        some = [f for f in some if not (f.is_pure and self._related(left, f, law)[1])]
         while len(chosen) < most:
             left = left if term is None else with_one_more(left, (*left.model, term))
             gains = {self._follower(o): o for o in self._offers(left, some)}
-            more = {f: o.gain - max(self._gain_beside(f), 0.0) for f, o in gains.items()}
+            more = {f: o.gain + extra(f) - max(self._gain_beside(f), 0.0) for f, o in gains.items()}
             best = max(more, key=more.__getitem__, default=None)
             if best is None or more[best] <= 0.0:
                 break
             total, term = total + more[best], gains[best].term
             chosen.append(best)
         return total, tuple(chosen)
-
-    def _related(self, left: Remainder, pure: Follower, law: Model) -> tuple[bool, bool]:
-        """Whether a pure shape is a special case of a law in the same joints, and the law one of it."""
-        names = [n for t in law for n in _names_of(t.candidate.effect, pure.joints)]
-        if not names:
-            return False, False
-        theirs, mine = self.grams.columns(pure.candidate.names), self.grams.columns(names)
-        return _spans(left, mine, theirs), _spans(left, theirs, mine)
 
     def _gain_beside(self, follower: Follower) -> float:
         return self._beside[follower].gain if follower in self._beside else 0.0
@@ -375,19 +361,6 @@ class DriverEvidence:
 
 def _gain(offered: Offer) -> float:
     return offered.gain
-
-
-def _names_of(effect: AbstractEffect, joints: tuple[int, ...]) -> list[str]:
-    """Coefficients of some of its joints."""
-    parts = np.array_split(effect.names, max(len(effect.joints), 1))
-    return [str(n) for j, part in zip(effect.joints, parts, strict=False) for n in part if j in joints]
-
-
-def _spans(left: Remainder, some: np.ndarray, others: np.ndarray) -> bool:
-    """Whether some columns can make up others."""
-    across, whole = left.inner[np.ix_(some, others)], np.diagonal(left.inner)[others]
-    within = np.linalg.pinv(left.inner[np.ix_(some, some)], hermitian=True)
-    return bool((whole - (across * (within @ across)).sum(0) < MAX_OTHER_SHARE * whole).all())
 
 
 def _joints(model: Model) -> set[int]:

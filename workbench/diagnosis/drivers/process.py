@@ -80,7 +80,7 @@ class DriverProcess(AbstractEffect):
         key: Distinguishes its coefficients from those of others.
         moved: Names of the E elements that it moves.
         together: How they move by each of D independent processes of the same features.
-        features: Of some rows, alike for all elements or for each its own …
+        features: Of some rows …
         row: … with these numbers in the file, ascending.
         kind: Rotations that its joints, or a frame, need for it.
         by_load: Whether loads drive it, so that uncertain masses act through it.
@@ -89,7 +89,7 @@ class DriverProcess(AbstractEffect):
     key: str = ""
     moved: tuple[str, ...] = ()
     together: Float[np.ndarray, "e d"] = field(default_factory=lambda: np.eye(1))
-    features: Float[np.ndarray, "rows e1 _"] = field(default_factory=lambda: np.zeros((0, 1, 0)))
+    features: Features = field(default_factory=lambda: np.zeros((0, 0)))
     row: Int[np.ndarray, " rows"] = field(default_factory=lambda: np.zeros(0, np.int64))
     kind: Insertion = Insertion.NONE
     by_load: bool = False
@@ -99,7 +99,7 @@ class DriverProcess(AbstractEffect):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        count = self.together.shape[1] * self.features.shape[2]
+        count = self.together.shape[1] * self.features.shape[1]
         return tuple(f"{self.key}.{k}" for k in range(count))
 
     @property
@@ -116,7 +116,7 @@ class DriverProcess(AbstractEffect):
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         assert motion.row is not None, "rows of a file have numbers"
         known = self.features[np.searchsorted(self.row, motion.row)]
-        law = self.together[None, :, :, None] * known[:, :, None, :]
+        law = self.together[None, :, :, None] * known[:, None, None, :]
         return law.reshape(len(known), len(self.moved), -1)
 
     def sentence(self, chain: Chain, motion: Motion) -> str:
