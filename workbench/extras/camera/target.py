@@ -216,7 +216,7 @@ class _TargetReader(AbstractTableReader):
         self.numbers([table["square"], table["marker"]], 2, "[charuco] square and marker")
         free = _next_marker(before, prints_of(str(table["dictionary"])))
         try:
-            return Charuco(**{"first_marker": free, **table})
+            return Charuco(**{"first_marker": free, **table, "squares": tuple(table["squares"])})
         except OptionError as error:
             raise self.fail(f"[charuco]: {error}") from None
 
