@@ -30,14 +30,19 @@ _ENTRIES = {
 }
 
 
+def unpacked_arrays(data: bytes, limit: int) -> dict[str, np.ndarray]:
+    """The arrays of an .npz by name; a ValueError if they unpack to more bytes than the limit."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        if sum(entry.file_size for entry in archive.infolist()) > limit:
+            raise ValueError(f"it unpacks to more than {limit >> 20} MiB")
+    with np.load(io.BytesIO(data), allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
+
+
 def read_npz(data: bytes, path: Path) -> Grid:
     """The arrays of an .npz as a table."""
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
-                raise ValueError(f"it unpacks to more than {MAX_BYTES >> 20} MiB")
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+        arrays = unpacked_arrays(data, MAX_BYTES)
     except (ValueError, OSError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile) as error:
         raise FileError(f"its arrays can't be read ({error}); {TABLE}", path=str(path)) from None
     return _table(arrays, path, "these are arrays of NumPy")

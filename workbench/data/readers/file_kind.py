@@ -25,8 +25,8 @@ TABLE = "write the measurements as CSV, TSV, xlsx, parquet or MATLAB v5"
 """What to do about a file that is no table."""
 POSE_PAIRS = "pairs of a robot's pose and a target's in a camera are for 'workbench handeye'"
 _PROGRAM = (
-    rb"(?mi)\s*(?:def \w+\(|(?:PROC|MODULE|PROGRAM|[JL]MOVE|PTP) \S|/PROG\b|/JOB\b|\.PROGRAM\b|&ACCESS)"
-    rb"|(?s:.*)(?:\bmove?[jlcp] ?\(|^\s*\d+ ?: *[JLC] +P\[)"
+    rb"(?ims).*?(?:^\s*(?:def \w+\(|(?:PROC|MODULE|PROGRAM|[JL]MOVE|PTP) \S|/PROG\b|/JOB\b|\.PROGRAM\b)"
+    rb"|^\s*&ACCESS|\bmove?[jlcp] ?\(|^\s*\d+ ?: *[JLC] +P\[)"
 )
 """How programs of robots begin, and how they move."""
 _REFUSED = (

@@ -4,7 +4,6 @@ Samples of easy_handeye and MoveIt (YAML or JSON), OpenCV's arrays in an .npz, o
 a row. Names tell which is which: a camera sees one, a robot moves the other. Lists of four are x, y, z, w.
 """
 
-import io
 import re
 import zipfile
 from collections import defaultdict
@@ -15,6 +14,7 @@ from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.base.errors import FileError
+from workbench.data.readers.arrays import unpacked_arrays
 from workbench.data.readers.fields import fields_of
 from workbench.data.readers.file_kind import read_bytes
 from workbench.data.readers.orientation import read_orientation
@@ -46,11 +46,7 @@ def read_pairs(path: Path) -> tuple[Poses, Poses, bool]:
     data = read_bytes(path)
     try:
         if data.startswith(b"PK"):
-            with zipfile.ZipFile(io.BytesIO(data)) as archive:
-                if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
-                    raise ValueError(f"it unpacks to more than {MAX_BYTES >> 20} MiB")
-            with np.load(io.BytesIO(data), allow_pickle=False) as file:
-                arrays = {name: file[name] for name in file.files}
+            arrays = unpacked_arrays(data, MAX_BYTES)
             return _of_arrays(arrays, False), _of_arrays(arrays, True), False
         if _YAML.search(text := decode(data, path)[0]):
             inverting = bool(EASY_HANDEYE.search(text))
