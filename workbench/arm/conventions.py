@@ -33,13 +33,9 @@ PARALLEL = 1e-3
 
 
 def _bounded(value: Any, given: Given) -> float:
-    try:
-        number = np.nan if isinstance(value, bool) or not isinstance(value, Real) else float(value)
-    except OverflowError:
-        number = np.nan
-    if not abs(number) < MAX_NUMBER:
+    if isinstance(value, bool) or not isinstance(value, Real) or not abs(value) < MAX_NUMBER:
         raise ValueError
-    return number
+    return float(value)
 
 
 def _counted(value: Any, given: Given) -> int:

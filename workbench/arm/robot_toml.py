@@ -1,9 +1,9 @@
 """Robots as TOML files: the tables of `formats.md`, with one clear sentence for each error."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, final
+from typing import Annotated, Any, Literal, final
 
 import numpy as np
 import tomli_w
@@ -28,9 +28,9 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.arguments import Reads, admitted
+from workbench.base.arguments import Reads
 from workbench.base.array_checks import numbers
-from workbench.base.errors import OptionError, RobotError
+from workbench.base.errors import RobotError
 from workbench.base.files import check_ending, write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
@@ -40,8 +40,6 @@ PLACES = {"base", "tool", "session", "gravity", "gravity_tolerance"}
 ROBOT_KEYS = {"name", "convention", "joint", "element", "effect", "calibration", *PLACES}
 FACTS = {"name", "link", "limits", "mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
 FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
-
-Kind = TypeVar("Kind")
 
 
 @dataclass(frozen=True)
@@ -63,18 +61,6 @@ class _RobotReader(AbstractTableReader):
 
     wanted = "a robot TOML"
     otherwise = "a robot TOML, a URDF, or a built-in name"
-
-    def record(self, kind: type[Kind], given: Mapping[str, Any], what: str) -> Kind:
-        """A dataclass of these fields, checked by their annotations; numbers are finite."""
-        known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
-        self.keys(given, set(known), what)
-        for name, f in known.items():
-            if f.default is f.default_factory is MISSING and name not in given:
-                raise self.fail(f"{what} lacks '{name}'; add it")
-        try:
-            return kind(**admitted(kind, given, is_finite=True))
-        except OptionError as error:
-            raise self.fail(f"{what} {error}") from None
 
     def frame(self, value: Any, what: str, default: Freedom) -> Frame:
         table = self.table(value, f"[{what}]")
@@ -165,7 +151,7 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
     tables = reader.tables(data, "joint")
     own = {key: data[key] for key in ("gravity_tolerance",) if key in data}
     unknown = Frame(free=Freedom.AUTO)
-    mounting = reader.record(Mounting, {"base": unknown, "tool": unknown, **own}, "the robot's")
+    mounting = reader.record(Mounting, {"base": unknown, "tool": unknown, **own}, "the robot")
     mounting = reader.mounting(data, "", mounting, Freedom.AUTO)
     entries = [reader.entry(t, i, convention) for i, t in enumerate(tables)]
     try:
@@ -221,7 +207,7 @@ def _calibration(table: Any, robot: Robot, reader: _RobotReader) -> Calibration:
     what = "[calibration]"
     given = dict(reader.table(table, what))
     if "observed" not in given:
-        raise reader.fail(f"{what} lacks 'observed'; identify the arm again, or delete this table")
+        raise reader.fail(f"{what} has no 'observed'; identify the arm again, or delete this table")
     given["observed"] = reader.record(Observed, given["observed"], "[calibration.observed]")
     if "geometry" in given:
         given["geometry"] = _geometry(given["geometry"], robot, reader)

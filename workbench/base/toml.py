@@ -1,17 +1,15 @@
-"""Reading the package's TOML files, with one clear sentence for each error.
-
-A file's reader (robots, plates) extends `AbstractTableReader` with what its tables mean; how a number, a
-list or a key must look is said here once.
-"""
+"""Reading the package's TOML files, with one clear sentence for each error."""
 
 import tomllib
 from abc import ABC
+from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from workbench.base.errors import FileError
+from workbench.base.arguments import admitted
+from workbench.base.errors import FileError, OptionError
 from workbench.base.files import exists, read_bytes
 from workbench.base.types import frozen
 
@@ -21,10 +19,11 @@ MAX_TABLES = 1000
 """More tables of one name than this are refused: computing with them would take forever."""
 MAX_NUMBER = 1e100
 """Numbers beyond this overflow when they are squared."""
+Kind = TypeVar("Kind")
 
 
 class AbstractTableReader(ABC):
-    """One file being read: knows its path for messages, and how values must look."""
+    """One file being read: how values must look; a reader extends it with what its tables mean."""
 
     wanted: ClassVar[str]
     """What to give instead of a file that is none, such as `a plate TOML`."""
@@ -87,3 +86,15 @@ class AbstractTableReader(ABC):
         """Refuse keys that mean nothing."""
         if unknown := sorted(set(self.table(table, what)) - known):
             raise self.fail(f"{what} has the unknown key '{unknown[0]}'; known: {', '.join(sorted(known))}")
+
+    def record(self, kind: type[Kind], given: Any, what: str) -> Kind:
+        """A dataclass whose fields are a table's keys, checked by their annotations; numbers are finite."""
+        known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
+        self.keys(given, set(known), what)
+        for name, f in known.items():
+            if f.default is f.default_factory is MISSING and name not in given:
+                raise self.fail(f"{what} has no {name}")
+        try:
+            return kind(**admitted(kind, given, is_finite=True))
+        except OptionError as error:
+            raise self.fail(f"{what}: {error}") from None

@@ -1,16 +1,16 @@
 """Plates as TOML files: the tables of `formats.md`, with one clear sentence for each error."""
 
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from enum import StrEnum
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, final
+from typing import Any, final
 
 import numpy as np
 import tomli_w
 
 from workbench.base.assets import assets
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import FileError
 from workbench.base.files import check_ending, write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import frozen
@@ -19,32 +19,17 @@ from workbench.plate.region import Region
 from workbench.plate.tolerances import EXACT, Production
 
 PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "making", "anchors", "target"}
-Record = TypeVar("Record")
 
 
 @final
 class _PlateReader(AbstractTableReader):
-    """A plate's file being read: the keys of a table are the fields of its record, which checks them."""
+    """A plate's file being read: the keys of a table are the fields of its record."""
 
     wanted = "a plate TOML"
     otherwise = "a plate TOML or a built-in name"
 
-    def record(self, kind: type[Record], table: Any, what: str) -> Record:
-        known = fields(kind)  # type: ignore[arg-type]
-        self.keys(table, {each.name for each in known}, what)
-        for each in known:
-            if each.default is each.default_factory is MISSING and each.name not in table:
-                raise self.fail(f"{what} has no {each.name}")
-        return self.made(kind, what, self.values(table, what))
-
-    def made(self, kind: type[Record], what: str, values: dict[str, Any]) -> Record:
-        try:
-            return kind(**values)
-        except OptionError as error:
-            raise self.fail(f"{what}: {error}") from None
-
     def values(self, table: dict[str, Any], what: str) -> dict[str, Any]:
-        found = {key: self.value(value, f"{what} {key}") for key, value in table.items()}
+        found = {key: self.value(value, f"{what} {key}") for key, value in self.table(table, what).items()}
         if isinstance(pair := found.get("sigma"), np.ndarray):
             found["sigma"] = tuple(pair.tolist())
         return found
@@ -62,7 +47,7 @@ class _PlateReader(AbstractTableReader):
         (position, angle), play = (
             self.numbers(table.get(key, [0, 0]), 2, f"making {key}").tolist() for key in ("tolerance", "play")
         )
-        return self.made(Production, "making", {"position": position, "angle": angle, "play": tuple(play)})
+        return self.record(Production, {"position": position, "angle": angle, "play": play}, "making")
 
 
 def read_plate(path: Path | str) -> Plate:
@@ -74,14 +59,14 @@ def read_plate(path: Path | str) -> Plate:
         raise reader.fail("it has no region; give region = { min = […], max = […], cube = 0.05 } in m")
     own = {key: data[key] for key in data if key not in ("region", "making", "target")}
     parts = {
-        "region": reader.record(Region, data["region"], "region"),
+        "region": reader.record(Region, reader.values(data["region"], "region"), "region"),
         "production": reader.production(data.get("making", {})),
         "targets": tuple(
-            reader.record(Target, table, f"[[target]] {i}")
+            reader.record(Target, reader.values(table, f"[[target]] {i}"), f"[[target]] {i}")
             for i, table in enumerate(reader.tables(data, "target"), start=1)
         ),
     }
-    return reader.made(Plate, "the plate", reader.values(own, "the plate's") | parts)
+    return reader.record(Plate, reader.values(own, "the plate's") | parts, "the plate")
 
 
 def plate_to_table(plate: Plate) -> dict[str, Any]:

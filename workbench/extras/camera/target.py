@@ -6,16 +6,18 @@ and corners are told apart by their numbers: those of a ChArUco board go on wher
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, final
+from typing import Annotated, Any, final
 
 import numpy as np
 import tomli_w
 from jaxtyping import Bool, Float, Int
 
-from workbench.base.arguments import admit
+from workbench.arm.conventions import Bounded
+from workbench.arm.joint import NotNegative
+from workbench.base.arguments import Reads, admit
 from workbench.base.errors import OptionError
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import frozen
@@ -47,7 +49,7 @@ class Charuco:
         first_marker: Number of its first marker.
     """
 
-    squares: tuple[int, int]
+    squares: Annotated[tuple[int, int], Reads("two whole numbers", lambda value, _: value)]
     square: float
     marker: float
     dictionary: str
@@ -202,6 +204,19 @@ def _is_plane(points: Float[np.ndarray, "n 3"]) -> bool:
     return bool(s[1] > 1e-3 * s[0] and s[2] < 1e-6 * s[0])
 
 
+@dataclass(frozen=True, kw_only=True)
+class PointEntry:
+    """One `[[point]]`; a free one may have a place nearby, where the search for it begins."""
+
+    id: int
+    corner: int = 0
+    xyz: Annotated[
+        tuple[Bounded, ...], Reads("three finite numbers", lambda v, _: v if len(v) == 3 else None)
+    ] = ()
+    sigma: NotNegative = 0.0
+    free: bool = False
+
+
 @final
 class _TargetReader(AbstractTableReader):
     wanted = "a target TOML with [charuco], [[point]] or [[board]] tables"
@@ -209,16 +224,8 @@ class _TargetReader(AbstractTableReader):
 
     def charuco(self, value: Any, before: Sequence[PictureTarget], usual: str) -> Charuco:
         table = {"dictionary": usual, **self.table(value, "[charuco]")}
-        self.keys(table, {each.name for each in fields(Charuco)}, "[charuco]")
-        if missing := [key for key in ("squares", "square", "marker") if key not in table]:
-            raise self.fail(f"[charuco] has no {missing[0]}")
-        self.numbers(table["squares"], 2, "[charuco] squares")
-        self.numbers([table["square"], table["marker"]], 2, "[charuco] square and marker")
         free = _next_marker(before, prints_of(str(table["dictionary"])))
-        try:
-            return Charuco(**{"first_marker": free, **table, "squares": tuple(table["squares"])})
-        except OptionError as error:
-            raise self.fail(f"[charuco]: {error}") from None
+        return self.record(Charuco, {"first_marker": free, **table}, "[charuco]")
 
     def check_distinct(self, other: PictureTarget, made: PictureTarget, free: int) -> None:
         """Refuse two boards that pictures can't tell apart; `free` is the next marker that no board has."""
@@ -233,11 +240,6 @@ class _TargetReader(AbstractTableReader):
             corner = "id {} corner {}".format(*min(twice))
             remedy = "give each its own ids" if is_tags else f"put '{made.name}' before '{other.name}'"
             raise self.fail(f"{corner} is of {boards}; {remedy}")
-
-    def whole(self, value: Any, what: str) -> int:
-        if isinstance(value, bool) or not isinstance(value, int):
-            raise self.fail(f"{what} must be a whole number, not {value!r}")
-        return value
 
     def target(
         self, data: dict[str, Any], mounted: Mount, before: Sequence[PictureTarget] = (), name: str = ""
@@ -259,22 +261,12 @@ class _TargetReader(AbstractTableReader):
         return made
 
     def points(self, tables: list[dict[str, Any]], more: dict[str, Any]) -> PictureTarget:
-        names, places, sigmas = [], [], {}
-        for i, table in enumerate(tables):
-            what = f"[[point]] {i + 1}"
-            self.keys(table, {"id", "corner", "xyz", "sigma", "free"}, what)
-            is_free = self.flag(table.get("free", False), f"{what} free")
-            if missing := [key for key in ("id", "xyz") if key not in table and (key == "id" or not is_free)]:
-                raise self.fail(f"{what} has no {missing[0]}")
-            corner = self.whole(table.get("corner", 0), f"{what} corner")
-            names.append((self.whole(table["id"], f"{what} id"), corner))
-            sigma = np.inf if is_free else self.number(table.get("sigma", 0.0), f"{what} sigma")
-            if sigma < 0.0:
-                raise self.fail(f"{what} sigma must be at least 0 m, got {sigma:g}")
-            if sigma:
-                sigmas[i] = sigma
-            xyz = table.get("xyz")
-            places.append(np.full(3, np.nan) if xyz is None else self.numbers(xyz, 3, f"{what} xyz"))
+        entries = [self.record(PointEntry, t, f"[[point]] {i}") for i, t in enumerate(tables, 1)]
+        if lost := [i for i, entry in enumerate(entries, 1) if not (entry.free or entry.xyz)]:
+            raise self.fail(f"[[point]] {lost[0]} has no xyz")
+        names = [(entry.id, entry.corner) for entry in entries]
+        sigmas = {i: np.inf if e.free else e.sigma for i, e in enumerate(entries) if e.free or e.sigma}
+        places = [entry.xyz or [np.nan] * 3 for entry in entries]
         if twice := {name for name in names if names.count(name) > 1}:
             raise self.fail("id {} corner {} appears twice; each point needs its own".format(*min(twice)))
         known = np.array([not np.isinf(sigmas.get(i, 0.0)) for i in range(len(names))], bool)
