@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.arm.after_events import events_of
 from workbench.arm.motion import Motion
+from workbench.arm.usable_arm import events_of
 from workbench.base.advice import beside
 from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.errors.saved_arm import SavedArm

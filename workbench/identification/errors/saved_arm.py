@@ -12,12 +12,11 @@ from typing import final
 import numpy as np
 from jaxtyping import Bool
 
-from workbench.arm.after_events import after_events, events_of, is_valid_after
 from workbench.arm.calibration_record import Expected
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.usable_arm import usable_arm
+from workbench.arm.usable_arm import after_events, events_of, is_valid_after, usable_arm
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.identification.errors.row_errors import UNKNOWN, Errors, row_errors
