@@ -70,7 +70,7 @@ def test_a_link_is_a_file_of_its_text():
     [
         (marked(zipped(("a.csv", "x" * 90)), 6, 1), "without a password"),
         (marked(zipped(("a.csv", "x" * 90)), 8, 99), "can't be unpacked"),
-        (zipped(("a", "x"), ("a/b", "y")), "exists"),
+        (zipped(("a", "x"), ("a/b", "y")), "a directory"),
         (zipped(("n" * 300, "x")), "too long"),
         (zipped(("a.csv", "x" * 90))[:40], "BadZipFile"),
     ],

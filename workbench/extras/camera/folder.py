@@ -25,8 +25,8 @@ from workbench.extras.camera.pixel_table import plain_names, read_pixels
 from workbench.extras.camera.rig import Rig, read_rig
 
 TABLES = (".csv", ".tsv", ".xlsx", ".parquet")
-LARGEST, MAX_FILES, CHUNK = 1 << 30, 20_000, 1 << 20
-"""Bytes and files of an archive that are unpacked, and bytes at once."""
+LARGEST, MAX_FILES = 1 << 30, 20_000
+"""Bytes and files of an archive that are unpacked."""
 MAX_TABLES = 100
 """Tables and TOML files of a folder that are looked into."""
 CAMERA, TARGET = {"camera"}, {"charuco", "point", "board"}
@@ -133,21 +133,15 @@ def unpacked(name: str, content: bytes) -> Iterator[Path]:
 
 
 def _unpack(name: str, content: bytes, folder: Path) -> None:
-    left = LARGEST
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        for number, info in enumerate(archive.infolist()):
-            parts = [re.sub(r"[^\w.+ ()-]", "_", part) for part in re.split(r"[/\\]", info.filename)]
-            parts = [part for part in parts if part.strip(".")]
-            is_of_macos = info.filename.startswith("__MACOSX/") or (parts and parts[-1].startswith("._"))
-            if parts and not info.is_dir() and not is_of_macos:
-                path = folder.joinpath(*parts)
-                path.parent.mkdir(parents=True, exist_ok=True)
-                with archive.open(info) as file, path.open("wb") as copy:
-                    while left >= 0 and (piece := file.read(CHUNK)):
-                        left -= len(piece)
-                        copy.write(piece)
-            if left < 0 or number >= MAX_FILES:
-                raise FileError(f"unpacks to more than {LARGEST >> 20} MiB or {MAX_FILES} files", path=name)
+        files = archive.infolist()  # no file unpacks to more than it says
+        if len(files) > MAX_FILES or sum(info.file_size for info in files) > LARGEST:
+            raise FileError(f"unpacks to more than {LARGEST >> 20} MiB or {MAX_FILES} files", path=name)
+        for info in files:
+            info.filename = re.sub(r"[^\w.+ ()/-]", "_", info.filename.replace("\\", "/"))
+            own = info.filename.rpartition("/")[2]
+            if own.strip(".") and not own.startswith("._") and not info.filename.startswith("__MACOSX/"):
+                archive.extract(info, folder)
 
 
 def _only(place: Path, found: list[Path]) -> Path | None:
