@@ -9,7 +9,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -45,6 +45,24 @@ class Sample:
     rotation: Float[np.ndarray, "3 3"] | None = None
     capture: bool = False
 
+    @classmethod
+    def of(cls, line: Any) -> "Sample":
+        """From plain numbers by the names of a line."""
+        return cls(
+            time=line.time,
+            q=frozen(np.array(line.q)),
+            position=None if line.xyz is None else frozen(np.array(line.xyz)),
+            rotation=None if line.quat is None else frozen(se3.quaternion_to_matrix(np.array(line.quat))),
+            capture=bool(line.capture),
+        )
+
+    def plain(self) -> dict[str, Any]:
+        """As plain numbers by the names of a line, without what is missing."""
+        quat = None if self.rotation is None else se3.matrix_to_quaternion(self.rotation)
+        parts = {"q": self.q, "xyz": self.position, "quat": quat}
+        plain = {name: tuple(part.tolist()) for name, part in parts.items() if part is not None}
+        return {"time": self.time, **plain, **({"capture": True} if self.capture else {})}
+
 
 @dataclass(frozen=True)
 class _Line:
@@ -79,32 +97,16 @@ def parse_sample(text: str, *, line: int, source: str = "stream") -> Sample:
         column = str(first["loc"][0]) if first["loc"] else None
         wanted = f'\'{text.strip()[:40]}\' is no sample like {{"time": 0.1, "q": [0.0]}}: {first["msg"]}'
         raise FileError(wanted, path=source, line=line, column=column) from None
-    rotation = None
-    if found.quat is not None:
-        norm = float(np.linalg.norm(found.quat))
-        if abs(norm - 1.0) > NORM_TOLERANCE:
-            wanted = f"the norm of [w, x, y, z] must be 1, got {norm:.4g}"
-            raise FileError(wanted, path=source, line=line, column="quat")
-        rotation = frozen(se3.quaternion_to_matrix(np.array(found.quat)))
-    return Sample(
-        time=found.time,
-        q=frozen(np.array(found.q)),
-        position=None if found.xyz is None else frozen(np.array(found.xyz)),
-        rotation=rotation,
-        capture=bool(found.capture),
-    )
+    norm = float(np.linalg.norm(found.quat or (1.0,)))
+    if abs(norm - 1.0) > NORM_TOLERANCE:
+        wanted = f"the norm of [w, x, y, z] must be 1, got {norm:.4g}"
+        raise FileError(wanted, path=source, line=line, column="quat")
+    return Sample.of(found)
 
 
 def format_sample(sample: Sample) -> str:
     """A sample as the line of a live source, without its end; `parse_sample` reads it back."""
-    record: dict = {"time": sample.time, "q": sample.q.tolist()}
-    if sample.position is not None:
-        record["xyz"] = sample.position.tolist()
-    if sample.rotation is not None:
-        record["quat"] = se3.matrix_to_quaternion(sample.rotation).tolist()
-    if sample.capture:
-        record["capture"] = True
-    return json.dumps(record)
+    return json.dumps(sample.plain())
 
 
 def samples(lines: Iterable[str], *, source: str, on_error: Callable[[FileError], None]) -> Iterator[Sample]:

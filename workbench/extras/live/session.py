@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.base.wording import plural
@@ -144,14 +143,7 @@ class TakeSample(AbstractChange):
     def apply(self, session: Session) -> Session:
         source = session.part(Source)
         if session.part(Measuring) is not None:
-            sample = Sample(
-                time=self.time,
-                q=frozen(np.array(self.q)),
-                position=None if self.xyz is None else frozen(np.array(self.xyz)),
-                rotation=None if self.quat is None else frozen(se3.quaternion_to_matrix(np.array(self.quat))),
-                capture=self.capture,
-            )
-            session = _with(session, _acquisition(session).with_sample(sample, self.arm_state))
+            session = _with(session, _acquisition(session).with_sample(Sample.of(self), self.arm_state))
         elif source is None or not source.is_followed:
             return session
         if session.drag is not None:

@@ -4,14 +4,13 @@ import threading
 import time
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
-from workbench.base import se3
 from workbench.extras.live.sample import Sample, samples
 from workbench.extras.live.session import Measuring, Source, TakeSample, TellSource
-from workbench.extras.live.standstill import ArmState, StandstillDetector
+from workbench.extras.live.standstill import StandstillDetector
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
@@ -23,15 +22,6 @@ MOVED = 1e-4
 """Change of a joint that is worth showing while nothing is measured [rad or m]."""
 SILENT = 2.0
 """A source without samples for this long counts as silent [s]."""
-
-
-def _command_of(sample: Sample, arm_state: ArmState) -> TakeSample:
-    def plain(numbers: np.ndarray | None) -> Any:
-        return None if numbers is None else tuple(numbers.tolist())
-
-    quat = None if sample.rotation is None else se3.matrix_to_quaternion(sample.rotation)
-    q, xyz = plain(sample.q), plain(sample.position)
-    return TakeSample(sample.time, q, xyz, plain(quat), sample.capture, arm_state)
 
 
 @final
@@ -72,7 +62,7 @@ class LiveSource(AbstractView):
                 continue
             session = self._worker.session
             noise = session.noise.position, session.noise.rotation
-            command = _command_of(sample, self._detector.update(sample, noise))
+            command = TakeSample(**sample.plain(), arm_state=self._detector.update(sample, noise))
             is_wanted = sample.capture and session.part(Measuring) is not None
             if is_wanted and self._heard - self._requested >= 1.0 / RATE:
                 self._requested = self._heard
