@@ -90,12 +90,9 @@ def _faces(path: Path, size: int) -> int:
     """Approximate number of triangles in a mesh file, without loading it, which needs far more memory."""
     if path.suffix.lower() == ".obj":
         return path.read_bytes().count(b"\nf")
-    return size // 50 if path.suffix.lower() == ".stl" and not _is_text(path) else 0
-
-
-def _is_text(path: Path) -> bool:
     with path.open("rb") as file:
-        return file.read(5) == b"solid" and b"\0" not in file.read(200)
+        is_text = file.read(5) == b"solid" and b"\0" not in file.read(200)
+    return size // 50 if path.suffix.lower() == ".stl" and not is_text else 0
 
 
 def _found(name: str, urdf: Path) -> str:

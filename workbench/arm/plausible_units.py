@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.arm import chain as chains
 from workbench.arm.frame import Frame
-from workbench.arm.robot import Joint, JointKind, Robot
+from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import RobotError
 
 MAX_DISTANCE, UNUSUAL_DISTANCE = 60.0, 15.0
@@ -52,17 +52,12 @@ def is_whole_degrees(value: float) -> bool:
 
 def _distance(robot: Robot) -> float:
     """Maximum distance of the tool from the base over a few joint positions [m]."""
-    low, high = np.array([_span(joint) for joint in robot.moving]).T
+    limits = [j.limits if np.isfinite(j.limits).all() else (0.0, 0.0) for j in robot.moving]
+    turns = [j.kind is JointKind.REVOLUTE for j in robot.moving]
+    low, high = np.where(turns, [[-np.pi], [np.pi]], np.transpose(limits))
     q = np.random.default_rng(0).uniform(low, high, (CHECKED_POSES, robot.dof))
     chain = robot.with_effects().with_frames(base=Frame()).chain
     return float(np.linalg.norm(chains.poses(chain, q)[:, :3, 3], axis=1).max())
-
-
-def _span(joint: Joint) -> tuple[float, float]:
-    """Positions to check: the limits of prismatic joints."""
-    if joint.kind is JointKind.REVOLUTE:
-        return -np.pi, np.pi
-    return joint.limits if np.isfinite(joint.limits).all() else (0.0, 0.0)
 
 
 def _lengths(robot: Robot) -> list[tuple[str, float]]:

@@ -20,8 +20,6 @@ P = ParamSpec("P")
 T = TypeVar("T")
 U = TypeVar("U")
 log = logging.getLogger(__name__)
-
-
 _FAILED: ContextVar[list[str] | None] = ContextVar("failed", default=None)
 is_strict = False
 """Whether a mistake of the program is raised all the same, as in its tests."""

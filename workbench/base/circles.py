@@ -20,19 +20,12 @@ class FittedCircle:
         axes: Two orthogonal unit vectors in the plane and its normal, one a row; the sense is arbitrary.
         radius: Of the circle [m].
         out: How far each point is outside the circle, in the plane [m].
-        height: How far each point is above the plane, along the normal [m].
     """
 
     centre: Vector3
     axes: Matrix3
     radius: float
     out: Float[np.ndarray, " points"]
-    height: Float[np.ndarray, " points"]
-
-    @property
-    def rms(self) -> float:
-        """Root mean square distance of the points from the circle [m]."""
-        return float(np.sqrt((self.out**2 + self.height**2).mean()))
 
 
 def fit_circle(points: Float[np.ndarray, "points 3"]) -> FittedCircle:
@@ -48,5 +41,4 @@ def fit_circle(points: Float[np.ndarray, "points 3"]) -> FittedCircle:
         axes=frozen(axes),
         radius=radius,
         out=frozen(np.linalg.norm(flat - [a, b], axis=1) - radius),
-        height=frozen((points - middle) @ axes[2]),
     )

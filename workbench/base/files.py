@@ -50,10 +50,9 @@ def read_bytes(
     try:
         with open(path, "rb", opener=opener) as file:
             content = _all_of(file, maximum + 1)
-    except OSError as error:
-        raise FileError(f"can't be opened ({error.strerror}); give {wanted}", path=str(path)) from None
-    except ValueError as error:  # a name with a zero byte
-        raise FileError(f"can't be opened ({error}); give {wanted}", path=str(path)) from None
+    except (OSError, ValueError) as error:  # a name with a zero byte is the latter
+        why = error.strerror if isinstance(error, OSError) else error
+        raise FileError(f"can't be opened ({why}); give {wanted}", path=str(path)) from None
     if len(content) > maximum:
         raise FileError(f"has more than {maximum / 2**20:.0f} MiB; give {wanted}", path=str(path))
     return content

@@ -181,7 +181,5 @@ def pose_error_eq16(
     Source: ARIA eqs. (15), (16); agrees with `pose_error` to second order in the angle.
     """
     s = measured[..., :3, :3] @ np.swapaxes(predicted[..., :3, :3], -1, -2)
-    phi = 0.5 * np.stack(
-        [s[..., 2, 1] - s[..., 1, 2], s[..., 0, 2] - s[..., 2, 0], s[..., 1, 0] - s[..., 0, 1]], -1
-    )
+    phi = 0.5 * (s - np.swapaxes(s, -1, -2))[..., [2, 0, 1], [1, 2, 0]]
     return np.concatenate([measured[..., :3, 3] - predicted[..., :3, 3], phi], axis=-1)

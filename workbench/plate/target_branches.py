@@ -23,7 +23,7 @@ from workbench.plate.collision import hits, unobstructed
 from workbench.plate.exchange import of_information
 from workbench.plate.free_constants import visible, visible_basis
 from workbench.plate.observability import goal_index, index_named
-from workbench.plate.plate import AUTO, Kind, Plate, Target
+from workbench.plate.plate import AUTO, Kind, Plate
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error
 from workbench.plate.target_readings import SEAT, linearise_targets
@@ -146,17 +146,10 @@ def _by_task(robot: Robot, plate: Plate) -> dict[Task | None, list[int]]:
     """
     tasks: dict[Task | None, list[int]] = {}
     for row, target in enumerate(plate.targets):
-        whole = target.kind is Kind.SEAT or _is_there(robot, target)
+        off = np.inf if target.q is None else np.abs(in_base(robot, target.q[None])[0] - target.pose).max()
+        whole = target.kind is Kind.SEAT or off < THERE
         tasks.setdefault(None if whole else Task.POSITION, []).append(row)
     return tasks
-
-
-def _is_there(robot: Robot, target: Target) -> bool:
-    """Whether a target's joint angles put the tool into its whole pose."""
-    if target.q is None:
-        return False
-    at = in_base(robot, target.q[None])
-    return bool(np.abs(at[0] - target.pose).max() < THERE)
 
 
 def single_branches(solutions: Solutions) -> dict[str, Float[np.ndarray, "targets n"]]:
@@ -193,7 +186,9 @@ def choose_branches(
     q = np.array([branch.q for target in solutions for branch in target])
     linearisation = linearise_targets(robot, plate, q, slots=slots, names=names, sigma=sigma, additive=True)
     basis = visible_basis(robot, names)
-    options = _information(visible(linearisation, basis))
+    seen = visible(linearisation, basis)
+    starts_of = np.searchsorted(seen.measurement, np.arange(1, seen.measurements))
+    options = np.stack([rows.T @ rows for rows in np.split(seen.scaled, starts_of)])
     allowed = _allowed(plate, slots, labels)
     index = goal_index(goal, robot, linearisation, basis)
     place = {key: i for i, key in enumerate(zip(slots.tolist(), labels, strict=True))}
@@ -232,12 +227,6 @@ def _chosen(linearisation: Linearisation, choice: np.ndarray) -> Linearisation:
         sigma=linearisation.sigma[rows],
         measurement=np.repeat(np.arange(len(choice)), counts),
     )
-
-
-def _information(linearisation: Linearisation) -> np.ndarray:
-    """AᵀA of every solution; sockets and points give their position only."""
-    starts = np.searchsorted(linearisation.measurement, np.arange(1, linearisation.measurements))
-    return np.stack([block.T @ block for block in np.split(linearisation.scaled, starts)])
 
 
 def _allowed(plate: Plate, slots: np.ndarray, labels: list[str]) -> np.ndarray:

@@ -169,7 +169,10 @@ def choose(
         chosen = nearest_branch(result, near)
     else:
         chosen = max(result.within_limits, key=quality)
-    return chosen if chosen is None or near is None else _at_turn(chosen, near)
+    if chosen is None or near is None:
+        return chosen
+    turned = chosen.nearest_turn(near)
+    return replace(chosen, q=turned, margin=float(margins(turned[None], chosen.limits).min()))
 
 
 def _gap(branch: Branch, q: np.ndarray) -> np.ndarray:
@@ -186,8 +189,3 @@ def roomy(branches: tuple[Branch, ...]) -> tuple[Branch, ...]:
     """Branches that keep `LIMIT_MARGIN` from the limits, or, if none does, those with the largest margin."""
     minimum = min(0.0, max((b.room for b in branches), default=0.0)) - LIMIT_SLACK
     return tuple(b for b in branches if b.room >= minimum)
-
-
-def _at_turn(branch: Branch, q: np.ndarray) -> Branch:
-    turned = branch.nearest_turn(q)
-    return replace(branch, q=turned, margin=float(margins(turned[None], branch.limits).min()))

@@ -50,24 +50,17 @@ def branch_names(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> list[str]:
 
 def plain_names(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> list[str]:
     """A name for every configuration by its signs alone, without numbering."""
-    signs = _signs(arm, x)
-    if signs is None:
+    constant = _agreement(arm)
+    if constant == 0.0:
         wrapped = np.where(arm.slides, x, np.angle(np.exp(1j * x)))
         return ["".join("+" if v >= 0 else "-" for v in row) for row in wrapped]
+    side, bend, _, determinant = _quantities(arm, x)
+    wrist = constant * determinant * np.where(bend >= 0, 1.0, -1.0)
     return [
         f"shoulder {'right' if s >= 0 else 'left'}, elbow {'up' if e >= 0 else 'down'}, "
         f"wrist {'no flip' if f >= 0 else 'flip'}"
-        for s, e, f in signs
+        for s, e, f in zip(side, bend, wrist, strict=True)
     ]
-
-
-def _signs(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 3"] | None:
-    """Shoulder, elbow and wrist quantities, or None for an arm without that structure."""
-    constant = _agreement(arm)
-    if constant == 0.0:
-        return None
-    side, bend, _, determinant = _quantities(arm, x)
-    return np.stack([side, bend, constant * determinant * np.where(bend >= 0, 1.0, -1.0)], -1)
 
 
 @lru_cache(maxsize=256)

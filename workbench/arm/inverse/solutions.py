@@ -49,11 +49,6 @@ SPREAD_STARTS = 96
 """Random starts for these, per round."""
 
 
-def is_algebraic(arm: ReducedArm, task: Task) -> bool:
-    """Whether `elimination` finds the solutions."""
-    return not arm.slides.any() and (arm.dof, task) in ((6, Task.POSE), (5, Task.POSITION_AXIS))
-
-
 def all_solutions(
     arm: ReducedArm,
     targets: Float[np.ndarray, "rows 4 4"],
@@ -68,7 +63,7 @@ def all_solutions(
         return [_spread(arm, target[None], task, limits, rng) for target in targets]
     rows, n = len(targets), arm.dof
     found = [np.empty((0, n))] * rows
-    if is_algebraic(arm, task):
+    if not arm.slides.any() and (arm.dof, task) in ((6, Task.POSE), (5, Task.POSITION_AXIS)):
         starts = [algebraic_starts(arm, targets, ENTRIES), random_starts(arm, (rows, RANDOM_STARTS), rng)]
         found = _extend(arm, targets, found, np.concatenate(starts, 1), task)
         rng = deepcopy(rng)  # later draws don't depend on how many were needed here

@@ -1,6 +1,6 @@
 """What pictures identified, for people and for files: the steps of the decision, zeros, poses, lenses."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple, final
 
@@ -137,6 +137,9 @@ class Identifiability(AbstractIdentifiability):
         **more: Any,
     ) -> "Identifiability":
         step, lack = steps[taken], f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
+        reasons = list(doubts[:1]) or [f"{each.name}: {each.refused}" for each in steps[1:]]
+        reasons += [advice] if advice and not doubts else []
+        unknown = "it has no constant that these pictures could determine"
         notes = [
             f"{step.name}: expected error of the tool within {100 * NEARBY:g} cm of the measured places, in "
             f"any orientation, {in_mm(step.expected)}; errors of these pictures are those at their own poses",
@@ -147,7 +150,7 @@ class Identifiability(AbstractIdentifiability):
         ]
         return cls(
             title=step.name,
-            refused="" if taken else _refused(steps, advice, doubts),
+            refused="" if taken else "; ".join(reasons) or unknown,
             advice=advice,
             uncertainty=(step.uncertainty, step.turned),
             notes=tuple(notes),
@@ -193,13 +196,6 @@ class Identifiability(AbstractIdentifiability):
                 "set_apart": [vars(corner) for corner in rig_of(fit.problem.data).rejected],
             }
         }
-
-
-def _refused(steps: Sequence[Step], advice: str, doubts: tuple[str, ...]) -> str:
-    """Why nothing of the arm is taken."""
-    reasons = [f"{step.name}: {step.refused}" for step in steps[1:]]
-    reasons = list(doubts[:1]) or [*reasons, *([advice] if advice else [])]
-    return "; ".join(reasons) or "it has no constant that these pictures could determine"
 
 
 def _points(fit: Fit) -> list[dict[str, Any]]:

@@ -131,7 +131,9 @@ def select_camera_step(
     def fitted(rows: Dataset, own: tuple[str, ...]) -> Fitted:
         return _fitted(build(robot, rows, free=own), [n for n in own if n not in zeros])
 
-    loose = fitted(_let_go(data), names.get(GEOMETRY, names.get(ZEROS, ())))
+    rig = rig_of(data).with_fixed_intrinsics(Freedom.AUTO)  # of these and of sizes little is known
+    rig = replace(rig, targets=tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets))
+    loose = fitted(with_rig(data, rig), names.get(GEOMETRY, names.get(ZEROS, ())))
     doubts, data, is_size_wrong = find_doubts(loose, data)
     fits = [_alike(build(robot, data, free=()))]
     fits += [fitted(data, own) for own in names.values() if not is_size_wrong]
@@ -140,7 +142,10 @@ def select_camera_step(
     for name, each, expected in zip((ALONE, *names), fits, _expected(fits, last), strict=False):
         steps.append(_step(name, each, taken, zeros, expected))
         taken = taken if steps[-1].refused else each
-    number = fits.index(taken)
+    number, considered = fits.index(taken), None
+    if last in fits and len(last.free) > len(taken.free):  # geometry stays as given though it is uncertain
+        sigma = last.careful.sizes[WIDTH] * last.likelihood.groups[0]
+        considered = Considered(last.problem.with_noise(taken.problem.noise), sigma)
     identifiability = Identifiability.of(
         tuple(steps),
         number,
@@ -148,7 +153,7 @@ def select_camera_step(
         advice="" if is_size_wrong else _advice(steps, number, data),
         doubts=doubts,
         actual=None if taken.free else taken.found.noise,
-        considered=_considered(last, taken) if last in fits else None,
+        considered=considered,
     )
     return taken.problem, identifiability
 
@@ -197,12 +202,6 @@ def _confounded(problem: Problem) -> set[str]:
     left = jacobian[:, arm] - q @ (q.T @ jacobian[:, arm])
     small = np.linalg.norm(left, axis=0) < CONFOUNDED * np.linalg.norm(jacobian[:, arm], axis=0)
     return set(np.array(problem.names)[arm][small].tolist())
-
-
-def _let_go(data: Dataset) -> Dataset:
-    """The pictures with intrinsics and sizes of which little is known."""
-    rig = rig_of(data).with_fixed_intrinsics(Freedom.AUTO)
-    return with_rig(data, replace(rig, targets=tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets)))
 
 
 def find_doubts(loose: Fitted, data: Dataset) -> tuple[tuple[str, ...], Dataset, bool]:
@@ -352,14 +351,6 @@ def _expected(fits: Sequence[Fitted], last: Fitted) -> list[float]:
     square += 3.0 * last.likelihood.mean(LACK) ** 2
     changes = [last.change_from(fit) for fit in fits]
     return [float(np.sqrt(max(square + d @ position @ d, 0.0))) for d in changes]
-
-
-def _considered(last: Fitted, taken: Fitted) -> Considered | None:
-    """Constants that stay as given though they are uncertain: geometry that is not taken."""
-    if len(last.free) == len(taken.free):
-        return None
-    shares = last.likelihood.groups[0]
-    return Considered(last.problem.with_noise(taken.problem.noise), last.careful.sizes[WIDTH] * shares)
 
 
 def _advice(steps: Sequence[Step], taken: int, data: Dataset) -> str:

@@ -27,14 +27,15 @@ Picture = UInt8[np.ndarray, "height width"]
 
 
 def picture_files(folder: Path, rig: Rig) -> Iterator[tuple[str, Path]]:
-    """Name of the camera and path of every picture, in the order of their names."""
+    """Name of the camera and path of every picture, in the order of their names: 2 before 10."""
     if not folder.is_dir():
         raise FileError("is not a folder of pictures", path=str(folder))
     names = [camera.name for camera in rig.cameras] or ["camera"]
     for name in names:
         own = folder if len(names) == 1 else folder / name
         inside = (own.iterdir(), own.rglob("*")) if own.is_dir() else ()
-        every = (sorted((p for p in some if p.suffix.lower() in ENDINGS), key=_counting) for some in inside)
+        pictures = ([p for p in some if p.suffix.lower() in ENDINGS] for some in inside)
+        every = (sorted(part, key=lambda p: (len(p.stem) * p.stem.isdigit(), p.name)) for part in pictures)
         found = next(filter(None, every), [])
         files = [path.name for path in found]
         if len(set(files)) < len(files):
@@ -45,11 +46,6 @@ def picture_files(folder: Path, rig: Rig) -> Iterator[tuple[str, Path]]:
         if not found:
             raise FileError(f"has no pictures ({', '.join(ENDINGS[:4])} …)", path=str(own))
         yield from ((name, path) for path in found)
-
-
-def _counting(path: Path) -> tuple[int, str]:
-    """Names in the order in which people count: 2 before 10."""
-    return len(path.stem) if path.stem.isdigit() else 0, path.name
 
 
 def read_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:

@@ -62,11 +62,6 @@ class Read(NamedTuple):
     loaded: Loaded | None
     kept: Previews | CameraAlone
 
-    def used(self, session: Session, how: str) -> Session:
-        """The session with these in place of its measurements."""
-        session = with_other_data(session, self.loaded).with_part(self.kept)
-        return session.with_message(Severity.INFO, f"{plural(len(self.data), 'picture')} {how}")
-
 
 def _measured(session: Session, data: Dataset, pictures: Mapping[tuple[str, str], bytes]) -> Read:
     """Pictures as measurements, with how well they and the arm go together."""
@@ -126,7 +121,9 @@ class LoadPictures(AbstractLoad[Read]):
         return _measured(session, dataset, pictures)
 
     def finish(self, session: Session, result: Read) -> Session:
-        return result.used(session, f"read from {result.data.source}")
+        session = with_other_data(session, result.loaded).with_part(result.kept)
+        text = f"{plural(len(result.data), 'picture')} read from {result.data.source}"
+        return session.with_message(Severity.INFO, text)
 
     @classmethod
     def packed(cls, folder: Path) -> tuple[str, bytes]:

@@ -344,13 +344,9 @@ def _near(robot: Robot, found: list[Counting], q: np.ndarray, data: Dataset) -> 
 def _same(robot: Robot, a: Counting, b: Counting) -> bool:
     """Whether two ways of counting give the same poses for the same numbers, wherever they are."""
     q = np.random.default_rng(0).uniform(-1.0, 1.0, (50, robot.dof))
-    first, second = (_mounted(robot, c, q) for c in (a, b))
+    first, second = (c.base @ tool_poses(robot.bare, Motion(c.joints(q))) @ c.end for c in (a, b))
     distances = np.linalg.norm(first[:, :3, 3] - second[:, :3, 3], axis=1)
     return bool(np.median(distances) < max(SAME, 2.0 * b.cost) * robot.reach)
-
-
-def _mounted(robot: Robot, counting: Counting, q: np.ndarray) -> np.ndarray:
-    return counting.base @ tool_poses(robot.bare, Motion(counting.joints(q))) @ counting.end
 
 
 def _within(robot: Robot, joints: np.ndarray) -> np.ndarray:

@@ -45,7 +45,8 @@ class Mocap(AbstractFileLayout):
 
     def read(self, path: Path, naming: Naming | None) -> Fields:
         text = decode(read_bytes(path), path)[0].lstrip("\ufeff")
-        mark = "\t" if text.startswith(("NO_OF", "FILE_V")) else _mark(text)
+        mark = ";" if text.count(";", 0, 2000) > text.count(",", 0, 2000) else ","
+        mark = "\t" if text.startswith(("NO_OF", "FILE_V")) else mark
         rows = [[cell.strip().strip('"') for cell in line.split(mark)] for line in text.splitlines()]
         read = _qualisys if mark == "\t" else _optitrack if text.startswith("Format") else _vicon
         try:
@@ -56,11 +57,6 @@ class Mocap(AbstractFileLayout):
                 path=str(path),
             ) from None
         return recording.fields(path, self.name, naming)
-
-
-def _mark(text: str) -> str:
-    head = text[:2000]
-    return ";" if head.count(";") > head.count(",") else ","
 
 
 def _table(rows: list[list[str]], width: int) -> np.ndarray:

@@ -19,7 +19,6 @@ from workbench.arm.inverse.follow import refine_deflected, rigid_targets
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.extras.trajectories.compensation import (
@@ -138,7 +137,8 @@ def _check(commanded: Commanded, after: Reached, method: CorrectionMethod) -> No
         return f": the correction does not converge, {left[row]:.3g} mm remain; {why}"
 
     if method is CorrectionMethod.ITERATED:
-        refuse(after.position_error > ACCEPTED_ERROR + _play(robot), time, unconverged)
+        play = sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
+        refuse(after.position_error > ACCEPTED_ERROR + 2.0 * robot.reach * play, time, unconverged)
     size = np.abs(after.q - commanded.q)
     refuse(
         size > MAX_CORRECTION,
@@ -148,11 +148,6 @@ def _check(commanded: Commanded, after: Reached, method: CorrectionMethod) -> No
             "singularity; lead the path around it"
         ),
     )
-
-
-def _play(robot: Robot) -> float:
-    """Maximum displacement of the tool between the flanks of all joints' backlash [m]."""
-    return 2.0 * robot.reach * sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
 
 
 def _notes(method, errors: PathErrors, worse: np.ndarray, speed: np.ndarray | None) -> Iterator[str]:

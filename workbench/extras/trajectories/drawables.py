@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Float, UInt8
 
 from workbench.extras.trajectories.track import Track, planned_track
 from workbench.session.played_motion import Played
@@ -46,12 +45,9 @@ def _line(places: np.ndarray, colour: Colour) -> Line:
 
 
 def _trail(track: Track, times: float) -> Line:
-    places = track.wanted + times * (track.reached - track.wanted)
-    return Line(places=places, colours=trail_colours(track.errors), pixels=5.0)
-
-
-def trail_colours(errors: Float[np.ndarray, " rows"]) -> UInt8[np.ndarray, "rows 3"]:
-    """Colours of the trail: from good where the error is smallest to bad where it is largest."""
+    """In colours from good where the error is smallest to bad where it is largest."""
+    places, errors = track.wanted + times * (track.reached - track.wanted), track.errors
     low, high = float(errors.min()), float(errors.max())
     spread = errors - low if high > MIN_DRAWN_ERROR else np.zeros(len(errors))
-    return scale_colours(1.0 - spread / max(high - low, MIN_DRAWN_ERROR))
+    colours = scale_colours(1.0 - spread / max(high - low, MIN_DRAWN_ERROR))
+    return Line(places=places, colours=colours, pixels=5.0)

@@ -118,8 +118,11 @@ def command_poses(
             return _commanded(arms, poses, q, time, *region_text(calibrated, q), branch)
         if len(q) >= furthest:
             furthest, last = len(q), q[-1] if len(q) else start.q
-    why = inverse.solve(planned, poses[furthest], task=task).reason
-    tight = "" if last is None else f" ({_tightest(planned, last)})"
+    why, tight = inverse.solve(planned, poses[furthest], task=task).reason, ""
+    if last is not None:
+        gaps = margins(last[None], planned.limits)[0]
+        joint = int(np.argmin(gaps))
+        tight = f" (joint {joint + 1} is {gaps[joint]:.3f} from its limit)"
     raise DataError(
         f"{named(furthest, time)} can't be reached along the path{tight}: "
         f"{why or 'the branch ends there, at a limit or a singularity'}; change the path or its start",
@@ -163,12 +166,6 @@ def followed(
         x = step.q
         rows.append(x[0])
     return np.array(rows).reshape(-1, len(start))
-
-
-def _tightest(robot: Robot, q: np.ndarray) -> str:
-    gaps = margins(q[None], robot.limits)[0]
-    joint = int(np.argmin(gaps))
-    return f"joint {joint + 1} is {gaps[joint]:.3f} from its limit"
 
 
 def named(row: int, time: Times) -> str:

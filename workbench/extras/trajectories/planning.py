@@ -92,11 +92,15 @@ def plan(
             option="duration",
             found=duration,
         )
+    from scipy.interpolate import make_interp_spline  # not needed when the app starts
+
     time = np.linspace(0.0, duration, rows)
     wanted = _above(curve) if axis is None else axis / np.linalg.norm(axis)
     command = _commanded(robot, curve, wanted, time)
     poses = frozen(tool_poses(command.nominal, Motion(command.q)))
-    velocity, acceleration = _derivatives(time, command.q)
+    at_rest = [(1, np.zeros(robot.dof)), (2, np.zeros(robot.dof))]
+    spline = make_interp_spline(time, command.q, k=5, bc_type=(at_rest, at_rest))
+    velocity, acceleration = (frozen(spline(time, order)) for order in (1, 2))
     return Planned(
         robot=command.nominal,
         time=frozen(time),
@@ -106,15 +110,6 @@ def plan(
         axis=frozen(wanted),
         notes=(*command.notes, _text(wanted, poses)),
     )
-
-
-def _derivatives(time: Float[np.ndarray, " rows"], q: JointRows) -> tuple[JointRows, JointRows]:
-    """Velocities and accelerations, from a quintic spline that starts and ends at rest."""
-    from scipy.interpolate import make_interp_spline  # not needed when the app starts
-
-    still = [(1, np.zeros(q.shape[1])), (2, np.zeros(q.shape[1]))]
-    spline = make_interp_spline(time, q, k=5, bc_type=(still, still))
-    return frozen(spline(time, 1)), frozen(spline(time, 2))
 
 
 def _commanded(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) -> Commanded:

@@ -5,6 +5,7 @@ from typing import final
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial.distance import pdist
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
@@ -106,7 +107,7 @@ def describe(
         rotation=error.rotation_rms,
         clearance=frozen(_clearance(setting, targets)),
         limit_margin=frozen(margins(targets.q, setting.robot.limits).min(1)),
-        spacing=_spacing(targets),
+        spacing=float(pdist(targets.places[:, :2]).min(initial=np.inf)),
         **fields,
     )
 
@@ -133,9 +134,3 @@ def _clearance(setting: Setting, targets: Candidates) -> Float[np.ndarray, " tar
     ]
     around = [setting.around(stops).min() for stops in targets.placements]
     return np.array([min([*row, own]) for row, own in zip(gaps, around, strict=True)])
-
-
-def _spacing(targets: Candidates) -> float:
-    xy = targets.places[:, :2]
-    gaps = np.linalg.norm(xy[:, None] - xy[None], axis=2) + np.diag(np.full(len(xy), np.inf))
-    return float(gaps.min(initial=np.inf))

@@ -17,7 +17,7 @@ from scipy import special
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.instrument_preparation import preparation_of
-from workbench.identification.problem import Noise, Problem
+from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import Factor
 
 NOISE_ROUNDS = 4
@@ -60,10 +60,6 @@ class Optimum:
         search = Opt2(limit=60).search(problem, begin=begin)
         return cls(problem, search.x, 2.0 * search.history[-1], measured)
 
-    def weighed_by(self, noise: Noise) -> "Optimum":
-        """The optimum for another noise."""
-        return self.fitted(self.problem.with_noise(noise), self.x, self.measured)
-
     @cached_property
     def factor(self) -> Factor:
         """Factorisation at the optimum, prior knowledge included."""
@@ -105,7 +101,7 @@ class Optimum:
             Probability that chance alone makes this one so much better; and how many times as much the other
             leaves.
         """
-        same = other.weighed_by(self.problem.noise)
+        same = self.fitted(other.problem.with_noise(self.problem.noise), other.x, other.measured)
         gained = max(same.square - self.square, 0.0) / further
         minimum = max(self.mean_square, 1e-300)
         chance = float(special.fdtrc(further, self.spare, gained / minimum))

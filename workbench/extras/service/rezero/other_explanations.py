@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.arm.robot import Robot
 from workbench.base.progress import progress
 from workbench.base.remedy import remedy
 from workbench.extras.service.rezero.last_calibration import LastCalibration, link_constants
@@ -146,12 +145,9 @@ def _sentence(knowledge: LastCalibration, cause: _OtherExplanation, fit: Optimum
     sure = sorted(
         (n for n in off if abs(off[n]) > CERTAIN * fit.std[n]), key=lambda n: -abs(off[n]) / fit.std[n]
     )
-    sizes = [_changed(knowledge.robot, n, off[n], fit.std[n]) for n in sure[:2]]
+    chain, sizes = knowledge.robot.chain, []
+    for name in sure[:2]:  # with its 95 % interval
+        factor, unit = readable(chain.elements[chain.index[name]].unit)
+        sizes.append(f"{name} by {with_error(factor * off[name], 2.0 * factor * fit.std[name])}{unit}")
     shown = f" ({', '.join(sizes)})" if sizes else ""
     return f"{cause.text}{shown}: zeros alone leave {ratio:.1f} times as much; {cause.remedy}"
-
-
-def _changed(robot: Robot, name: str, change: float, std: float) -> str:
-    """`joint2.a by 0.80 ± 0.12 mm`: the change of a constant with its 95 % interval."""
-    factor, unit = readable(robot.chain.elements[robot.chain.index[name]].unit)
-    return f"{name} by {with_error(factor * change, 2.0 * factor * std)}{unit}"
