@@ -88,10 +88,6 @@ class Backlash(AbstractEffect):
         """Flanks of its joints fixed by a fit."""
         return None if motion.flank is None else motion.flank[:, list(self.joints)]
 
-    @property
-    def flanked(self) -> tuple[int, ...]:
-        return self.joints if self.by == "moment" else ()
-
     def softened(self, chain: Chain, wrenches: Wrenches) -> "Backlash":
         spread = float(np.std(own(chain, self.joints, wrenches))) if self.loads else 0.0
         return replace(self, width=RELATIVE_WIDTH * spread) if np.isfinite(spread) else self

@@ -86,7 +86,7 @@ class AbstractEffect(ABC):
     coefficients: tuple[float, ...] = ()
 
     coefficient: ClassVar[str] = ""
-    """Suffix after the joint in the name of a coefficient; the effect's name if empty."""
+    """Suffixes after the joint in the names of its coefficients; the effect's name if empty."""
     unit: ClassVar[tuple[str, str]] = ("rad", "m")
     """Units of a coefficient for rotations and for translations; by default the increment's."""
     whole_arm: ClassVar[bool] = False
@@ -156,8 +156,9 @@ class AbstractEffect(ABC):
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of its C coefficients, such as `joint3.compliance`; usually one per joint, or per arm."""
-        part = self.coefficient or self.name.replace("-", "_")
-        return (f"arm.{part}",) if self.whole_arm else tuple(f"joint{j + 1}.{part}" for j in self.joints)
+        parts = (self.coefficient or self.name.replace("-", "_")).split()
+        owners = ["arm"] if self.whole_arm else [f"joint{j + 1}" for j in self.joints]
+        return tuple(f"{owner}.{part}" for owner in owners for part in parts)
 
     def units(self, chain: Chain) -> tuple[str, ...]:
         if self.insertion and not self.joints:
@@ -279,8 +280,10 @@ class AbstractEffect(ABC):
         if cls.whole_arm:
             return offered([cls()], arm, motion)
         one = cls((0,))
-        joints = range(arm.dof) if one.loads or one.needs else moved_joints(motion)
-        return offered(separate_and_joint(cls((j,)) for j in joints), arm, motion)
+        joints = [*range(arm.dof)] if one.loads or one.needs else moved_joints(motion)
+        many = cls.of_many_joints and len(joints) > 1
+        together = [Candidate(cls(tuple(joints)), alike=True)] if many else []
+        return offered([*(cls((j,)) for j in joints), *together], arm, motion)
 
     @classmethod
     def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "AbstractEffect":
@@ -321,7 +324,7 @@ class AbstractEffect(ABC):
     @property
     def flanked(self) -> tuple[int, ...]:
         """Joints at which it jumps with the sign of their own load, or by `Motion.flank`."""
-        return ()
+        return self.joints if self.has_play and self.loads is Loads.OWN else ()
 
     @property
     def label(self) -> str:
@@ -417,15 +420,6 @@ class Candidate:
             return True
         both_map = self.effect.maps_joint and other.effect.maps_joint
         return both_map and self.effect.joints == other.effect.joints and (self.shrunk or other.shrunk)
-
-
-def separate_and_joint(effects: Iterable[AbstractEffect]) -> list[AbstractEffect | Candidate]:
-    """Effects of one joint each, and all of them as one effect if joints usually have it together."""
-    alone = list(effects)
-    if len(alone) < 2 or not alone[0].of_many_joints:
-        return [*alone]
-    together = replace(alone[0], joints=tuple(j for e in alone for j in e.joints), coefficients=())
-    return [*alone, Candidate(together, alike=True)]
 
 
 def offered(

@@ -91,7 +91,7 @@ class GravitySag(AbstractEffect):
 
     def units(self, chain: Chain) -> tuple[str, ...]:
         units = {"m": "rad/m", "d": "rad/(kg*m)"}
-        return tuple(units.get(term[-1], "rad") for term in self.terms.split())
+        return tuple(units.get(term[-1], "rad") for term in self._terms)
 
     def doubt(self, motion: Motion) -> str | None:
         """It is tried if masses are unknown, and then compliance of bearings and links can't be tried

@@ -164,7 +164,8 @@ class JointHarmonic(AbstractEffect):
         for joint in moved_joints(motion):
             if not turns(arm.chain, joint):
                 continue
-            highest = highest_order(motion.q[:, joint])
+            rows = max(len(motion) // MIN_ROWS_PER_ORDER, 2)
+            highest = int(np.clip(places(motion.q[:, joint]) // 2, 2, min(MAX_ORDER, rows)))
             for order in range(1, highest + 1):
                 yield Candidate(cls((joint,), order=order))
             band = min(highest, len(motion) // (2 * MIN_ROWS_PER_ORDER))
@@ -183,11 +184,6 @@ class JointHarmonic(AbstractEffect):
 
     def as_surprise(self, rng: np.random.Generator) -> AbstractEffect:
         return replace(self, order=int(rng.integers(1, 4)))
-
-
-def highest_order(q: np.ndarray) -> int:
-    """Highest harmonic that positions of a joint can support: some rows, and some positions, for each."""
-    return int(np.clip(places(q) // 2, 2, min(MAX_ORDER, max(len(q) // MIN_ROWS_PER_ORDER, 2))))
 
 
 def places(q: np.ndarray) -> int:

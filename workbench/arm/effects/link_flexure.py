@@ -8,7 +8,6 @@ x axis runs along the link (Hayati, DH), c_x is torsion and c_y bending [rad/(N 
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -30,15 +29,12 @@ class LinkFlexure(AbstractEffect):
 
     name = "link-flexure"
     does = "the link after {} bends under load", "the links after {} bend under load"
+    coefficient = "flexure1 flexure2"
     loads = Loads.ALL
     insertion = Insertion.BEND
     unit = ("rad/(N*m)", "")
     credible = (0.05, 0.0)
     """At the largest moment of the rows: a link of plastic. Aluminium yields at a tenth of it."""
-
-    @cached_property
-    def names(self) -> tuple[str, ...]:
-        return tuple(f"joint{j + 1}.flexure{k}" for j in self.joints for k in (1, 2))
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         turned = self._turn(chain, motion) @ across(chain, self.joints, wrenches)[..., None]

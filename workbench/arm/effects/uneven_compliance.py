@@ -11,7 +11,6 @@ constant.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -25,9 +24,6 @@ from workbench.report.numbers import readable
 
 if TYPE_CHECKING:
     from workbench.arm.robot import Robot
-
-SHAPES = ("along", "along2", "load2")
-"""Names of the coefficients of a joint."""
 
 
 @final
@@ -44,13 +40,10 @@ class UnevenCompliance(AbstractEffect):
     range: tuple[float, ...] = (-1.0, 1.0)
     name = "uneven-compliance"
     does = "{} gives unevenly under load", "{} give unevenly under load"
+    coefficient = "uneven_along uneven_along2 uneven_load2"
     loads = Loads.OWN
     is_nameless = True
     gives_way = False
-
-    @cached_property
-    def names(self) -> tuple[str, ...]:
-        return tuple(f"joint{j + 1}.uneven_{shape}" for j in self.joints for shape in SHAPES)
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         u, t, _ = self._driven(chain, motion, wrenches)
@@ -94,11 +87,11 @@ class UnevenCompliance(AbstractEffect):
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
             effect = cls((joint,), range=(float(q.min()), float(q.max())))
-            yield from offered([Candidate(effect, np.eye(len(SHAPES)))], arm, motion)
+            yield from offered([Candidate(effect, np.eye(len(effect.names)))], arm, motion)
 
     @classmethod
     def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "UnevenCompliance":
         low, high = arm.search_limits[joint]
-        sizes = rng.uniform(-1.0, 1.0, len(SHAPES))
+        sizes = rng.uniform(-1.0, 1.0, 3)
         scaled = tuple((sizes / np.abs(sizes).max()).tolist())
         return cls((joint,), scaled, load=10.0, range=(float(low), float(high)))
