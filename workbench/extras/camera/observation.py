@@ -216,7 +216,7 @@ class PixelObservation(AbstractObservation):
             mine = np.s_[:, eye.number, part]
             there = np.isfinite(self.measured[mine]).all(2) & (eye.rows & plate.rows)[:, None]
             row, spot = np.nonzero(there)
-            board, xi = self._placed_at(plate.owner, unknown), _shaped(target, unknown, place)
+            board, (stated, xi) = self._placed_at(plate.owner, unknown), _shaped(target, unknown, place)
             held = se3.apply(board.pose, xi)
             first, placement = place[f"{eye.owner}.x"], self._placed_at(eye.owner, unknown)
             lens = place.get(f"{camera.owner}.fx")
@@ -244,7 +244,7 @@ class PixelObservation(AbstractObservation):
             scale = 1.0
             if (size := place.get(f"{target.owner}.scale")) is not None:
                 scale += unknown[size]
-                out[..., size] = (by_xi * _stated(target, unknown, place)[spot, None]).sum(2)
+                out[..., size] = (by_xi * stated[spot, None]).sum(2)
             if (bend := place.get(f"{target.owner}.bend_xx")) is not None:
                 out[..., bend : bend + 3] = by_xi[..., 2:] * target.bends[spot, None]
             for point, number in target.own_places.items():
@@ -270,27 +270,16 @@ class PixelObservation(AbstractObservation):
 
 def _shaped(
     target: PictureTarget, unknown: np.ndarray, place: Mapping[str, int]
-) -> Float[np.ndarray, "points 3"]:
-    """A board's points with size and bends."""
-    xi = _stated(target, unknown, place)
+) -> tuple[Float[np.ndarray, "points 3"], Float[np.ndarray, "points 3"]]:
+    """A board's points as its file has them, or as they are found; and with size and bends."""
+    stated = xi = target.points.copy()
+    for point, number in target.own_places.items():
+        stated[number] = unknown[place[f"{point}.x"] :][:3]
     if (k := place.get(f"{target.owner}.scale")) is not None:
         xi = xi * (1.0 + unknown[k])
     if (k := place.get(f"{target.owner}.bend_xx")) is not None:
         xi = xi + np.array([0.0, 0.0, 1.0]) * (target.bends @ unknown[k : k + 3])[:, None]
-    return xi
-
-
-def _stated(
-    target: PictureTarget, unknown: np.ndarray, place: Mapping[str, int]
-) -> Float[np.ndarray, "points 3"]:
-    """A board's points as its file has them, or as they are found."""
-    if not target.own_places:
-        return target.points
-    xi = target.points.copy()
-    for point, number in target.own_places.items():
-        k = place[f"{point}.x"]
-        xi[number] = unknown[k : k + 3]
-    return xi
+    return stated, xi
 
 
 def coordinates(owner: str, pose: Float[np.ndarray, "4 4"]) -> dict[str, float]:
