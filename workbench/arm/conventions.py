@@ -11,7 +11,6 @@ Standard DH is Hayati with β = 0, and Craig's is Katana's (3.2) with β = 0, so
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from numbers import Real
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -33,7 +32,8 @@ PARALLEL = 1e-3
 
 
 def _bounded(value: Any, given: Given) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real) or not abs(value) < MAX_NUMBER:
+    is_number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    if not is_number or not abs(value) < MAX_NUMBER:
         raise ValueError
     return float(value)
 
