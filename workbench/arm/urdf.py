@@ -34,7 +34,7 @@ KINDS = {kind.value: kind for kind in JointKind} | {"continuous": JointKind.REVO
 MAX_FILE_BYTES, MAX_PARTS = 16 * 2**20, 1000
 """Maximum number of bytes, links and joints of a file."""
 BASE_LINK, TOOL_LINK = "measuring_frame", "calibrated_tool"
-"""Links before and after the arm in a written file; the tool's is then the chain's end."""
+"""Links before and after the arm in a written file, whose fixed joints are read as its base and tool."""
 CORRECTION_AXES = (Axis.TX, Axis.TY, Axis.TZ, Axis.RX, Axis.RY, Axis.RZ)
 
 
@@ -60,13 +60,14 @@ def _naming(path: Path) -> Iterator[None]:
 
 def _read(path: Path, tip: str | None) -> Robot:
     model = _parse(path)
-    joints = _chain_to(model, tip)
+    whole = _chain_to(model, tip)
+    joints, mounting = _mounted(whole)
     elements: list[Element] = []
     infos: list[Joint] = []
     ends: list[int] = []
     notes: list[str] = []
     names: list[str] = []
-    beside = side_branches(model, joints, notes)
+    beside = side_branches(model, whole, notes)
     for link, joint in enumerate(joints):
         if joint.type not in KINDS:
             raise RobotError(
@@ -81,10 +82,7 @@ def _read(path: Path, tip: str | None) -> Robot:
         turning = KINDS[joint.type]
         kind = turning if joint.mimic is None else JointKind.FIXED  # a follower has no coordinate
         name = f"fixed{link + 1 - len(names)}" if kind is JointKind.FIXED else f"joint{len(names) + 1}"
-        origin = np.eye(4) if joint.origin is None else np.array(joint.origin, float)
-        if not np.isfinite(origin).all():
-            raise RobotError(f"joint '{joint.name}' has an <origin> that is not a number")
-        elements += origin_elements(name, origin, link, is_free=turning is not JointKind.FIXED)
+        elements += origin_elements(name, _origin(joint), link, is_free=turning is not JointKind.FIXED)
         if turning is not JointKind.FIXED:
             drive = driven_elements(name, turning, _unit_axis(joint), len(names), link)
             if kind is JointKind.FIXED:
@@ -101,7 +99,7 @@ def _read(path: Path, tip: str | None) -> Robot:
         elements=tuple(elements),
         joints=tuple(infos),
         link_ends=tuple(ends),
-        mounting=Mounting(base=Frame(free=Freedom.AUTO), tool=Frame(free=Freedom.AUTO)),
+        mounting=mounting,
         urdf=UrdfSource(path, tuple(j.name for j in joints), joints[0].parent, joints[-1].child),
         notes=(
             f"chain from link '{joints[0].parent}' to '{joints[-1].child}', "
@@ -110,6 +108,23 @@ def _read(path: Path, tip: str | None) -> Robot:
         ),
     )
     return with_plausible_units(robot)
+
+
+def _mounted(joints: list) -> tuple[list, Mounting]:
+    """The chain without the base and tool that `urdf_writer.py` added, and these."""
+    base = tool = Frame(free=Freedom.AUTO)
+    if joints[0].type == "fixed" and joints[0].parent.startswith(BASE_LINK):
+        base, joints = Frame.from_pose(_origin(joints[0]), Freedom.AUTO), joints[1:]
+    if joints[-1].type == "fixed" and joints[-1].child.startswith(TOOL_LINK):
+        tool, joints = Frame.from_pose(_origin(joints[-1]), Freedom.AUTO), joints[:-1]
+    return joints, Mounting(base=base, tool=tool)
+
+
+def _origin(joint) -> Matrix4:
+    origin = np.eye(4) if joint.origin is None else np.array(joint.origin, float)
+    if not np.isfinite(origin).all():
+        raise RobotError(f"joint '{joint.name}' has an <origin> that is not a number")
+    return origin
 
 
 def _parse(path: Path) -> "yourdfpy.URDF":

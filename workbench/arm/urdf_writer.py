@@ -145,25 +145,34 @@ def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> 
         if not any(e.value for e in mine):
             continue
         pose = chains.poses(chains.Chain(tuple(mine), 0), np.zeros((1, 0)))[0]
-        node = by_name[original]
-        origin = node.find("origin")
-        if origin is None:
-            origin = ET.SubElement(node, "origin")
-        origin.attrib.update(_placing(pose))
+        _place(by_name[original], pose)
 
 
 def _add_frames(root: ET.Element, robot: Robot) -> None:
     links = {node.get("name") for node in root.findall("link")}
     first, last = ("base_link", "flange") if robot.urdf is None else (robot.urdf.root, robot.urdf.tip)
-    for frame, name in ((robot.base, BASE_LINK), (robot.tool, TOOL_LINK)):
-        chosen = frame is robot.tool and not _is_usual(robot)
+    for is_base, frame, name in ((True, robot.base, BASE_LINK), (False, robot.tool, TOOL_LINK)):
+        if (there := _own_joint(root, is_base, first, last)) is not None:
+            _place(there, frame.pose)
+            continue
+        chosen = not is_base and not _is_usual(robot)
         if np.array_equal(frame.pose, np.eye(4)) and not chosen:
             continue
         while name in links:
             name += "_"
         ET.SubElement(root, "link", name=name)
-        ends = (name, first) if frame is robot.base else (last, name)
+        ends = (name, first) if is_base else (last, name)
         _joint_node(root, f"{name}_joint", "fixed", *ends, frame.pose)
+
+
+def _own_joint(root: ET.Element, is_base: bool, first: str, last: str) -> ET.Element | None:
+    """The joint of a base or tool that was added to the file before."""
+    for node in root.findall("joint"):
+        parent, child = (str(part.get("link")) for end in ("parent", "child") for part in node.findall(end))
+        ours = (child, parent.startswith(BASE_LINK)) if is_base else (parent, child.startswith(TOOL_LINK))
+        if ours == (first if is_base else last, True):
+            return node
+    return None
 
 
 def _is_usual(robot: Robot) -> bool:
@@ -182,6 +191,13 @@ def _joint_node(root: ET.Element, name: str, kind: str, parent: str, child: str,
     ET.SubElement(node, "child", link=child)
     ET.SubElement(node, "origin", _placing(pose))
     return node
+
+
+def _place(joint: ET.Element, pose: Matrix4) -> None:
+    origin = joint.find("origin")
+    if origin is None:
+        origin = ET.SubElement(joint, "origin")
+    origin.attrib.update(_placing(pose))
 
 
 def _placing(pose: Matrix4) -> dict[str, str]:
