@@ -4,7 +4,7 @@ A problem's rows are split so that each block has one chain (base, arm, tool of 
 observation; long ones are cut so that their twists stay in the processor's cache.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -25,6 +25,7 @@ from workbench.arm.statics.wrenches import Masses, TrialArm, masses
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, TiltObservation, Unknown
+from workbench.data.observations.observation import Linearised
 from workbench.data.prediction import predict
 from workbench.identification.frame_freedom import FrameFreedom, frame_name, gravity_names
 from workbench.report.result_fields import POSE
@@ -35,6 +36,8 @@ MIN_SIGMA = 1e-9
 ROWS_AT_ONCE = 256
 """Rows that are evaluated at once: their twists stay in the processor's cache and, even with hundreds of
 coefficients, below the size that the allocator returns to the system after each use."""
+KEPT = 8
+"""Number of x at which derivatives of a short block are kept: one search and the start of the next."""
 
 
 class Noise(NamedTuple):
@@ -160,6 +163,32 @@ class RowBlock:
     watched: Watched = TOOL
     gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     turned: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    kept: list[tuple[bytes, tuple[Linearised, Twists]]] = field(default_factory=list, init=False)
+
+    def at(self, x: np.ndarray) -> tuple[Linearised, Twists]:
+        """What is observed at x, and twists per unknown; of short blocks the last few x are kept."""
+        key = x.tobytes()
+        for other, found in self.kept:
+            if other == key:
+                return found
+        poses, twists = self.twists(x)
+        found = self.observation.linearise(poses, self.unknown(x)), twists
+        if len(self.rows) < ROWS_AT_ONCE:
+            self.kept[:] = [(key, found), *self.kept[: KEPT - 1]]
+        return found
+
+    def unknown(self, x: np.ndarray) -> np.ndarray:
+        """Values of the instrument's unknowns at x."""
+        values = self.known.copy()
+        mine = self.unknowns >= 0
+        values[mine] = x[self.unknowns[mine]]
+        return values
+
+    def residual(self, x: np.ndarray) -> Float[np.ndarray, "rows m"]:
+        """Measured minus predicted at x [m, rad or its own unit]."""
+        if any(other == x.tobytes() for other, _ in self.kept):
+            return self.at(x)[0].residual
+        return self.observation.linearise(self.poses(x), self.unknown(x)).residual
 
     def view(self, x: np.ndarray) -> Watched:
         """Part of the chain that the observation sees, level at x."""
@@ -232,7 +261,9 @@ class RowBlock:
     def with_noise(self, data: Dataset, noise: Noise) -> "RowBlock":
         """The same rows (contained in data) whitened by other standard deviations."""
         inverse = inverse_sigma_of(data, self.observation, noise)
-        return replace(self, inverse_sigma=inverse, noise=noise)
+        new = replace(self, inverse_sigma=inverse, noise=noise)
+        new.kept.extend(self.kept)
+        return new
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Constants of the chain at x."""
@@ -286,14 +317,10 @@ Kind = tuple[type[AbstractObservation], np.ndarray]
 """Rows with the first observation that fits them."""
 
 
-def tilts_beside(
-    data: Dataset, kinds: Sequence[Kind], places: np.ndarray | None = None
-) -> Iterator[tuple[TiltObservation, np.ndarray]]:
-    """Inclinometers of rows that also have another observation, with these rows, or their indices there."""
-    for kind, rows in kinds:
-        if kind is not TiltObservation and data.tilt is not None:
-            for observation in TiltObservation.each_beside(data.take(rows)):
-                yield observation, rows if places is None else places[rows]
+def tilts_beside(data: Dataset, kind: type[AbstractObservation]) -> tuple[TiltObservation, ...]:
+    """Inclinometers of rows that are seen by another observation."""
+    alone = kind is TiltObservation or data.tilt is None
+    return () if alone else TiltObservation.each_beside(data)
 
 
 def carried(data: Dataset) -> dict[type[AbstractObservation], Bool[np.ndarray, " rows"]]:
@@ -322,15 +349,20 @@ def observed_kinds(data: Dataset) -> list[Kind]:
     return kinds
 
 
+def of_rows(data: Dataset, rows: np.ndarray) -> Dataset:
+    """Rows by number, in their order; without a copy if it is all of them."""
+    return data if len(rows) == len(data) else data.take(rows)
+
+
 def instrument_start(
     robot: Robot, data: Dataset, kinds, freedom: FrameFreedom
 ) -> tuple[dict[str, float], dict[str, Unknown]]:
     """Initial guesses of an instrument's unknowns from the nominal poses, and constraints on them."""
     start: dict[str, float] = {}
     known: dict[str, Unknown] = {}
-    seen = [(kind.of(data.take(rows)), rows) for kind, rows in kinds]
-    for observation, rows in [*seen, *tilts_beside(data, kinds)]:
-        mine = data.take(rows)
+    parts = [(kind, of_rows(data, rows)) for kind, rows in kinds]
+    tilts = [(tilt, mine) for kind, mine in parts for tilt in tilts_beside(mine, kind)]
+    for observation, mine in [*((kind.of(mine), mine) for kind, mine in parts), *tilts]:
         if observation.unknowns:
             poses = predict(freedom.placed(robot, mine.sessions), mine)
             start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
@@ -374,8 +406,8 @@ def build_blocks(
         angles = np.array([index[n] for n in gravity_names(session, frames)] if standing else [], np.int64)
         loaded = any(e.loads for e in robot.effects)
         places += [*weighing.tolist(), *(angles.tolist() if loaded else [])]
-        for observation, rows in pieces(data, kinds, in_session):
-            inverse = inverse_sigma_of(data.take(rows), observation, noise)
+        for observation, rows, mine in pieces(data, kinds, in_session):
+            inverse = inverse_sigma_of(mine, observation, noise)
             watching = observation.link is not None
             blocks.append(
                 RowBlock(
@@ -411,15 +443,15 @@ def build_blocks(
     return tuple(blocks)
 
 
-def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservation, np.ndarray]]:
-    """The session's rows of every observation, at most `ROWS_AT_ONCE` at a time."""
-    for observed, rows in kinds:
+def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservation, np.ndarray, Dataset]]:
+    """The session's rows of every observation, at most `ROWS_AT_ONCE` at a time, by number and in full."""
+    for kind, rows in kinds:
         rows = rows[in_session[rows]]
         for start in range(0, len(rows), ROWS_AT_ONCE):
             piece = rows[start : start + ROWS_AT_ONCE]
-            mine = data.take(piece)
-            yield from ((observation, piece) for observation in observed.each(mine))
-            yield from tilts_beside(mine, [(observed, np.arange(len(piece)))], piece)
+            mine = of_rows(data, piece)
+            for observation in (*kind.each(mine), *tilts_beside(mine, kind)):
+                yield observation, piece, mine
 
 
 def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:

@@ -33,8 +33,9 @@ from workbench.identification.fit import MAX_NAMED_ROWS, Fit
 from workbench.identification.instrument_preparation import AbstractIdentifiability
 from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
+from workbench.identification.preparation import Prepared
 from workbench.identification.problem import FrameFreedom, Noise
-from workbench.identification.rows.excluded_outliers import suspect_note
+from workbench.identification.rows.excluded_outliers import suspect_note, suspects
 from workbench.identification.rows.two_places import two_places
 from workbench.report.result_display import AbstractReported
 
@@ -227,15 +228,10 @@ class Identification(AbstractReported):
         held_out_rows: Rows that were held out.
         held_out_data: The held-out rows, which may come from another file.
         excluded: Excluded rows, with the reason.
-        frames: Which parts of base and tool were identified.
-        noise: Assumed standard deviations of the rows.
-        nominal: Errors of `aligned`.
-        nominal_rows: The same row by row: training, held out.
+        nominal_rows: Errors of `aligned` row by row: training, held out.
         runs: One per algorithm, by name.
-        identifiability: What of the arm the rows may identify, and why; None if the kind of reading sets no
-            limit.
-        outliers: Excluded rows that no arm explains, worst first; they are among `excluded`, too.
-        suspects: Numbers of the held-out rows that no arm explains; held-out errors include them.
+        ready: The rows and the problem that were prepared; None for the arm of a diagnosis.
+        outlying: Excluded rows that no arm explains, indices into data; they are among `excluded`, too.
     """
 
     nominal_robot: Robot
@@ -245,15 +241,50 @@ class Identification(AbstractReported):
     held_out_rows: np.ndarray
     held_out_data: Dataset
     excluded: tuple[tuple[int, str], ...]
-    frames: FrameFreedom
-    noise: Noise
     notes: tuple[str, ...]
-    nominal: Validation
     nominal_rows: tuple[RowErrors, RowErrors]
     runs: dict[str, Run]
-    identifiability: AbstractIdentifiability | None = None
-    outliers: tuple[Outlier, ...] = ()
-    suspects: tuple[int, ...] = ()
+    ready: Prepared | None = None
+    outlying: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    @property
+    def frames(self) -> FrameFreedom:
+        """Which parts of base and tool were identified."""
+        return self.best.fit.problem.frames
+
+    @property
+    def noise(self) -> Noise:
+        """Assumed standard deviations of the rows."""
+        return self.best.fit.problem.shown_noise
+
+    @property
+    def identifiability(self) -> AbstractIdentifiability | None:
+        """What of the arm the rows may identify, and why; None if the kind of reading sets no limit."""
+        return None if self.ready is None else self.ready.identifiability
+
+    @cached_property
+    def nominal(self) -> Validation:
+        """Errors of the aligned nominal arm."""
+        return Validation(Errors.of(self.nominal_rows[0]), self.nominal_rows[1].summary)
+
+    @cached_property
+    @beside("errors of outliers", ())
+    def outliers(self) -> tuple[Outlier, ...]:
+        """Excluded rows that no arm explains, worst first, with errors of the arm fitted to the others."""
+        if self.ready is None or not len(self.outlying):
+            return ()
+        rows, fit = self.data.take(self.outlying), self.best.fit
+        errors = self.ready.errors_on(rows, fit.arm, fit.problem.instrument(fit.x))
+        found = map(Outlier, rows.row.tolist(), errors.position.tolist(), errors.rotation.tolist())
+        return tuple(sorted(found, key=lambda row: -np.nan_to_num(row.position)))
+
+    @cached_property
+    @beside("held-out rows that no arm explains", ())
+    def suspects(self) -> tuple[int, ...]:
+        """Numbers of the held-out rows that no arm explains; held-out errors include them."""
+        if self.ready is None or self.identifiability is not None:
+            return ()
+        return tuple(self.held_out_data.row[suspects(self.ready, self.best.fit)].tolist())
 
     @property
     def best(self) -> Run:
