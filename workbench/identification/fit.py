@@ -86,9 +86,11 @@ class Fit(AbstractReported):
             algorithm=algorithm.name,
             title=algorithm.title,
             problem=problem,
+            x=search.x,
+            outcome=search.outcome,
+            history=search.history,
             seconds=seconds,
             considered=considered,
-            **vars(search),
         )
 
     def to_frame(self) -> "DataFrame":

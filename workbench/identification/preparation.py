@@ -322,11 +322,11 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
     return rows.without_held_out(lost).noted(*notes)
 
 
-def _with_noise(problem: Problem, noise: Noise | None, found: Mapping[str, float]) -> tuple[Problem, str]:
+def _with_noise(problem: Problem, noise: Noise | None, first: Mapping[str, float]) -> tuple[Problem, str]:
     """The problem whitened by the given noise, else the scatter of repeats, else the residuals of a fit.
 
     Args:
-        found: Unknowns of a first fit by name, if there was one.
+        first: Unknowns of a first fit by name, if there was one.
     """
     given = noises.given_by_rows(problem)
     on_top = ", plus that stated per row" if given is not noises.StatedNoise.NONE else ""
@@ -335,10 +335,10 @@ def _with_noise(problem: Problem, noise: Noise | None, found: Mapping[str, float
     repeats = noises.from_repeats(problem.data) if given is noises.StatedNoise.NONE else None
     if repeats is not None:
         return _with_tilts(problem, repeats), f"noise from repeated poses: {_noise_text(problem, repeats)}"
-    x = problem.at(found) if found else None
+    x = problem.at(first) if first else None
     for _ in range(MAX_NOISE_FITS if given is noises.StatedNoise.NONE else MAX_NOISE_FITS_BEYOND_STATED):
-        x = search_by_share(problem).x if x is None else Opt2(limit=60).search(problem, begin=x).x
-        old, left = problem.noise, noises.beyond_stated(problem, x)
+        found = search_by_share(problem) if x is None else Opt2(limit=60).search(problem, begin=x)
+        x, old, left = found.x, problem.noise, noises.beyond_stated(problem, found.x, found.factor)
         if left is None:
             text = _noise_text(problem, old)
             return problem, f"no residual is left to estimate the noise from; assuming {text}{on_top}"
@@ -363,7 +363,8 @@ def _with_tilts(problem: Problem, noise: Noise) -> Problem:
     problem = problem.with_noise(noise)
     if not problem.tilted_components.any():
         return problem
-    left = noises.beyond_stated(problem, Opt2(limit=60).search(problem).x)
+    found = Opt2(limit=60).search(problem)
+    left = noises.beyond_stated(problem, found.x, found.factor)
     return problem if left is None else problem.with_noise(noise._replace(tilt=left.tilt))
 
 

@@ -17,7 +17,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.gravity import tilted, tilting
-from workbench.arm.kinematics.forward import TOOL, Watched, watched
+from workbench.arm.kinematics.forward import Watched, watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import Twists, deflect, effect_columns
@@ -129,10 +129,10 @@ class RowBlock:
 
     Args:
         session: Its name.
+        arm: The robot with the frames and the gravity of the session.
         rows: Rows of the data.
         q: Their joint positions [rad or m].
         observation: How they were observed.
-        chain: Base, arm and tool of the session.
         elements: Elements whose constants are unknown.
         places: Indices in x of the unknown constants, then of masses, then of the angles of gravity if the
             rows depend on them; those of coefficients of effects are `coefficients`.
@@ -141,17 +141,16 @@ class RowBlock:
         inverse_sigma: Reciprocal standard deviation of every residual component, joint readings exact.
         start: Index of the block's first residual component in the problem.
         noise: Noise that whitens the rows.
+        turned: Indices in x of the angles by which the level frame of a watched link is rotated; empty if
+            they are known or nothing is watched.
         deflected: Data for an arm with effects; None without.
-        watched: Part of the chain that the observation sees.
-        gravity: Gravity at the session's base [m/s²], from which a level frame is rotated by …
-        turned: … the angles with these indices in x; empty if they are known or nothing is watched.
     """
 
     session: str
+    arm: Robot
     rows: np.ndarray
     q: np.ndarray
     observation: AbstractObservation
-    chain: Chain
     elements: np.ndarray
     places: np.ndarray
     unknowns: np.ndarray
@@ -159,10 +158,8 @@ class RowBlock:
     inverse_sigma: np.ndarray
     start: int
     noise: Noise
-    deflected: Deflected | None = None
-    watched: Watched = TOOL
-    gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    turned: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    turned: np.ndarray
+    deflected: Deflected | None
     kept: list[tuple[bytes, tuple[Linearised, Twists]]] = field(default_factory=list, init=False)
 
     def at(self, x: np.ndarray) -> tuple[Linearised, Twists]:
@@ -190,11 +187,21 @@ class RowBlock:
             return self.at(x)[0].residual
         return self.observation.linearise(self.poses(x), self.unknown(x)).residual
 
+    @property
+    def chain(self) -> Chain:
+        """Base, arm and tool."""
+        return self.arm.chain
+
+    @cached_property
+    def watched(self) -> Watched:
+        """Part of the chain that the observation sees."""
+        return watched(self.arm, self.observation.link)
+
     def view(self, x: np.ndarray) -> Watched:
-        """Part of the chain that the observation sees, level at x."""
+        """That part, level at x."""
         if not len(self.turned) or self.watched.level is None:
             return self.watched
-        return replace(self.watched, level=self.watched.level @ tilting(self.gravity, x[self.turned]).T)
+        return replace(self.watched, level=self.watched.level @ tilting(self.arm.gravity, x[self.turned]).T)
 
     @cached_property
     def by_joint(self) -> Float[np.ndarray, "rows m n"]:
@@ -389,54 +396,42 @@ def build_blocks(
     """
     blocks, start, placed = [], 0, frames.placed(robot, data.sessions)
     sized = dict[tuple[float, ...], tuple[AbstractEffect, ...]]()
+    loaded, nothing = any(e.loads for e in robot.effects), NO_PLACES
+    coefficients, weighing = (np.array([index[n] for n in some], np.int64) for some in (effects, inertia))
     for session in data.sessions:
-        in_session = data.in_session(session)
-        arm = placed.in_session(session)
-        full = arm.chain
-        elements, places = list(full.indices(names)), [index[n] for n in names]
+        in_session, arm = data.in_session(session), placed.in_session(session)
+        elements, constants = list(arm.chain.indices(names)), [index[n] for n in names]
         for kind, parts, own in (
             ("base", frames.base, frames.base_per_session),
             ("tool", frames.tool, frames.tool_per_session),
         ):
-            for part in parts:
-                elements.append(full.index[f"{kind}.{part}"])
-                places.append(index[f"{frame_name(kind, own, session)}.{part}"])
-        coefficients = np.array([index[n] for n in effects], np.int64)
-        weighing = np.array([index[n] for n in inertia], np.int64)
+            elements += [arm.chain.index[f"{kind}.{part}"] for part in parts]
+            constants += [index[f"{frame_name(kind, own, session)}.{part}"] for part in parts]
         angles = np.array([index[n] for n in gravity_names(session, frames)] if standing else [], np.int64)
-        loaded = any(e.loads for e in robot.effects)
-        places += [*weighing.tolist(), *(angles.tolist() if loaded else [])]
+        acting = angles if loaded else nothing
         for observation, rows, mine in pieces(data, kinds, in_session):
+            turned = nothing if observation.link is None else angles
             inverse = inverse_sigma_of(mine, observation, noise)
-            watching = observation.link is not None
             blocks.append(
                 RowBlock(
                     session=session,
+                    arm=arm,
                     rows=rows,
-                    q=np.ascontiguousarray(data.q[rows]),
+                    q=np.ascontiguousarray(mine.q),
                     observation=observation,
-                    chain=full,
                     elements=np.array(elements, np.int64),
-                    places=np.array([*places, *(angles if watching and not loaded else ())], np.int64),
+                    places=np.concatenate([constants, weighing, acting if loaded else turned]).astype(int),
                     unknowns=np.array([index.get(n, -1) for n in observation.unknowns], np.int64),
                     known=np.array([values[n] for n in observation.unknowns], float),
                     inverse_sigma=inverse,
                     start=start,
+                    noise=noise,
+                    turned=turned,
                     deflected=Deflected(
-                        arm,
-                        Motion.of(data).take(rows),
-                        tuple(effects),
-                        coefficients,
-                        weighing,
-                        angles if loaded else angles[:0],
-                        sized,
+                        arm, Motion.of(mine), tuple(effects), coefficients, weighing, acting, sized
                     )
                     if robot.effects
                     else None,
-                    watched=watched(arm, observation.link),
-                    noise=noise,
-                    gravity=arm.gravity,
-                    turned=angles if watching else angles[:0],
                 )
             )
             start += inverse.size

@@ -1,6 +1,6 @@
 """Results of an identification or evaluation: data, decisions, parameters and errors."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
@@ -375,39 +375,37 @@ class Identification(AbstractReported):
     def warnings(self) -> tuple[str, ...]:
         """Warnings for the user: how the searches ended, what is undetermined or could not be computed."""
         with failures() as failed:
-            found = self._warnings()
+            found = [text for text in self._warnings() if text]
         return (*found, *failed)
 
     @beside("warnings", ())
-    def _warnings(self) -> tuple[str, ...]:
-        searches = (w for run in self.runs.values() for w in run.fit.warnings)
-        found = [*searches, *self.best.fit.cautions]
-        if self.best.implausible:
-            found.insert(0, f"implausible: {', '.join(self.best.implausible[:3])}; {LOOK_AGAIN}")
-        if self.match is not None and self.match.is_foreign:
-            found.insert(0, self.match.text)
-        if self.suspects:
-            found.insert(0, suspect_note(list(self.suspects), judged(self.best)))
+    def _warnings(self) -> Iterator[str]:
+        own, best = self.identifiability, self.best
+        before, after = self.nominal.train, best.train
         if self.outliers:
-            found.insert(0, _set_apart(self.outliers, self.best.train))
-        before, after = self.nominal.train, self.best.train
-        found += self.identifiability.doubts if self.identifiability is not None else ()
-        if self.identifiability is not None and self.identifiability.refused:
-            found.append(f"nothing of the arm was identified: {self.identifiability.refused}")
-        if self.identifiability is None and explains_little(before, after, self.nominal_robot.reach):
-            found.append(
-                f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; check "
-                "robot, frames and sessions"
-            )
-        if self.identifiability is None:
-            found.append(two_places(self.best.fit))
-        unchanged = self.identifiability is not None and bool(self.identifiability.refused)
-        if not unchanged and (
-            text := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
-        ):
-            found.append(text)
-        found.append(self._transfer_warning())
-        return tuple(filter(None, found))
+            yield _set_apart(self.outliers, after)
+        if self.suspects:
+            yield suspect_note(list(self.suspects), judged(best))
+        if self.match is not None and self.match.is_foreign:
+            yield self.match.text
+        if best.implausible:
+            yield f"implausible: {', '.join(best.implausible[:3])}; {LOOK_AGAIN}"
+        for run in self.runs.values():
+            yield from run.fit.warnings
+        yield from best.fit.cautions
+        if own is None:
+            if explains_little(before, after, self.nominal_robot.reach):
+                yield (
+                    f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; "
+                    "check robot, frames and sessions"
+                )
+            yield two_places(best.fit)
+        else:
+            yield from own.doubts
+            yield own.refused and f"nothing of the arm was identified: {own.refused}"
+        if own is None or not own.refused:
+            yield degradation_warning(self.nominal_rows, (best.train_rows, best.held_out_rows))
+        yield self._transfer_warning()
 
     @beside("the expected error elsewhere", "")
     def _transfer_warning(self) -> str:
