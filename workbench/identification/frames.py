@@ -8,7 +8,7 @@ of the residuals). Unobservable parts are never freed.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -211,7 +211,12 @@ class _FrameTrial:
         factor = factorise(at.jacobian, at.residual, problem.units)
         return cls(aligned, text, problem, search.x, factor, 2.0 * search.history[-1])
 
-    @property
+    @cached_property
+    def arm(self) -> Robot:
+        """The arm at the solution."""
+        return self.problem.robot_at(self.x)
+
+    @cached_property
     def strangeness(self) -> float:
         """Largest correction of the arm in units of what is implausible."""
         kinds = [p.unit == "rad" for p in self.problem.parameters]
@@ -233,7 +238,7 @@ class _FrameTrial:
         """Whether a freer model can be better, judged by its linearisation at this one's solution."""
         if self.strangeness > 1.0:
             return True
-        freer = self.problem.again(robot=self.problem.robot_at(self.x), frames=freedom)
+        freer = self.problem.again(robot=self.arm, frames=freedom)
         freer = freer if prior is None else prior.on(freer)
         at = freer.evaluate(freer.at(self.problem.instrument(self.x)))
         factor = factorise(at.jacobian, at.residual, freer.units)
