@@ -217,10 +217,9 @@ def _is_smooth(tables: Sequence[_Residuals], variances: np.ndarray, joint: int) 
 def _tables(problem: Problem, residual: np.ndarray) -> list[_Residuals]:
     """At most `MAX_NOISE_ROWS` rows, grouped by their components."""
     every = slice(None, None, max(1, -(-len(problem.data) // MAX_NOISE_ROWS)))
-    alike: dict[tuple[Channel, ...], list[tuple[np.ndarray, ...]]] = {}
+    alike: dict[tuple[bool, ...], list[tuple[np.ndarray, ...]]] = {}
     for block in problem.blocks:
-        channels = tuple(block.observation.channels)
-        if Channel.TILT in channels:
+        if Channel.TILT in block.observation.channels:
             continue
         live = (block.inverse_sigma > 0.0)[every]
         left, own = (
@@ -228,13 +227,11 @@ def _tables(problem: Problem, residual: np.ndarray) -> list[_Residuals]:
             for values in (residual, problem.own_sigma**2)
         )
         part = left, own, live, block.by_joint[every] * live[..., None], block.q[every]
-        alike.setdefault(channels, []).append(part)
+        turned = tuple(channel is Channel.ROTATION for channel in block.observation.channels)
+        alike.setdefault(turned, []).append(part)
     return [
-        _Residuals(
-            *map(np.concatenate, zip(*parts, strict=True)),
-            np.array([int(channel is Channel.ROTATION) for channel in channels]),
-        )
-        for channels, parts in alike.items()
+        _Residuals._make([*map(np.concatenate, zip(*parts, strict=True)), np.array(turned, int)])
+        for turned, parts in alike.items()
     ]
 
 

@@ -379,7 +379,7 @@ class Identification(AbstractReported):
         return (*found, *failed)
 
     @beside("warnings", ())
-    def _warnings(self) -> Iterator[str]:
+    def _warnings(self) -> Iterator[str | None]:
         own, best = self.identifiability, self.best
         before, after = self.nominal.train, best.train
         if self.outliers:

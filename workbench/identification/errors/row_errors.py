@@ -99,9 +99,11 @@ WORSE_ERRORS = 3.0
 """Standard errors by which a channel's mean must rise to count as worse."""
 
 
-@beside("whether errors grew", "")
-def degradation_warning(nominal: tuple[RowErrors, RowErrors], calibrated: tuple[RowErrors, RowErrors]) -> str:
-    """A warning if positions or orientations are clearly worse than with the nominal arm; else empty.
+@beside("whether errors grew", None)
+def degradation_warning(
+    nominal: tuple[RowErrors, RowErrors], calibrated: tuple[RowErrors, RowErrors]
+) -> str | None:
+    """A warning if positions or orientations are clearly worse than with the nominal arm.
 
     Args:
         nominal: Errors of the nominal arm with the best base and tool: fitted rows, held-out rows.
@@ -120,7 +122,7 @@ def degradation_warning(nominal: tuple[RowErrors, RowErrors], calibrated: tuple[
             f"{name}s of the {rows} rows are worse than the nominal arm's: {now:.3g} instead of "
             f"{was:.3g}{unit} on average; check the free constants, the noise and the sigma columns"
         )
-    return ""
+    return None
 
 
 @dataclass(frozen=True)
