@@ -6,13 +6,12 @@ of the residuals). Unobservable parts are never freed.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from scipy import special
 
 from workbench.arm.frame import FRAME_PARTS
@@ -23,6 +22,7 @@ from workbench.base.progress import cancelled
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.observations import AbstractObservation
+from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
 from workbench.identification.frame_freedom import moved_robot
@@ -59,13 +59,13 @@ class FrameChoice:
         robot: The nominal arm with its frames aligned to the rows.
         freedom: What is identified with it.
         notes: The decisions, one sentence each.
-        found: Unknowns of the fit that decided, by name, if it was made to all rows.
+        first: Search that decided, if it was made on all rows: the first of what is then identified.
     """
 
     robot: Robot
     freedom: FrameFreedom
     notes: tuple[str, ...]
-    found: Mapping[str, float] = field(default_factory=dict)
+    first: SearchOutcome | None = None
 
 
 def choose_frames(
@@ -96,7 +96,8 @@ def choose_frames(
     known = known or {}
     candidates = _candidates(robot, data, sessions, known)
     trial = data.take(spread_rows(data, MAX_ALIGNED_ROWS))
-    (chosen, text), aligned, found = candidates[0], None, dict[str, float]()
+    (chosen, text), aligned = candidates[0], None
+    first: SearchOutcome | None = None
     if len(candidates) > 1:
         tried = partial(
             _FrameTrial.of, robot, trial, prior, noise=noise, free=free, effects=effects, known=known
@@ -109,7 +110,7 @@ def choose_frames(
                 taken = new
         chosen, text = taken.problem.frames, f"{taken.text} (decided from the data)"
         if len(trial) == len(data):
-            aligned, found = taken.aligned, taken.problem.named(taken.x)
+            aligned, first = taken.aligned, taken.search if taken.search.outcome.ok else None
     aligned = aligned or align(robot, data, chosen, noise=noise, known=known)
     notes = [text]
     if chosen.base:
@@ -117,9 +118,9 @@ def choose_frames(
     else:
         _check_known_base(robot, aligned, chosen, trial, noise, known)
     if levelled:
-        chosen, found = replace(chosen, levelled=True), {}
+        chosen, first = replace(chosen, levelled=True), None
         aligned = moved_robot(aligned, chosen, data.sessions, {})
-    return FrameChoice(aligned, chosen, tuple(notes), found)
+    return FrameChoice(aligned, chosen, tuple(notes), first)
 
 
 def visible_parts(
@@ -181,17 +182,15 @@ class _FrameTrial:
     Args:
         aligned: That arm.
         text: Which frames are free.
-        x: Solution of the problem.
+        search: Its solution.
         factor: Linearisation there.
-        square: |r|² at the minimum.
     """
 
     aligned: Robot
     text: str
     problem: Problem
-    x: Float[np.ndarray, " p"]
+    search: SearchOutcome
     factor: Factor
-    square: float
 
     @classmethod
     def of(
@@ -209,18 +208,18 @@ class _FrameTrial:
         search = Opt2(limit=40).search(problem)
         at = problem.evaluate(search.x)
         factor = factorise(at.jacobian, at.residual, problem.units)
-        return cls(aligned, text, problem, search.x, factor, 2.0 * search.history[-1])
+        return cls(aligned, text, problem, search, factor)
 
     @cached_property
     def arm(self) -> Robot:
         """The arm at the solution."""
-        return self.problem.robot_at(self.x)
+        return self.problem.robot_at(self.search.x)
 
     @cached_property
     def strangeness(self) -> float:
         """Largest correction of the arm in units of what is implausible."""
         kinds = [p.unit == "rad" for p in self.problem.parameters]
-        moved = np.abs(self.x - self.problem.start) / np.where(kinds, STRANGE_ANGLE, STRANGE_LENGTH)
+        moved = np.abs(self.search.x - self.problem.start) / np.where(kinds, STRANGE_ANGLE, STRANGE_LENGTH)
         return float(moved[[p.is_geometry for p in self.problem.parameters]].max(initial=0.0))
 
     def beats(self, other: "_FrameTrial") -> bool:
@@ -232,7 +231,7 @@ class _FrameTrial:
         """
         if other.strangeness > 1.0 and self.strangeness < 0.5 * other.strangeness:
             return True
-        return _chance(other, self.problem, self.factor, self.square) < SIGNIFICANCE
+        return _chance(other, self.problem, self.factor, 2.0 * self.search.history[-1]) < SIGNIFICANCE
 
     def may_be_beaten(self, freedom: FrameFreedom, prior: Prior | None) -> bool:
         """Whether a freer model can be better, judged by its linearisation at this one's solution."""
@@ -240,7 +239,7 @@ class _FrameTrial:
             return True
         freer = self.problem.again(robot=self.arm, frames=freedom)
         freer = freer if prior is None else prior.on(freer)
-        at = freer.evaluate(freer.at(self.problem.instrument(self.x)))
+        at = freer.evaluate(freer.at(self.problem.instrument(self.search.x)))
         factor = factorise(at.jacobian, at.residual, freer.units)
         square = factor.residual_square - factor.predicted_decrease()
         return _chance(self, freer, factor, square) < PROMISING
@@ -249,10 +248,11 @@ class _FrameTrial:
 def _chance(held: _FrameTrial, freer: Problem, factor: Factor, square: float) -> float:
     """Probability that a freer model leaves no more than this |r|² where the held frames are right."""
     size = freer.count + len(freer.prior)
+    before = 2.0 * held.search.history[-1]
     gained, left, rounding = factor.rank - held.factor.rank, size - factor.rank, 1e-16 * size
-    if gained <= 0 or left <= 0 or held.square <= rounding:
+    if gained <= 0 or left <= 0 or before <= rounding:
         return 1.0
-    ratio = (max(held.square - square, 0.0) / gained) / max(square / left, rounding)
+    ratio = (max(before - square, 0.0) / gained) / max(square / left, rounding)
     return float(special.fdtrc(gained, left, ratio))
 
 

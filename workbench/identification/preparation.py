@@ -18,6 +18,7 @@ from workbench.data.directions import with_drivers
 from workbench.data.measuring_order import beside
 from workbench.data.plausibility import checked
 from workbench.identification import noise as noises
+from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align, search_by_share
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
@@ -183,7 +184,7 @@ def prepare(
         problem = prior.on(problem)
     progress(0.75, "estimating the noise")
     if identifiability is None:
-        problem, decision = _with_noise(problem, choices.noise, frames.found)
+        problem, decision = _with_noise(problem, choices.noise, frames.first)
         rows = rows.noted(decision)
     else:
         rows = rows.noted(*identifiability.notes)
@@ -322,11 +323,11 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
     return rows.without_held_out(lost).noted(*notes)
 
 
-def _with_noise(problem: Problem, noise: Noise | None, first: Mapping[str, float]) -> tuple[Problem, str]:
+def _with_noise(problem: Problem, noise: Noise | None, first: SearchOutcome | None) -> tuple[Problem, str]:
     """The problem whitened by the given noise, else the scatter of repeats, else the residuals of a fit.
 
     Args:
-        first: Unknowns of a first fit by name, if there was one.
+        first: The first search of this problem, if there was one.
     """
     given = noises.given_by_rows(problem)
     on_top = ", plus that stated per row" if given is not noises.StatedNoise.NONE else ""
@@ -335,10 +336,12 @@ def _with_noise(problem: Problem, noise: Noise | None, first: Mapping[str, float
     repeats = noises.from_repeats(problem.data) if given is noises.StatedNoise.NONE else None
     if repeats is not None:
         return _with_tilts(problem, repeats), f"noise from repeated poses: {_noise_text(problem, repeats)}"
-    x = problem.at(first) if first else None
+    found: SearchOutcome | None = None
     for _ in range(MAX_NOISE_FITS if given is noises.StatedNoise.NONE else MAX_NOISE_FITS_BEYOND_STATED):
-        found = search_by_share(problem) if x is None else Opt2(limit=60).search(problem, begin=x)
-        x, old, left = found.x, problem.noise, noises.beyond_stated(problem, found.x, found.factor)
+        found = (
+            first or search_by_share(problem) if found is None else Opt2(60).search(problem, begin=found.x)
+        )
+        old, left = problem.noise, noises.beyond_stated(problem, found.x, found.factor)
         if left is None:
             text = _noise_text(problem, old)
             return problem, f"no residual is left to estimate the noise from; assuming {text}{on_top}"
