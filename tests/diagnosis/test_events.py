@@ -148,7 +148,7 @@ def test_a_search_over_all_places_is_a_fit_at_each():
     residual = problem.residual(stage.fit.x)
     for row in range(3, len(made.data) - 3):
         effect = EFFECTS["zero-step"]((joint,), row=row)
-        column = slopes(replace(problem, prior=None, prior_centre=None, deviation=None), [effect], at)
+        column = slopes(replace(problem, prior=problem.prior[:0], deviation=None), [effect], at)
         column = np.concatenate([column, np.zeros((len(residual) - len(column), 1))])
         wide = np.column_stack([jacobian, column])
         left = residual - wide @ np.linalg.lstsq(wide, residual, rcond=1e-12)[0]

@@ -297,10 +297,7 @@ class Diagnosis(AbstractReported):
             held_out_rows=self.held_out_rows,
             held_out_data=self.held_out_data,
             excluded=(*self.excluded, *((int(row), "outlier") for row in self.data.row[self.outliers])),
-            frames=self.final_fit.problem.frames,
-            noise=self.final_fit.problem.typical_noise,
             notes=self.notes,
-            nominal=self.nominal,
             nominal_rows=self.nominal_rows,
             runs={self.final_fit.algorithm: run},
         )

@@ -135,8 +135,7 @@ def inner_products(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.nda
     """Inner products of a problem's Jacobian columns, the prior's rows included; the residual is last."""
 
     def columns(block: RowBlock) -> tuple[Int[np.ndarray, " rows"], Columns]:
-        poses, twists = block.twists(x)
-        part = block.observation.linearise(poses, problem.unknown(block, x))
+        part, twists = block.at(x)
         by_twist, mine = problem.whiten(block, part.by_twist), block.unknowns >= 0
         plain = [(block.places, by_twist @ twists.plain)]
         if mine.any():
@@ -150,7 +149,5 @@ def inner_products(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.nda
         found = np.zeros((len(part.order),) * 2)
         part.add_inner(slice(None), found)
         out[np.ix_(part.order, part.order)] += found
-    if problem.prior is not None:
-        known = np.column_stack([problem.prior, -problem.prior @ (x - problem.prior_centre)])
-        out += known.T @ known
-    return out
+    known = np.column_stack([problem.prior, -problem.prior @ (x - problem.prior_centre)])
+    return out + known.T @ known

@@ -86,9 +86,11 @@ class Fit(AbstractReported):
             algorithm=algorithm.name,
             title=algorithm.title,
             problem=problem,
+            x=search.x,
+            outcome=search.outcome,
+            history=search.history,
             seconds=seconds,
             considered=considered,
-            **vars(search),
         )
 
     def to_frame(self) -> "DataFrame":
@@ -205,7 +207,7 @@ class Fit(AbstractReported):
     def _unseen(self) -> Float[np.ndarray, "p n"]:
         """Unobservable directions [natural units], without those held by prior knowledge."""
         problem, plain = self.problem.without_deviation(), np.array([p.is_plain for p in self.parameters])
-        if self.problem.deviation is None or problem.prior is None or plain.all():
+        if self.problem.deviation is None or not len(problem.prior) or plain.all():
             return self.rows_factor.null_space
         held = problem.prior[:, ~plain] * problem.units[~plain]
         alone = not problem.prior[np.ix_(held.any(1), plain)].any()

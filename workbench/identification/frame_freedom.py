@@ -34,6 +34,8 @@ class FrameFreedom:
     def start(self, robot: Robot, session: str) -> Mounting:
         """Mounting from which the search starts: the session's own, except for what all sessions share."""
         own, common = robot.sessions.get(session, robot.mounting), robot.mounting
+        if own is common:
+            return own
         return replace(
             own,
             base=common.base if self.base and not self.base_per_session else own.base,

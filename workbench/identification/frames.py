@@ -8,8 +8,8 @@ of the residuals). Unobservable parts are never freed.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import partial
-from typing import Any, NamedTuple
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from scipy import special
@@ -22,15 +22,19 @@ from workbench.base.progress import cancelled
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.observations import AbstractObservation
+from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
+from workbench.identification.frame_freedom import moved_robot
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.problem_blocks import carried
-from workbench.identification.undetermined_combinations import factorise
+from workbench.identification.undetermined_combinations import Factor, factorise
 
 SIGNIFICANCE = 1e-4
-"""Significance level at which a freer model is taken."""
+"""Significance level at which a freer model is taken …"""
+PROMISING = 0.05
+"""… and at which, by its linearisation, it is fitted at all."""
 STRANGE_ANGLE, STRANGE_LENGTH = np.deg2rad(10.0), 0.02
 """Corrections of the arm beyond these are implausible: more likely the tool differs from the file."""
 MAX_BASE_ERROR_RATIO = 10.0
@@ -55,11 +59,13 @@ class FrameChoice:
         robot: The nominal arm with its frames aligned to the rows.
         freedom: What is identified with it.
         notes: The decisions, one sentence each.
+        first: Search that decided, if it was made on all rows: the first of what is then identified.
     """
 
     robot: Robot
     freedom: FrameFreedom
     notes: tuple[str, ...]
+    first: SearchOutcome | None = None
 
 
 def choose_frames(
@@ -72,6 +78,7 @@ def choose_frames(
     known: Mapping[str, float] | None = None,
     effects: tuple[str, ...] = (),
     prior: Prior | None = None,
+    levelled: bool = False,
 ) -> FrameChoice:
     """Decide what of base and tool is identified, and align the nominal arm.
 
@@ -84,28 +91,36 @@ def choose_frames(
         effects: Coefficients of its effects to be identified.
         prior: Prior knowledge of these.
         known: Known places of anchors or contacts [m], which make the base observable.
+        levelled: Whether the z axis of the measuring frame is vertical.
     """
     known = known or {}
     candidates = _candidates(robot, data, sessions, known)
     trial = data.take(spread_rows(data, MAX_ALIGNED_ROWS))
     (chosen, text), aligned = candidates[0], None
+    first: SearchOutcome | None = None
     if len(candidates) > 1:
-        tried = partial(_trial, robot, trial, prior, noise=noise, free=free, effects=effects, known=known)
+        tried = partial(
+            _FrameTrial.of, robot, trial, prior, noise=noise, free=free, effects=effects, known=known
+        )
         taken = tried(*candidates[0])
         for candidate in candidates[1:]:
             if cancelled():
                 break
-            new = tried(*candidate)
-            taken = new if new.beats(taken) else taken
-        chosen, text = taken.freedom, f"{taken.text} (decided from the data)"
-        aligned = taken.aligned if len(trial) == len(data) else None
+            if taken.may_be_beaten(candidate[0], prior) and (new := tried(*candidate)).beats(taken):
+                taken = new
+        chosen, text = taken.problem.frames, f"{taken.text} (decided from the data)"
+        if len(trial) == len(data):
+            aligned, first = taken.aligned, taken.search if taken.search.outcome.ok else None
     aligned = aligned or align(robot, data, chosen, noise=noise, known=known)
     notes = [text]
     if chosen.base:
         notes += _where_the_base_is(robot, aligned)
     else:
         _check_known_base(robot, aligned, chosen, trial, noise, known)
-    return FrameChoice(aligned, chosen, tuple(notes))
+    if levelled:
+        chosen, first = replace(chosen, levelled=True), None
+        aligned = moved_robot(aligned, chosen, data.sessions, {})
+    return FrameChoice(aligned, chosen, tuple(notes), first)
 
 
 def visible_parts(
@@ -160,16 +175,52 @@ def _candidates(
     ]
 
 
-class _FrameTrial(NamedTuple):
-    """A geometric fit with certain frames free, starting from the nominal arm aligned with them."""
+@dataclass(frozen=True, eq=False)
+class _FrameTrial:
+    """A geometric fit with certain frames free, starting from the nominal arm aligned with them.
+
+    Args:
+        aligned: That arm.
+        text: Which frames are free.
+        search: Its solution.
+        factor: Linearisation there.
+    """
 
     aligned: Robot
-    freedom: FrameFreedom
     text: str
-    square: float
-    rank: int
-    size: int
-    strangeness: float
+    problem: Problem
+    search: SearchOutcome
+    factor: Factor
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        data: Dataset,
+        prior: Prior | None,
+        freedom: FrameFreedom,
+        text: str,
+        **options: Any,
+    ) -> "_FrameTrial":
+        aligned = align(robot, data, freedom, noise=options["noise"], known=options["known"])
+        problem = Problem.build(aligned, data, frames=freedom, **options)
+        problem = problem if prior is None else prior.on(problem)
+        search = Opt2(limit=40).search(problem)
+        at = problem.evaluate(search.x)
+        factor = factorise(at.jacobian, at.residual, problem.units)
+        return cls(aligned, text, problem, search, factor)
+
+    @cached_property
+    def arm(self) -> Robot:
+        """The arm at the solution."""
+        return self.problem.robot_at(self.search.x)
+
+    @cached_property
+    def strangeness(self) -> float:
+        """Largest correction of the arm in units of what is implausible."""
+        kinds = [p.unit == "rad" for p in self.problem.parameters]
+        moved = np.abs(self.search.x - self.problem.start) / np.where(kinds, STRANGE_ANGLE, STRANGE_LENGTH)
+        return float(moved[[p.is_geometry for p in self.problem.parameters]].max(initial=0.0))
 
     def beats(self, other: "_FrameTrial") -> bool:
         """Whether this freer model is significantly better than the other.
@@ -180,31 +231,29 @@ class _FrameTrial(NamedTuple):
         """
         if other.strangeness > 1.0 and self.strangeness < 0.5 * other.strangeness:
             return True
-        gained, left = self.rank - other.rank, self.size - self.rank
-        if gained <= 0 or left <= 0:
-            return False
-        rounding = 1e-16 * self.size
-        if other.square <= rounding:
-            return False
-        ratio = (max(other.square - self.square, 0.0) / gained) / max(self.square / left, rounding)
-        return bool(special.fdtrc(gained, left, ratio) < SIGNIFICANCE)
+        return _chance(other, self.problem, self.factor, 2.0 * self.search.history[-1]) < SIGNIFICANCE
+
+    def may_be_beaten(self, freedom: FrameFreedom, prior: Prior | None) -> bool:
+        """Whether a freer model can be better, judged by its linearisation at this one's solution."""
+        if self.strangeness > 1.0:
+            return True
+        freer = self.problem.again(robot=self.arm, frames=freedom)
+        freer = freer if prior is None else prior.on(freer)
+        at = freer.evaluate(freer.at(self.problem.instrument(self.search.x)))
+        factor = factorise(at.jacobian, at.residual, freer.units)
+        square = factor.residual_square - factor.predicted_decrease()
+        return _chance(self, freer, factor, square) < PROMISING
 
 
-def _trial(
-    robot: Robot, data: Dataset, prior: Prior | None, freedom: FrameFreedom, text: str, **options: Any
-) -> _FrameTrial:
-    aligned = align(robot, data, freedom, noise=options["noise"], known=options["known"])
-    problem = Problem.build(aligned, data, frames=freedom, **options)
-    problem = problem if prior is None else prior.on(problem)
-    search = Opt2(limit=40).search(problem)
-    at = problem.evaluate(search.x)
-    factor = factorise(at.jacobian, at.residual, problem.units)
-    limits = np.array([STRANGE_ANGLE if p.unit == "rad" else STRANGE_LENGTH for p in problem.parameters])
-    arm = np.array([p.is_geometry for p in problem.parameters], bool)
-    moved = np.abs(search.x - problem.start) / limits
-    strangeness = float(moved[arm].max(initial=0.0))
-    size = problem.count + (0 if problem.prior is None else len(problem.prior))
-    return _FrameTrial(aligned, freedom, text, 2.0 * search.history[-1], factor.rank, size, strangeness)
+def _chance(held: _FrameTrial, freer: Problem, factor: Factor, square: float) -> float:
+    """Probability that a freer model leaves no more than this |r|² where the held frames are right."""
+    size = freer.count + len(freer.prior)
+    before = 2.0 * held.search.history[-1]
+    gained, left, rounding = factor.rank - held.factor.rank, size - factor.rank, 1e-16 * size
+    if gained <= 0 or left <= 0 or before <= rounding:
+        return 1.0
+    ratio = (max(before - square, 0.0) / gained) / max(square / left, rounding)
+    return float(special.fdtrc(gained, left, ratio))
 
 
 def _check_known_base(

@@ -31,8 +31,8 @@ from workbench.identification.meaning.as_read import as_read
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
-from workbench.identification.result import Identification, Outlier, Run, Validation
-from workbench.identification.rows.excluded_outliers import prepare_without_outliers, suspects
+from workbench.identification.result import Identification, Run
+from workbench.identification.rows.excluded_outliers import prepare_without_outliers
 from workbench.identification.rows.outlying_rows import Loss, row_weights
 
 MAX_REWEIGHTINGS = 10
@@ -80,7 +80,7 @@ def identify(
         robot = posed_arm()
     if robot is None:
         raise OptionError("give a robot; it may be omitted only for rows with tool poses instead of joints")
-    chosen = [_algorithm(name) for name in algorithms]
+    chosen = _algorithms(algorithms)
     if not chosen:
         raise OptionError(f"choose at least one algorithm from {', '.join(ALGORITHMS)}")
     choices = with_fields(FitChoices, choices, fields)
@@ -99,10 +99,10 @@ def identify(
     if tuple(algorithms) == DEFAULT_ALGORITHMS and any(
         not r.fit.outcome.ok or r.fit.beyond_bounds for r in runs.values()
     ):
-        runs |= _runs(ready, problem, [ALGORITHMS[name] for name in FURTHER_ALGORITHMS], loss)
+        runs |= _runs(ready, problem, _algorithms(FURTHER_ALGORITHMS), loss)
     progress(0.95, "validating")
-    nominal = ready.nominal_rows
-    found = Identification(
+    progress(1.0, "done")
+    return Identification(
         nominal_robot=robot,
         aligned=ready.aligned,
         data=ready.data,
@@ -110,23 +110,12 @@ def identify(
         held_out_rows=ready.held_out_rows,
         held_out_data=ready.held_out_data,
         excluded=ready.excluded,
-        frames=problem.frames,
-        noise=ready.shown_noise,
         notes=(*ready.notes, *_expected(problem, deviation)),
-        nominal=Validation(Errors.of(nominal[0]), nominal[1].summary),
-        nominal_rows=nominal,
+        nominal_rows=ready.nominal_rows,
         runs=runs,
-        identifiability=ready.identifiability,
+        ready=ready,
+        outlying=outlying,
     )
-    fit = found.best.fit
-    suspect = [] if ready.identifiability is not None else _suspects(ready, fit)
-    progress(1.0, "done")
-    return replace(found, outliers=_errors_of(ready, outlying, fit), suspects=tuple(suspect))
-
-
-@beside("held-out rows that no arm explains", [])
-def _suspects(ready: Prepared, fit: Fit) -> list[int]:
-    return ready.held_out_data.row[suspects(ready, fit)].tolist()
 
 
 def _runs(
@@ -142,7 +131,7 @@ def _runs(
         fit, decided = _fit(problem, algorithm, loss), ready.identifiability
         if decided is not None:
             fit = replace(fit, actual=decided.actual, considered=decided.considered)
-        train, held = ready.errors(fit.calibrated, fit.problem.instrument(fit.x))
+        train, held = ready.errors(fit.arm, fit.problem.instrument(fit.x))
         if decided is not None:
             train, held = (errors.widened(*decided.uncertainty) for errors in (train, held))
         runs[algorithm.name] = Run(
@@ -152,7 +141,7 @@ def _runs(
             train,
             held,
             ready.held_out_data,
-            new_sessions=ready.new_mountings(fit.calibrated),
+            new_sessions=ready.new_mountings(fit.arm),
         )
     return runs
 
@@ -167,25 +156,11 @@ def _expected(problem: Problem, deviation: float | str) -> tuple[str, ...]:
     return (f"prior: constants within ±{size:.2g} mrad or mm of nominal (1 σ, {found})",)
 
 
-@beside("errors of outliers", ())
-def _errors_of(ready: Prepared, rows: np.ndarray, fit: Fit) -> tuple[Outlier, ...]:
-    """Outliers, worst first, with errors of the arm fitted to the other rows."""
-    if not len(rows):
-        return ()
-    outlying = ready.data.take(rows)
-    errors = ready.errors_on(outlying, fit.calibrated, fit.problem.instrument(fit.x))
-    found = map(Outlier, outlying.row.tolist(), errors.position.tolist(), errors.rotation.tolist())
-    return tuple(sorted(found, key=lambda row: -np.nan_to_num(row.position)))
-
-
-def _algorithm(name: str) -> AbstractIdentifier:
-    if name not in ALGORITHMS:
-        raise OptionError(
-            f"unknown algorithm '{name}'; choose from {', '.join(ALGORITHMS)}",
-            option="algorithms",
-            found=name,
-        )
-    return ALGORITHMS[name]
+def _algorithms(names: Sequence[str]) -> list[AbstractIdentifier]:
+    if other := next((name for name in names if name not in ALGORITHMS), None):
+        text = f"unknown algorithm '{other}'; choose from {', '.join(ALGORITHMS)}"
+        raise OptionError(text, option="algorithms", found=other)
+    return [ALGORITHMS[name] for name in names]
 
 
 def _fit(problem, algorithm, loss) -> Fit:

@@ -217,26 +217,22 @@ def _is_smooth(tables: Sequence[_Residuals], variances: np.ndarray, joint: int) 
 def _tables(problem: Problem, residual: np.ndarray) -> list[_Residuals]:
     """At most `MAX_NOISE_ROWS` rows, grouped by their components."""
     every = slice(None, None, max(1, -(-len(problem.data) // MAX_NOISE_ROWS)))
-    alike: dict[tuple[Channel, ...], list[_Residuals]] = {}
+    alike: dict[tuple[bool, ...], list[tuple[np.ndarray, ...]]] = {}
     for block in problem.blocks:
         if Channel.TILT in block.observation.channels:
             continue
         live = (block.inverse_sigma > 0.0)[every]
-        own, left = (
+        left, own = (
             values[block.start : block.stop].reshape(block.inverse_sigma.shape)[every] * live
-            for values in (problem.own_sigma**2, residual)
+            for values in (residual, problem.own_sigma**2)
         )
-        channels = tuple(block.observation.channels)
-        channel = np.array([int(c is Channel.ROTATION) for c in channels])
-        table = _Residuals(left, own, live, block.by_joint[every] * live[..., None], block.q[every], channel)
-        alike.setdefault(channels, []).append(table)
-    merged = []
-    for same in alike.values():
-        residual, own, live, by_joint, q = (
-            np.concatenate(parts) for parts in zip(*(t[:5] for t in same), strict=True)
-        )
-        merged.append(_Residuals(residual, own, live, by_joint, q, same[0].channel))
-    return merged
+        part = left, own, live, block.by_joint[every] * live[..., None], block.q[every]
+        turned = tuple(channel is Channel.ROTATION for channel in block.observation.channels)
+        alike.setdefault(turned, []).append(part)
+    return [
+        _Residuals._make([*map(np.concatenate, zip(*parts, strict=True)), np.array(turned, int)])
+        for turned, parts in alike.items()
+    ]
 
 
 def _scale(tables: Sequence[_Residuals]) -> Float[np.ndarray, " v"]:

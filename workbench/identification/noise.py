@@ -189,8 +189,7 @@ def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
 
 def effective_parameters(problem: Problem, factor: Factor) -> float:
     """Trace of the hat matrix of the measured rows: the number of parameters that they determine."""
-    known = 0.0 if problem.prior is None else float(((problem.prior @ factor.root) ** 2).sum())
-    return factor.rank - known
+    return factor.rank - float(((problem.prior @ factor.root) ** 2).sum())
 
 
 def with_alike_readings(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:

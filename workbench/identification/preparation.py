@@ -1,7 +1,7 @@
 """Preparation of every run on measured rows: choose and hold out rows, decide frames, estimate noise."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from typing import final
 
@@ -18,13 +18,13 @@ from workbench.data.directions import with_drivers
 from workbench.data.measuring_order import beside
 from workbench.data.plausibility import checked
 from workbench.identification import noise as noises
+from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align, search_by_share
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import RowErrors, instrument_places, row_errors
 from workbench.identification.fit_choices import FitChoices
-from workbench.identification.frame_freedom import moved_robot
-from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
+from workbench.identification.frames import Sessions, choose_frames, visible_parts
 from workbench.identification.instrument_preparation import (
     AbstractIdentifiability,
     AbstractPreparation,
@@ -109,16 +109,6 @@ class Prepared(AbstractSplit):
             self.aligned, instrument_places(self.aligned, self.problem.data, known=self.problem.known)
         )
 
-    @property
-    def shown_noise(self) -> Noise:
-        """The noise model, stated sigmas included; NaN for rotations that were not measured."""
-        typical = self.problem.typical_noise
-        return (
-            typical
-            if np.isfinite(typical.position)
-            else typical._replace(position=self.problem.noise.position)
-        )
-
     def with_new_session_bases(self, robot: Robot, data: Dataset) -> Robot:
         """The robot with bases for sessions that are not in the fit, estimated from their own rows."""
         new = [name for name in data.sessions if name in self.new_sessions]
@@ -156,37 +146,66 @@ def prepare(
     complete = with_drivers(robot, checked(robot, data))
     _check_known_places(complete, choices)
     rows = _choose_rows(robot, complete, choices, held_rows)
-    free, scale_notes = _free_constants(robot, rows.train_data, choices)
+    free = tuple(dict.fromkeys(robot.default_free if choices.free is None else choices.free))
+    if length := scale_fixing_length(robot, rows.train_data, free, choices.known):
+        free = tuple(name for name in free if name != length)
+        rows = rows.noted(f"contacts don't determine scale: {length} is held at its nominal value")
     without_prior = [name for name in (*free, *effects) if prior is None or name not in prior.names]
     check_enough(robot, rows.train_data, without_prior)
-    instrument_preparation = preparation_of(rows.train_data)
-    rows = rows if instrument_preparation is None else _exclude_unsuited(robot, rows, instrument_preparation)
+    own = preparation_of(rows.train_data)
+    identifiability: AbstractIdentifiability | None = None
+    rows = rows if own is None else _exclude_unsuited(robot, rows, own)
     progress(0.25, "deciding whether base and tool are free")
-    frames = _choose_frames(robot, rows.train_data, choices, free=free, effects=tuple(effects), prior=prior)
-    build = partial(
-        Problem.build, frames=frames.freedom, bounds=bounds, known=dict(choices.known), effects=effects
+    frames = choose_frames(
+        robot,
+        rows.train_data,
+        sessions=Sessions(choices.frames),
+        noise=choices.noise,
+        free=free,
+        effects=tuple(effects),
+        prior=prior,
+        known=choices.known,
+        levelled=choices.levelled,
     )
-    if instrument_preparation is None:
-        built, identifiability = build(frames.robot, rows.train_data, free=free, noise=choices.noise), None
+    rows = rows.noted(*frames.notes)
+    build = partial(Problem.build, frames=frames.freedom, bounds=bounds, known=choices.known, effects=effects)
+    if own is None:
+        problem = build(frames.robot, rows.train_data, free=free, noise=choices.noise)
     else:
-        progress(0.5, f"deciding what {instrument_preparation.name} can identify")
-        built, identifiability = instrument_preparation.decide(
-            frames.robot, rows.train_data, free=free, build=build
+        progress(0.5, f"deciding what {own.name} can identify")
+        problem, identifiability = own.decide(frames.robot, rows.train_data, free=free, build=build)
+    if not problem.names:
+        raise OptionError(
+            "nothing is free to identify; free a constant of the arm, its base or its tool", option="free"
         )
-    problem, decisions = _with_prior_and_noise(built, prior, choices.noise, identifiability)
-    judged, new_sessions, judged_notes = _comparable_held_out(
-        rows, instrument_preparation, problem, frames, choices
-    )
+    if prior is not None:
+        shared = sum(name in problem.names for name in prior.names)
+        rows = rows.noted(f"prior knowledge of {plural(shared, 'constant')} from an earlier calibration")
+        problem = prior.on(problem)
+    progress(0.75, "estimating the noise")
+    if identifiability is None:
+        problem, decision = _with_noise(problem, choices.noise, frames.first)
+        rows = rows.noted(decision)
+    else:
+        rows = rows.noted(*identifiability.notes)
+    if own is not None and preparation_of(rows.held_out_data) is own:
+        rows = _exclude_incomparable(rows, own, problem.data)
+    rows = _exclude_unlocated(rows, {*choices.known, *problem.names})
+    new = tuple[str, ...]()
+    if len(rows.held_out_data) and frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED:
+        new = tuple(name for name in rows.held_out_data.sessions if name not in rows.train_data.sessions)
+    if new:
+        rows = rows.noted(
+            f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of "
+            "the other sessions"
+        )
+    split = {f.name: getattr(rows, f.name) for f in fields(AbstractSplit)}
     return Prepared(
+        **split,
         data=complete,
-        train_rows=rows.train_rows,
-        held_out_rows=judged.held_out_rows,
-        held_out_data=judged.held_out_data,
-        excluded=judged.excluded,
         aligned=frames.robot,
         problem=problem,
-        new_sessions=new_sessions,
-        notes=(*rows.notes, *scale_notes, *frames.notes, *decisions, *judged_notes),
+        new_sessions=new,
         identifiability=identifiability,
     )
 
@@ -197,6 +216,9 @@ class _Split(AbstractSplit):
     """The chosen rows."""
 
     train_data: Dataset
+
+    def noted(self, *notes: str) -> "_Split":
+        return replace(self, notes=(*self.notes, *notes))
 
 
 def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: list[int] | None) -> _Split:
@@ -224,16 +246,6 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: li
     )
 
 
-def _free_constants(robot: Robot, data: Dataset, choices: FitChoices) -> tuple[tuple[str, ...], list[str]]:
-    """Constants of the arm to identify, without a length that the rows can't determine, and a note on it."""
-    free = tuple(dict.fromkeys(robot.default_free if choices.free is None else choices.free))
-    length = scale_fixing_length(robot, data, free, dict(choices.known))
-    if length is None:
-        return free, []
-    note = f"contacts don't determine scale: {length} is held at its nominal value"
-    return tuple(name for name in free if name != length), [note]
-
-
 def _exclude_unsuited(robot: Robot, rows: _Split, instrument_preparation: AbstractPreparation) -> _Split:
     """The rows that are suitable for their kind of reading; the others are excluded."""
     suited = instrument_preparation.suited(robot, rows.train_data)
@@ -247,88 +259,14 @@ def _exclude_unsuited(robot: Robot, rows: _Split, instrument_preparation: Abstra
     )
 
 
-def _choose_frames(
-    robot: Robot,
-    train_data: Dataset,
-    choices: FitChoices,
-    *,
-    free: tuple[str, ...],
-    effects: tuple[str, ...],
-    prior: Prior | None,
-) -> FrameChoice:
-    """Which frames are free, and the arm aligned with them; levelled if gravity is known in the measuring
-    frame."""
-    found = choose_frames(
-        robot,
-        train_data,
-        sessions=Sessions(choices.frames),
-        noise=choices.noise,
-        free=free,
-        effects=effects,
-        prior=prior,
-        known=dict(choices.known),
-    )
-    if not choices.levelled:
-        return found
-    level = replace(found.freedom, levelled=True)
-    return replace(found, robot=moved_robot(found.robot, level, train_data.sessions, {}), freedom=level)
-
-
-def _with_prior_and_noise(
-    problem: Problem, prior: Prior | None, noise: Noise | None, decided: AbstractIdentifiability | None
-) -> tuple[Problem, list[str]]:
-    """The problem with prior knowledge, weighted by its noise or as the kind of reading requires."""
-    if not problem.names:
-        raise OptionError(
-            "nothing is free to identify; free a constant of the arm, its base or its tool", option="free"
-        )
-    notes = []
-    if prior is not None:
-        shared = sum(name in problem.names for name in prior.names)
-        notes.append(f"prior knowledge of {plural(shared, 'constant')} from an earlier calibration")
-        problem = prior.on(problem)
-    progress(0.75, "estimating the noise")
-    if decided is not None:
-        return problem, [*notes, *decided.notes]
-    problem, decision = _with_noise(problem, noise)
-    return problem, [*notes, decision]
-
-
-def _comparable_held_out(
-    rows: _Split,
-    instrument_preparation: AbstractPreparation | None,
-    problem: Problem,
-    frames: FrameChoice,
-    choices: FitChoices,
-) -> tuple[_Split, tuple[str, ...], list[str]]:
-    """The rows without held-out ones that can't be judged, sessions of held-out rows that need a base of
-    their own, and notes."""
-    rows, notes = _exclude_incomparable(rows, instrument_preparation, problem.data)
-    rows, located = _exclude_unlocated(rows, {*choices.known, *problem.names})
-    notes += located
-    held_out_data, new = rows.held_out_data, tuple[str, ...]()
-    if len(held_out_data) and frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED:
-        new = tuple(name for name in held_out_data.sessions if name not in rows.train_data.sessions)
-    if new:
-        notes.append(
-            f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of "
-            "the other sessions"
-        )
-    return rows, new, notes
-
-
-def _exclude_incomparable(
-    rows: _Split, own: AbstractPreparation | None, train_data: Dataset
-) -> tuple[_Split, list[str]]:
-    """The rows without held-out ones that can't be compared with the fitted rows, and notes on those."""
-    if own is None or preparation_of(rows.held_out_data) is not own:
-        return rows, []
-    comparable = own.comparable(rows.held_out_data, train_data)
+def _exclude_incomparable(rows: _Split, own: AbstractPreparation, fitted: Dataset) -> _Split:
+    """The rows without held-out ones that can't be compared with the fitted ones."""
+    comparable = own.comparable(rows.held_out_data, fitted)
     notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
     lost = _excluded(comparable)
     if lost and not rows.is_one_file:
         notes.append(f"{plural(len(lost), 'held-out row')} ignored: {next(iter(lost.values()))}")
-    return replace(rows, held_out_data=comparable).without_held_out(lost), notes
+    return replace(rows, held_out_data=comparable).without_held_out(lost).noted(*notes)
 
 
 def _excluded(data: Dataset) -> dict[int, str]:
@@ -359,9 +297,9 @@ def _check_known_places(data: Dataset, choices: FitChoices) -> None:
         raise OptionError(f"known: '{stray[0]}' is no place that the rows use; {known}")
 
 
-def _exclude_unlocated(rows: _Split, known: Collection[str]) -> tuple[_Split, list[str]]:
+def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
     """The rows without held-out ones whose anchors and contacts are neither known nor can be located from
-    these rows, and notes.
+    these rows.
 
     Args:
         known: Names of known coordinates, such as "anchor[A].x".
@@ -369,7 +307,7 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> tuple[_Split, li
     data, notes = rows.held_out_data, list[str]()
     keep = placed(data, known)
     if keep.all():
-        return rows, notes
+        return rows
     other = np.flatnonzero(~keep)
     columns = [np.asarray(c)[other].astype(str) for c in (data.anchor, data.contact) if c is not None]
     _, label, count = np.unique(np.array(columns), axis=1, return_inverse=True, return_counts=True)
@@ -381,42 +319,46 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> tuple[_Split, li
         notes.append(f"{int(enough.sum())} {strange}: {where}")
     if not enough.all():
         notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; ignored")
-    return rows.without_held_out(dict.fromkeys(np.flatnonzero(~keep).tolist(), UNLOCATED)), notes
+    lost = dict.fromkeys(np.flatnonzero(~keep).tolist(), UNLOCATED)
+    return rows.without_held_out(lost).noted(*notes)
 
 
-def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
-    """The problem whitened by the given noise, else the scatter of repeats, else the residuals of a fit."""
+def _with_noise(problem: Problem, noise: Noise | None, first: SearchOutcome | None) -> tuple[Problem, str]:
+    """The problem whitened by the given noise, else the scatter of repeats, else the residuals of a fit.
+
+    Args:
+        first: The first search of this problem, if there was one.
+    """
     given = noises.given_by_rows(problem)
-    sees_rotation = problem.sees_rotation
     on_top = ", plus that stated per row" if given is not noises.StatedNoise.NONE else ""
     if noise is not None:
-        return _with_tilts(problem, noise), f"noise as given: {_noise_text(noise, sees_rotation)}{on_top}"
+        return _with_tilts(problem, noise), f"noise as given: {_noise_text(problem, noise)}{on_top}"
     repeats = noises.from_repeats(problem.data) if given is noises.StatedNoise.NONE else None
     if repeats is not None:
-        return _with_tilts(
-            problem, repeats
-        ), f"noise from repeated poses: {_noise_text(repeats, sees_rotation)}"
-    x: np.ndarray | None = None
+        return _with_tilts(problem, repeats), f"noise from repeated poses: {_noise_text(problem, repeats)}"
+    found: SearchOutcome | None = None
     for _ in range(MAX_NOISE_FITS if given is noises.StatedNoise.NONE else MAX_NOISE_FITS_BEYOND_STATED):
-        x = search_by_share(problem).x if x is None else Opt2(limit=60).search(problem, begin=x).x
-        left = noises.beyond_stated(problem, x)
+        found = (
+            first or search_by_share(problem) if found is None else Opt2(60).search(problem, begin=found.x)
+        )
+        old, left = problem.noise, noises.beyond_stated(problem, found.x, found.factor)
         if left is None:
-            text = _noise_text(problem.noise, sees_rotation)
+            text = _noise_text(problem, old)
             return problem, f"no residual is left to estimate the noise from; assuming {text}{on_top}"
-        pairs = zip((*left[:2], left.tilt), (*problem.noise[:2], problem.noise.tilt), strict=True)
-        converged = all(np.isclose(new, old, rtol=0.2, atol=0.0) for new, old in pairs)
         problem = problem.with_noise(left)
-        if converged:
+        if np.allclose((*left[:2], left.tilt), (*old[:2], old.tilt), rtol=0.2, atol=0.0):
             break
-    nothing_more = (0.0, 0.0 if sees_rotation else problem.noise.rotation)
-    if given is noises.StatedNoise.ALL and problem.noise[:2] == nothing_more:
-        return problem, "noise as stated per row"
-    text = _noise_text(problem.noise, sees_rotation)
+    noise = problem.noise
     if given is noises.StatedNoise.NONE:
+        text = _noise_text(problem, noise)
         return problem, f"noise estimated from the residuals of the geometric fit: {text}"
+    nothing_more = (0.0, 0.0 if problem.sees_rotation else noise.rotation)
+    if given is noises.StatedNoise.ALL and noise[:2] == nothing_more:
+        return problem, "noise as stated per row"
     floor = noises.stated(problem)
-    base = f" ({_noise_text(floor, sees_rotation)})" if floor is not None else ""
-    return problem, f"noise as stated per row{base}, plus {text} of model error estimated from the residuals"
+    base = f" ({_noise_text(problem, floor)})" if floor is not None else ""
+    text = f"{_noise_text(problem, noise)} of model error estimated from the residuals"
+    return problem, f"noise as stated per row{base}, plus {text}"
 
 
 def _with_tilts(problem: Problem, noise: Noise) -> Problem:
@@ -424,9 +366,10 @@ def _with_tilts(problem: Problem, noise: Noise) -> Problem:
     problem = problem.with_noise(noise)
     if not problem.tilted_components.any():
         return problem
-    left = noises.beyond_stated(problem, Opt2(limit=60).search(problem).x)
+    found = Opt2(limit=60).search(problem)
+    left = noises.beyond_stated(problem, found.x, found.factor)
     return problem if left is None else problem.with_noise(noise._replace(tilt=left.tilt))
 
 
-def _noise_text(noise: Noise, sees_rotation: bool) -> str:
-    return (noise if sees_rotation else noise._replace(rotation=np.nan)).text
+def _noise_text(problem: Problem, noise: Noise) -> str:
+    return (noise if problem.sees_rotation else noise._replace(rotation=np.nan)).text

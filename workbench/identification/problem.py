@@ -36,6 +36,7 @@ from workbench.identification.problem_blocks import (
     build_blocks,
     instrument_start,
     observed_kinds,
+    of_rows,
     own_sigma_of,
     tilts_beside,
 )
@@ -83,9 +84,9 @@ class Problem:
     noise: Noise
     frames: FrameFreedom
     blocks: tuple[RowBlock, ...]
+    prior: Float[np.ndarray, "k p"]
+    prior_centre: Float[np.ndarray, " p"]
     bounded: frozenset[str] = frozenset()
-    prior: Float[np.ndarray, "k p"] | None = None
-    prior_centre: Float[np.ndarray, " p"] | None = None
     deviation: float | None = None
     row_weights: Float[np.ndarray, " rows"] | None = None
     facts: Mapping[str, Unknown] = field(default_factory=dict)
@@ -130,7 +131,7 @@ class Problem:
             Parameter(n, "kg" if n.endswith(".mass") else "m", robot.inertia[n], is_inertia=True)
             for n in weighing
         ]
-        watching = next(tilts_beside(data, kinds), None) is not None
+        watching = any(tilts_beside(of_rows(data, rows), kind) for kind, rows in kinds)
         bending = any(  # play depends on the sign of the load only
             e.loads and not e.has_play for e in robot.effects
         )
@@ -150,23 +151,28 @@ class Problem:
         index = {p.name: i for i, p in enumerate(parameters)}
         shared = (frames, noise, index, unknown_start | known)
         blocks = build_blocks(robot, data, kinds, names, effects, weighing, standing, *shared)
-        own: dict[str, Any] = {"robot": robot, "data": data, "noise": noise, "frames": frames, "facts": facts}
-        fixed = frozenset(bounds or ())
-        problem = cls(**own, parameters=tuple(parameters), blocks=blocks, bounded=fixed, known=known)
+        problem = cls(
+            robot=robot,
+            data=data,
+            parameters=tuple(parameters),
+            noise=noise,
+            frames=frames,
+            blocks=blocks,
+            prior=np.zeros((0, len(parameters))),
+            prior_centre=np.array([p.nominal for p in parameters]),
+            bounded=frozenset(bounds or ()),
+            facts=facts,
+            known=known,
+        )
         spread = {n: robot.inertia_tolerance[n] for n in weighing}
         if not frames.levelled:
             spread |= dict.fromkeys(angles, max(robot.mounting.gravity_tolerance, MIN_DEVIATION))
         spread |= {p.name: s for p in parameters if (s := facts.get(p.name, Unknown()).sigma)}
         centre = np.array([(robot.inertia | unknown_start).get(n, 0.0) for n in spread])
-        width = np.diag(1.0 / np.array(list(spread.values())))
-        problem = problem.with_prior(tuple(spread), centre, width) if spread else problem
-        level = (
-            level_constraint(robot, data.sessions, frames, problem.names)
-            if angles and frames.levelled
-            else ()
-        )
-        for turning, wall in level:
-            problem = problem.with_prior(turning, np.zeros(len(turning)), wall)
+        problem = problem.with_prior(tuple(spread), centre, np.diag(1.0 / np.array(list(spread.values()))))
+        if angles and frames.levelled:
+            for turning, wall in level_constraint(robot, data.sessions, frames, problem.names):
+                problem = problem.with_prior(turning, np.zeros(len(turning)), wall)
         return problem
 
     def again(self, *, robot: Robot | None = None, data: Dataset | None = None, **choices: Any) -> "Problem":
@@ -288,6 +294,12 @@ class Problem:
         position, rotation, tilt = (float(np.sqrt(v.mean())) if len(v) else np.nan for v in squares)
         return Noise(position, rotation, tilt=tilt)
 
+    @property
+    def shown_noise(self) -> Noise:
+        """The same with the position's assumed one where none was measured."""
+        typical = self.typical_noise
+        return typical if np.isfinite(typical.position) else typical._replace(position=self.noise.position)
+
     @cached_property
     def own_sigma(self) -> Float[np.ndarray, " m"]:
         """Standard deviation of each residual component stated by its row [m or rad]; 0 if it states none."""
@@ -295,15 +307,13 @@ class Problem:
         return frozen(np.concatenate([o.ravel() for o in own]))
 
     def evaluate(self, x: Float[np.ndarray, " p"]) -> LinearisedProblem:
-        extra = 0 if self.prior is None else len(self.prior)
-        residual = np.empty(self.size + extra)
-        jacobian = np.zeros((self.size + extra, len(x)))
+        residual = np.empty(self.size + len(self.prior))
+        jacobian = np.zeros((len(residual), len(x)))
         for block in self.blocks:
             rows = slice(block.start, block.stop)
             self._fill(block, x, residual[rows], jacobian[rows], np.arange(len(x)))
-        if self.prior is not None:
-            residual[self.size :] = -self.prior @ (x - self.prior_centre)
-            jacobian[self.size :] = self.prior
+        residual[self.size :] = -self.prior @ (x - self.prior_centre)
+        jacobian[self.size :] = self.prior
         return LinearisedProblem(residual, jacobian)
 
     def pieces(
@@ -319,14 +329,13 @@ class Problem:
             return piece
 
         yield from zip(self.blocks, in_order(filled, self.blocks), strict=True)
-        if self.prior is not None:
+        if len(self.prior):
             yield None, LinearisedProblem(-self.prior @ (x - self.prior_centre), self.prior[:, wanted])
 
     def _fill(
         self, block: RowBlock, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, columns: np.ndarray
     ) -> None:
-        poses, twists = block.twists(x)
-        part = block.observation.linearise(poses, self.unknown(block, x))
+        part, twists = block.at(x)
         residual[:] = self.whiten(block, part.residual).ravel()
         own, more = columns[block.places], columns[block.coefficients]
         twists.add_derivatives(self.whiten(block, part.by_twist), jacobian, own, more)
@@ -338,9 +347,8 @@ class Problem:
     def cost_and_gradient(self, x: Float[np.ndarray, " p"]) -> tuple[float, Float[np.ndarray, " p"]]:
         """½|r|² and its gradient −Jᵀr without the Jacobian: each row's residual acts as a wrench."""
         cost, work = 0.0, np.zeros(len(x))
-        moved = in_order(lambda block: block.twists(x), self.blocks)
-        for block, (poses, twists) in zip(self.blocks, moved, strict=True):
-            part = block.observation.linearise(poses, self.unknown(block, x))
+        moved = in_order(lambda block: block.at(x), self.blocks)
+        for block, (part, twists) in zip(self.blocks, moved, strict=True):
             pull = self.whiten(block, part.residual)
             cost += 0.5 * float((pull**2).sum())
             wrench = (pull[:, None] @ self.whiten(block, part.by_twist))[:, 0]
@@ -349,20 +357,12 @@ class Problem:
                 mine = block.unknowns >= 0
                 by_unknown = np.einsum("rm,rmu->u", pull, self.whiten(block, part.by_unknown))
                 np.add.at(work, block.unknowns[mine], by_unknown[mine])
-        if self.prior is not None:
-            off = self.prior @ (x - self.prior_centre)
-            cost += 0.5 * float(off @ off)
-            work -= self.prior.T @ off
-        return cost, -work
+        off = self.prior @ (x - self.prior_centre)
+        return cost + 0.5 * float(off @ off), self.prior.T @ off - work
 
     def residual(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " m"]:
-        parts = []
-        for block in self.blocks:
-            part = block.observation.linearise(block.poses(x), self.unknown(block, x))
-            parts.append(self.whiten(block, part.residual).ravel())
-        if self.prior is not None:
-            parts.append(-self.prior @ (x - self.prior_centre))
-        return np.concatenate(parts)
+        parts = [self.whiten(block, block.residual(x)).ravel() for block in self.blocks]
+        return np.concatenate([*parts, -self.prior @ (x - self.prior_centre)])
 
     def jacobian(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, "m p"]:
         return self.evaluate(x).jacobian
@@ -401,11 +401,9 @@ class Problem:
             raise OptionError(f"the prior's '{missing[0]}' is not free", option="prior", found=missing[0])
         columns = [self.names.index(n) for n in names]
         own = self.without_deviation()
-        wide, centre = np.zeros((len(whitening), len(self.names))), self.start.copy()
-        if own.prior is not None and own.prior_centre is not None:
-            wide, centre = np.concatenate([own.prior, wide]), own.prior_centre.copy()
-        wide[-len(whitening) :, columns], centre[columns] = whitening, values
-        known = replace(own, prior=frozen(wide), prior_centre=frozen(centre))
+        wide, centre = np.zeros((len(whitening), len(self.names))), own.prior_centre.copy()
+        wide[:, columns], centre[columns] = whitening, values
+        known = replace(own, prior=frozen(np.concatenate([own.prior, wide])), prior_centre=frozen(centre))
         return known if self.deviation is None else known.with_deviation(self.deviation)
 
     def with_deviation(self, deviation: float) -> "Problem":
@@ -414,33 +412,22 @@ class Problem:
         Constants with prior knowledge keep its mean.
         """
         own = self.without_deviation()
-        names = [p.name for p in self.parameters if p.is_geometry]
-        centre = own.start if own.prior_centre is None else own.prior_centre
-        at = dict(zip(own.names, centre.tolist(), strict=True))
-        wall = np.eye(len(names)) / deviation
-        return replace(own.with_prior(names, np.array([at[n] for n in names]), wall), deviation=deviation)
+        mine = np.array([p.is_geometry for p in self.parameters])
+        names, centre = np.array(self.names)[mine].tolist(), own.prior_centre[mine]
+        return replace(own.with_prior(names, centre, np.eye(len(names)) / deviation), deviation=deviation)
 
     def without_deviation(self) -> "Problem":
         """The same problem without that prior; prior knowledge is kept."""
-        if self.deviation is None or self.prior is None:
+        if self.deviation is None:
             return self
-        known = self.prior[: -sum(p.is_geometry for p in self.parameters)]
-        if not len(known):
-            return replace(self, prior=None, prior_centre=None, deviation=None)
-        return replace(self, prior=known, deviation=None)
+        mine = sum(p.is_geometry for p in self.parameters)
+        return replace(self, prior=self.prior[: len(self.prior) - mine], deviation=None)
 
     def robot_at(self, x: Float[np.ndarray, " p"]) -> Robot:
         """The robot with the unknowns set, its session frames included."""
         pairs = zip(self.parameters, x.tolist(), strict=True)
         values = {p.name: value for p, value in pairs if not p.is_instrument}
         return moved_robot(self.robot, self.frames, self.data.sessions, values)
-
-    def unknown(self, block: RowBlock, x: np.ndarray) -> np.ndarray:
-        """Values of a block's instrument unknowns at x."""
-        values = block.known.copy()
-        mine = block.unknowns >= 0
-        values[mine] = x[block.unknowns[mine]]
-        return values
 
     def whiten(
         self, block: RowBlock, table: Float[np.ndarray, "rows m ..."]

@@ -4,7 +4,7 @@ A problem's rows are split so that each block has one chain (base, arm, tool of 
 observation; long ones are cut so that their twists stay in the processor's cache.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.gravity import tilted, tilting
-from workbench.arm.kinematics.forward import TOOL, Watched, watched
+from workbench.arm.kinematics.forward import Watched, watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import Twists, deflect, effect_columns
@@ -25,6 +25,7 @@ from workbench.arm.statics.wrenches import Masses, TrialArm, masses
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, TiltObservation, Unknown
+from workbench.data.observations.observation import Linearised
 from workbench.data.prediction import predict
 from workbench.identification.frame_freedom import FrameFreedom, frame_name, gravity_names
 from workbench.report.result_fields import POSE
@@ -35,6 +36,8 @@ MIN_SIGMA = 1e-9
 ROWS_AT_ONCE = 256
 """Rows that are evaluated at once: their twists stay in the processor's cache and, even with hundreds of
 coefficients, below the size that the allocator returns to the system after each use."""
+KEPT = 8
+"""Number of x at which derivatives of a short block are kept: one search and the start of the next."""
 
 
 class Noise(NamedTuple):
@@ -126,10 +129,10 @@ class RowBlock:
 
     Args:
         session: Its name.
+        arm: The robot with the frames and the gravity of the session.
         rows: Rows of the data.
         q: Their joint positions [rad or m].
         observation: How they were observed.
-        chain: Base, arm and tool of the session.
         elements: Elements whose constants are unknown.
         places: Indices in x of the unknown constants, then of masses, then of the angles of gravity if the
             rows depend on them; those of coefficients of effects are `coefficients`.
@@ -138,17 +141,16 @@ class RowBlock:
         inverse_sigma: Reciprocal standard deviation of every residual component, joint readings exact.
         start: Index of the block's first residual component in the problem.
         noise: Noise that whitens the rows.
+        turned: Indices in x of the angles by which the level frame of a watched link is rotated; empty if
+            they are known or nothing is watched.
         deflected: Data for an arm with effects; None without.
-        watched: Part of the chain that the observation sees.
-        gravity: Gravity at the session's base [m/s²], from which a level frame is rotated by …
-        turned: … the angles with these indices in x; empty if they are known or nothing is watched.
     """
 
     session: str
+    arm: Robot
     rows: np.ndarray
     q: np.ndarray
     observation: AbstractObservation
-    chain: Chain
     elements: np.ndarray
     places: np.ndarray
     unknowns: np.ndarray
@@ -156,16 +158,48 @@ class RowBlock:
     inverse_sigma: np.ndarray
     start: int
     noise: Noise
-    deflected: Deflected | None = None
-    watched: Watched = TOOL
-    gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    turned: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    turned: np.ndarray
+    deflected: Deflected | None
+    kept: list[tuple[bytes, tuple[Linearised, Twists]]] = field(default_factory=list, init=False)
+
+    def at(self, x: np.ndarray) -> tuple[Linearised, Twists]:
+        """What is observed at x, and twists per unknown; of short blocks the last few x are kept."""
+        key = x.tobytes()
+        for other, found in self.kept:
+            if other == key:
+                return found
+        poses, twists = self.twists(x)
+        found = self.observation.linearise(poses, self.unknown(x)), twists
+        if len(self.rows) < ROWS_AT_ONCE:
+            self.kept[:] = [(key, found), *self.kept[: KEPT - 1]]
+        return found
+
+    def unknown(self, x: np.ndarray) -> np.ndarray:
+        """Values of the instrument's unknowns at x."""
+        values = self.known.copy()
+        mine = self.unknowns >= 0
+        values[mine] = x[self.unknowns[mine]]
+        return values
+
+    def residual(self, x: np.ndarray) -> Float[np.ndarray, "rows m"]:
+        """Measured minus predicted at x [m, rad or its own unit]."""
+        return self.observation.linearise(self.poses(x), self.unknown(x)).residual
+
+    @property
+    def chain(self) -> Chain:
+        """Base, arm and tool."""
+        return self.arm.chain
+
+    @cached_property
+    def watched(self) -> Watched:
+        """Part of the chain that the observation sees."""
+        return watched(self.arm, self.observation.link)
 
     def view(self, x: np.ndarray) -> Watched:
-        """Part of the chain that the observation sees, level at x."""
+        """That part, level at x."""
         if not len(self.turned) or self.watched.level is None:
             return self.watched
-        return replace(self.watched, level=self.watched.level @ tilting(self.gravity, x[self.turned]).T)
+        return replace(self.watched, level=self.watched.level @ tilting(self.arm.gravity, x[self.turned]).T)
 
     @cached_property
     def by_joint(self) -> Float[np.ndarray, "rows m n"]:
@@ -232,7 +266,9 @@ class RowBlock:
     def with_noise(self, data: Dataset, noise: Noise) -> "RowBlock":
         """The same rows (contained in data) whitened by other standard deviations."""
         inverse = inverse_sigma_of(data, self.observation, noise)
-        return replace(self, inverse_sigma=inverse, noise=noise)
+        new = replace(self, inverse_sigma=inverse, noise=noise)
+        new.kept.extend(self.kept)
+        return new
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Constants of the chain at x."""
@@ -286,14 +322,10 @@ Kind = tuple[type[AbstractObservation], np.ndarray]
 """Rows with the first observation that fits them."""
 
 
-def tilts_beside(
-    data: Dataset, kinds: Sequence[Kind], places: np.ndarray | None = None
-) -> Iterator[tuple[TiltObservation, np.ndarray]]:
-    """Inclinometers of rows that also have another observation, with these rows, or their indices there."""
-    for kind, rows in kinds:
-        if kind is not TiltObservation and data.tilt is not None:
-            for observation in TiltObservation.each_beside(data.take(rows)):
-                yield observation, rows if places is None else places[rows]
+def tilts_beside(data: Dataset, kind: type[AbstractObservation]) -> tuple[TiltObservation, ...]:
+    """Inclinometers of rows that are seen by another observation."""
+    alone = kind is TiltObservation or data.tilt is None
+    return () if alone else TiltObservation.each_beside(data)
 
 
 def carried(data: Dataset) -> dict[type[AbstractObservation], Bool[np.ndarray, " rows"]]:
@@ -322,15 +354,20 @@ def observed_kinds(data: Dataset) -> list[Kind]:
     return kinds
 
 
+def of_rows(data: Dataset, rows: np.ndarray) -> Dataset:
+    """Rows by number, in their order; without a copy if it is all of them."""
+    return data if len(rows) == len(data) else data.take(rows)
+
+
 def instrument_start(
     robot: Robot, data: Dataset, kinds, freedom: FrameFreedom
 ) -> tuple[dict[str, float], dict[str, Unknown]]:
     """Initial guesses of an instrument's unknowns from the nominal poses, and constraints on them."""
     start: dict[str, float] = {}
     known: dict[str, Unknown] = {}
-    seen = [(kind.of(data.take(rows)), rows) for kind, rows in kinds]
-    for observation, rows in [*seen, *tilts_beside(data, kinds)]:
-        mine = data.take(rows)
+    parts = [(kind, of_rows(data, rows)) for kind, rows in kinds]
+    tilts = [(tilt, mine) for kind, mine in parts for tilt in tilts_beside(mine, kind)]
+    for observation, mine in [*((kind.of(mine), mine) for kind, mine in parts), *tilts]:
         if observation.unknowns:
             poses = predict(freedom.placed(robot, mine.sessions), mine)
             start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
@@ -357,69 +394,57 @@ def build_blocks(
     """
     blocks, start, placed = [], 0, frames.placed(robot, data.sessions)
     sized = dict[tuple[float, ...], tuple[AbstractEffect, ...]]()
+    loaded, nothing = any(e.loads for e in robot.effects), NO_PLACES
+    coefficients, weighing = (np.array([index[n] for n in some], np.int64) for some in (effects, inertia))
     for session in data.sessions:
-        in_session = data.in_session(session)
-        arm = placed.in_session(session)
-        full = arm.chain
-        elements, places = list(full.indices(names)), [index[n] for n in names]
+        in_session, arm = data.in_session(session), placed.in_session(session)
+        elements, constants = list(arm.chain.indices(names)), [index[n] for n in names]
         for kind, parts, own in (
             ("base", frames.base, frames.base_per_session),
             ("tool", frames.tool, frames.tool_per_session),
         ):
-            for part in parts:
-                elements.append(full.index[f"{kind}.{part}"])
-                places.append(index[f"{frame_name(kind, own, session)}.{part}"])
-        coefficients = np.array([index[n] for n in effects], np.int64)
-        weighing = np.array([index[n] for n in inertia], np.int64)
+            elements += [arm.chain.index[f"{kind}.{part}"] for part in parts]
+            constants += [index[f"{frame_name(kind, own, session)}.{part}"] for part in parts]
         angles = np.array([index[n] for n in gravity_names(session, frames)] if standing else [], np.int64)
-        loaded = any(e.loads for e in robot.effects)
-        places += [*weighing.tolist(), *(angles.tolist() if loaded else [])]
-        for observation, rows in pieces(data, kinds, in_session):
-            inverse = inverse_sigma_of(data.take(rows), observation, noise)
-            watching = observation.link is not None
+        acting = angles if loaded else nothing
+        for observation, rows, mine in pieces(data, kinds, in_session):
+            turned = nothing if observation.link is None else angles
+            inverse = inverse_sigma_of(mine, observation, noise)
             blocks.append(
                 RowBlock(
                     session=session,
+                    arm=arm,
                     rows=rows,
-                    q=np.ascontiguousarray(data.q[rows]),
+                    q=np.ascontiguousarray(mine.q),
                     observation=observation,
-                    chain=full,
                     elements=np.array(elements, np.int64),
-                    places=np.array([*places, *(angles if watching and not loaded else ())], np.int64),
+                    places=np.concatenate([constants, weighing, acting if loaded else turned]).astype(int),
                     unknowns=np.array([index.get(n, -1) for n in observation.unknowns], np.int64),
                     known=np.array([values[n] for n in observation.unknowns], float),
                     inverse_sigma=inverse,
                     start=start,
+                    noise=noise,
+                    turned=turned,
                     deflected=Deflected(
-                        arm,
-                        Motion.of(data).take(rows),
-                        tuple(effects),
-                        coefficients,
-                        weighing,
-                        angles if loaded else angles[:0],
-                        sized,
+                        arm, Motion.of(mine), tuple(effects), coefficients, weighing, acting, sized
                     )
                     if robot.effects
                     else None,
-                    watched=watched(arm, observation.link),
-                    noise=noise,
-                    gravity=arm.gravity,
-                    turned=angles if watching else angles[:0],
                 )
             )
             start += inverse.size
     return tuple(blocks)
 
 
-def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservation, np.ndarray]]:
-    """The session's rows of every observation, at most `ROWS_AT_ONCE` at a time."""
-    for observed, rows in kinds:
+def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservation, np.ndarray, Dataset]]:
+    """The session's rows of every observation, at most `ROWS_AT_ONCE` at a time, by number and in full."""
+    for kind, rows in kinds:
         rows = rows[in_session[rows]]
         for start in range(0, len(rows), ROWS_AT_ONCE):
             piece = rows[start : start + ROWS_AT_ONCE]
-            mine = data.take(piece)
-            yield from ((observation, piece) for observation in observed.each(mine))
-            yield from tilts_beside(mine, [(observed, np.arange(len(piece)))], piece)
+            mine = of_rows(data, piece)
+            for observation in (*kind.each(mine), *tilts_beside(mine, kind)):
+                yield observation, piece, mine
 
 
 def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:

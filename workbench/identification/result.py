@@ -1,6 +1,6 @@
 """Results of an identification or evaluation: data, decisions, parameters and errors."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
@@ -33,8 +33,9 @@ from workbench.identification.fit import MAX_NAMED_ROWS, Fit
 from workbench.identification.instrument_preparation import AbstractIdentifiability
 from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
+from workbench.identification.preparation import Prepared
 from workbench.identification.problem import FrameFreedom, Noise
-from workbench.identification.rows.excluded_outliers import suspect_note
+from workbench.identification.rows.excluded_outliers import suspect_note, suspects
 from workbench.identification.rows.two_places import two_places
 from workbench.report.result_display import AbstractReported
 
@@ -227,15 +228,10 @@ class Identification(AbstractReported):
         held_out_rows: Rows that were held out.
         held_out_data: The held-out rows, which may come from another file.
         excluded: Excluded rows, with the reason.
-        frames: Which parts of base and tool were identified.
-        noise: Assumed standard deviations of the rows.
-        nominal: Errors of `aligned`.
-        nominal_rows: The same row by row: training, held out.
+        nominal_rows: Errors of `aligned` row by row: training, held out.
         runs: One per algorithm, by name.
-        identifiability: What of the arm the rows may identify, and why; None if the kind of reading sets no
-            limit.
-        outliers: Excluded rows that no arm explains, worst first; they are among `excluded`, too.
-        suspects: Numbers of the held-out rows that no arm explains; held-out errors include them.
+        ready: The rows and the problem that were prepared; None for the arm of a diagnosis.
+        outlying: Excluded rows that no arm explains, indices into data; they are among `excluded`, too.
     """
 
     nominal_robot: Robot
@@ -245,15 +241,50 @@ class Identification(AbstractReported):
     held_out_rows: np.ndarray
     held_out_data: Dataset
     excluded: tuple[tuple[int, str], ...]
-    frames: FrameFreedom
-    noise: Noise
     notes: tuple[str, ...]
-    nominal: Validation
     nominal_rows: tuple[RowErrors, RowErrors]
     runs: dict[str, Run]
-    identifiability: AbstractIdentifiability | None = None
-    outliers: tuple[Outlier, ...] = ()
-    suspects: tuple[int, ...] = ()
+    ready: Prepared | None = None
+    outlying: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    @property
+    def frames(self) -> FrameFreedom:
+        """Which parts of base and tool were identified."""
+        return self.best.fit.problem.frames
+
+    @property
+    def noise(self) -> Noise:
+        """Assumed standard deviations of the rows."""
+        return self.best.fit.problem.shown_noise
+
+    @property
+    def identifiability(self) -> AbstractIdentifiability | None:
+        """What of the arm the rows may identify, and why; None if the kind of reading sets no limit."""
+        return None if self.ready is None else self.ready.identifiability
+
+    @cached_property
+    def nominal(self) -> Validation:
+        """Errors of the aligned nominal arm."""
+        return Validation(Errors.of(self.nominal_rows[0]), self.nominal_rows[1].summary)
+
+    @cached_property
+    @beside("errors of outliers", ())
+    def outliers(self) -> tuple[Outlier, ...]:
+        """Excluded rows that no arm explains, worst first, with errors of the arm fitted to the others."""
+        if self.ready is None or not len(self.outlying):
+            return ()
+        rows, fit = self.data.take(self.outlying), self.best.fit
+        errors = self.ready.errors_on(rows, fit.arm, fit.problem.instrument(fit.x))
+        found = map(Outlier, rows.row.tolist(), errors.position.tolist(), errors.rotation.tolist())
+        return tuple(sorted(found, key=lambda row: -np.nan_to_num(row.position)))
+
+    @cached_property
+    @beside("held-out rows that no arm explains", ())
+    def suspects(self) -> tuple[int, ...]:
+        """Numbers of the held-out rows that no arm explains; held-out errors include them."""
+        if self.ready is None or self.identifiability is not None:
+            return ()
+        return tuple(self.held_out_data.row[suspects(self.ready, self.best.fit)].tolist())
 
     @property
     def best(self) -> Run:
@@ -344,39 +375,37 @@ class Identification(AbstractReported):
     def warnings(self) -> tuple[str, ...]:
         """Warnings for the user: how the searches ended, what is undetermined or could not be computed."""
         with failures() as failed:
-            found = self._warnings()
+            found = [text for text in self._warnings() if text]
         return (*found, *failed)
 
     @beside("warnings", ())
-    def _warnings(self) -> tuple[str, ...]:
-        searches = (w for run in self.runs.values() for w in run.fit.warnings)
-        found = [*searches, *self.best.fit.cautions]
-        if self.best.implausible:
-            found.insert(0, f"implausible: {', '.join(self.best.implausible[:3])}; {LOOK_AGAIN}")
-        if self.match is not None and self.match.is_foreign:
-            found.insert(0, self.match.text)
-        if self.suspects:
-            found.insert(0, suspect_note(list(self.suspects), judged(self.best)))
+    def _warnings(self) -> Iterator[str | None]:
+        own, best = self.identifiability, self.best
+        before, after = self.nominal.train, best.train
         if self.outliers:
-            found.insert(0, _set_apart(self.outliers, self.best.train))
-        before, after = self.nominal.train, self.best.train
-        found += self.identifiability.doubts if self.identifiability is not None else ()
-        if self.identifiability is not None and self.identifiability.refused:
-            found.append(f"nothing of the arm was identified: {self.identifiability.refused}")
-        if self.identifiability is None and explains_little(before, after, self.nominal_robot.reach):
-            found.append(
-                f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; check "
-                "robot, frames and sessions"
-            )
-        if self.identifiability is None:
-            found.append(two_places(self.best.fit))
-        unchanged = self.identifiability is not None and bool(self.identifiability.refused)
-        if not unchanged and (
-            text := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
-        ):
-            found.append(text)
-        found.append(self._transfer_warning())
-        return tuple(filter(None, found))
+            yield _set_apart(self.outliers, after)
+        if self.suspects:
+            yield suspect_note(list(self.suspects), judged(best))
+        if self.match is not None and self.match.is_foreign:
+            yield self.match.text
+        if best.implausible:
+            yield f"implausible: {', '.join(best.implausible[:3])}; {LOOK_AGAIN}"
+        for run in self.runs.values():
+            yield from run.fit.warnings
+        yield from best.fit.cautions
+        if own is None:
+            if explains_little(before, after, self.nominal_robot.reach):
+                yield (
+                    f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; "
+                    "check robot, frames and sessions"
+                )
+            yield two_places(best.fit)
+        else:
+            yield from own.doubts
+            yield own.refused and f"nothing of the arm was identified: {own.refused}"
+        if own is None or not own.refused:
+            yield degradation_warning(self.nominal_rows, (best.train_rows, best.held_out_rows))
+        yield self._transfer_warning()
 
     @beside("the expected error elsewhere", "")
     def _transfer_warning(self) -> str:

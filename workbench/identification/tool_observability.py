@@ -117,7 +117,7 @@ def _directions(fit: "Fit") -> tuple[int, int]:
         if block.observation.link is not None:
             continue
         poses = block.poses(x)
-        part = block.observation.linearise(poses, problem.unknown(block, x))
+        part = block.observation.linearise(poses, block.unknown(x))
         by_twist = problem.whiten(block, part.by_twist) / np.repeat([1.0, LEVER], 3)
         turned = np.einsum("rmak,rkj->rmaj", by_twist.reshape(*by_twist.shape[:2], 2, 3), poses[:, :3, :3])
         for k, table in enumerate((by_twist, turned.reshape(by_twist.shape))):

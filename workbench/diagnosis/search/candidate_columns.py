@@ -61,7 +61,7 @@ def candidate_columns(
         poses, twists, laws = effect_twists(
             robot, motion, effects, loaded=loaded, varying=varying, link=block.observation.link
         )
-        part = block.observation.linearise(poses, problem.unknown(block, x))
+        part = block.observation.linearise(poses, block.unknown(x))
         shown = problem.whiten(block, part.by_twist) @ twists
         plain: list[tuple[np.ndarray, np.ndarray]] = []
         products: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []

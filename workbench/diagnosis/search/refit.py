@@ -232,7 +232,7 @@ def _held(problem: Problem, rigid: Problem, begin: Mapping[str, float]) -> Probl
     if not len(held):
         return problem
     names = [p.name for p in rigid.parameters if p.is_geometry]
-    centre = problem.start if problem.prior_centre is None else problem.prior_centre
+    centre = problem.prior_centre
     at = dict(zip(problem.names, centre.tolist(), strict=True))
     return problem.with_prior(names, np.array([at[n] for n in names]), held / NULL_SPACE_SIGMA)
 

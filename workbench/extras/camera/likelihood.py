@@ -87,7 +87,7 @@ class Pictures:
         for block, piece in plain.pieces(x):
             if block is not None:
                 shape = block.inverse_sigma.shape
-                by_twist = block.observation.linearise(block.poses(x), plain.unknown(block, x)).by_twist
+                by_twist = block.observation.linearise(block.poses(x), block.unknown(x)).by_twist
                 jacobian = piece.jacobian.reshape(*shape, -1)
                 parts.append(
                     cls.of(piece.residual.reshape(shape), by_twist, block.inverse_sigma > 0.0, jacobian)
@@ -171,9 +171,8 @@ class Likelihood:
     ) -> "Likelihood":
         """Of a problem without prior knowledge of the groups."""
         information, pull = np.diag((FAR * problem.units) ** -2), np.zeros(len(x))
-        if problem.prior is not None:
-            own = problem.prior.T @ problem.prior
-            information, pull = information + own, own @ (x - problem.prior_centre)
+        own = problem.prior.T @ problem.prior
+        information, pull = information + own, own @ (x - problem.prior_centre)
         return cls(Pictures.at(problem, x), x, x - problem.start, information, pull, groups)
 
     def likeliest(self, pinned: Mapping[int, float] | None = None) -> Likeliest:

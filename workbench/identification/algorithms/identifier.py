@@ -35,15 +35,13 @@ class SearchOutcome:
     Args:
         x: Best unknowns found [rad or m].
         history: Cost ½|r|² after every iteration, the start's first.
+        factor: Factorisation at x, if the search ended with one.
     """
 
     x: Float[np.ndarray, " p"]
     outcome: Outcome
     history: tuple[float, ...]
-
-    @property
-    def iterations(self) -> int:
-        return len(self.history) - 1
+    factor: Factor | None = None
 
 
 class AbstractIdentifier(ABC):
@@ -83,12 +81,12 @@ def descend(
             return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
         factor = factor_of(problem, at)
         if has_converged(factor, factor.predicted_decrease(), problem.count):
-            return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
+            return SearchOutcome(x, Outcome.CONVERGED, tuple(history), factor)
         found = step(x, at, factor, history[-1])
         if found is None:
             found = ended(factor.predicted_decrease(), history, problem.count)
         if isinstance(found, Outcome):
-            return SearchOutcome(x, found, tuple(history))
+            return SearchOutcome(x, found, tuple(history), factor)
         x, cost, at = found
         history.append(cost)
     return SearchOutcome(x, Outcome.ITERATION_LIMIT, tuple(history))

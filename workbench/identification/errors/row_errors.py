@@ -19,7 +19,7 @@ from workbench.data.observations import AbstractObservation, OwnErrors
 from workbench.data.prediction import predict, row_components
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import Noise, Problem
-from workbench.identification.problem_blocks import observed_kinds
+from workbench.identification.problem_blocks import observed_kinds, of_rows
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -220,11 +220,10 @@ def refusal(found: Errors, nominal: Errors, reach: float, *, rows: int) -> str:
     if found.own is not None:
         return ""  # readings in a unit of their own decide themselves what may be identified
     limits = (1e3 * MAX_SHARE_OF_REACH * reach, MAX_TURN, MAX_TURN)
-    pairs = [(getattr(nominal, name), getattr(found, name), unit) for _, _, name, _, unit in KINDS]
     known = [
-        (b.mean, a.mean, unit, limit)
-        for (b, a, unit), limit in zip(pairs, limits, strict=True)
-        if b and a and np.isfinite(a.mean)
+        (before.mean, after.mean, unit, limit)
+        for (_, _, name, _, unit), limit in zip(KINDS, limits, strict=True)
+        if (before := getattr(nominal, name)) and (after := getattr(found, name)) and np.isfinite(after.mean)
     ]
     for _, after, unit, limit in known:
         if after > limit:
@@ -257,7 +256,7 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     own: OwnErrors | None = None
     square, components = np.zeros((2, 3, len(data)))  # of positions, of the tool's rotations, of tilts
     for observation, rows in observations(data):
-        poses = predict(robot, _chosen(data, rows), link=observation.link)
+        poses = predict(robot, of_rows(data, rows), link=observation.link)
         unknown = np.array([places[name] for name in observation.unknowns], float)
         at = observation.linearise(poses, unknown)
         if (found := observation.own_errors(at)) is not None:
@@ -289,7 +288,7 @@ def _spread_over(own: OwnErrors, rows: np.ndarray, count: int) -> OwnErrors:
 def observations(data: Dataset) -> Iterator[tuple[AbstractObservation, Int[np.ndarray, " _"]]]:
     """Every kind of observation, with the numbers of its rows."""
     for kind, rows in observed_kinds(data):
-        for observation in kind.each(_chosen(data, rows)):
+        for observation in kind.each(of_rows(data, rows)):
             yield observation, rows
 
 
@@ -299,11 +298,6 @@ def count_measured(data: Dataset) -> int:
         int(np.broadcast_to(observation.seen, (len(rows), len(observation.channels))).sum())
         for observation, rows in observations(data)
     )
-
-
-def _chosen(data: Dataset, rows: np.ndarray) -> Dataset:
-    """Rows by number, without a copy if it is all of them."""
-    return data if len(rows) == len(data) else data.take(rows)
 
 
 def instrument_places(

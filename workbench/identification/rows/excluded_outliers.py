@@ -119,7 +119,7 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
     if not len(held):
         return np.zeros(0, bool)
     found = fit.problem.named(fit.x)
-    home = ready.with_new_session_bases(fit.calibrated, held)
+    home = ready.with_new_session_bases(fit.arm, held)
     places = instrument_places(home, held, known={**fit.problem.known, **found})
     robot = ready.with_new_session_bases(_weighed(fit), held)
     fixed = {name: value for name, value in places.items() if name not in found}

@@ -73,7 +73,7 @@ class Optimum:
     @cached_property
     def mean_square(self) -> float:
         """Squared residuals per degree of freedom: 1 where the noise is as taken."""
-        known = 0 if self.problem.prior is None else len(self.problem.prior)
+        known = len(self.problem.prior)
         return self.square / max(self.problem.count + known - self.factor.rank, 1)
 
     @cached_property
