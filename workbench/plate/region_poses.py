@@ -53,8 +53,12 @@ def region_poses(
     _check_reach(robot, region)
     rows: list[np.ndarray] = []
     reached, tries = 0, 0
+    if towards is None:
+        towards, cone = np.eye(3)[None], np.pi
     while reached < number:
-        poses = robot.base.pose @ _random_poses(region, number - reached, rng, towards, cone)
+        centres = towards[rng.integers(0, len(towards), number - reached)]
+        turned = _turns(len(centres), rng, cone) @ centres
+        poses = robot.base.pose @ se3.pose(turned, region.sample(len(centres), rng=rng))
         for result in inverse.solve_many(robot, poses):
             rows += [branch.q for branch in result.within_limits]
             reached += result.reachable
@@ -135,13 +139,6 @@ def _check_reach(robot: Robot, region: Region) -> None:
             f"{robot.reach:.3f} m; move the region",
             column="region",
         )
-
-
-def _random_poses(region, number, rng, towards, cone) -> Float[np.ndarray, "number 4 4"]:
-    if towards is None:
-        towards, cone = np.eye(3)[None], np.pi
-    centres = towards[rng.integers(0, len(towards), number)]
-    return se3.pose(_turns(number, rng, cone) @ centres, region.sample(number, rng=rng))
 
 
 def _turns(number: int, rng: np.random.Generator, cone: float) -> Float[np.ndarray, "number 3 3"]:

@@ -193,7 +193,9 @@ def choose_branches(
     q = np.array([branch.q for target in solutions for branch in target])
     linearisation = linearise_targets(robot, plate, q, slots=slots, names=names, sigma=sigma, additive=True)
     basis = visible_basis(robot, names)
-    options = _information(visible(linearisation, basis))
+    seen = visible(linearisation, basis)  # sockets and points give their position only
+    starts_of = np.searchsorted(seen.measurement, np.arange(1, seen.measurements))
+    options = np.stack([block.T @ block for block in np.split(seen.scaled, starts_of)])
     allowed = _allowed(plate, slots, labels)
     index = goal_index(goal, robot, linearisation, basis)
     place = {key: i for i, key in enumerate(zip(slots.tolist(), labels, strict=True))}
@@ -232,12 +234,6 @@ def _chosen(linearisation: Linearisation, choice: np.ndarray) -> Linearisation:
         sigma=linearisation.sigma[rows],
         measurement=np.repeat(np.arange(len(choice)), counts),
     )
-
-
-def _information(linearisation: Linearisation) -> np.ndarray:
-    """AᵀA of every solution; sockets and points give their position only."""
-    starts = np.searchsorted(linearisation.measurement, np.arange(1, linearisation.measurements))
-    return np.stack([block.T @ block for block in np.split(linearisation.scaled, starts)])
 
 
 def _allowed(plate: Plate, slots: np.ndarray, labels: list[str]) -> np.ndarray:

@@ -115,17 +115,14 @@ def _branches(session: Session) -> dict[str, str]:
     target = _target(session)
     known = {b.name: b.name for b in session.branches.found} if session.branches.of is target else {}
     if known and session.drag is None:
-        known |= {name: name + MARK for name in blocked_branches(session)}
+        free = unobstructed(session.robot, session.plate, session.selected, session.branches.found)
+        known = {
+            b.name: b.name if any(b is other for other in free) else b.name + MARK
+            for b in session.branches.found
+        }
     mine = {} if target.branch in (AUTO, *known) else {target.branch: target.branch}
     names = {AUTO: LEFT_TO_PROGRAM, **mine, **known}
     return {shown: name for name, shown in names.items()}
-
-
-def blocked_branches(session: Session) -> tuple[str, ...]:
-    """Names of the selected target's branches in which the arm would run into something."""
-    branches = session.branches.found
-    free = unobstructed(session.robot, session.plate, session.selected, branches)
-    return tuple(branch.name for branch in branches if not any(branch is other for other in free))
 
 
 def near_limit(robot: Robot, state: TargetState) -> str:
