@@ -16,11 +16,11 @@ from workbench.plate.tolerances import Production
 from workbench.session import start
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.plate import SetNoise
-from workbench.session.commands.target_placement import place_plate
 from workbench.session.commands.undo import Redo, ResetTargets, Undo
 from workbench.session.live_score import score
 from workbench.session.page_state import Severity
 from workbench.session.start import default_plate
+from workbench.session.target_steps import place_plate
 
 RPY = (-2.6, 0.05, 0.1)
 

@@ -13,7 +13,12 @@ from workbench.plate.tolerances import EXACT
 from workbench.session.command import AbstractChange
 from workbench.session.live_score import score
 from workbench.session.state import UNDO_STEPS, Focus, Session, TargetBranches, UndoStep
-from workbench.session.target_postures import branches_to, with_clear_branches, with_obstacles
+from workbench.session.target_postures import (
+    branches_to,
+    solve_all_targets,
+    with_clear_branches,
+    with_obstacles,
+)
 from workbench.session.target_state import TargetState
 
 
@@ -67,6 +72,11 @@ def move_targets(
 ) -> Session:
     """The session with these targets, scored, as a separate step."""
     return commit_step(with_targets(begin_step(session), plate, states, selected=selected))
+
+
+def place_plate(session: Session, plate: Plate) -> Session:
+    """The session with this plate, the arm in the best of the mixes of branches that are tried."""
+    return move_targets(session, plate, solve_all_targets(session.robot, plate, region_q=session.region.q))
 
 
 def commit_step(session: Session) -> Session:

@@ -20,11 +20,10 @@ from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
 from workbench.session.commands.identify import IdentifiedRows, Identify
-from workbench.session.commands.target_placement import place_targets
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
-from workbench.session.target_steps import check_free
+from workbench.session.target_steps import check_free, place_plate
 
 MIN_ROWS = 20
 """Fewer rows can't tell one effect from another."""
@@ -139,7 +138,7 @@ class TakeNextPoses(AbstractChange):
                 f"at all {count} suggested poses a block would not fit this plate or would block the arm; "
                 "measure them with an instrument"
             )
-        session = place_targets(session, plate.targets)
+        session = place_plate(session, plate)
         text = f"{added} of {count} suggested poses are now targets"
         if added < count:
             text += "; at the rest, a block would not fit the plate or would block the arm"

@@ -87,7 +87,9 @@ class BrowserView(AbstractView):
             self._guarded("the scene", self._scene.show, session)
             waits = [self._update(panel, session) for panel in self._panels]
         self._server.flush()
-        self._report_broken_parts()
+        for sentence in BROKEN.keys() - self._shown_broken:
+            self._worker.submit(Tell(sentence, Severity.WARNING))
+            self._shown_broken.add(sentence)
         self.is_behind = self._scene.is_behind or any(waits)
         if (is_mode := session.mode is not None) is not self._is_mode:
             self._is_mode = is_mode
@@ -114,12 +116,6 @@ class BrowserView(AbstractView):
                 self._failed.add(name)
                 warn_of_broken(name, error)
             return None
-
-    def _report_broken_parts(self) -> None:
-        """Show each sentence on a part that is left out, once."""
-        for sentence in BROKEN.keys() - self._shown_broken:
-            self._worker.submit(Tell(sentence, Severity.WARNING))
-            self._shown_broken.add(sentence)
 
     def _follow(self, is_dark: bool) -> None:
         if is_dark is not self._worker.session.page.is_dark:

@@ -97,7 +97,8 @@ class Header(AbstractPanel):
         end, hint = lambda: SetCaption(""), "End the demo here; any other input ends it too."
         self.button("Stop the demo", end, viser.Icon.PLAYER_STOP, hint, visible=lambda s: s.page.caption)
         self.html(lambda s: _message(_newest(s)))
-        self.button("Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=_stays)
+        stays = lambda s: (last := _newest(s)) is not None and last.severity is not Severity.INFO  # noqa: E731
+        self.button("Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=stays)
         chore = {"testid": "chore", "style": f"color:{MUTED}"}
         self.html(lambda s: s.page.chore and block(f"{text(s.page.chore)} …", **chore))
         self.html(_job)
@@ -156,10 +157,6 @@ def _newest(session: Session) -> Message | None:
         newest is not None and newest.severity is not Severity.ERROR and advice in newest.text.lower()
     )
     return None if is_repeated else newest
-
-
-def _stays(session: Session) -> bool:
-    return (newest := _newest(session)) is not None and newest.severity is not Severity.INFO
 
 
 def _message(message: Message | None) -> str:
