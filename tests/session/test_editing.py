@@ -12,6 +12,7 @@ from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, DeleteTarget, LockTarget, free_place
 from workbench.session.commands.undo import RestoreBest, Undo
 from workbench.session.page_state import Severity
+from workbench.session.target_postures import branches_to
 from workbench.views.page.panels.index import worst_determined
 
 
@@ -57,7 +58,9 @@ def test_a_locked_target_stays_in_place_through_everything(do, first, tmp_path):
 def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
     session = do(SelectTarget(4))
     now = session.states[4].branch
-    other = next(branch for branch in session.branches.found if branch.name != now)
+    other = next(
+        branch for branch in branches_to(session.robot, session.plate.targets[4]) if branch.name != now
+    )
     session = do(ChooseBranch(4, other.name))
     assert session.states[4].branch == other.name
     tool = tool_poses(session.robot, Motion(session.states[4].q[None]))[0]

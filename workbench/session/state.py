@@ -12,7 +12,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.inverse.branch import Branch
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.accuracy_requirement import Wanted
@@ -20,7 +19,7 @@ from workbench.diagnosis.result import Diagnosis
 from workbench.identification.problem_blocks import Noise
 from workbench.identification.result import Identification, Run
 from workbench.plate.cube_map import CubeMap
-from workbench.plate.plate import Plate, Target
+from workbench.plate.plate import Plate
 from workbench.plate.plate_score import SetScore
 from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay
@@ -144,18 +143,6 @@ class EvaluationRegion:
     view: CubeView = FIRST_VIEW
 
 
-@dataclass(frozen=True, eq=False)
-class TargetBranches:
-    """All branches within limits that reach a target.
-
-    Args:
-        of: The target that they belong to.
-    """
-
-    found: tuple[Branch, ...] = ()
-    of: Target | None = None
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Playback:
     """What the arm in the scene stands at.
@@ -241,7 +228,6 @@ class Session:
         is_plate_given: Whether the plate is the user's: it and its region then stay.
         states: How the arm stands at every target.
         score: What the targets would tell about the robot.
-        branches: Those of the selected target.
         parts: What extras keep, by type; see `part`.
     """
 
@@ -252,7 +238,6 @@ class Session:
     score: SetScore
     noise: Noise = field(default_factory=Noise)
     selected: int = 0
-    branches: TargetBranches = TargetBranches()
     drag: Drag | None = None
     region: EvaluationRegion
     history: PlateHistory

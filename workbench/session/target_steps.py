@@ -12,13 +12,8 @@ from workbench.plate.target_readings import usual_sigma
 from workbench.plate.tolerances import EXACT
 from workbench.session.command import AbstractChange
 from workbench.session.live_score import score
-from workbench.session.state import UNDO_STEPS, Focus, Session, TargetBranches, UndoStep
-from workbench.session.target_postures import (
-    branches_to,
-    solve_all_targets,
-    with_clear_branches,
-    with_obstacles,
-)
+from workbench.session.state import UNDO_STEPS, Focus, Session, UndoStep
+from workbench.session.target_postures import solve_all_targets, with_clear_branches, with_obstacles
 from workbench.session.target_state import TargetState
 
 
@@ -85,7 +80,7 @@ def commit_step(session: Session) -> Session:
     free = with_clear_branches(robot, plate, with_obstacles(robot, plate, session.states))
     if any(now is not before for now, before in zip(free, session.states, strict=True)):
         session = with_targets(session, plate, free)
-    return with_branches(with_history(session))
+    return with_history(session)
 
 
 def with_history(session: Session) -> Session:
@@ -94,14 +89,6 @@ def with_history(session: Session) -> Session:
     best = step if history.best is None or is_better(step.score, history.best.score) else history.best
     past = (*history.past, step)[-UNDO_STEPS:]
     return replace(session, history=replace(history, past=past, best=best))
-
-
-def with_branches(session: Session, number: int | None = None) -> Session:
-    """The session with all branches that reach a target, the selected one if no number is given."""
-    target = session.plate.targets[session.selected if number is None else number]
-    if target is session.branches.of:
-        return session
-    return replace(session, branches=TargetBranches(branches_to(session.robot, target), target))
 
 
 def instrument_for(session: Session, plate: Plate) -> Noise:

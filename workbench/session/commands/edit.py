@@ -10,7 +10,7 @@ from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import AUTO
 from workbench.session.command import AbstractChange, computed
 from workbench.session.state import Session
-from workbench.session.target_postures import place
+from workbench.session.target_postures import branches_to, place
 from workbench.session.target_steps import check_free, check_unlocked, move_targets, with_item
 
 STEP = 0.06
@@ -117,8 +117,8 @@ class ChooseBranch(AbstractChange):
     def check(self, session: Session) -> None:
         session.check_target(self.target)
         check_free(session)
-        known = [b.name for b in session.branches.found] if self.target == session.selected else [self.branch]
-        if self.branch not in (AUTO, *known):
+        found = branches_to(session.robot, session.plate.targets[self.target])
+        if self.branch not in (AUTO, *(branch.name for branch in found)):
             raise OptionError(f"target {self.target + 1} has no branch '{self.branch}' within the limits")
 
     def apply(self, session: Session) -> Session:
