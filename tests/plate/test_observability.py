@@ -34,8 +34,7 @@ def arm_set(number=10, seed=0) -> Linearisation:
 
 def test_hand_worked_values():
     # singular values 8 and 2; two measurements
-    matrix = of_matrix([[0.0, 2.0], [8.0, 0.0]])
-    values = {name: index.value(matrix) for name, index in INDICES.items()}
+    values = {name: index.value(of_matrix([[0.0, 2.0], [8.0, 0.0]])) for name, index in INDICES.items()}
     assert values["O1"] == pytest.approx(4.0 / np.sqrt(2.0))
     assert values["O2"] == pytest.approx(0.25)
     assert values["O3"] == pytest.approx(2.0)

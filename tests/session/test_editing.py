@@ -58,9 +58,8 @@ def test_a_locked_target_stays_in_place_through_everything(do, first, tmp_path):
 def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
     session = do(SelectTarget(4))
     now = session.states[4].branch
-    other = next(
-        branch for branch in branches_to(session.robot, session.plate.targets[4]) if branch.name != now
-    )
+    found = branches_to(session.robot, session.plate.targets[4])
+    other = next(branch for branch in found if branch.name != now)
     session = do(ChooseBranch(4, other.name))
     assert session.states[4].branch == other.name
     tool = tool_poses(session.robot, Motion(session.states[4].q[None]))[0]

@@ -204,7 +204,6 @@ STATES = [
     ("diagnosed", with_next_poses, "suggested poses", PLAIN, LOAD, FIT),
     ("added", unchanged, "describes the arm as measured", GOOD, TAKE, COMPARE),
     ("added", lambda s: on_the_page(s, tab=Tab.EXPORT), "arm as measured", GOOD, None, COMPARE),
-    ("loaded", lambda s: on_the_page(s, tab=Tab.MEASURE), "rows", PLAIN, FIT, None),
     ("first", lambda s: on_the_page(s, tab=Tab.MEASURE), "Nothing has been", PLAIN, None, PLATE),
     ("added", lambda s: as_diagnosed(s, causes=()), "not all by certain causes", PLAIN, TAKE, COMPARE),
     ("added", unsure, "not all by certain causes", PLAIN, TAKE, COMPARE),

@@ -323,8 +323,12 @@ def _predicted(session: Session) -> str:
         return "the arm does not reach the region"
     if not np.isfinite(now):
         return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
-    began = f", {first:.3g} mm at the start" if np.isfinite(first) and f"{first:.3g}" != f"{now:.3g}" else ""
-    return f"predicted error after calibration {now:.3g} mm rms{began}"
+    began = (
+        f", {compared(first)} mm at the start"
+        if np.isfinite(first) and compared(first) != compared(now)
+        else ""
+    )
+    return f"predicted error after calibration {compared(now)} mm rms{began}"
 
 
 def _takes_next_poses(session: Session) -> bool:

@@ -224,7 +224,7 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
 
     def finish(self, session: Session, result: Loaded) -> Session:
         return with_other_data(session, result).with_message(
-            Severity.INFO, f"{result.name} was measured at {plural(len(result.dataset), 'pose')}"
+            Severity.LOG, f"{result.name} was measured at {plural(len(result.dataset), 'pose')}"
         )
 
 
