@@ -27,15 +27,9 @@ from workbench.plate.design import optimise_plate
 from workbench.extras.workshop.drawing import figure_of, plate_drawing
 from workbench.extras.workshop.fixture import fixture_of
 from workbench.plate.plate_toml import load_plate
-from workbench.report.figures import png
 from workbench.session.commands.compare import ShowRow
-from workbench.session.commands.data import LoadData
-from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import MoveTarget
-from workbench.session.commands.identify import Identify
-from workbench.session.commands.messages import SetCaption
-from workbench.session.commands.messages import OpenTab
-from workbench.session.page_state import Tab
+from workbench.session.commands.messages import OpenTab, SetCaption
 from workbench.views.page.app import App
 from workbench.views.page.demo import story
 
@@ -46,11 +40,9 @@ CLEAR = """() => document.head.appendChild(document.createElement('style')).text
 SIZE = {"width": 1280, "height": 800}
 WIDTH = 960
 """Width of the moving picture [px]."""
-EVERY = 6
-"""Of a drag's places, each sixth is kept."""
-TABS = {LoadData: Tab.MEASURE, Identify: Tab.CALIBRATE, ShowRow: Tab.COMPARE, Diagnose: Tab.CALIBRATE}
-"""Where the results of commands are to be seen."""
-BENT = 6
+EVERY, EVERY_ROW = 6, 2
+"""Of a drag's places each sixth is kept, of measured rows each second."""
+BENT = 3
 """The row, of those shown, at which the film begins: the real arm bent away from the nominal one."""
 SETTLED = 400
 """Time that the page is given to draw a step [ms]."""
@@ -70,19 +62,21 @@ def frames(app: App, page: Page) -> Iterator[tuple[Image.Image, int, str]]:
         return Image.open(io.BytesIO(page.screenshot())).convert("RGB")
 
     for scene in story(lambda: app.worker.session):
-        moves = 0
-        tab = TABS.get(type(scene.commands[0])) if scene.commands else None
-        for command in (SetCaption(scene.caption), *([] if tab is None else [OpenTab(tab)])):
+        moves = rows = 0
+        for command in (*([SetCaption(scene.caption)] if scene.caption else []), OpenTab(scene.tab)):
             app.worker.submit(command)
         for command in scene.commands:
             app.worker.submit(command)
             app.worker.wait(600.0)
             moves += isinstance(command, MoveTarget)
+            rows += isinstance(command, ShowRow)
             if isinstance(command, MoveTarget) and moves % EVERY:
+                continue
+            if isinstance(command, ShowRow) and rows % EVERY_ROW:
                 continue
             page.wait_for_timeout(SETTLED if moves else 3 * SETTLED)
             alone = len(scene.commands) == 1
-            yield kept(), 2500 if alone else 120 if moves else 500, type(command).__name__
+            yield kept(), 2500 if alone else 120 if moves else 800, type(command).__name__
         if not scene.commands and scene.caption:
             page.wait_for_timeout(SETTLED)
             yield kept(), 1500, ""
@@ -118,7 +112,7 @@ def tour(browser: Browser) -> None:
         append_images=pictures[1:],
         duration=list(times),
         loop=0,
-        quality=45,
+        quality=38,
         method=6,
     )
 
@@ -139,15 +133,17 @@ def notebook(browser: Browser) -> None:
     page = browser.new_context(viewport={"width": 1050, "height": 800}).new_page()
     page.set_content("".join(parts))
     page.wait_for_timeout(SETTLED)
-    page.screenshot(path=PICTURES / "notebook.png", full_page=True)
+    drawn = Image.open(io.BytesIO(page.screenshot(full_page=True)))
+    drawn.convert("RGB").quantize(128).save(PICTURES / "notebook.png", optimize=True)
 
 
 def drawing() -> None:
     """The plate's."""
     design = optimise_plate(load_robot("aria"), load_plate("table2"))
     figure = figure_of(plate_drawing(fixture_of(design.plate)))
-    picture = Image.open(io.BytesIO(png(figure, dots=100))).convert("L")
-    picture.save(PICTURES / "drawing-plate.png", optimize=True)
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=100)
+    Image.open(drawn).convert("L").save(PICTURES / "drawing-plate.png", optimize=True)
 
 
 def main(requested: list[str]) -> None:

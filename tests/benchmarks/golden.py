@@ -33,9 +33,11 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.identify import identify
 from workbench.plate.design import optimise_plate
+from workbench.plate.observability import INDICES
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.drag import GrabTarget
+from workbench.views.page.panels.index import worst_determined
 
 DATA = TESTS.parents[1] / "shared" / "data"
 DIGITS = 12
@@ -149,8 +151,10 @@ def table2() -> Session:
 def shown(session: Session) -> Numbers:
     """What the page shows of a plate: every index, the predicted error, the worst constants."""
     score = session.score
-    keys = ("per_target", "indices", "rank", "parameters", "condition", "position", "rotation", "rises")
-    return {key: getattr(score, key) for key in keys} | {"worst": {name: s for name, s, _ in score.worst}}
+    keys = ("per_target", "rank", "condition", "position", "rotation", "rises")
+    indices, worst = {name: score.indices[name] for name in INDICES}, worst_determined(score.linearisation)
+    out = {"parameters": score.visible, "indices": indices, "worst": {name: s for name, s, _ in worst}}
+    return {key: getattr(score, key) for key in keys} | out
 
 
 def improve() -> Numbers:

@@ -58,7 +58,7 @@ def test_files_of_robots_and_plates_are_opened(do, first, tmp_path):
     assert session.robot.name == load_robot("ur5").name
     session = do(LoadModel("../p.toml", plate.read_bytes()))
     assert session.plate.targets[0].xyz.tolist() == [0.5, 0.3, 0.25]
-    assert session.history.first_plate is session.plate
+    assert session.history.first.plate is session.plate
 
 
 def test_jogging_by_joints_and_by_pose(do, first):

@@ -12,6 +12,8 @@ from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, DeleteTarget, LockTarget, free_place
 from workbench.session.commands.undo import RestoreBest, Undo
 from workbench.session.page_state import Severity
+from workbench.session.target_postures import branches_to
+from workbench.views.page.panels.index import worst_determined
 
 
 def places(session):
@@ -56,7 +58,8 @@ def test_a_locked_target_stays_in_place_through_everything(do, first, tmp_path):
 def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
     session = do(SelectTarget(4))
     now = session.states[4].branch
-    other = next(branch for branch in session.branches.found if branch.name != now)
+    found = branches_to(session.robot, session.plate.targets[4])
+    other = next(branch for branch in found if branch.name != now)
     session = do(ChooseBranch(4, other.name))
     assert session.states[4].branch == other.name
     tool = tool_poses(session.robot, Motion(session.states[4].q[None]))[0]
@@ -75,22 +78,22 @@ def test_the_contribution_of_a_target_is_what_is_lost_without_it(do, first):
 
 
 def test_worst_determined_are_named_and_open_ones_come_first(do, first):
-    name, error, unit = first.score.worst[0]
+    name, error, unit = worst_determined(first.score.linearisation)[0]
     stds = np.sqrt(np.diag(first.score.linearisation.covariance))
     assert error == pytest.approx(stds[first.score.linearisation.names.index(name)])
     assert unit in ("m", "rad")
     session = do(*(DeleteTarget(0) for _ in range(8)))
-    assert session.score.rank < session.score.parameters
-    assert np.isinf(session.score.worst[0][1])
+    assert session.score.rank < session.score.visible
+    assert np.isinf(worst_determined(session.score.linearisation)[0][1])
     assert np.isnan(session.score.rises).all()
 
 
 def test_the_best_so_far_comes_back(do, first, worker):
     worse = do(MoveTarget(0, (0.2, 0.36, 0.235), (-2.6, 0.0, 0.0)), DeleteTarget(7))
     assert worse.score.position > first.score.position
-    assert len(worse.history.scores) == 3
+    assert len(worse.history.past) == 3
     session = do(RestoreBest())
-    assert session.score.position == pytest.approx(min(s.position for s in session.history.scores))
+    assert session.score.position == pytest.approx(min(step.score.position for step in session.history.past))
     again = replay(first, worker.journal)
     assert np.array_equal(again.plate.poses, session.plate.poses)
     assert "best" in do(RestoreBest()).page.messages[-1].text

@@ -16,11 +16,11 @@ from workbench.plate.tolerances import Production
 from workbench.session import start
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.plate import SetNoise
-from workbench.session.commands.target_placement import place_plate
 from workbench.session.commands.undo import Redo, ResetTargets, Undo
 from workbench.session.live_score import score
 from workbench.session.page_state import Severity
 from workbench.session.start import default_plate
+from workbench.session.target_steps import place_plate
 
 RPY = (-2.6, 0.05, 0.1)
 
@@ -35,7 +35,7 @@ def test_all_of_table_2_is_reached_and_clear(first):
     assert all(s.measurable for s in first.states)
     for i in range(10):
         assert_reached(first, i)
-    assert first.score.rank == first.score.parameters == 24
+    assert first.score.rank == first.score.visible == 24
     assert first.score.position < 0.5e-3
     assert len({s.branch for s in first.states}) > 1
 
@@ -56,7 +56,7 @@ def test_an_arm_of_a_urdf_leaves_nothing_undetermined_that_any_pose_could_show(t
     """Its six constants a joint are more than poses tell apart: 26 of 36."""
     robot = load_robot(write_urdf(load_robot("ur5"), tmp_path / "own.urdf"))
     session = start(robot, default_plate(robot))
-    assert session.score.rank == session.score.parameters == 26
+    assert session.score.rank == session.score.visible == 26
     assert np.isfinite(session.score.condition)
     assert (session.score.rises > 0.0).all()
     assert session.score.indices["O1"] > 0.0
@@ -118,7 +118,7 @@ def test_no_target_in_reach_is_said_not_raised(do):
 def test_noise_scales_the_prediction_of_now_and_then(do, first):
     session = do(SetNoise(2 * first.noise.position, 2 * first.noise.rotation))
     assert session.score.position == pytest.approx(2 * first.score.position)
-    assert session.history.first_score.position == pytest.approx(session.score.position)
+    assert session.history.first.score.position == pytest.approx(session.score.position)
 
 
 def test_reset_can_be_undone(do, first):

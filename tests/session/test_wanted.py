@@ -55,9 +55,7 @@ def test_the_guide_and_the_panel_judge_a_predicted_error_alike(first, position, 
     An rms over poses can't show that every pose keeps it: nothing is called good before it was tried.
     """
     score = replace(first.score, position=1e-3 * position, rotation=float(np.deg2rad(degrees)))
-    session = replace(
-        first, score=score, history=replace(first.history, done=(UndoStep(first.plate, first.states),))
-    )
+    session = replace(first, score=score, history=replace(first.history, done=(UndoStep.of(first),)))
     judged, step = plate_judgement(session), next_step(session)
     assert judged.tone is step.tone is (Tone.PLAIN if good else Tone.CAREFUL)
     assert mentions(judged.text, "1 mm", "0.66°")
@@ -71,7 +69,7 @@ def test_the_yield_judges_the_plate_once_it_is_known(first, share, tone, positio
     score = replace(first.score, position=1e-3 * position)
     trial = trial_of(first, share)
     session = replace(
-        first, score=score, history=replace(first.history, done=(UndoStep(first.plate, first.states),))
+        first, score=score, history=replace(first.history, done=(UndoStep.of(first),))
     ).with_part(trial)
     judged, step = plate_judgement(session), next_step(session)
     assert judged.tone is step.tone is tone

@@ -115,14 +115,9 @@ def test_what_is_hidden_is_made_when_it_is_shown(session):
 
 def test_no_target_of_the_last_plate_haunts_another_arm(session):
     """Blocks of the plate before a move are shadows; those of the plate of another robot would be ghosts."""
-    stepped = replace(
-        moved(session, 0, 0.05),
-        history=replace(session.history, done=(UndoStep(session.plate, session.states),)),
-    )
+    stepped = replace(moved(session, 0, 0.05), history=replace(session.history, done=(UndoStep.of(session),)))
     assert [item.path for item in plate_before(stepped)] == ["plate/before/1"]
-    opened = replace(
-        stepped, history=replace(stepped.history, done=(UndoStep(session.plate, session.states, session),))
-    )
+    opened = replace(stepped, history=replace(stepped.history, done=(UndoStep.of(session, session),)))
     assert list(plate_before(opened)) == []
     ahead = tuple(replace(target, xyz=target.xyz + 0.1) for target in session.plate.targets)
     searched = replace(stepped, plate=replace(session.plate, targets=ahead))

@@ -56,15 +56,15 @@ def test_error_and_index_of_the_plate_stand_side_by_side_with_their_curves(first
 
 
 def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):
-    assert len(moved.history.past) == len(moved.history.scores) == 3
-    text = plot(moved.history.scores, 0)
+    assert len(moved.history.past) == 3
+    text = plot([step.score.position for step in moved.history.past], 0)
     assert text.count("<circle") == 4  # the best one twice
-    best = 1e3 * min(score.position for score in moved.history.scores)
+    best = 1e3 * min(step.score.position for step in moved.history.past)
     assert f"{best:.3f}" in text
     assert mentions(text, "step 1")
     back = GoBackTo(0).apply(moved)
     assert back.plate is first.plate
-    assert len(back.history.scores) == len(back.history.past) == 4
+    assert len(back.history.past) == 4
     assert Undo().apply(back).plate is moved.plate
 
 

@@ -261,7 +261,7 @@ class Diagnosis(AbstractReported):
             partly = "partly " if self.verdict is Verdict.PARTLY else ""
             return f"{partly}predicted, but no cause is named"
         is_guess = self.verdict is Verdict.EXPLAINED and not self.is_named
-        return "predicted, but no cause is certain" if is_guess else str(self.verdict)
+        return "predicted, but not all by certain causes" if is_guess else str(self.verdict)
 
     @property
     @beside("whether to measure more", False)

@@ -28,7 +28,7 @@ from workbench.plate.optimiser.target_blocks import few_shapes, places_of
 from workbench.plate.plate import Plate
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
 from workbench.plate.target_readings import TargetReading, reading_named, usual_reading
-from workbench.plate.tolerances import PIN_PLAY, Production
+from workbench.plate.tolerances import PIN_PLAY
 
 NARROW = Constraints(clearance=0.005, spacing=0.06, retreat=0.025)
 """Margins for an arm that has no room for the usual ones."""
@@ -86,7 +86,12 @@ def optimise_plate(
         reading = reading_named(reading or usual_reading(plate), robot, plate, sigma=sigma, visits=visits)
     is_usual = request is None and "constraints" not in fields
     request = with_fields(DesignRequest, request, fields)
-    request = replace(request, production=request.production or plate_production(plate, reading.name))
+    made = plate.production
+    if reading.name != "seat":
+        made = replace(made, play=(0.0, 0.0))
+    elif not any(made.play):  # seats of which the file tells no play have that of the drawn pins
+        made = replace(made, play=PIN_PLAY)
+    request = replace(request, production=request.production or made)
 
     def search(request: DesignRequest, plate: Plate = plate) -> PlateDesign:
         return optimise.optimise_plate(
@@ -156,14 +161,6 @@ def _best_place(
     if wrong is not None and not found:
         raise wrong
     return places[min(found, key=found.__getitem__)]
-
-
-def plate_production(plate: Plate, reading: str) -> Production:
-    """How a plate that is designed is made: as its file says; seats of which it tells no play have that of
-    the drawn pins."""
-    if reading != "seat":
-        return replace(plate.production, play=(0.0, 0.0))
-    return plate.production if any(plate.production.play) else replace(plate.production, play=PIN_PLAY)
 
 
 def _of_few_shapes(search: Callable[[DesignRequest], PlateDesign], request: DesignRequest) -> PlateDesign:

@@ -7,6 +7,7 @@ nothing changes.
 """
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -37,8 +38,11 @@ def identified_names(robot: Robot, *, base: bool | None = None, tool: bool | Non
     return (*robot.default_free, *(f"{frame}.{part}" for frame in unknown for part in FRAME_PARTS))
 
 
+@lru_cache(maxsize=8)
 def visible_basis(robot: Robot, names: tuple[str, ...] | None = None) -> Float[np.ndarray, "p r"] | None:
     """Observable combinations of scaled parameters, as columns; None if all are observable.
+
+    Kept, since a drag asks for it again and again.
 
     Args:
         names: What is identified; the robot's default free constants if None.

@@ -123,7 +123,7 @@ class SetIndex(AbstractSetIndex):
         """The index of any spectra; zero for those below full rank."""
         seen = spectra[:, -1] > RANK_TOLERANCE * np.maximum(spectra[:, 0], np.finfo(float).tiny)
         safe = np.where(seen[:, None], spectra, 1.0)
-        return np.where(seen, self.of_spectrum(safe, measurements), 0.0)
+        return np.where(seen, self.of_spectrum(safe, max(measurements, 1)), 0.0)
 
     def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
         if linearisation.rank() < len(linearisation.names):
@@ -329,8 +329,3 @@ def goal_index(
         return index_named(goal)
     weight = position_weight(robot, goal, linearisation.names, linearisation.weights)
     return I(visible_weight(weight, basis))
-
-
-def evaluate(linearisation: Linearisation) -> dict[str, float]:
-    """Every index of a linearisation, by name; the singular values are computed once."""
-    return {name: index.value(linearisation) for name, index in INDICES.items()}

@@ -117,9 +117,16 @@ def position_weight(
         q_region: Joint positions of poses that matter [rad or m].
         weights: Scaling of the parameters, as in `Linearisation.weights`, where C is of scaled ones.
     """
-    moves = _twists(robot, q_region, names)[:, :3].reshape(-1, len(names))
-    moves = moves if weights is None else moves * weights
-    return moves.T @ moves / len(q_region)
+    whole = _cached_weight(robot, q_region.tobytes(), q_region.shape, names)
+    return whole if weights is None else whole * np.outer(weights, weights)
+
+
+@lru_cache(maxsize=4)
+def _cached_weight(
+    robot: Robot, q: bytes, shape: tuple[int, int], names: tuple[str, ...]
+) -> Float[np.ndarray, "p p"]:
+    moves = _cached_twists(robot, q, shape, names)[:, :3].reshape(-1, len(names))
+    return frozen(moves.T @ moves / shape[0])
 
 
 MIN_LEFT = 1e-9
@@ -144,19 +151,15 @@ def rise_without_each(
     covariance = linearisation.covariance
     square = float((weight * covariance).sum())
     starts = np.searchsorted(linearisation.measurement, np.arange(count + 1))
-    rises = [_rise(linearisation.jacobian[a:b], covariance, weight) for a, b in pairwise(starts)]
+    rises = []  # of trace(W C) without these rows
+    for begin, end in pairwise(starts):
+        rows = linearisation.jacobian[begin:end]
+        gain = covariance @ rows.T
+        values, vectors = np.linalg.eigh(np.eye(len(rows)) - rows @ gain)
+        turned = gain @ vectors
+        is_lost = values[0] < MIN_LEFT
+        rises.append(np.inf if is_lost else float(((turned * (weight @ turned)).sum(0) / values).sum()))
     return np.sqrt(1.0 + np.array(rises) / square) - 1.0
-
-
-def _rise(rows: np.ndarray, covariance: np.ndarray, weight: np.ndarray) -> float:
-    """Rise of trace(W C) without these rows."""
-    gain = covariance @ rows.T
-    left = np.eye(len(rows)) - rows @ gain
-    values, vectors = np.linalg.eigh(left)
-    if values[0] < MIN_LEFT:
-        return np.inf
-    turned = gain @ vectors
-    return float(((turned * (weight @ turned)).sum(0) / values).sum())
 
 
 def _twists(

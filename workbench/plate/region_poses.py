@@ -51,13 +51,14 @@ def region_poses(
         cone: Maximum angle from one of them [rad].
     """
     _check_reach(robot, region)
-    towards, cone = (np.eye(3)[None], np.pi) if towards is None else (towards, cone)
     rows: list[np.ndarray] = []
     reached, tries = 0, 0
+    if towards is None:
+        towards, cone = np.eye(3)[None], np.pi
     while reached < number:
         centres = towards[rng.integers(0, len(towards), number - reached)]
-        turns = _turns(len(centres), rng, cone) @ centres
-        poses = robot.base.pose @ se3.pose(turns, region.sample(len(centres), rng=rng))
+        turned = _turns(len(centres), rng, cone) @ centres
+        poses = robot.base.pose @ se3.pose(turned, region.sample(len(centres), rng=rng))
         for result in inverse.solve_many(robot, poses):
             rows += [branch.q for branch in result.within_limits]
             reached += result.reachable

@@ -14,7 +14,6 @@ from jaxtyping import Float, Int
 
 import workbench.plate.report.plates  # noqa: F401 how results are shown
 from workbench.arm.kinematics.forward import link_frames
-from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -26,7 +25,7 @@ from workbench.base.types import frozen
 from workbench.data.arguments import RobotLike
 from workbench.plate.arguments import PlateLike
 from workbench.plate.free_constants import identified_names, visible, visible_basis, visible_weight
-from workbench.plate.observability import I, O, evaluate
+from workbench.plate.observability import INDICES, I, O
 from workbench.plate.plate import Plate
 from workbench.plate.plate_score import PlateScore, SetScore
 from workbench.plate.predicted_error import position_weight, predicted_error, rise_without_each
@@ -43,7 +42,7 @@ def set_score(
     robot: Robot,
     plate: Plate,
     q: Float[np.ndarray, "rows n"],
-    branches: tuple[str | None, ...],
+    branches: Sequence[str | None],
     targets: Int[np.ndarray, " rows"],
     *,
     q_region: Float[np.ndarray, "poses n"],
@@ -53,9 +52,9 @@ def set_score(
     """The score of one row of joint positions for each of some targets; the others don't count.
 
     Args:
-        q_region: Poses for which the error is predicted [rad or m].
+        q_region: Poses for which the error is predicted [rad or m]; without any it stays unknown.
         names: What is identified.
-        sigma: Standard deviations of the instrument [m], [rad].
+        sigma: Standard deviations of the instrument [m], [rad]; the production of the plate comes on top.
     """
 
     def spread(values: np.ndarray) -> np.ndarray:
@@ -63,26 +62,37 @@ def set_score(
         every[targets] = values
         return frozen(every)
 
+    named = dict(zip(targets.tolist(), branches, strict=True))
     basis = visible_basis(robot, names)
     whole = linearise_targets(robot, plate, q, slots=targets, names=names, sigma=sigma)
-    seen = visible(whole, basis)
-    arm = linearise_targets(robot, plate, q, slots=targets, additive=True)  # O is of the arm's own constants
-    weight = visible_weight(position_weight(robot, q_region, names, whole.weights), basis)
-    rises = rise_without_each(seen, weight / np.outer(seen.weights, seen.weights))
+    seen, is_own = visible(whole, basis), names == robot.default_free and plate.anchors is None
+    # O is of the arm's own constants
+    arm = whole if is_own else linearise_targets(robot, plate, q, slots=targets, additive=True)
+    per_target, rises = O().per_pose(arm), np.full(len(q), np.nan)
+    error, is_known = predicted_error(whole, robot, q_region), len(q_region) > 0
+    indices = {name: index.value(seen) for name, index in INDICES.items() if name != O.name}
+    indices = {O.name: float(per_target.mean()) if len(q) else 0.0, **indices}
+    if is_known:
+        weight = visible_weight(position_weight(robot, q_region, names, whole.weights), basis)
+        rises = rise_without_each(seen, weight / np.outer(seen.weights, seen.weights))
+        indices[I.name] = I(weight).value(seen)
     unseen = seen.unidentifiable if basis is None else basis @ seen.unidentifiable
-    named = dict(zip(targets.tolist(), branches, strict=True))
     return SetScore(
         q=spread(q),
-        branches=tuple(named.get(i, "") for i in range(len(plate))),
-        per_target=spread(O().per_pose(arm)),
-        shares=spread(np.nan_to_num(1.0 - 1.0 / (1.0 + rises))),
-        stacked=_ratio(arm),
-        indices={**evaluate(seen), "O": O().value(arm), "I": I(weight).value(seen)},
-        rank=whole.rank(),
+        branches=tuple(named.get(i) or "" for i in range(len(plate))),
+        per_target=spread(per_target),
+        rises=spread(rises),
+        indices=indices,
+        rank=seen.rank(),
         visible=len(seen.names),
         names=names,
         open=frozen(unseen * whole.weights[:, None]),
-        error=predicted_error(whole, robot, q_region),
+        condition=seen.condition,
+        error=error,
+        position=error.position_rms if is_known else np.nan,
+        rotation=error.rotation_rms if is_known else np.nan,
+        linearisation=whole,
+        arm=arm,
     )
 
 
@@ -189,13 +199,6 @@ def alike(plates: Sequence[Plate], production: Production | None = None) -> tupl
     stated = [plate.production for plate in plates if plate.production != EXACT]
     common = production or next(iter(stated), EXACT)
     return tuple(plate.made(common) for plate in plates)
-
-
-def _ratio(linearisation: Linearisation) -> float:
-    """σmin/σmax of the unscaled Jacobian; zero where it has fewer rows than columns."""
-    values = np.linalg.svd(linearisation.unwhitened, compute_uv=False)
-    full = len(values) == len(linearisation.names) and values[0] > 0
-    return float(values[-1] / values[0]) if full else 0.0
 
 
 SAMPLES = 33

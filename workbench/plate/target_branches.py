@@ -23,7 +23,7 @@ from workbench.plate.collision import hits, unobstructed
 from workbench.plate.exchange import of_information
 from workbench.plate.free_constants import visible, visible_basis
 from workbench.plate.observability import goal_index, index_named
-from workbench.plate.plate import AUTO, Kind, Plate
+from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error
 from workbench.plate.target_readings import SEAT, linearise_targets
@@ -146,10 +146,17 @@ def _by_task(robot: Robot, plate: Plate) -> dict[Task | None, list[int]]:
     """
     tasks: dict[Task | None, list[int]] = {}
     for row, target in enumerate(plate.targets):
-        off = np.inf if target.q is None else np.abs(in_base(robot, target.q[None])[0] - target.pose).max()
-        whole = target.kind is Kind.SEAT or off < THERE
+        whole = target.kind is Kind.SEAT or _is_there(robot, target)
         tasks.setdefault(None if whole else Task.POSITION, []).append(row)
     return tasks
+
+
+def _is_there(robot: Robot, target: Target) -> bool:
+    """Whether a target's joint angles put the tool into its whole pose."""
+    if target.q is None:
+        return False
+    at = in_base(robot, target.q[None])
+    return bool(np.abs(at[0] - target.pose).max() < THERE)
 
 
 def single_branches(solutions: Solutions) -> dict[str, Float[np.ndarray, "targets n"]]:
@@ -186,9 +193,9 @@ def choose_branches(
     q = np.array([branch.q for target in solutions for branch in target])
     linearisation = linearise_targets(robot, plate, q, slots=slots, names=names, sigma=sigma, additive=True)
     basis = visible_basis(robot, names)
-    seen = visible(linearisation, basis)
+    seen = visible(linearisation, basis)  # sockets and points give their position only
     starts_of = np.searchsorted(seen.measurement, np.arange(1, seen.measurements))
-    options = np.stack([rows.T @ rows for rows in np.split(seen.scaled, starts_of)])
+    options = np.stack([block.T @ block for block in np.split(seen.scaled, starts_of)])
     allowed = _allowed(plate, slots, labels)
     index = goal_index(goal, robot, linearisation, basis)
     place = {key: i for i, key in enumerate(zip(slots.tolist(), labels, strict=True))}

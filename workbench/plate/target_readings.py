@@ -153,14 +153,10 @@ def reading_named(
         by_twist = partial(_distances, anchors_of(robot, plate))
     elif name != "contacts":
         deviations = [position] * 3 + [rotation] * (3 if name == "seat" else 0)
-        by_twist = partial(_coordinates, len(deviations))
+        by_twist = lambda poses: np.tile(np.eye(6)[: len(deviations)], (len(poses), 1, 1))  # noqa: E731
     return TargetReading(
         name=name, kind=kind, by_twist=by_twist, sigma=np.array(deviations), visits=visits, anchors=anchors
     )
-
-
-def _coordinates(count: int, poses: Poses) -> Float[np.ndarray, "rows m 6"]:
-    return np.tile(np.eye(6)[:count], (len(poses), 1, 1))
 
 
 def _distances(anchors: Float[np.ndarray, "m 3"], poses: Poses) -> Float[np.ndarray, "rows m 6"]:

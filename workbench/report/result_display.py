@@ -107,7 +107,7 @@ def _html(block: Block) -> Markup:
         return Markup('<p style="margin: .3em 0; {}">{}</p>').format(ink, _broken(text))
     if isinstance(block, ResultTable):
         return _table(block)
-    drawn = Markup('<figure style="margin: .8em 0">{}{}</figure>')
+    drawn = Markup('<figure style="margin: .8em 0; max-width: 30em">{}{}</figure>')
     title = Markup("<figcaption>{}</figcaption>").format(readable(block.title)) if block.title else ""
     svg = readable(block.svg())
     return drawn.format(title, Markup(svg)) if svg else Markup("")

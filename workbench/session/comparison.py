@@ -93,11 +93,6 @@ class Comparison:
         """Rows before the last event."""
         return np.zeros(len(self), bool) if self.over is None else ~np.asarray(self.over.all(1))
 
-    def nearest_stage(self, wanted: ModelStage) -> ModelStage:
-        """The stage that is shown where this one is wanted: the last known one up to it."""
-        up_to = STAGES.index(wanted)
-        return next((s for s in reversed(self.stages) if STAGES.index(s) <= up_to), ModelStage.NOMINAL)
-
 
 def compare(
     fitted: Dataset,

@@ -105,7 +105,7 @@ def _predicted(session: Session) -> CubeValues | None:
         return None
     if found is None:
         return CubeValues(np.where(cubes.reached > 0, np.inf, np.nan), 0.0, 1.0)
-    return _predicted_after(cubes, found, session.history.first_score.linearisation)
+    return _predicted_after(cubes, found, session.history.first.score.linearisation)
 
 
 def _predicted_change(session: Session) -> CubeValues | None:

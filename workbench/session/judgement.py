@@ -41,12 +41,12 @@ def plate_judgement(session: Session) -> Judgement | None:
     if wanted is None or np.isnan(score.position):
         return None
     if found is not None:
-        kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms keep {wanted.text} everywhere"
-        kept += f", {100 * PASSING_SHARE:.0f} % have to"
+        kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms stay within {wanted.text} everywhere"
+        kept += f"; {100 * PASSING_SHARE:.0f} % should"
         if found.share < PASSING_SHARE:
             turned = None if wanted.rotation is None else found.used * wanted.rotation
             limit = replace(wanted, position=found.used * wanted.position, rotation=turned)
-            kept += f"; so many keep {limit.text}"
+            kept += f", and do within {limit.text}"
         if found.unreached > (1.0 - PASSING_SHARE) * found.arms:
             kept += f"; {found.unreached} of them leave out targets that they can't reach"
         kept += " (geometry alone, without gears and compliance)"

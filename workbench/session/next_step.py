@@ -75,16 +75,23 @@ POSES = Action("Add the next poses as targets", Tab.PLATE, TakeNextPoses())
 
 
 def next_step(session: Session) -> NextStep:
-    """The state of this session; where it advises to save the arm, the tone is no better than the verdict."""
+    """The state of this session; where it advises to save the arm, the tone is no better than the verdict.
+
+    Nothing leads to the tab that is open.
+    """
     step = next(found for row in ROWS if (found := row(session)) is not None)
     loaded, file = session.measurements.loaded, session.measurements.unread
     if loaded is not None and file is not None and file.match is not None and session.is_idle:
         step = replace(step, other=_change_to(file.match))
     judged = arm_judgement(session) if step.next == TAKE else None
-    if judged is None:
-        return step
-    tone = max(step.tone, judged.tone, key=[Tone.GOOD, Tone.PLAIN, Tone.CAREFUL, Tone.BAD].index)
-    return replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
+    if judged is not None:
+        tone = max(step.tone, judged.tone, key=[Tone.GOOD, Tone.PLAIN, Tone.CAREFUL, Tone.BAD].index)
+        step = replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
+    here = Action("", session.page.tab) if session.page.tab is not None else None
+    following, other = (
+        None if at is not None and replace(at, label="") == here else at for at in (step.next, step.other)
+    )
+    return replace(step, next=following, other=other)
 
 
 def _asked(session: Session) -> NextStep | None:
@@ -163,9 +170,9 @@ def _added(session: Session) -> NextStep | None:
     if not session.results.accepted:
         return None
     if found is None or found.is_good:
-        left, tone = "The model now describes the real arm", Tone.GOOD
+        left, tone = "The model now describes the arm as measured", Tone.GOOD
     elif not found.is_named:
-        left, tone = "What was added predicts the rest; no cause is certain", Tone.PLAIN
+        left, tone = "What was added predicts the rest, but not all by certain causes", Tone.PLAIN
     else:
         left, tone = "No known effect explains the rest", Tone.CAREFUL
     return NextStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)
@@ -265,13 +272,13 @@ def _figure(session: Session) -> str:
         return f"{' → '.join(compared(stage.error) for stage in found)} mm"
     predicted = 1e3 * session.score.position
     is_plate = session.measurements.loaded is None and np.isfinite(predicted)
-    return f"{predicted:.3f} mm rms predicted" if is_plate else ""
+    return f"{predicted:.3f} mm predicted after calibration" if is_plate else ""
 
 
 def _plate(session: Session) -> NextStep:
     """What the plate needs, or that it is good enough."""
     history, count = session.history, len(session.plate)
-    improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(len(history.scores)))
+    improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(len(history.past)))
     if bad := [i for i, state in enumerate(session.states) if not state.measurable]:
         why = f"target {bad[0] + 1} is {session.states[bad[0]].obstacle}"
         show = Action(f"Show target {bad[0] + 1}", Tab.PLATE, SelectTarget(bad[0]))
@@ -280,15 +287,14 @@ def _plate(session: Session) -> NextStep:
     if _takes_next_poses(session):
         return NextStep("The suggested poses are now targets; measure them.", next=LOAD, other=FIT)
     if session.page.tab in (Tab.MEASURE, Tab.CALIBRATE, Tab.COMPARE, Tab.EXPORT):
-        is_there = session.page.tab is Tab.MEASURE
-        return NextStep(UNMEASURED, next=None if is_there else LOAD, other=PLATE if is_there else None)
+        return NextStep(UNMEASURED, next=LOAD, other=PLATE)
     judged, is_searched = plate_judgement(session), history.searched is session.plate
-    if session.plate is history.first_plate and not is_searched and (judged is None or not history.done):
+    if session.plate is history.first.plate and not is_searched and (judged is None or not history.done):
         text = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
         return NextStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
     if judged is not None and judged.tone is Tone.GOOD:
         return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
-    text = capital(_predicted(session)) + ("" if judged is None else f": {judged.text}")
+    text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
     is_known, trial = np.isfinite(session.score.position), _trial()
     if is_known and (judged is None or judged.tone is Tone.PLAIN):
         return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
@@ -296,7 +302,7 @@ def _plate(session: Session) -> NextStep:
         text = f"{text}. A search may find better places for the targets."
     elif (number := more_targets(session)) is not None:
         text = f"{text}. These places are the best found; more targets lower the error."
-        more = ImprovePlate(len(history.scores), number)
+        more = ImprovePlate(len(history.past), number)
         improve = Action(f"Search {number} targets", Tab.PLATE, more)
     else:
         text = f"{text}. No better plate was found. Require less, measure more exactly, or add targets."
@@ -312,13 +318,17 @@ def _trial() -> Action | None:
 
 
 def _predicted(session: Session) -> str:
-    now, first = (1e3 * score.position for score in (session.score, session.history.first_score))
+    now, first = (1e3 * score.position for score in (session.score, session.history.first.score))
     if np.isnan(now) and session.region.sampled is session.plate.region:
         return "the arm does not reach the region"
     if not np.isfinite(now):
         return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
-    began = f", {first:.3g} mm at the start" if np.isfinite(first) and f"{first:.3g}" != f"{now:.3g}" else ""
-    return f"predicted error after calibration {now:.3g} mm rms{began}"
+    began = (
+        f", {compared(first)} mm at the start"
+        if np.isfinite(first) and compared(first) != compared(now)
+        else ""
+    )
+    return f"predicted error after calibration {compared(now)} mm rms{began}"
 
 
 def _takes_next_poses(session: Session) -> bool:

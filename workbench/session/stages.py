@@ -8,7 +8,7 @@ from jaxtyping import Float
 from workbench.identification.errors.row_errors import RowErrors
 from workbench.identification.result import Identification, Run, Validation, judged
 from workbench.report.numbers import compared
-from workbench.session.comparison import Comparison, ModelStage
+from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.state import Session
 
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
@@ -55,15 +55,16 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
 
 
 def shown_stage(session: Session, rows: Comparison) -> ModelStage:
-    """The stage whose errors are shown: the chosen one, or else the model as it is now."""
+    """The stage whose errors are shown: the last known one up to the chosen one, or to the model as it is."""
     now = ModelStage.CAUSES if session.results.accepted else ModelStage.GEOMETRY
-    return rows.nearest_stage(session.choices.overlay.stage or now)
+    up_to = STAGES.index(session.choices.overlay.stage or now)
+    return next((s for s in reversed(rows.stages) if STAGES.index(s) <= up_to), ModelStage.NOMINAL)
 
 
 def before_and_after(session: Session) -> str:
-    """Errors of the nominal arm and of the calibrated one as it stands: `0.739 → 0.072 mm`."""
+    """Errors of the nominal arm and of the calibrated one as it stands: `Mean error 0.739 → 0.072 mm`."""
     first, *_, last = stages(session)
-    return f"{compared(first.error)} → {compared(last.error)} mm"
+    return f"Mean error {compared(first.error)} → {compared(last.error)} mm"
 
 
 def noise_length(found: Identification) -> float:

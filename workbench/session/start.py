@@ -30,7 +30,7 @@ from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.target_readings import usual_sigma
 from workbench.session.live_score import draw_region, score
-from workbench.session.state import Choices, EvaluationRegion, PlateHistory, Session
+from workbench.session.state import Choices, EvaluationRegion, PlateHistory, Session, UndoStep
 from workbench.session.target_postures import branches_to, solve_all_targets
 from workbench.session.target_state import TargetState
 from workbench.session.target_steps import commit_step
@@ -74,7 +74,7 @@ def start(
             region=EvaluationRegion(q=region_q, sampled=plate.region if is_quick else None),
             is_plate_given=is_given,
             noise=noise,
-            history=PlateHistory(first_plate=plate, first_states=states, first_score=first),
+            history=PlateHistory(first=UndoStep(plate, states, first)),
             choices=Choices(wanted=default_requirement(robot.name)),
         )
     )
@@ -99,7 +99,7 @@ def default_plate(robot: Robot) -> Plate:
 
 def is_default_plate(session: Session) -> bool:
     """Whether the plate is still the one that the arm began on."""
-    if session.is_plate_given or session.plate is not session.history.first_plate:
+    if session.is_plate_given or session.plate is not session.history.first.plate:
         return False
     return session.plate.name == CIRCLE or (session.robot.name == ARIA and session.plate.name == TABLE_2_NAME)
 

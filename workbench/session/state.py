@@ -3,7 +3,7 @@
 Nothing here computes. Parts that no command touches stay the same objects: views see by identity what is new.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
@@ -12,7 +12,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.inverse.branch import Branch
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.accuracy_requirement import Wanted
@@ -20,7 +19,8 @@ from workbench.diagnosis.result import Diagnosis
 from workbench.identification.problem_blocks import Noise
 from workbench.identification.result import Identification, Run
 from workbench.plate.cube_map import CubeMap
-from workbench.plate.plate import Plate, Target
+from workbench.plate.plate import Plate
+from workbench.plate.plate_score import SetScore
 from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay
 from workbench.session.live_score import PlateTrial
@@ -28,7 +28,7 @@ from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import MESSAGES, PASSING, Message, PageState, Severity
 from workbench.session.part import AbstractPart, GoesWith, Part
 from workbench.session.played_motion import Played
-from workbench.session.target_state import Score, TargetState
+from workbench.session.target_state import TargetState
 
 UNDO_STEPS = 200
 """How many moves can be taken back."""
@@ -62,12 +62,20 @@ class UndoStep:
     Args:
         plate: The plate.
         states: How the arm stands at its targets.
+        score: What they told then.
         session: The whole session, where the robot is another, with all that was measured.
     """
 
     plate: Plate
     states: tuple[TargetState, ...]
+    score: SetScore
     session: "Session | None" = None
+
+    @classmethod
+    def of(cls, session: "Session", whole: "Session | None" = None) -> "UndoStep":
+        """The targets of a session, without the matrices of their score, which are ten times the rest."""
+        small = replace(session.score, linearisation=None, arm=None)
+        return cls(session.plate, session.states, small, whole)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,28 +108,20 @@ class PlateHistory:
     """What the plate was before: to undo, to compare with, and to go back to.
 
     Args:
-        first_plate: The fixture as it was loaded.
-        first_states: How the arm stood at its targets.
-        first_score: Its score.
+        first: The fixture as it was loaded.
         done: Steps that undo goes back to, oldest first.
         undone: Steps that redo goes forward to, nearest last.
-        scores: After every step, oldest first.
-        past: The plates that had these scores.
-        best: The plate with the smallest predicted error so far.
-        best_score: Its score.
+        past: The targets after every step, oldest first.
+        best: Those with the smallest predicted error so far.
         searched: The plate that the last search for a better one ended with.
         sought: How many targets that search was for; the most there can be where it found no plate at all.
     """
 
-    first_plate: Plate
-    first_states: tuple[TargetState, ...]
-    first_score: Score
+    first: UndoStep
     done: tuple[UndoStep, ...] = ()
     undone: tuple[UndoStep, ...] = ()
-    scores: tuple[Score, ...] = ()
     past: tuple[UndoStep, ...] = ()
     best: UndoStep | None = None
-    best_score: Score | None = None
     searched: Plate | None = None
     sought: int = 0
 
@@ -141,18 +141,6 @@ class EvaluationRegion:
     sampled: Region | None = None
     cubes: CubeMap | None = None
     view: CubeView = FIRST_VIEW
-
-
-@dataclass(frozen=True, eq=False)
-class TargetBranches:
-    """All branches within limits that reach a target.
-
-    Args:
-        of: The target that they belong to.
-    """
-
-    found: tuple[Branch, ...] = ()
-    of: Target | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -240,7 +228,6 @@ class Session:
         is_plate_given: Whether the plate is the user's: it and its region then stay.
         states: How the arm stands at every target.
         score: What the targets would tell about the robot.
-        branches: Those of the selected target.
         parts: What extras keep, by type; see `part`.
     """
 
@@ -248,10 +235,9 @@ class Session:
     plate: Plate
     is_plate_given: bool = False
     states: tuple[TargetState, ...]
-    score: Score
+    score: SetScore
     noise: Noise = field(default_factory=Noise)
     selected: int = 0
-    branches: TargetBranches = TargetBranches()
     drag: Drag | None = None
     region: EvaluationRegion
     history: PlateHistory
@@ -331,19 +317,8 @@ class Session:
         messages = (*older, Message(number, severity, text, refused))
         return replace(self, page=replace(self.page, messages=messages, message_count=number))
 
-    def without_refusals(self, kind: str) -> "Session":
-        """The session without refusals of this kind of command: another one of it was taken."""
-        return self._with_messages(m for m in self.page.messages if not m.refused or m.refused != kind)
-
-    def without_errors(self) -> "Session":
-        """The session without errors, as other work begins: they would come back behind its news."""
-        return self._with_messages(m for m in self.page.messages if m.severity is not Severity.ERROR)
-
-    def without_info_messages(self) -> "Session":
-        """The session without messages that only inform; the user has gone on."""
-        return self._with_messages(m for m in self.page.messages if m.severity not in PASSING)
-
-    def _with_messages(self, messages: Iterable[Message]) -> "Session":
-        kept = tuple(messages)
+    def without_messages(self, is_over: Callable[[Message], bool]) -> "Session":
+        """The session without some of its messages."""
+        kept = tuple(m for m in self.page.messages if not is_over(m))
         same = len(kept) == len(self.page.messages)
         return self if same else replace(self, page=replace(self.page, messages=kept))

@@ -7,13 +7,14 @@ import numpy as np
 from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate
+from workbench.plate.plate_score import SetScore
 from workbench.plate.target_readings import usual_sigma
 from workbench.plate.tolerances import EXACT
 from workbench.session.command import AbstractChange
 from workbench.session.live_score import score
-from workbench.session.state import UNDO_STEPS, Focus, Session, TargetBranches, UndoStep
-from workbench.session.target_postures import branches_to, with_clear_branches, with_obstacles
-from workbench.session.target_state import Score, TargetState
+from workbench.session.state import UNDO_STEPS, Focus, Session, UndoStep
+from workbench.session.target_postures import solve_all_targets, with_clear_branches, with_obstacles
+from workbench.session.target_state import TargetState
 
 
 def check_free(session: Session) -> None:
@@ -40,7 +41,7 @@ def begin_step(session: Session, whole: Session | None = None) -> Session:
     """Make the current targets, or the whole session, what undo restores, below the step of a drag."""
     done, dragged = session.history.done, 0 if session.drag is None else 1
     place = len(done) - dragged
-    step = UndoStep(session.plate, session.states, None if whole is None else replace(whole, drag=None))
+    step = UndoStep.of(session, None if whole is None else replace(whole, drag=None))
     done = (*done[:place], step, *done[place:])[-UNDO_STEPS:]
     return replace(session, history=replace(session.history, done=done, undone=()))
 
@@ -56,7 +57,7 @@ def with_targets(
         plate=plate,
         states=states,
         noise=instrument_for(session, plate),
-        score=score_of(session, UndoStep(plate, states)),
+        score=score_of(session, plate, states),
         selected=min(max(chosen, 0), len(plate) - 1),
     ).with_playback(focus=Focus.TARGET)
 
@@ -68,32 +69,26 @@ def move_targets(
     return commit_step(with_targets(begin_step(session), plate, states, selected=selected))
 
 
+def place_plate(session: Session, plate: Plate) -> Session:
+    """The session with this plate, the arm in the best of the mixes of branches that are tried."""
+    return move_targets(session, plate, solve_all_targets(session.robot, plate, region_q=session.region.q))
+
+
 def commit_step(session: Session) -> Session:
     """The session after a step: no target is blocked without need, its score enters the history."""
     robot, plate = session.robot, session.plate
     free = with_clear_branches(robot, plate, with_obstacles(robot, plate, session.states))
     if any(now is not before for now, before in zip(free, session.states, strict=True)):
         session = with_targets(session, plate, free)
-    return with_branches(with_history(session))
+    return with_history(session)
 
 
 def with_history(session: Session) -> Session:
-    """The session with its score in the history, and as the best one if it is."""
-    history, step = session.history, UndoStep(session.plate, session.states)
-    small = replace(session.score, linearisation=None)  # its matrices are ten times the rest
-    scores, past = (*history.scores, small)[-UNDO_STEPS:], (*history.past, step)[-UNDO_STEPS:]
-    history = replace(history, scores=scores, past=past)
-    if history.best_score is None or is_better(session.score, history.best_score):
-        history = replace(history, best=step, best_score=session.score)
-    return replace(session, history=history)
-
-
-def with_branches(session: Session, number: int | None = None) -> Session:
-    """The session with all branches that reach a target, the selected one if no number is given."""
-    target = session.plate.targets[session.selected if number is None else number]
-    if target is session.branches.of:
-        return session
-    return replace(session, branches=TargetBranches(branches_to(session.robot, target), target))
+    """The session with its targets in the history, and as the best ones if they are."""
+    history, step = session.history, UndoStep.of(session)
+    best = step if history.best is None or is_better(step.score, history.best.score) else history.best
+    past = (*history.past, step)[-UNDO_STEPS:]
+    return replace(session, history=replace(history, past=past, best=best))
 
 
 def instrument_for(session: Session, plate: Plate) -> Noise:
@@ -102,30 +97,30 @@ def instrument_for(session: Session, plate: Plate) -> Noise:
     return other if session.noise == own != other else session.noise
 
 
-def score_of(session: Session, step: UndoStep) -> Score:
-    """What the targets of a step would tell about the session's robot."""
-    noise = instrument_for(session, step.plate)
-    return score(session.robot, step.plate, step.states, noise=noise, region_q=session.region.q)
+def score_of(session: Session, plate: Plate, states: tuple[TargetState, ...]) -> SetScore:
+    """What such targets would tell about the session's robot."""
+    noise = instrument_for(session, plate)
+    return score(session.robot, plate, states, noise=noise, region_q=session.region.q)
 
 
-def score_as_drawn(session: Session) -> Score | None:
+def score_as_drawn(session: Session) -> SetScore | None:
     """What the targets would tell if they are made as drawn; None where the plate itself says how it is."""
     plate = session.plate
     if plate.production != EXACT or plate.anchors is not None or any(t.sigma for t in plate.targets):
         return None
-    return score_of(session, UndoStep(plate.made_as_drawn, session.states))
+    return score_of(session, plate.made_as_drawn, session.states)
 
 
 def rescore(session: Session) -> Session:
     """The session after what the scores mean has changed: now, first and best are compared alike."""
-    history = session.history
-    first = score_of(session, UndoStep(history.first_plate, history.first_states))
-    now = score_of(session, UndoStep(session.plate, session.states))
-    history = replace(history, first_score=first, scores=(), past=(), best=None, best_score=None)
+    first = session.history.first
+    first = replace(first, score=score_of(session, first.plate, first.states))
+    now = score_of(session, session.plate, session.states)
+    history = replace(session.history, first=first, past=(), best=None)
     return with_history(replace(session, score=now, history=history))
 
 
-def is_better(score: Score, than: Score) -> bool:
+def is_better(score: SetScore, than: SetScore) -> bool:
     """Less error predicted in the region; where that is unknown, more observable by O1."""
     if np.isnan(score.position) or np.isnan(than.position):
         return score.indices["O1"] > than.indices["O1"]

@@ -26,7 +26,7 @@ from workbench.base.threads import one_thread
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask
 from workbench.session.commands.messages import ConfirmRecording, Tell
 from workbench.session.journal import Ending, Entry
-from workbench.session.page_state import RunningJob, Severity
+from workbench.session.page_state import PASSING, Message, RunningJob, Severity
 from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper, AbstractView
 
@@ -194,7 +194,7 @@ class Worker:
         begin, basis = time.monotonic(), len(self._journal)
         question = self._session.page.question
         if question and command.is_kept and not isinstance(command, ConfirmRecording):
-            shown = self._session.without_refusals(ConfirmRecording.__name__)
+            shown = self._session.without_messages(_refusals_of(ConfirmRecording))
             self._session = shown.with_message(Severity.WARNING, question, refused=ConfirmRecording.__name__)
             return
         try:
@@ -206,8 +206,8 @@ class Worker:
             before = self._session
             after = command.apply(before)
             is_read = after.page.message_count == before.page.message_count and not command.is_automatic
-            after = after.without_refusals(type(command).__name__)
-            self._session = after.without_info_messages() if is_read else after
+            after = after.without_messages(_refusals_of(type(command)))
+            self._session = after.without_messages(lambda m: m.severity in PASSING) if is_read else after
             if command.is_kept:
                 self._note(self._merged(command, before), Ending.DONE, basis, time.monotonic() - begin)
         except Exception as error:
@@ -232,7 +232,10 @@ class Worker:
             return
         self._task = task
         self._cancel.clear()
-        self._session = self._session.without_refusals(type(task).__name__).without_errors()
+        # other work begins: older errors would come back behind its news
+        self._session = self._session.without_messages(
+            lambda m: m.severity is Severity.ERROR or m.refused == type(task).__name__
+        )
         self._show(job=RunningJob(task.title))
         self._start(task, basis, self._cancel)
 
@@ -367,3 +370,8 @@ def _checked(session: Any, what: str) -> Session:
     if not isinstance(session, Session):
         raise TypeError(f"{what} must return the session, got {type(session).__name__}")
     return session
+
+
+def _refusals_of(kind: type[AbstractCommand]) -> Callable[[Message], bool]:
+    """Those of a kind of command, of which another one was taken."""
+    return lambda message: message.refused == kind.__name__

@@ -223,7 +223,7 @@ def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
 
 
 def test_the_guide_suggests_a_trial_only_where_an_error_is_wanted(first):
-    moved = replace(first, history=replace(first.history, done=(UndoStep(first.plate, first.states),)))
+    moved = replace(first, history=replace(first.history, done=(UndoStep.of(first),)))
     step = next_step(moved)
     assert mentions(step.sentence, "1 mm")
     assert (step.next.command, step.next.tab, step.other.label) == (TryPlate(), Tab.PLATE, "Measure")

@@ -153,7 +153,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     assert f"{as_shown(1e3 * rows.errors[1, 1])} mm geometry" in screen.text("row-errors")
     residuals_are_where_they_are(screen)
 
-    screen.tab("Calibrate")
+    screen.tab("Export")
     with page.expect_download() as download:
         screen.press("TOML")
     saved = tmp_path / "saved.toml"

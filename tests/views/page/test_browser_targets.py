@@ -8,6 +8,7 @@ import pytest
 
 from workbench.base.progress import check_cancelled, progress
 from workbench.session.commands.drag import MoveTarget, SelectTarget
+from workbench.session.target_postures import branches_to
 
 pytestmark = pytest.mark.browser
 
@@ -44,7 +45,8 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     session = screen.until(lambda session: session.plate is first)
     number = session.selected
     now = session.states[number].branch
-    other = next(branch for branch in session.branches.found if branch.name != now)
+    found = branches_to(session.robot, session.plate.targets[number])
+    other = next(branch for branch in found if branch.name != now)
     app_branch = page.get_by_role("combobox", name="Branch")
     app_branch.click()
     page.get_by_role("option", name=other.name, exact=True).click()

@@ -194,7 +194,7 @@ def html_of(app, testid):
 
 
 def test_a_refused_entry_goes_back_and_a_typed_pose_stays(app):
-    place, tool = control(app, "x, y, z [mm]"), control(app, "Tool [mm]")
+    place, tool = control(app, "x, y, z [mm]"), control(app, "Tool x, y, z [mm]")
     before = place.value
     tool.value = (1.0, 2.0, 3.0)
     change(app, "x, y, z [mm]", (1e6, 0.0, 0.0))

@@ -21,7 +21,7 @@ from workbench.arm.robot import JointKind, Robot, UrdfSource
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.plate.optimiser.capsules import LAST_LINK_RADIUS, PROBE_RADIUS
-from workbench.plate.optimiser.shapes import ArmShape, Collider, Piece, Placements, turned_to
+from workbench.plate.optimiser.shapes import ArmShape, Collider, Piece, turned_to
 
 SAMPLED = 200
 """Random postures that tell which pairs of bodies can be apart."""
@@ -50,13 +50,12 @@ def mesh_arm(robot: Robot, clearance: float) -> ArmShape | None:
     arm = ArmShape(robot, pieces, apart, source)
     low, high = robot.search_limits.T
     frames = arm.placements(np.random.default_rng(0).uniform(low, high, (SAMPLED, robot.dof)))
-    return replace(arm, pairs=tuple(pair for pair in apart if _can_separate(arm, pair, frames, clearance)))
-
-
-def _can_separate(arm: ArmShape, pair: tuple[Piece, Piece], frames: Placements, clearance: float) -> bool:
-    """Whether some posture brings two pieces apart by more than the clearance [m]."""
-    alone, far = replace(arm, pairs=(pair,)), clearance + 0.01
-    return any(alone.own_distances(row[None], far=far, minimum=clearance)[0] > clearance for row in frames)
+    kept = []
+    for pair in apart:  # which some posture brings apart by more than the clearance
+        alone, far = replace(arm, pairs=(pair,)), clearance + 0.01
+        if any(alone.own_distances(row[None], far=far, minimum=clearance)[0] > clearance for row in frames):
+            kept.append(pair)
+    return replace(arm, pairs=tuple(kept))
 
 
 def _pieces(robot: Robot, source: UrdfSource) -> tuple[tuple[Piece, ...], str]:

@@ -247,19 +247,17 @@ class _Optimisation:
             mine = (candidates.branches == name) | (name == "")
             mine[: len(self.locked)] = True
             rows = np.flatnonzero(mine).tolist()
-            self._exchange(candidates.take(mine), [rows.index(c) for c in exact if mine[c]])
+            near, held = Neighbours(self.setting, candidates.take(mine)), range(len(self.locked))
+            first = [rows.index(c) for c in exact if mine[c]] or held
+            for number in range(self.request.starts):
+                filling = self.search.exchange(near) if number < 2 else self.search.drawn(near)
+                chosen = filling.fill(self.number, held if number else first)
+                if len(chosen) == self.number:
+                    self._keep(self.search.descend(near, chosen, len(held)))
             share = POOL_SHARE + (EXCHANGE_SHARE - POOL_SHARE) * (i + 1) / len(names)
             progress(share, "looking for better targets")
         if self.best is not None:
             self._keep(self.search.polish(self.request.blocks, self.half, self.best, len(self.locked)))
-
-    def _exchange(self, candidates: Candidates, exact: list[int]) -> None:
-        near, held = Neighbours(self.setting, candidates), len(self.locked)
-        for number in range(self.request.starts):
-            filling = self.search.exchange(near) if number < 2 else self.search.drawn(near)
-            chosen = filling.fill(self.number, exact if exact and number == 0 else range(held))
-            if len(chosen) == self.number:
-                self._keep(self.search.descend(near, chosen, held))
 
     def _keep(self, targets: Candidates) -> None:
         """Remember the targets if they are the best so far; one branch must have remained one: the polish

@@ -5,7 +5,6 @@ from typing import final
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial.distance import pdist
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
@@ -100,14 +99,19 @@ def describe(
         fields: The other fields of the design.
     """
     error, plate = set_error(setting, targets.q, targets.places, goal), _plate(setting, targets)
+    near, blocks = Neighbours(setting, targets), range(len(targets) if setting.reading.blocks else 0)
+    between = [[near.gap(i, j) for j in blocks] for i in range(len(targets))]
+    around = [setting.around(stops).min() for stops in targets.placements]
+    xy = targets.places[:, :2]
+    gaps = np.linalg.norm(xy[:, None] - xy[None], axis=2) + np.diag(np.full(len(xy), np.inf))
     return PlateDesign(
         plate=plate,
         assumptions=f"{setting.reading.text}; {plate.assumptions}",
         cost=error.position_rms,
         rotation=error.rotation_rms,
-        clearance=frozen(_clearance(setting, targets)),
+        clearance=frozen(np.array([min([*row, own]) for row, own in zip(between, around, strict=True)])),
         limit_margin=frozen(margins(targets.q, setting.robot.limits).min(1)),
-        spacing=float(pdist(targets.places[:, :2]).min(initial=np.inf)),
+        spacing=float(gaps.min(initial=np.inf)),
         **fields,
     )
 
@@ -125,12 +129,3 @@ def _plate(setting: Setting, targets: Candidates) -> Plate:
         production=setting.production,
         anchors=setting.reading.anchors,
     )
-
-
-def _clearance(setting: Setting, targets: Candidates) -> Float[np.ndarray, " targets"]:
-    near = Neighbours(setting, targets)
-    gaps = [
-        [near.gap(i, j) for j in range(len(targets)) if setting.reading.blocks] for i in range(len(targets))
-    ]
-    around = [setting.around(stops).min() for stops in targets.placements]
-    return np.array([min([*row, own]) for row, own in zip(gaps, around, strict=True)])

@@ -113,14 +113,11 @@ class Search:
         poses = self.setting.robot.base.pose @ tool_poses_at(self.setting.plate, places)
         followed = follow_many(self.setting.robot, poses, np.tile(targets.q[slot], (VARIANTS, 1)))
         met = followed.converged
-        met[met] = self._same_branch(followed.q[met], targets.q[slot])
+        arm = compile_arm(self.setting.robot)
+        *each, own = plain_names(arm, np.concatenate([followed.q[met], targets.q[slot][None]]))
+        met[met] = [name == own for name in each]
         names = np.full(int(met.sum()), targets.branches[slot])
         return self.setting.examine(places[met], followed.q[met], names)[0]
-
-    def _same_branch(self, q: Float[np.ndarray, "rows n"], reference: Float[np.ndarray, " n"]) -> np.ndarray:
-        arm = compile_arm(self.setting.robot)
-        *names, name = plain_names(arm, np.concatenate([q, reference[None]]))
-        return np.array([other == name for other in names], bool)
 
     def _covariance(self, rows: Float[np.ndarray, "targets m p"]) -> Float[np.ndarray, "p p"]:
         flat = rows.reshape(-1, rows.shape[2])

@@ -45,7 +45,10 @@ def design_blocks(design: PlateDesign) -> Iterator[Block]:
     ]
     headings = ("target, branch", "place [mm]", "angles [°]", "clear [mm]", "limits [°]")
     yield ResultTable(design.plate.name, headings, rows)
-    yield _history(design)
+    errors = 1e3 * np.array(design.history)
+    line = Marks(np.arange(len(errors), dtype=float), errors, CALIBRATED, is_line=True)
+    title = "Predicted position error after every round of the search, rms [mm]"
+    yield Chart([line], ends=("start", str(len(errors) - 1)), floor=0.0, title=title)
     yield Sentence(
         "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear: clearance; limits: margins"
     )
@@ -65,14 +68,6 @@ def design_blocks(design: PlateDesign) -> Iterator[Block]:
     if not design.outcome.ok:
         yield Sentence(f"the search was {design.outcome}; this is the best so far")
     yield from map(Sentence, design.notes)
-
-
-def _history(design: PlateDesign) -> Chart:
-    """The criterion after every round of the search."""
-    errors = 1e3 * np.array(design.history)
-    line = Marks(np.arange(len(errors), dtype=float), errors, CALIBRATED, is_line=True)
-    title = "Predicted position error after every round of the search, rms [mm]"
-    return Chart([line], ends=("start", str(len(errors) - 1)), floor=0.0, title=title)
 
 
 def design_json(design: PlateDesign) -> Json:

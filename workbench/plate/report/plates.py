@@ -66,9 +66,9 @@ def comparison_blocks(scores: Sequence[PlateScore], stated: Sequence[PlateScore]
     if is_apart:
         own = _set_rows([s.measured for s in stated])[:3]
         yield ResultTable("With the plates' own tolerances (not comparable)", headings, own)
-    held = {assumptions(s.plate, s.sigma) for s in scores}
-    alike = [f"all include: {text}" for text in held]
-    yield from map(Sentence, alike if len(held) == 1 else _each_includes(scores, ", made alike,"))
+    held = {assumptions(s.plate, s.sigma) for s in scores}  # once where it is the same for all plates
+    all_ = [f"all include: {held.pop()}"] if len(held) == 1 else _each_includes(scores, ", made alike,")
+    yield from map(Sentence, all_)
     yield from (Sentence(s.left_out) for s in scores if s.left_out)
     yield Sentence(f"errors are predicted in the region of {scores[0].plate.name}, about its orientations")
     yield Sentence(f"smallest predicted position error: {_best(scores)}")

@@ -58,6 +58,7 @@ EARLIER_ERRORS = 5e-3, float(np.deg2rad(5.0))
 MIN_REGION_ROWS = 8
 """Fewer rows show no region."""
 MAX_SEED = 2**32 - 1
+"""What numpy's generators accept."""
 MAX_MORE = 500
 
 
@@ -181,8 +182,13 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
     title = computed(lambda self: f"Measure virtual arm {self.seed}")
 
     def check(self, session: Session) -> None:
-        check_seed(self.seed)
-        check_errors(self.errors)
+        if not 0 <= self.seed <= MAX_SEED:
+            raise OptionError(f"the seed must be 0 to {MAX_SEED}, got {self.seed}")
+        if not all(0.0 <= own <= most for own, most in zip(self.errors, EARLIER_ERRORS, strict=True)):
+            length, angle = 1e3 * self.errors[0], np.rad2deg(self.errors[1])
+            raise OptionError(
+                f"hidden errors must be 0 to 5 mm and 0 to 5°, got {length:g} mm and {angle:g}°"
+            )
         if not 0 <= self.more <= MAX_MORE:
             raise OptionError(f"the number of extra poses must be 0 to {MAX_MORE}, got {self.more}")
         if self.instrument and self.instrument not in (offered := virtual_instruments()):
@@ -218,7 +224,7 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
 
     def finish(self, session: Session, result: Loaded) -> Session:
         return with_other_data(session, result).with_message(
-            Severity.INFO, f"{result.name} was measured at {plural(len(result.dataset), 'pose')}"
+            Severity.LOG, f"{result.name} was measured at {plural(len(result.dataset), 'pose')}"
         )
 
 
@@ -234,19 +240,6 @@ class ForgetData(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return with_other_data(session, None)
-
-
-def check_errors(errors: tuple[float, float]) -> None:
-    """Refuse hidden errors that no arm has."""
-    if not all(0.0 <= error <= maximum for error, maximum in zip(errors, EARLIER_ERRORS, strict=True)):
-        length, angle = 1e3 * errors[0], np.rad2deg(errors[1])
-        raise OptionError(f"hidden errors must be 0 to 5 mm and 0 to 5°, got {length:g} mm and {angle:g}°")
-
-
-def check_seed(seed: int) -> None:
-    """Refuse a seed that numpy's generators don't accept."""
-    if not 0 <= seed <= MAX_SEED:
-        raise OptionError(f"the seed must be 0 to {MAX_SEED}, got {seed}")
 
 
 def check_measurable(session: Session) -> None:
@@ -381,19 +374,19 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
 
 def _around_rows(session: Session, rows: Comparison) -> Session:
     """The session with the box of the rows for its region, where that was nobody's choice."""
-    is_chosen = session.is_plate_given or session.plate.region is not session.history.first_plate.region
+    is_chosen = session.is_plate_given or session.plate.region is not session.history.first.plate.region
     if is_chosen or len(rows.nominal) < MIN_REGION_ROWS:
         return session
     places = (se3.inverse(session.robot.base.pose) @ rows.nominal)[:, :3, 3]
     low, high = (np.round(end, 3) for end in (places.min(0) - MARGIN, places.max(0) + MARGIN))
     region = Region(min=low, max=high, cube=round(float((high - low).max()) / ACROSS, 3))
     plate = replace(session.plate, region=region)
-    first = session.history.first_plate
-    first = plate if session.plate is first else replace(first, region=region)
+    first = session.history.first
+    moved = plate if session.plate is first.plate else replace(first.plate, region=region)
     session = replace(
         session,
         plate=plate,
-        history=replace(session.history, first_plate=first),
+        history=replace(session.history, first=replace(first, plate=moved)),
         measurements=replace(session.measurements, box=region),
     )
     size = " × ".join(f"{1e3 * side:.0f}" for side in region.size)

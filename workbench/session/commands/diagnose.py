@@ -1,7 +1,7 @@
 """Commands that find missing effects, add them, and measure at the most informative poses."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import partial
 
 import numpy as np
 
@@ -20,15 +20,10 @@ from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
 from workbench.session.commands.identify import IdentifiedRows, Identify
-from workbench.session.commands.target_placement import place_targets
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
-from workbench.session.target_steps import check_free
-
-if TYPE_CHECKING:
-    from workbench.diagnosis.next_poses import Measurable
-
+from workbench.session.target_steps import check_free, place_plate
 
 MIN_ROWS = 20
 """Fewer rows can't tell one effect from another."""
@@ -67,6 +62,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
         from workbench.diagnosis.diagnose import diagnose
 
         loaded = measurements(session)
+        standing = np.array([state.q for state in session.states if state.measurable])
         found = diagnose(
             session.robot,
             loaded.dataset,
@@ -76,7 +72,9 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             levelled=self.levelled or session.measurements.levelled,
             reading=ReadAs.GIVEN,
             seed=self.seed,
-            measurable=_on_the_plate(session) if loaded.virtual else None,
+            measurable=partial(allows_target, session.robot, session.plate, standing)
+            if loaded.virtual
+            else None,
         )
         return loaded, found
 
@@ -140,17 +138,11 @@ class TakeNextPoses(AbstractChange):
                 f"at all {count} suggested poses a block would not fit this plate or would block the arm; "
                 "measure them with an instrument"
             )
-        session = place_targets(session, plate.targets)
+        session = place_plate(session, plate)
         text = f"{added} of {count} suggested poses are now targets"
         if added < count:
             text += "; at the rest, a block would not fit the plate or would block the arm"
         return session.with_message(Severity.INFO, text)
-
-
-def _on_the_plate(session: Session) -> "Measurable":
-    """Tells at which postures a further target of this plate can be measured."""
-    standing = np.array([state.q for state in session.states if state.measurable])
-    return lambda q: allows_target(session.robot, session.plate, standing, q)
 
 
 def _found(session: Session) -> "Diagnosis":

@@ -16,14 +16,13 @@ from workbench.base.types import frozen
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.state import Drag, Focus, Session
-from workbench.session.target_postures import follow_target, with_branch_name
+from workbench.session.target_postures import branches_to, follow_target, with_branch_name
 from workbench.session.target_state import TargetState
 from workbench.session.target_steps import (
     begin_step,
     check_free,
     check_unlocked,
     commit_step,
-    with_branches,
     with_item,
     with_targets,
 )
@@ -49,7 +48,7 @@ class SelectTarget(AbstractChange):
             )
 
     def apply(self, session: Session) -> Session:
-        return with_branches(replace(session, selected=self.target).with_playback(focus=Focus.TARGET))
+        return replace(session, selected=self.target).with_playback(focus=Focus.TARGET)
 
 
 class GrabTarget(AbstractChange):
@@ -162,8 +161,8 @@ class DropTarget(AbstractChange):
         session = replace(session, drag=None)
         if session.history.done[-1].plate is session.plate:
             return replace(session, history=replace(session.history, done=session.history.done[:-1]))
-        session = with_branches(session, index)
-        state = with_branch_name(session.plate.targets[index], session.states[index], session.branches.found)
+        target = session.plate.targets[index]
+        state = with_branch_name(target, session.states[index], branches_to(session.robot, target))
         return commit_step(replace(session, states=with_item(session.states, index, state)))
 
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.base.errors import OptionError
-from workbench.base.types import Vector3, frozen
+from workbench.base.types import frozen
 from workbench.plate.patterns import MAX_TARGETS
-from workbench.plate.plate import AUTO, Target
+from workbench.plate.plate import AUTO
 from workbench.session.command import AbstractChange, computed
 from workbench.session.state import Session
-from workbench.session.target_postures import place
+from workbench.session.target_postures import branches_to, place
 from workbench.session.target_steps import check_free, check_unlocked, move_targets, with_item
 
 STEP = 0.06
@@ -30,13 +30,18 @@ class AddTarget(AbstractChange):
 
     def check(self, session: Session) -> None:
         check_free(session)
-        _check_room(session)
+        if len(session.plate) >= MAX_TARGETS:
+            raise OptionError(f"a plate can have at most {MAX_TARGETS} targets; delete one first")
 
     def apply(self, session: Session) -> Session:
         region, model = session.plate.region, session.plate.targets[session.selected]
         middle = 0.5 * (region.min + region.max)
         middle[2] = model.xyz[2]
-        return _with_new(session, model, middle if self.place is None else np.array(self.place))
+        xyz = frozen(middle if self.place is None else np.array(self.place))
+        target = replace(model, xyz=xyz, q=None, locked=False)
+        state = place(session.robot, target, session.states[session.selected].q)
+        plate = replace(session.plate, targets=(*session.plate.targets, target))
+        return move_targets(session, plate, (*session.states, state), selected=len(plate) - 1)
 
 
 class DeleteTarget(AbstractChange):
@@ -78,18 +83,6 @@ class LockTarget(AbstractChange):
         return move_targets(session, plate, session.states)
 
 
-def _check_room(session: Session) -> None:
-    if len(session.plate) >= MAX_TARGETS:
-        raise OptionError(f"a plate can have at most {MAX_TARGETS} targets; delete one first")
-
-
-def _with_new(session: Session, model: Target, xyz: Vector3) -> Session:
-    target = replace(model, xyz=frozen(xyz), q=None, locked=False)
-    state = place(session.robot, target, session.states[session.selected].q)
-    plate = replace(session.plate, targets=(*session.plate.targets, target))
-    return move_targets(session, plate, (*session.states, state), selected=len(plate) - 1)
-
-
 def free_place(session: Session) -> tuple[float, float, float]:
     """Nearest the region's middle at the selected target's height, `STEP` from all targets.
 
@@ -124,8 +117,8 @@ class ChooseBranch(AbstractChange):
     def check(self, session: Session) -> None:
         session.check_target(self.target)
         check_free(session)
-        known = [b.name for b in session.branches.found] if self.target == session.selected else [self.branch]
-        if self.branch not in (AUTO, *known):
+        found = branches_to(session.robot, session.plate.targets[self.target])
+        if self.branch not in (AUTO, *(branch.name for branch in found)):
             raise OptionError(f"target {self.target + 1} has no branch '{self.branch}' within the limits")
 
     def apply(self, session: Session) -> Session:

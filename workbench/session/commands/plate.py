@@ -12,14 +12,13 @@ from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import plate_text
 from workbench.report.blocks import Tone
 from workbench.session.command import AbstractChange, AbstractTask
-from workbench.session.commands.target_placement import place_plate
 from workbench.session.judgement import plate_judgement
 from workbench.session.live_score import PlateTrial
 from workbench.session.page_state import Severity
 from workbench.session.start import is_default_plate
 from workbench.session.state import Session
 from workbench.session.target_postures import from_limit
-from workbench.session.target_steps import check_free, is_better, rescore
+from workbench.session.target_steps import check_free, is_better, place_plate, rescore
 
 MIN_REPORTED_MOVE = 5e-4
 """Minimum move of the plate that is reported [m]."""

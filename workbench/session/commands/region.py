@@ -110,7 +110,7 @@ class SampleRegion(AbstractChore[tuple[Region, np.ndarray]]):
 
     def compute(self, session: Session) -> tuple[Region, np.ndarray]:
         region = session.plate.region
-        return region, draw_region(session.robot, replace(session.history.first_plate, region=region))
+        return region, draw_region(session.robot, replace(session.history.first.plate, region=region))
 
     def finish(self, session: Session, result: tuple[Region, np.ndarray]) -> Session:
         region, drawn = result

@@ -1,5 +1,6 @@
 """The command that makes the rows after an event a session of their own."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -65,16 +66,12 @@ def splittable(session: Session) -> dict[int, str]:
     """Steps of base or tool, found in the present rows, which share a session with rows before them."""
     if session.results.diagnosis is None or session.measurements.loaded is None:
         return {}
-    steps = new_frames(session.results.diagnosis)
-    return {row: text for row, text in steps.items() if _is_taken(MakeSession(row), session)}
-
-
-def _is_taken(command: MakeSession, session: Session) -> bool:
-    try:
-        command.check(session)
-    except WorkbenchError:
-        return False
-    return True
+    taken = {}
+    for row, text in new_frames(session.results.diagnosis).items():
+        with suppress(WorkbenchError):
+            MakeSession(row).check(session)
+            taken[row] = text
+    return taken
 
 
 def split(loaded: Loaded, row: int) -> Loaded:

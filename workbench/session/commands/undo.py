@@ -26,7 +26,7 @@ class Undo(AbstractTargetStep):
         if not session.history.done:
             return session.with_message(Severity.INFO, "nothing to undo")
         *done, step = session.history.done
-        now = UndoStep(session.plate, session.states)
+        now = UndoStep.of(session)
         if step.session is not None:
             return _restored(session, step.session, (replace(now, session=session),))
         undone = (*session.history.undone, now)
@@ -45,7 +45,7 @@ class Redo(AbstractTargetStep):
         *undone, step = session.history.undone
         if step.session is not None:
             return _restored(session, step.session, step.session.history.undone)
-        done = (*session.history.done, UndoStep(session.plate, session.states))
+        done = (*session.history.done, UndoStep.of(session))
         history = replace(session.history, undone=tuple(undone), done=done)
         return go_to_step(replace(session, history=history), step)
 
@@ -56,10 +56,10 @@ class ResetTargets(AbstractTargetStep):
     title = "Reset the targets"
 
     def apply(self, session: Session) -> Session:
-        first = session.history.first_plate
-        if session.plate is first:
-            return session.with_message(Severity.INFO, f"the targets are already as in '{first.name}'")
-        return go_to_step(begin_step(session), UndoStep(first, session.history.first_states))
+        first = session.history.first
+        if session.plate is first.plate:
+            return session.with_message(Severity.INFO, f"the targets are already as in '{first.plate.name}'")
+        return go_to_step(begin_step(session), first)
 
 
 class RestoreBest(AbstractTargetStep):

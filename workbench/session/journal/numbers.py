@@ -13,9 +13,10 @@ from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.results_json import validation_json
 from workbench.identification.result import Identification
 from workbench.plate.plate import Plate
+from workbench.plate.plate_score import SetScore
 from workbench.report.json import Json, plain
 from workbench.session.state import Session
-from workbench.session.target_state import Score, TargetState
+from workbench.session.target_state import TargetState
 
 ROUNDING = 1e-9
 """Difference of two numbers, relative to the larger of them and 1, that rounding explains: another processor
@@ -27,7 +28,7 @@ def _targets(plate: Plate, states: tuple[TargetState, ...]) -> Json:
     return {str(i): {"xyz": target.xyz, "rpy": target.rpy} | vars(state) for i, (target, state) in pairs}
 
 
-def _score(score: Score) -> Json:
+def _score(score: SetScore) -> Json:
     return {
         "reached": score.measurable,
         "rank": score.rank,

@@ -213,7 +213,9 @@ class Logbook(AbstractKeeper):
             self.close()
             self._notify_user(f"the journal of this session ends here ({type(error).__name__}: {error})")
         else:
-            self._recover()
+            if self._trouble:
+                self._trouble = ""
+                self._notify_user("the session is recorded again, with no step missing", Severity.INFO)
 
     def close(self) -> None:
         if self._file is not None:
@@ -228,11 +230,6 @@ class Logbook(AbstractKeeper):
                 "written as soon as there is space"
             )
             self._notify_user(self._trouble)
-
-    def _recover(self) -> None:
-        if self._trouble:
-            self._trouble = ""
-            self._notify_user("the session is recorded again, with no step missing", Severity.INFO)
 
     def _notify_user(self, text: str, severity: Severity = Severity.WARNING) -> None:
         if self._notify is not None:

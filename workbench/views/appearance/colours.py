@@ -25,7 +25,7 @@ BLOCKED = (133, 77, 14)
 OUT_OF_REACH = (220, 68, 55)
 
 REGION = (100, 116, 139)
-GHOST = (198, 206, 217)
+GHOST, GHOST_DARK = (198, 206, 217), (98, 106, 120)
 GRID = (214, 220, 228)
 GRID_SECTION = (186, 195, 208)
 
@@ -46,7 +46,7 @@ def stage_colours(number: int) -> tuple[tuple[int, int, int], ...]:
 BLAMED = (225, 29, 72)
 EVENT = _rgb(models.EVENT)
 BRANCH = (100, 116, 139)
-FITTED = (37, 99, 235)
+FITTED = (13, 148, 136)
 EXCLUDED = (148, 163, 184)
 SET_APART = (220, 20, 60)
 NO_VALUE = (176, 184, 196)

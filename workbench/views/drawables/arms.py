@@ -12,6 +12,7 @@ from workbench.session.joint_errors import shown_effect
 from workbench.session.real_arm import bending_robot, bent_frames
 from workbench.session.stages import shown_stage
 from workbench.session.state import NO_FIELD, Focus, Session
+from workbench.session.target_postures import branches_to
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import BLAMED, BRANCH, CALIBRATED
 from workbench.views.appearance.shapes import ball
@@ -78,12 +79,10 @@ def branches(session: Session) -> Iterator[Item]:
         and session.drag is None
         and session.choices.overlay.ghosts
         and session.region.view.field == NO_FIELD
-        and session.branches.of is session.plate.targets[session.selected]
     )
     now = session.states[session.selected].q
-    others = (
-        [b.q for b in session.branches.found if np.abs(b.q - now).max() > SAME_POSTURE] if is_shown else []
-    )
+    found = branches_to(session.robot, session.plate.targets[session.selected]) if is_shown else ()
+    others = [branch.q for branch in found if np.abs(branch.q - now).max() > SAME_POSTURE]
     for i in range(MAX_BRANCHES):
         q = others[i] if i < len(others) else None
         yield Item(f"arm/branch/{i + 1}", _branch, (session.robot, q), shown=q is not None)

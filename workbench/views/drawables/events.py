@@ -32,9 +32,9 @@ def happened(session: Session) -> Iterator[Item]:
         return
     for k, event in enumerate(found.events):
         base = found.calibrated.base.rotation  # seen by the instrument, as base and tool were found
-        inputs = session.robot, drawn_joints(session), event, base, session.choices.overlay.exaggeration
-        yield Item(f"event/arrow/{k + 1}", _arrow, inputs, shown=is_shown)
-        yield Item(f"event/words/{k + 1}", _label, (*inputs, k), shown=is_shown)
+        inputs = session.robot, drawn_joints(session), event, base, session.choices.overlay.exaggeration, k
+        yield Item(f"event/arrow/{k + 1}", lambda *of: _drawn(*of)[0], inputs, shown=is_shown)
+        yield Item(f"event/words/{k + 1}", lambda *of: _drawn(*of)[1], inputs, shown=is_shown)
 
 
 def place_and_step(
@@ -50,36 +50,19 @@ def place_and_step(
     """
     if isinstance(event, ToolStep):
         tool = se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q[None]))[0]
-        return tool[:3, 3], tool[:3, :3] @ robot.tool.rotation.T @ _step(event)
+        return tool[:3, 3], tool[:3, :3] @ robot.tool.rotation.T @ np.array(event.coefficients[:3])
     if event.joints:
         return body_frames(robot, q)[event.joints[0] + 1, :3, 3], np.zeros(3)
-    return np.zeros(3), base.T @ _step(event)
+    return np.zeros(3), base.T @ np.array(event.coefficients[:3])
 
 
-def _step(event: AbstractEvent) -> Vector3:
-    """Its translation in the frame that it moves [m]; none of a joint's."""
-    return np.zeros(3) if event.joints else np.array(event.coefficients[:3])
-
-
-def _ends(
-    robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray, times: float
-) -> tuple[Vector3, Vector3]:
-    """Where its arrow begins and ends; one place where there is none."""
+def _drawn(
+    robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray, times: float, number: int
+) -> tuple[Arrows | None, Label]:
+    """Its arrow, none of a joint's, and words above the arrow's end."""
     place, step = place_and_step(robot, q, event, base)
     if step.any() and not isinstance(event, ToolStep):
         place = place + ARROW_DISTANCE * robot.reach * step / np.linalg.norm(step)
-    return place, place + times * step
-
-
-def _arrow(
-    robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray, times: float
-) -> Arrows | None:
-    start, end = _ends(robot, q, event, base, times)
-    return None if event.joints else Arrows(starts=start[None], ends=end[None], colour=EVENT, thick=THICK)
-
-
-def _label(
-    robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray, times: float, number: int
-) -> Label:
-    end = _ends(robot, q, event, base, times)[1]
-    return Label(text=event.mark, place=end + np.array([0.0, 0.0, ABOVE * (number + 1)]))
+    end = place + times * step
+    arrow = None if event.joints else Arrows(starts=place[None], ends=end[None], colour=EVENT, thick=THICK)
+    return arrow, Label(text=event.mark, place=end + np.array([0.0, 0.0, ABOVE * (number + 1)]))

@@ -99,6 +99,7 @@ def _points(
     chosen = np.flatnonzero(known & (rows.held_out == held_out) & (rows.is_earlier == before))
     if not len(chosen):
         return None
+    radius = max(SMALLEST, RADIUS * min(1.0, (FEW / max(int(known.sum()), 1)) ** 0.5))
     colours = np.tile(np.array(FITTED, np.uint8), (len(chosen), 1))
     if rows.stages:
         colours = error_scale(rows).colours(rows.stage_errors[chosen, STAGES.index(stage)])
@@ -107,15 +108,10 @@ def _points(
     return Points(
         places=rows.measured[chosen],
         colours=colours,
-        radius=point_radius(int(np.count_nonzero(known))) * (EARLIER if before else 1.0),
+        radius=radius * (EARLIER if before else 1.0),
         numbers=chosen,
         are_squares=held_out,
     )
-
-
-def point_radius(number: int) -> float:
-    """Radius of each of so many points [m]."""
-    return max(SMALLEST, RADIUS * min(1.0, (FEW / max(number, 1)) ** 0.5))
 
 
 def _set_apart(rows: Comparison) -> Points | None:

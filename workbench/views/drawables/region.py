@@ -9,7 +9,7 @@ from workbench.arm.kinematics.envelope import ring_at
 from workbench.arm.robot import Robot
 from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs, shown_cubes
 from workbench.session.state import NO_FIELD, Session
-from workbench.views.appearance.colours import GHOST, NO_VALUE, REGION, UNBOUNDED, scale_colours
+from workbench.views.appearance.colours import GHOST, GHOST_DARK, NO_VALUE, REGION, UNBOUNDED, scale_colours
 from workbench.views.drawables.drawable import Cubes, Cuboid, Label, Line
 from workbench.views.drawables.sink import Item
 
@@ -20,9 +20,10 @@ def region(session: Session) -> Iterator[Item]:
     is_seen = session.shows_plate or are_shown(session)
     yield Item("region/outline", Cuboid, (cuboid.min, cuboid.max, REGION), shown=is_seen)
     is_cut = are_shown(session) and view.cut is not None and session.drag is None  # a drag needs the time
-    yield Item("region/grid", Cuboid, (cuboid.min, cuboid.max, GHOST, cuboid.shape), shown=is_cut)
+    ghost = GHOST_DARK if session.page.is_dark else GHOST
+    yield Item("region/grid", Cuboid, (cuboid.min, cuboid.max, ghost, cuboid.shape), shown=is_cut)
     if view.field != NO_FIELD:
-        read = (view, cuboid, *inputs(session), session.history.first_plate, session.drag)
+        read = (view, cuboid, *inputs(session), session.history.first.plate, session.drag)
         is_dragged = session.drag is not None
         cubes = partial(_cubes, session)
         yield Item("region/cubes", cubes, read, shown=are_shown(session), can_wait=is_dragged)

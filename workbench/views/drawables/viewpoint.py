@@ -55,7 +55,7 @@ def view_of_region(robot: Robot, region: Region) -> tuple[Vector3, Vector3]:
     middle = 0.5 * (region.min + region.max)
     height = 0.24 * robot.reach - height_above_floor(robot)
     look_at = np.array([0.62 * middle[0], 0.62 * middle[1], height])
-    return look_at + robot.reach * np.array([1.0, -0.86, 0.66]), look_at
+    return look_at + robot.reach * VIEW, look_at
 
 
 def from_outside(places: Float[np.ndarray, "places 3"]) -> Vector3:

@@ -142,13 +142,10 @@ class Demo:
         """Release any target, remove the caption, and lay over the scene what its end took away."""
         last: list[AbstractCommand] = [DropTarget(CLIENT), SetCaption("")]
         if self.is_finished:
-            last.append(self._with_all_over_it())
+            last.append(SetOverlay(replace(self._worker.session.choices.overlay, **FULL)))
         for command in last:
             self._mine = command
             self._worker.submit(command)
-
-    def _with_all_over_it(self) -> SetOverlay:
-        return SetOverlay(replace(self._worker.session.choices.overlay, **FULL))
 
 
 def story(session: Callable[[], Session]) -> Iterator[DemoScene]:

@@ -77,7 +77,8 @@ def local_server(
     if not 0 <= port < 65536:
         raise OptionError(f"port {port} can't be used; give a number from 1 to 65535, or 0 for any free one")
     real = websockets.serve
-    key = "" if _is_loopback(host) else secrets.token_urlsafe(16)
+    is_local = host.lower() == "localhost" or (_is_address(host) and ipaddress.ip_address(host).is_loopback)
+    key = "" if is_local else secrets.token_urlsafe(16)
     message_path = f"/messages/{secrets.token_urlsafe(8)}/"
 
     # a page may come before the constructor has ended, but none that knows how to tell something
@@ -94,7 +95,10 @@ def local_server(
                 return connection.respond(403, "open the link that the workbench printed at start-up\n")
             wanted, here = parse_qs(urlsplit(request.path).query).get(SESSION, [""])[0], shown()
             if wanted and here and wanted != here:
-                return connection.respond(404, _elsewhere(wanted, here))
+                name = wanted[:200]
+                text = f"This link is for the session '{name}'; the workbench at this address shows '{here}'."
+                way = f"Open the other one with: workbench serve --session recordings/{name}"
+                return connection.respond(404, f"{text}\n{way}\n")
             if request.path.startswith(message_path):
                 server.heard(request.path.removeprefix(message_path))
                 response = connection.respond(204, "")
@@ -205,10 +209,6 @@ def _own_address() -> str:
             return LOOPBACK[0]
 
 
-def _is_loopback(host: str) -> bool:
-    return host.lower() == "localhost" or (_is_address(host) and ipaddress.ip_address(host).is_loopback)
-
-
 def _cookie(request) -> str:
     """Name of the cookie with the secret: other servers of this machine have theirs."""
     return f"workbench-{urlsplit('//' + request.headers['Host']).port}"
@@ -224,13 +224,6 @@ def _knows(request, key: str) -> bool:
     if (kept := cookies.get(_cookie(request))) is not None:
         given.append(kept.value)
     return any(hmac.compare_digest(word.encode(), key.encode()) for word in given)
-
-
-def _elsewhere(wanted: str, here: str) -> str:
-    return (
-        f"This link is for the session '{wanted[:200]}'; the workbench at this address shows '{here}'.\n"
-        f"Open the other one with: workbench serve --session recordings/{wanted[:200]}\n"
-    )
 
 
 def _is_own_request(request, host: str, port: int) -> bool:

@@ -1,7 +1,6 @@
 """The browser as a view of the session: the scene and the panels, drawn together."""
 
 from collections.abc import Callable
-from functools import partial
 
 import viser
 
@@ -22,7 +21,7 @@ from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.scene.start_scene import FirstPicture
-from workbench.views.page.style import NARROW, PANEL_WIDTH, PHONE
+from workbench.views.page.style import NARROW, PANEL_WIDTH, PHONE, PHONE_SCENE
 from workbench.views.page.tabs import PageSignals, Tabs
 from workbench.views.page.viser_internals import hand_over, icons_at_once
 
@@ -88,7 +87,9 @@ class BrowserView(AbstractView):
             self._guarded("the scene", self._scene.show, session)
             waits = [self._update(panel, session) for panel in self._panels]
         self._server.flush()
-        self._report_broken_parts()
+        for sentence in BROKEN.keys() - self._shown_broken:
+            self._worker.submit(Tell(sentence, Severity.WARNING))
+            self._shown_broken.add(sentence)
         self.is_behind = self._scene.is_behind or any(waits)
         if (is_mode := session.mode is not None) is not self._is_mode:
             self._is_mode = is_mode
@@ -116,12 +117,6 @@ class BrowserView(AbstractView):
                 warn_of_broken(name, error)
             return None
 
-    def _report_broken_parts(self) -> None:
-        """Show each sentence on a part that is left out, once."""
-        for sentence in BROKEN.keys() - self._shown_broken:
-            self._worker.submit(Tell(sentence, Severity.WARNING))
-            self._shown_broken.add(sentence)
-
     def _follow(self, is_dark: bool) -> None:
         if is_dark is not self._worker.session.page.is_dark:
             self._worker.submit(FollowSystem(is_dark))
@@ -134,7 +129,7 @@ def _build_panels(
     server: viser.ViserServer, worker: Worker, link: str, card: StartCard, signals: PageSignals
 ) -> tuple[list[AbstractPanel], Tabs]:
     gui = server.gui
-    server.on_client_connect(lambda client: signals.sized(client, partial(_fit_panel, server, client)))
+    server.on_client_connect(lambda client: signals.sized(client, _panel_fitter(server, client)))
     panels: list[AbstractPanel] = []
 
     def make(panel: AbstractPanel) -> None:
@@ -174,14 +169,22 @@ def _placed(tab: Tab | None) -> list[type[AbstractPanel]]:
     return sorted((p for p in all_panels() if p.tab is tab), key=lambda p: p.order)
 
 
-def _fit_panel(server: viser.ViserServer, client: viser.ClientHandle, window: int, height: int) -> None:
-    """Leave the scene its part of a narrow window [px]."""
-    is_narrow = window <= NARROW
-    width = max(MIN_WIDTH, WINDOW_SHARE * window) if is_narrow else PANEL_WIDTH
-    client.gui.main_panel.set_width(width)
-    if is_narrow and window > PHONE:
-        first = server.initial_camera  # a page that has just been opened may not look from there yet
-        aim(client, first.position, first.look_at, aspect=(window - width) / height)
+def _panel_fitter(server: viser.ViserServer, client: viser.ClientHandle) -> Callable[[int, int], None]:
+    """What leaves the scene its part of a client's window [px], and shows it whole where that changes."""
+    was_wide = True
+
+    def fit(window: int, height: int) -> None:
+        nonlocal was_wide
+        is_wide, is_phone = window > NARROW, window <= PHONE
+        width = PANEL_WIDTH if is_wide else max(MIN_WIDTH, WINDOW_SHARE * window)
+        client.gui.main_panel.set_width(width)
+        if not (is_wide and was_wide):
+            first = server.initial_camera  # a page that has just been opened may not look from there yet
+            aspect = window / (0.01 * PHONE_SCENE * height) if is_phone else (window - width) / height
+            aim(client, first.position, first.look_at, aspect=aspect)
+        was_wide = is_wide
+
+    return fit
 
 
 def _link(address: str) -> str:

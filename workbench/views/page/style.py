@@ -32,6 +32,8 @@ WIDE = 1900
 """… and from this one on the words are larger [px]."""
 PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
+PHONE_SCENE = 41
+"""The scene's share of a phone's height above it [%]."""
 DRAWINGS = "job, index, history, changes, verdict, row-chart, joints, result, curves"
 CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
@@ -104,8 +106,9 @@ div:has(> [{ONLY_TRACK}]) + div .mantine-Slider-root {{ margin: 0 1.2em 1.2em .5
 }}
 @media (max-width: {PHONE}px) {{
   [{CAPTION}] {{ width: 100vw; top: 8px; font-size: 14px }}
-  body:has({SHEET}) div:has(> div > canvas) {{ height: 41vh !important }}
-  .mantine-Paper-root[style*="position: fixed"]:has({SHEET_OPEN}) {{ min-height: 59vh !important }}
+  body:has({SHEET}) div:has(> div > canvas) {{ height: {PHONE_SCENE}vh !important }}
+  .mantine-Paper-root[style*="position: fixed"]:has({SHEET_OPEN}) {{
+    min-height: {100 - PHONE_SCENE}vh !important }}
   .mantine-Paper-root[style*="width: 20em"], [style*="width: 20em"] {{ width: 100% !important }}
 }}
 """

@@ -28,7 +28,7 @@ PLOTS = {
 
 def subject(session: Session) -> tuple[Any, ...]:
     """What the layout is about: one for all sessions that it suits."""
-    return session.robot, session.history.first_plate, title(session), *_in_front(session)
+    return session.robot, session.history.first.plate, title(session), *_in_front(session)
 
 
 def _in_front(session: Session) -> tuple[int, int]:

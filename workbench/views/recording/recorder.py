@@ -126,7 +126,9 @@ def recorder(folder: Path | None, *, live: str | None = None, after: float = 0.0
         name = "session" if folder is None else folder.name
         outlets: list[AbstractOutlet] = []
         if folder is not None:
-            outlets.append(FileOutlet(_part(folder), name, blueprint=layout, notify=notify))
+            files = (folder / f"{STEM}{'' if k == 1 else f'-{k}'}.rrd" for k in count(1))
+            free = next(file for file in files if not os.path.lexists(file))  # nothing is written over
+            outlets.append(FileOutlet(free, name, blueprint=layout, notify=notify))
         if live is not None:
             outlets.append(ViewerOutlet(live, name, blueprint=layout))
         return Canvas(outlets)
@@ -141,9 +143,3 @@ def parts(folder: Path) -> list[Path]:
         (path for path in found if path.is_file() and not path.is_symlink()),
         key=lambda p: (len(p.name), p.name),
     )
-
-
-def _part(folder: Path) -> Path:
-    """The file for this time: nothing is written over."""
-    names = (f"{STEM}.rrd" if number == 1 else f"{STEM}-{number}.rrd" for number in count(1))
-    return folder / next(name for name in names if not os.path.lexists(folder / name))

@@ -30,14 +30,8 @@ def _place(session: Session) -> str:
     text = f": target {session.selected + 1} is at {x:.1f}, {y:.1f}, {z:.1f} mm"
     if not state.measurable:
         return f"{text}, {state.obstacle}"
-    return with_predicted(text, session.score.position)
-
-
-def with_predicted(text: str, error: float | None) -> str:
-    """A sentence with the predicted error [m] behind it, where there is one."""
-    if error is None or not np.isfinite(error):
-        return text
-    return f"{text}; predicted error {1e3 * error:.3g} mm rms"
+    error = session.score.position
+    return f"{text}; predicted error {1e3 * error:.3g} mm rms" if np.isfinite(error) else text
 
 
 def about(session: Session) -> str:

@@ -11,12 +11,13 @@ from dataclasses import replace
 import rerun as rr
 
 from workbench.diagnosis.result import judged
+from workbench.plate.observability import INDICES
+from workbench.plate.plate_score import SetScore
 from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.messages import SetCaption
 from workbench.session.journal.entry import Ending
 from workbench.session.state import Session
-from workbench.session.target_state import Score
 from workbench.views.appearance.colours import CALIBRATED, NOMINAL, SELECTED
 from workbench.views.drawables.sink import differences
 from workbench.views.recording.canvas import Canvas
@@ -131,9 +132,9 @@ class RowErrorTimeline(AbstractTimeline):
             canvas.rows(path, rr.Scalars.columns(scalars=values), len(rows))
 
 
-def _score(score: Score) -> Iterator[tuple[str, float]]:
-    for name, value in score.indices.items():
-        yield f"index/{name}", float(value)
+def _score(score: SetScore) -> Iterator[tuple[str, float]]:
+    for name in INDICES:
+        yield f"index/{name}", float(score.indices[name])
     yield "index/condition", float(score.condition)
     yield "index/rank", float(score.rank)
     yield "predicted/position_mm", 1e3 * float(score.position)

@@ -17,7 +17,6 @@ from workbench.views.page.html import LINE, block, bullets, heading, note, pairs
 from workbench.views.page.panels.panel import AbstractPanel
 
 SEAT = "plate seats"
-EMPTY_NOTE = "No measurements yet. Load a file of a real arm, or measure a virtual arm."
 MORE = 60
 """Poses besides the targets: with these a diagnosis has enough rows."""
 NOTES = 8
@@ -76,7 +75,7 @@ def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:
     if loaded is not None and unread is not None:
         return note(f"{unread.name} was not read; {loaded.name} stays loaded.", "preview", margin="8px 0")
     if loaded is None:
-        return note(EMPTY_NOTE, "preview", margin="8px 0")
+        return ""  # the strip says it
     notes, more = [*map(text, loaded.notes[:NOTES])], len(loaded.notes) - NOTES
     decisions = heading("Notes on reading") + bullets([*notes, f"… and {more} more"] if more > 0 else notes)
     return block(

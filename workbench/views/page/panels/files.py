@@ -33,32 +33,6 @@ SAVED = {"URDF": calibrated_urdf, "TOML": calibrated_toml, "Report": report_zip}
 EMPTY_NOTE = "Identify the arm first; then it is saved here."
 
 
-def add_arm_files(panel: AbstractPanel) -> None:
-    """What saves the arm once it is identified, with the error of each file."""
-    forms = {name: form for name, form in FORMS.items() if not form.needs_source}
-    titles = ". ".join(f"{name}: {form.title}" for name, form in forms.items())
-    panel.html(lambda s: _errors(s.results.identification, s.results.fit, s.choices.wanted))
-    panel.press_one(
-        "Save",
-        SAVED,
-        lambda event: panel.save(event, SAVED[event.target.value]),
-        FORMATS,
-        visible=_is_identified,
-    )
-    form = panel.dropdown("Other format", forms, titles, visible=_is_identified)
-    panel.press(
-        "Save in this format",
-        lambda event: panel.save(event, exported_as(form.typed), is_arm=True),
-        viser.Icon.DOWNLOAD,
-        OTHER,
-        visible=_is_identified,
-    )
-
-
-def _is_identified(session: Session) -> bool:
-    return session.results.identification is not None
-
-
 @lru_cache(maxsize=1)
 def _errors(found: Identification | None, shown: str, wanted: Wanted | None) -> str:
     """A line for each format, with its error, whether it keeps the required one, and what it holds."""
@@ -67,7 +41,7 @@ def _errors(found: Identification | None, shown: str, wanted: Wanted | None) -> 
     run = found.runs[shown]
     added, errors = run.saved.robot.effects, sizes(run.file_errors)
     holds = {
-        "URDF": "geometry alone; the C and Python formats hold effects" if added else "for other programs",
+        "URDF": "geometry alone; a Python file holds the effects too" if added else "for other programs",
         "TOML": "with all effects" if added else "for workbench",
     }
     lines = (
@@ -88,14 +62,18 @@ def _verdict(errors: Errors, wanted: Wanted | None) -> str:
     worst = 1e-3 * errors.position_mm.max
     turned = np.nan if errors.orientation_deg is None else np.deg2rad(errors.orientation_deg.max)
     if wanted.within_by_norms(worst, turned):
-        return f'<span style="color:{GOOD}">✓ {text(wanted.text)}</span>'
+        return f'<span style="color:{GOOD}">✓ keeps {text(wanted.text)}</span>'
     if wanted.per_axis and worst <= np.sqrt(3.0) * wanted.position:
         return ""
-    return f'<span style="color:{BAD}">✗ {text(wanted.text)}</span>'
+    return f'<span style="color:{BAD}">✗ misses {text(wanted.text)}</span>'
+
+
+def _is_identified(session: Session) -> bool:
+    return session.results.identification is not None
 
 
 class FilesPanel(AbstractPanel):
-    """The calibrated arm once there is one, and a button per file."""
+    """The calibrated arm once there is one, with the error of each file, and plate and measurements."""
 
     tab, order = Tab.EXPORT, 10
     depends = ("measurements.loaded", "results.identification", "results.fit", "choices.wanted")
@@ -103,7 +81,7 @@ class FilesPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Calibrated arm"):
             self.html(lambda s: "" if _is_identified(s) else note(EMPTY_NOTE, "unsaved"))
-            add_arm_files(self)
+            self._add_arm()
         with gui.add_folder("Plate and measurements"):
             self.download("Plate (TOML)", plate_toml, "The plate with its targets and its region.")
             self.download(
@@ -112,3 +90,25 @@ class FilesPanel(AbstractPanel):
                 "One row per line, with units.",
                 disabled=lambda s: s.measurements.loaded is None,
             )
+
+    def _add_arm(self) -> None:
+        self.html(lambda s: _errors(s.results.identification, s.results.fit, s.choices.wanted))
+        self.press_one(
+            "Save",
+            SAVED,
+            lambda event: self.save(event, SAVED[event.target.value]),
+            FORMATS,
+            visible=_is_identified,
+        )
+        forms = {name: form for name, form in FORMS.items() if not form.needs_source}
+        titled = {capital(form.title): form for form in forms.values()}
+        form = self.dropdown(
+            "Other format", titled, f"As of 'export --for': {', '.join(forms)}.", visible=_is_identified
+        )
+        self.press(
+            "Save in this format",
+            lambda event: self.save(event, exported_as(form.typed), is_arm=True),
+            viser.Icon.DOWNLOAD,
+            OTHER,
+            visible=_is_identified,
+        )

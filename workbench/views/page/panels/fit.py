@@ -23,7 +23,6 @@ from workbench.session.judgement import arm_judgement
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import CAREFUL, INKS, MUTED, block, bullets, folded, note, text
-from workbench.views.page.panels.files import add_arm_files
 from workbench.views.page.panels.form import Control, Make, Shown
 from workbench.views.page.panels.index import WantedPanel
 from workbench.views.page.panels.panel import AbstractPanel, set_value
@@ -51,7 +50,7 @@ BELOW = "margin-bottom:10px"
 
 
 class FitPanel(AbstractPanel):
-    """The steps of a calibration, their options, the result, and its files."""
+    """The steps of a calibration, their options, and the result."""
 
     tab, order = Tab.CALIBRATE, 10
     depends = (
@@ -79,7 +78,6 @@ class FitPanel(AbstractPanel):
         self.html(_requirement)
         self.html(_of_fit(lambda found, s: joint_zeros(found, s.results.fit, s.choices.fixed)))
         self.html(_of_fit(lambda found, s: _changes(found.runs[s.results.fit].fit)))
-        add_arm_files(self)
         self.html(_of_fit(lambda found, s: _warnings(found)))
 
     def _build_options(self, gui: viser.GuiApi) -> None:

@@ -49,16 +49,20 @@ class HeaderVerdict(AbstractPanel):
         """A button that does what it says when it is pressed."""
 
         def label(session: Session) -> str:
-            action = find(next_step(session))
+            action = find(self._offered(session))
             return "" if action is None else action.label
 
         def do(event: viser.GuiEvent) -> None:
             self._do(event, find(self._step))
 
-        self.press("Next", do, None, hint, main=main, visible=label, label=label)
+        self.press("Next", do, None, hint, main=main, visible=label, label=label, disabled=_is_dragged)
+
+    def _offered(self, session: Session) -> NextStep:
+        """In a drag those from before it, though none can be pressed: they keep the height."""
+        return self._step if _is_dragged(session) else next_step(session)
 
     def show(self, session: Session) -> None:
-        self._step = next_step(session)
+        self._step = self._offered(session)
 
     def _do(self, event: viser.GuiEvent, action: Action | None) -> None:
         if action is None:
@@ -70,6 +74,10 @@ class HeaderVerdict(AbstractPanel):
             self._worker.submit(action.command)
         if action.save is not None:
             self.save(event, action.save)
+
+
+def _is_dragged(session: Session) -> bool:
+    return session.drag is not None
 
 
 class Header(AbstractPanel):
@@ -89,7 +97,8 @@ class Header(AbstractPanel):
         end, hint = lambda: SetCaption(""), "End the demo here; any other input ends it too."
         self.button("Stop the demo", end, viser.Icon.PLAYER_STOP, hint, visible=lambda s: s.page.caption)
         self.html(lambda s: _message(_newest(s)))
-        self.button("Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=_stays)
+        stays = lambda s: (last := _newest(s)) is not None and last.severity is not Severity.INFO  # noqa: E731
+        self.button("Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=stays)
         chore = {"testid": "chore", "style": f"color:{MUTED}"}
         self.html(lambda s: s.page.chore and block(f"{text(s.page.chore)} …", **chore))
         self.html(_job)
@@ -148,10 +157,6 @@ def _newest(session: Session) -> Message | None:
         newest is not None and newest.severity is not Severity.ERROR and advice in newest.text.lower()
     )
     return None if is_repeated else newest
-
-
-def _stays(session: Session) -> bool:
-    return (newest := _newest(session)) is not None and newest.severity is not Severity.INFO
 
 
 def _message(message: Message | None) -> str:

@@ -10,7 +10,6 @@ from workbench.report.chart import Chart, Marks
 from workbench.session.commands.undo import GoBackTo
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.session.target_state import Score
 from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.page.html import GOOD, MUTED, block, heading, number
 from workbench.views.page.panels.panel import AbstractPanel
@@ -23,22 +22,24 @@ class HistoryPanel(AbstractPanel):
     """A small plot; the best step is marked, and a click on any of them puts the plate back to it."""
 
     tab, order = Tab.PLATE, 60
-    depends = ("history.scores",)
+    depends = ("history.past",)
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(self._plot)
 
     def _plot(self, session: Session) -> str:
-        first = max(len(session.history.scores) - SHOWN, 0)
-        scores = session.history.scores[first:]
-        is_shown, steps = len(scores) > 1, range(first, len(session.history.scores))
-        links = [self.link(f"step-{k}", partial(self.send, partial(GoBackTo, k))) for k in steps]
-        return block(plot(scores, first, links), testid="history") if is_shown else ""
+        past = session.history.past
+        first = max(len(past) - SHOWN, 0)
+        links = [
+            self.link(f"step-{k}", partial(self.send, partial(GoBackTo, k))) for k in range(first, len(past))
+        ]
+        drawn = plot([step.score.position for step in past[first:]], first, links)
+        return block(drawn, testid="history") if len(links) > 1 else ""
 
 
-def plot(scores: tuple[Score, ...], first: int, links: Sequence[str] = ()) -> str:
-    """The value after each step; a click on a point leads back to it."""
-    values = 1e3 * np.array([s.position for s in scores])
+def plot(positions: Sequence[float], first: int, links: Sequence[str] = ()) -> str:
+    """The error after each step [m]; a click on a point leads back to it."""
+    values = 1e3 * np.array(positions)
     if np.isfinite(values).sum() < 2:
         return ""
     x, best = np.arange(len(values), dtype=float), int(np.nanargmin(values))

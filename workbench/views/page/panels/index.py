@@ -5,8 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import viser
 
+from workbench.arm.linearisation import Linearisation
+from workbench.arm.robot import Robot
 from workbench.base.wording import plural
 from workbench.plate.observability import INDICES
+from workbench.plate.plate_score import SetScore
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.target_readings import assumptions
 from workbench.report.chart import UprightBar, columns
@@ -15,7 +18,6 @@ from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.page_state import Tab
 from workbench.session.state import Drag, Session
 from workbench.session.target_postures import from_limit
-from workbench.session.target_state import Score
 from workbench.session.target_steps import score_as_drawn
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SELECTED, css
@@ -32,6 +34,8 @@ ONE_LINE = f"color:{MUTED};white-space:nowrap;overflow:hidden;text-overflow:elli
 """Style of a sentence that keeps the height."""
 FULL = 0.3
 """Rise of the error, as a share, of a bar of full height, at least."""
+WORST, UNDETERMINED = 3, 1e-6
+"""Parameters that are named as worst determined; share in what nothing shows above which one is open."""
 
 
 class IndexPanel(AbstractPanel):
@@ -39,24 +43,29 @@ class IndexPanel(AbstractPanel):
 
     tab, order = Tab.PLATE, 20
     pause = 0.0
-    depends = ("score", "history.first_score", "states", "selected", "noise", "plate.region", "drag")
+    depends = ("score", "history.first", "states", "selected", "noise", "plate.region", "drag")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._drag: Drag | None = None
+        self._robot: Robot | None = None
         self._trace: list[tuple[float, float]] = []
         self.html(self._prediction)
 
     def _prediction(self, session: Session) -> str:
+        if session.robot is not self._robot:  # the last drag was another arm's
+            self._robot, self._trace = session.robot, []
         if session.drag is not None:
             if session.drag is not self._drag:
                 self._drag, self._trace = session.drag, []
             if len(self._trace) >= TRACE:
                 del self._trace[1::2]
             self._trace.append((session.score.position, session.score.indices["O"]))
+        box = session.measurements.box  # nobody may have noticed that the region follows the rows
+        place = "the region" if box is None or session.plate.region is not box else "the box of the rows"
         return block(
-            heading(predicted_heading(session))
+            heading(f"Predicted after calibration in {place}, and observability O")
             + headline(session, self._trace)
-            + heading("Predicted error without each target [%]")
+            + heading("How much the error rises without each target [%]")
             + loss_bars(session)
             + determined(session),
             testid="index",
@@ -77,9 +86,7 @@ class DetailsPanel(AbstractPanel):
 def _details(session: Session) -> str:
     now = session.score
     drawn = score_as_drawn(session) if session.drag is None else None
-    content = (
-        _worst(now) + f"<div>Rank {now.rank} of {now.parameters} · condition {number(now.condition)}</div>"
-    )
+    content = _worst(now) + f"<div>Rank {now.rank} of {now.visible} · condition {number(now.condition)}</div>"
     if drawn is not None:
         content += (
             f'<div data-testid="as-drawn">{number(1e3 * drawn.position)} mm if it is only made to the '
@@ -89,25 +96,18 @@ def _details(session: Session) -> str:
     return block(content, testid="details")
 
 
-def predicted_heading(session: Session) -> str:
-    """What is predicted, and where: nobody may have noticed that the region follows the rows."""
-    box = session.measurements.box
-    place = "the region" if box is None or session.plate.region is not box else "the box of the rows"
-    return f"Predicted after calibration in {place}"
-
-
 def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
     """Error and index side by side, with curves of the last drag, and what the last step changed."""
     now, noise = session.score, session.noise
-    scores = session.history.scores if session.drag is not None else session.history.scores[:-1]
-    before = scores[-1] if scores else session.history.first_score
-    is_moved = session.plate is not session.history.first_plate
+    past = session.history.past if session.drag is not None else session.history.past[:-1]
+    before = past[-1].score if past else session.history.first.score
+    is_moved = session.plate is not session.history.first.plate
     included = assumptions(session.plate, (noise.position, noise.rotation))
     about = (
         f"Root mean square over the cuboid, turned from a target by up to {np.rad2deg(PLATE_CONE):.0f}°, in "
         f"any posture, each target measured once. Includes: {included}."
     )
-    own = f"rms, {number(np.rad2deg(now.rotation))}°" if np.isfinite(now.rotation) else "rms"
+    own = f"and {number(np.rad2deg(now.rotation))}°, rms" if np.isfinite(now.rotation) else "rms"
     index, last = now.indices[INDEX.name], before.indices[INDEX.name]
     error_change = change(now.position, before.position, larger_is_better=False) if is_moved else ""
     index_change = change(index, last, larger_is_better=True) if is_moved else ""
@@ -187,16 +187,28 @@ def _without(rise: float) -> str:
     return "parameters undetermined without it" if np.isinf(rise) else f"{100 * rise:+.0f} % error without it"
 
 
-def _worst(now: Score) -> str:
+def _worst(now: SetScore) -> str:
     """The parameters that are determined worst, by name."""
-    if not now.worst:
+    if now.linearisation is None:
         return ""
-    shown = ", ".join(f"{text(name)} {_spread(error, unit)}" for name, error, unit in now.worst)
+    worst = worst_determined(now.linearisation)
+    shown = ", ".join(f"{text(name)} {_spread(error, unit)}" for name, error, unit in worst)
     return (
         f'<div data-testid="worst" style="color:{MUTED}" title="Parameters with the largest standard error '
         f'after a calibration here; angles count as arcs at the arm&#39;s reach.">'
         f"Least certain: {shown}</div>"
     )
+
+
+def worst_determined(found: Linearisation) -> list[tuple[str, float, str]]:
+    """Parameters with the largest standard error, angles as arcs at the arm's reach: name, error, unit.
+
+    Open ones come first, with an infinite error.
+    """
+    errors = np.sqrt(np.diag(found.covariance))
+    errors = np.where((found.unidentifiable**2).sum(1) > UNDETERMINED, np.inf, errors)
+    worst = np.argsort(-errors / found.weights, kind="stable")[:WORST]
+    return [(found.names[i], float(errors[i]), found.units[i]) for i in worst]
 
 
 def _spread(error: float, unit: str) -> str:
@@ -211,7 +223,7 @@ def determined(session: Session) -> str:
     lost = [f"target {i}: {s.obstacle}" for i, s in enumerate(session.states, 1) if not s.measurable]
     nearest = min((from_limit(session.robot, q) for q in reached), default=None)
     room = "" if nearest is None else f"; joints stay {nearest.text} or more from their limits"
-    missing = now.parameters - now.rank
+    missing = now.visible - now.rank
     sentence = f"{plural(now.measurable, 'target')}{room}"
     if missing:
         sentence = f"{plural(now.measurable, 'target')} leave {plural(missing, 'combination')} undetermined"

@@ -84,9 +84,9 @@ class ToolPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Tool"):
             hint = "Position of the tool in the base frame; enter the desired one."
-            xyz = self.coordinates("Tool", LENGTH, hint, lambda s: _tool(s)[:3, 3])
+            xyz = self.coordinates("Tool x, y, z", LENGTH, hint, lambda s: _tool(s)[:3, 3])
             hint = "Roll, pitch and yaw of the tool; enter the desired ones."
-            turn = self.coordinates("Tool", ANGLE, hint, lambda s: se3.matrix_to_rpy(_tool(s)[:3, :3]))
+            turn = self.coordinates("Tool angles", ANGLE, hint, lambda s: se3.matrix_to_rpy(_tool(s)[:3, :3]))
             self.button(
                 "Go to this pose",
                 lambda: JogTo(xyz.typed, turn.typed),

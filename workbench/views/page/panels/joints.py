@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import viser
-from jaxtyping import Float
 
 from workbench.arm.joint_units import joint_titles, shown_joints, shown_units
 from workbench.report.chart import Chart, Marks
@@ -71,7 +70,11 @@ def joint_plots(session: Session, rows: Comparison) -> str:
     robot = (session.robot if fit is None else fit.aligned).with_effects()  # with the tool that was measured
     left = -1e3 * along_joints(robot, rows.q, rows.residuals)
     law = None if effect is None or found is None else law_along_joints(found, effect.label)
-    top, inks = _top(left, rows), _inks(rows)
+    # the plots end where nearly all of what the geometry leaves does; what the nominal arm does before that
+    stage = ModelStage.GEOMETRY if ModelStage.GEOMETRY in rows.stages else rows.stages[0]
+    size = np.abs(left[..., STAGES.index(stage)])
+    top = max(float(np.nanquantile(size, 0.98)), 1e-6) * 1.15 if np.isfinite(size).any() else 1.0
+    inks = _inks(rows)
     q, at = shown_joints(robot, rows.q), None if law is None else shown_joints(robot, law[0])
     parts, titles = [], joint_titles(session.robot)
     for j, unit in enumerate(shown_units(robot)):
@@ -87,13 +90,6 @@ def joint_plots(session: Session, rows: Comparison) -> str:
             _legend(rows, "" if effect is None or law is None else effect.plain),
         )
     )
-
-
-def _top(left: Float[np.ndarray, "rows n stages"], rows: Comparison) -> float:
-    """Where the plots end [mm]: nearly all of what the geometry leaves; of the nominal arm before that."""
-    stage = ModelStage.GEOMETRY if ModelStage.GEOMETRY in rows.stages else rows.stages[0]
-    values = np.abs(left[..., STAGES.index(stage)])
-    return max(float(np.nanquantile(values, 0.98)), 1e-6) * 1.15 if np.isfinite(values).any() else 1.0
 
 
 def _plot(x: np.ndarray, left: np.ndarray, inks: dict[int, str], law: Any, top: float, unit: str) -> str:

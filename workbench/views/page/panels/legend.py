@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import viser
@@ -84,19 +85,16 @@ class LegendPanel(AbstractPanel):
                 label=lambda s: f"Errors × {s.choices.overlay.exaggeration:g}",
                 value=lambda s: round(float(np.log10(s.choices.overlay.exaggeration)), 2),
             )
-        self.form(self._enlarge, self.add(times))
+        self.form(lambda times: self._overlaid(exaggeration=times), self.add(times))
         window.float(x=MARGIN, y=-MARGIN, width=WIDTH)
         self.add(Control(window, visible=lambda session: key.content))
         self._links = {
-            stage: self.link(f"stage-{stage.name}", partial(self.send, partial(self._colour_by, stage)))
+            stage: self.link(f"stage-{stage.name}", partial(self.send, partial(self._overlaid, stage=stage)))
             for stage in ModelStage
         }
 
-    def _colour_by(self, stage: ModelStage) -> SetOverlay:
-        return SetOverlay(replace(self._worker.session.choices.overlay, stage=stage))
-
-    def _enlarge(self, times: float) -> SetOverlay:
-        return SetOverlay(replace(self._worker.session.choices.overlay, exaggeration=times))
+    def _overlaid(self, **changes: Any) -> SetOverlay:
+        return SetOverlay(replace(self._worker.session.choices.overlay, **changes))
 
     def _key(self, session: Session) -> str:
         rows = coloured_rows(session)

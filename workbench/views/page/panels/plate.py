@@ -18,7 +18,7 @@ class ImprovePanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         self.button(
             ImprovePlate.title,
-            lambda: ImprovePlate(seed=len(self._worker.session.history.scores)),
+            lambda: ImprovePlate(seed=len(self._worker.session.history.past)),
             viser.Icon.SPARKLES,
             "Optimise all unlocked targets, and the plate's place while it is not good enough, for the "
             "lowest predicted error in the region. Cancel stops it, Undo restores the old plate.",

@@ -27,7 +27,7 @@ def result_card(session: Session) -> str:
     fitted = [frame for frame, parts in (("base", found.frames.base), ("tool", found.frames.tool)) if parts]
     where = f"; {' and '.join(fitted)} fitted in all of them" if fitted else ""
     measured = int(np.isfinite(done[0].rows).sum())
-    below = f"Mean position error on {measured} {kind} poses{where}."
+    below = f"Mean position error on {measured} {kind} poses{where}; the chart counts them by their error."
     if not measured:
         below = f"No positions were measured{where}."
     return block(

@@ -32,7 +32,7 @@ class RowErrorsPanel(AbstractPanel):
 
     def _chart(self, session: Session) -> str:
         rows = session.results.comparison
-        if rows is None or not _is_shown(session):
+        if rows is None or len(rows.stages) < 2:
             return ""
         links = {k: self.link(f"row-{k}", partial(self.send, partial(ShowRow, k))) for k in shown(rows)}
         found, excluded = session.results.diagnosis, set(session.measurements.left_out)
@@ -41,11 +41,6 @@ class RowErrorsPanel(AbstractPanel):
         happened = () if found is None else found.events
         drawing = chart(rows, session.results.row, links, excluded, happened)
         return block(drawing, testid="row-chart")
-
-
-def _is_shown(session: Session) -> bool:
-    rows = session.results.comparison
-    return rows is not None and len(rows.stages) > 1
 
 
 def shown(rows: Comparison) -> list[int]:

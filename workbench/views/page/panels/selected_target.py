@@ -13,7 +13,7 @@ from workbench.session.commands.edit import AddTarget, ChooseBranch, DeleteTarge
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.session.target_postures import from_limit
+from workbench.session.target_postures import branches_to, from_limit
 from workbench.session.target_state import TargetState
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.views.page.html import CAREFUL, MUTED, badge, block, text
@@ -96,7 +96,7 @@ class BranchesPanel(AbstractPanel):
     """The posture in which the arm reaches the selected target; folded while the program chooses it."""
 
     tab, order = Tab.PLATE, 12
-    depends = ("plate", "selected", "branches", "drag", "shows_plate")
+    depends = ("robot", "plate", "selected", "drag", "shows_plate")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Branch of the arm", expand_by_default=False):
@@ -113,19 +113,12 @@ class BranchesPanel(AbstractPanel):
 def _branches(session: Session) -> dict[str, str]:
     """Branches of the selected target, by what they are called on the page."""
     target = _target(session)
-    known = {b.name: b.name for b in session.branches.found} if session.branches.of is target else {}
-    if known and session.drag is None:
-        known |= {name: name + MARK for name in blocked_branches(session)}
+    found = () if session.drag is not None else branches_to(session.robot, target)
+    free = {branch.name for branch in unobstructed(session.robot, session.plate, session.selected, found)}
+    known = {branch.name: branch.name if branch.name in free else branch.name + MARK for branch in found}
     mine = {} if target.branch in (AUTO, *known) else {target.branch: target.branch}
     names = {AUTO: LEFT_TO_PROGRAM, **mine, **known}
     return {shown: name for name, shown in names.items()}
-
-
-def blocked_branches(session: Session) -> tuple[str, ...]:
-    """Names of the selected target's branches in which the arm would run into something."""
-    branches = session.branches.found
-    free = unobstructed(session.robot, session.plate, session.selected, branches)
-    return tuple(branch.name for branch in branches if not any(branch is other for other in free))
 
 
 def near_limit(robot: Robot, state: TargetState) -> str:

@@ -93,7 +93,7 @@ class StartCard(AbstractPanel):
         robot = self.dropdown("Built in", (CHOSEN, *built_in_robots()), "The built-in arms.")
         self.form(lambda name: None if name == CHOSEN else ChooseRobot(name), robot)
         self.upload(
-            "… or your robot: URDF (in a ZIP with its meshes) or TOML",
+            "… or your robot: URDF, TOML, ZIP with meshes",
             load,
             "The nominal arm.",
             endings=MODELS,
@@ -158,7 +158,7 @@ class StartCard(AbstractPanel):
         is_alone = self._questions.visible and self._door is None
         self._leave(Tab.PLATE if self._door in (None, ROWS) else self._ends_at)
         if is_alone:
-            self._worker.submit(ImprovePlate(seed=len(self._worker.session.history.scores)))
+            self._worker.submit(ImprovePlate(seed=len(self._worker.session.history.past)))
 
     def _demo(self) -> None:
         self._leave(Tab.PLATE)

@@ -65,9 +65,10 @@ class Gizmo:
         @handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
             client = -1 if event.client_id is None else event.client_id
-            if event.phase == "start":
-                self._release_lost()
-            if event.phase == "start" and self._dragged is None:
+            is_new, held = event.phase == "start", self._dragged
+            if is_new and held is not None and held[1] not in self._server.get_clients():
+                self._release(held[1])  # a program that showed no page: viser does not tell when it leaves
+            if is_new and self._dragged is None:
                 self._dragged = (kind, client)
                 self._worker.submit(GrabTarget(self._session.selected, client + 1))
             if self._dragged != (kind, client):  # the page of one who does not own the target
@@ -95,11 +96,6 @@ class Gizmo:
     def _release(self, client: int) -> None:
         self._dragged = None
         self._worker.submit(DropTarget(client + 1))
-
-    def _release_lost(self) -> None:
-        """Release the target of a program that never showed a page: viser does not tell when it leaves."""
-        if self._dragged is not None and self._dragged[1] not in self._server.get_clients():
-            self._release(self._dragged[1])
 
     def left(self, client: viser.ClientHandle) -> None:
         """Release the target of a page that has disconnected."""

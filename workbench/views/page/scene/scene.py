@@ -65,7 +65,7 @@ class Scene:
         """Draw what has changed in this snapshot."""
         with self._lock:
             before, self._session = self._session, session
-            first, former = session.history.first_plate, before.history.first_plate
+            first, former = session.history.first.plate, before.history.first.plate
             is_other = session.robot is not before.robot or first is not former
             if is_other:
                 self._server.scene.reset()
