@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from arms import ARMS, make
 from judge import error_of, judge
+from slow import slow
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -24,7 +25,7 @@ def judged(kinds, every=1):
     return [judge(make(kind, k, list(ARMS)[k % 3]), diagnose, held_out=0.0) for k, kind in cases]
 
 
-@pytest.mark.parametrize("every", [pytest.param(1, marks=pytest.mark.slow), 2])
+@pytest.mark.parametrize("every", [slow(1), 4])
 def test_named_effects_are_named(every):
     found = judged(NAMED, every)
     assert not any(j.failed for j in found), [j.verdict for j in found if j.failed]
@@ -33,6 +34,7 @@ def test_named_effects_are_named(every):
     assert sum(j.good for j in found) >= least
 
 
+@pytest.mark.slow
 def test_effects_without_a_name_are_called_so_on_their_joint():
     found = judged(NAMELESS)
     assert sum(j.right for j in found) >= 2, [(j.kind, j.truth, j.found) for j in found if not j.right]
