@@ -71,14 +71,16 @@ for name, package in json.loads(sys.argv[1]).items():
         os.chdir(package)
         importlib.invalidate_caches()
         with open(theirs, "w") as answer:
-            json.dump([ended(line) for line in json.loads(sys.argv[2])], answer)
+            json.dump([ended(line) for line in json.loads(sys.argv[2])[name]], answer)
         os._exit(0)
 print(json.dumps(found))
 """
 
 
-def beside_each(packages: dict[str, Path], *lines: str, folder: Path) -> dict[str, list[Ended]]:
-    """How command lines ended in the folder of each of some packages; what is imported serves all of them."""
+def beside_each(
+    packages: dict[str, Path], lines: dict[str, tuple[str, ...]], *, folder: Path
+) -> dict[str, list[Ended]]:
+    """How its command lines ended in the folder of each package; what is imported serves all of them."""
     names = {name: str(package) for name, package in packages.items()}
     found = json.loads(python(ENDED + FORKED, json.dumps(names), json.dumps(lines), folder=folder))
     return {name: [Ended(*end) for end in ends] for name, ends in found.items()}

@@ -287,7 +287,7 @@ class TomlArm:
         """What the effects add to each step, at the fixed point of loads and deflections."""
         shift: dict[str, np.ndarray] = {}
         for _ in range(1 + 30 * any(e["name"] in LOADED for e in self.effects)):
-            moments = self.moments(rows, shift, tool, gravity) if self.bodies else None
+            moments = self.moments(rows, shift, tool, gravity) if self.bodies and self.effects else None
             shift = {}
             for effect in self.effects:
                 for name, value in LAWS[effect["name"]](self, effect, rows, moments).items():

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 from real_arms import load, splits
+from slow import slow
 
 from workbench import Frame, Motion, diagnose, load_robot, read_measurements, tool_poses
 from workbench.arm.chain import Axis
@@ -30,9 +31,9 @@ HELD_OUT = {
 }
 
 
-def sets(names, slow):
+def sets(names, long):
     """Parameters, those that take long marked."""
-    return [pytest.param(name, marks=pytest.mark.slow if name in slow else ()) for name in names]
+    return [slow(name) if name in long else name for name in names]
 
 
 @pytest.mark.parametrize("name", sets(HELD_OUT, ("ur10", "panda_1", "panda_3", "iiwa14")))
@@ -157,7 +158,7 @@ def test_no_effect_of_the_wam_is_larger_than_a_sound_arm_can_have(shared_data):
     assert result.after.held_out.position_mm.mean < result.before.held_out.position_mm.mean
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [0, slow(2)])
 def test_what_is_certain_of_the_wam_survives_twenty_more_rows(seed, shared_data):
     """Joint 5 was certain to turn 1.5 % too far on 216 rows, and had no cause on 236."""
     parts = [of_the_wam(shared_data, rows, seed) for rows in (216, 236)]

@@ -106,7 +106,8 @@ REAL = ("wam",)
 
 def marked(name: str, *others: str):
     """A set, and what it is combined with."""
-    return pytest.param(name, *others, marks=[] if name in VIRTUAL else [pytest.mark.data])
+    marks = {"seven": [pytest.mark.slow], "wam": [pytest.mark.data]}
+    return pytest.param(name, *others, marks=marks.get(name, []))
 
 
 @pytest.fixture(scope="module", params=map(marked, [*VIRTUAL, *REAL]))

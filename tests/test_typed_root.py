@@ -16,17 +16,8 @@ import pytest
 import workbench as wb
 
 ROOT = Path(__file__).parent.parent
-GIVEN_BY_NAME = {
-    "Naming",
-    "TableReading",
-    "TargetReading",
-    "Production",
-    "Task",
-    "Displayed",
-    "PixelRows",
-    "Rig",
-    "AbstractEffect",
-}
+READ = {"Naming", "TableReading", "TargetReading", "PixelRows"}
+GIVEN_BY_NAME = READ | {"Production", "Task", "Displayed", "Rig", "AbstractEffect"}
 """Records that have a word, or that only what returned them takes."""
 
 

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from slow import slow
 
 import workbench as wb
 from workbench.parts import EXTRAS
@@ -66,9 +67,7 @@ for _, part, _ in every:
 """
 
 
-@pytest.mark.parametrize(
-    "gone", [",".join(EXTRAS), *(pytest.param(e, marks=pytest.mark.slow) for e in EXTRAS)]
-)
+@pytest.mark.parametrize("gone", [",".join(EXTRAS), *(slow(e) for e in EXTRAS)])
 def test_commands_and_page_go_on_without(gone, tmp_path):
     wb.write_measurements(wb.measure_poses(wb.load_robot("aria"), 40, seed=1)[1], tmp_path / "rows.csv")
     command = [sys.executable, "-c", CODE, gone]

@@ -76,7 +76,7 @@ def right():
         "choose_poses": (aria, 5),
         "compensate": (aria, folder / "rows.csv"),
         "extract": (aria, rows),
-        "map_motors": (aria, rows),
+        "map_motors": (aria, rows.take(np.arange(9))),
         "rezero": (aria, rows),
         "tcp": (aria, rows),
         "frame": (aria, rows),

@@ -94,14 +94,8 @@ base = { xyz = [2, 0, 0] }
     assert (first.mass, first.max_moment) == (2.6, 40.0)
     np.testing.assert_array_equal(first.com, [0.0, -0.05, 0.0])
     assert [j.kind for j in robot.joints] == [JointKind.REVOLUTE, JointKind.PRISMATIC, JointKind.FIXED]
-    assert robot.default_free == (
-        "joint1.theta",
-        "joint1.d",
-        "joint2.theta",
-        "joint2.d",
-        "joint2.a",
-        "joint2.alpha",
-    )
+    parts = ("1.theta", "1.d", "2.theta", "2.d", "2.a", "2.alpha")
+    assert robot.default_free == tuple(f"joint{part}" for part in parts)
     np.testing.assert_allclose(robot.base.rpy, [0.1, 0.2, 0.3], atol=1e-15)
     assert (robot.base.free, robot.tool.free) == (Freedom.FREE, Freedom.AUTO)
     assert list(robot.sessions) == ["front-left", "rear"]

@@ -62,15 +62,8 @@ def test_unreadable_options(file):
     path = file(HEAD + ROWS)
     refusal(path, OptionError, layout="nonsense")
     refusal(path, OptionError, sheet="Data")
-    for columns in (
-        "q1[rad]",
-        "",
-        "=",
-        "q1[rad]=nothing",
-        "q1[rad|mm]=q1[rad]",
-        "a,b=c",
-        "q1[rad],…,x[m],y,z",
-    ):
+    wrong = ("q1[rad]", "", "=", "q1[rad]=nothing", "q1[rad|mm]=q1[rad]", "a,b=c", "q1[rad],…,x[m],y,z")
+    for columns in wrong:
         refusal(path, OptionError, columns=columns)
 
 

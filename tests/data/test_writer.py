@@ -1,6 +1,5 @@
 """Writing and reading again gives the same measurements, whatever they are and in whatever unit."""
 
-import csv
 from dataclasses import fields
 
 import numpy as np
@@ -86,18 +85,7 @@ def small(**more):
 
 def test_the_header_is_that_of_the_formats(tmp_path):
     path = write_measurements(small(rotation=np.eye(3)[None]), tmp_path / "rows.csv")
-    with path.open() as file:
-        assert next(csv.reader(file)) == [
-            "q1[rad]",
-            "q2[rad]",
-            "x[m]",
-            "y[m]",
-            "z[m]",
-            "qw",
-            "qx",
-            "qy",
-            "qz",
-        ]
+    assert path.read_text().splitlines()[0] == "q1[rad],q2[rad],x[m],y[m],z[m],qw,qx,qy,qz"
 
 
 def test_rows_that_are_kept_out_come_back(tmp_path):

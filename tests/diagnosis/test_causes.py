@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from arms import make
 from claims import claims
+from slow import slow
 
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
@@ -25,6 +26,7 @@ def test_a_dent_is_a_map_and_no_cause():
     assert "names no cause" in found.message
 
 
+@pytest.mark.slow
 def test_a_joint_that_scatters_alone_is_not_named_after_a_part_of_its_error():
     """A drive that winds up follows its joint's motion in part, as a scale or backlash would."""
     case = make("wind-up", 203)
@@ -43,6 +45,7 @@ def test_a_soft_bearing_is_not_called_a_soft_link_for_the_masses_behind_it():
     assert cause.confidence in ("certain", "probable")
 
 
+@pytest.mark.slow
 def test_what_geometry_takes_back_is_no_coupling():
     """Play bends the geometry that is fitted first; the slides' right angle comes back with it."""
     case = make("backlash-moment", 402, "gantry")
@@ -50,6 +53,7 @@ def test_what_geometry_takes_back_is_no_coupling():
     assert [(c.kind, c.joints) for c in found.causes] == [("backlash", case.truth[0].joints)]
 
 
+@pytest.mark.slow
 def test_an_effect_that_the_nominal_geometry_does_not_need_is_dropped():
     """Upright axes: two couplings by the slide are its tilt, which the harmonic's fit had turned aside."""
     case = make("two", 306, "scara")
@@ -64,14 +68,10 @@ def test_words_are_odds(odds, word):
     assert Confidence.of(odds) == word
 
 
-def slow(*case):
-    return pytest.param(*case, marks=pytest.mark.slow)
-
-
 @pytest.mark.parametrize(
     ("kind", "seed", "arm"),
     [
-        ("clearance", 3001, "gantry"),  # joints together were weighed without the masses that one alone had
+        slow("clearance", 3001, "gantry"),  # together they were weighed without the masses that one alone had
         slow("clearance", 3013, "gantry"),  # parallel axes turned, a coupling took what they lost
         slow("bearing", 3004, "scara"),  # likewise, and nothing was found
         ("two", 5110, "katana"),  # two orders of one joint: its map entered first and stayed

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from arms import make
 from real_arms import load
+from slow import slow
 
 from workbench.arm.effects import EFFECTS, Candidate
 from workbench.arm.effects.joint_compliance import JointCompliance
@@ -99,7 +100,7 @@ def met(kind, seed):
 
 
 @pytest.mark.parametrize(
-    ("kind", "seed"), [("settling", 0), ("bent-link", 0), ("without-clearance", 0), ("warming", 0)]
+    ("kind", "seed"), [("settling", 0), ("bent-link", 1), ("warming", 0), slow("without-clearance", 0)]
 )
 def test_an_error_without_a_law_is_said_to_follow_its_driver(kind, seed):
     found = met(kind, seed)
@@ -123,7 +124,7 @@ def test_a_law_that_is_not_all_is_refused_and_a_correction_is_offered():
     assert "A correction from your rows would reduce" in found.message
 
 
-@pytest.mark.parametrize("kind", ["backlash-motion", "compliance", "clearance", "scale"])
+@pytest.mark.parametrize("kind", ["backlash-motion", "scale", slow("compliance"), slow("clearance")])
 def test_a_law_that_is_there_wins(kind):
     case = make(kind, 20, "aria")
     (cause,) = diagnose(case.robot, case.data, held_out=0.0).causes
@@ -137,6 +138,7 @@ def test_noise_follows_nothing(seed):
     assert diagnose(case.robot, case.data, held_out=0.0).followed == ()
 
 
+@pytest.mark.slow
 @pytest.mark.data
 def test_a_step_hidden_in_measured_rows_is_certain_though_other_events_are_doubted():
     """All events were dropped where one of them was doubtful."""

@@ -10,6 +10,7 @@ import pytest
 import round_trip
 from problems import slopes
 from refusals import mentions
+from slow import slow
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
@@ -32,10 +33,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 from events import CASES, NEAR, judge, make
 
 
-def slow(case):
-    return pytest.param(*case, marks=pytest.mark.slow)
-
-
 @cache
 def diagnosed(name, held_out=0.2):
     """An arm to which this happened, and its diagnosis."""
@@ -52,9 +49,9 @@ def slipped():
 @pytest.mark.parametrize(
     ("name", "seed"),
     [
-        *(("knock", 1), ("warm-joint", 1), ("two", 1), ("untimed", 1)),
-        *map(slow, (("warm-frame", 1), ("late-slip", 1), ("shuffled", 1), ("slip-pose", 1))),
-        *map(slow, (("knock-known", 1), ("slip-known", 4))),
+        *(("warm-joint", 1), ("two", 1)),
+        *(slow(k, 1) for k in ("knock", "untimed", "warm-frame", "late-slip", "shuffled", "slip-pose")),
+        *(slow("knock-known", 1), slow("slip-known", 4)),
         ("zero", 910003),  # no larger than ten times what its joint scatters
         ("slip-markers", 3),  # places on the tool are unknown
     ],
@@ -65,7 +62,9 @@ def test_an_event_is_named_with_its_row_and_nothing_else(name, seed):
     assert not found["false"], found["message"]
 
 
-@pytest.mark.parametrize("name", ["drift", slow(["untimed-drift"]), slow(["none-tails"]), "none-compliance"])
+@pytest.mark.parametrize(
+    "name", [slow("drift"), slow("untimed-drift"), slow("none-tails"), "none-compliance"]
+)
 def test_where_nothing_happened_no_event_is_named(name):
     found = judge(name, 2)
     assert found["right"]
@@ -110,7 +109,7 @@ def since(found, data):
 
 
 @pytest.mark.parametrize(
-    ("name", "held_out"), [("slip", 0.2), slow(("warm-frame", 0.2)), slow(("slip-known", 0.2)), ("two", 0.0)]
+    ("name", "held_out"), [("slip", 0.2), slow("warm-frame", 0.2), slow("slip-known", 0.2), slow("two", 0.0)]
 )
 def test_what_is_stated_of_the_files_is_what_they_leave(name, held_out, tmp_path):
     """The arm with its events was stated: 0.045 mm with a warm-up of the frame where its file left 0.049."""
@@ -171,7 +170,7 @@ def test_exchanged_rows_are_named():
     assert sorted(found.data.row[found.outliers].tolist()) == [31, 36]
 
 
-@pytest.mark.parametrize(("name", "frames", "moved"), [("knock", "auto", 4e-3), ("slip", "shared", 0.0)])
+@pytest.mark.parametrize(("name", "frames", "moved"), [("knock", "auto", 4e-3), slow("slip", "shared", 0.0)])
 def test_a_session_that_was_over_before_an_event_keeps_its_frames(name, frames, moved, tmp_path):
     """Each session's frames were saved as they were after the event: off by all of it in earlier ones."""
     made = make(CASES[name], 0, "aria")
@@ -216,7 +215,7 @@ def test_a_session_that_was_held_out_has_its_own_base_in_the_file(name, tmp_path
         assert mean == pytest.approx(judged.held_out.position_mm.mean, rel=1e-3)
 
 
-@pytest.mark.parametrize("clock", ["none", "begins anew"])
+@pytest.mark.parametrize("clock", ["none", slow("begins anew")])
 def test_rows_of_another_file_are_judged_by_the_arm_as_it_is_now(clock, tmp_path):
     """They were judged with the frame before the event, whose row or time their own were below."""
     case = CASES["knock"] if clock != "none" else replace(CASES["knock"], timed=False)

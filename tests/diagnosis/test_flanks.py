@@ -11,6 +11,7 @@ from generator import rotation
 from laws import poses, straight_moments
 from problems import geometric
 from scipy import stats
+from slow import slow
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -74,7 +75,9 @@ def test_the_fitted_arm_is_good_where_no_play_hangs_between_its_flanks(arm):
     assert np.sqrt(((found - truth)[:, :3, 3] ** 2).mean()) < 0.5 * SIGMA[0]
 
 
-@pytest.mark.parametrize(("kind", "arm", "seed"), [("loose-5", "industrial", 3), ("loose-3", "katana", 17)])
+@pytest.mark.parametrize(
+    ("kind", "arm", "seed"), [slow("loose-5", "industrial", 3), ("loose-3", "katana", 17)]
+)
 def test_flanks_tell_of_masses_that_the_file_has_wrong(kind, arm, seed):
     """Centres are 10 mm off: in some rows a load has the other sign, but their poses show the flank."""
     case = under(CONDITIONS["masses10"], kind, seed, arm)

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from arms import make
 from scipy.spatial.transform import Rotation
+from slow import slow
 
 from workbench.arm.frame import Frame
 from workbench.base import se3
 from workbench.data.readers.read import read_measurements
 from workbench.diagnosis.diagnose import diagnose
 
-KINDS = ("none", "two")
+KINDS = (slow("none"), "two")
 SEED = 5
 
 

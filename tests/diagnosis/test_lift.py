@@ -85,6 +85,7 @@ def test_nothing_is_told_of_a_lift_whose_tipping_cannot_be_tried(tmp_path):
     assert {c.confidence for c in of_lift} == {"cannot tell"}
 
 
+@pytest.mark.slow
 def test_a_level_measuring_frame_tells_gravity(tmp_path):
     """The base's orientation in it is fitted, and with it how the arm stands."""
     robot, data, actual = campaign(tmp_path, 9003, tilts=False)

@@ -3,6 +3,7 @@
 import pytest
 from arms import make
 from judge import judge
+from slow import slow
 
 from workbench.diagnosis.diagnose import diagnose
 
@@ -10,8 +11,8 @@ from workbench.diagnosis.diagnose import diagnose
 @pytest.mark.parametrize(
     ("kind", "seed", "arm"),
     [
-        pytest.param("belt-stretch", 9205, "three-parallel", marks=pytest.mark.slow),
-        pytest.param("belt-stretch", 9207, "aria", marks=pytest.mark.slow),
+        slow("belt-stretch", 9205, "three-parallel"),
+        slow("belt-stretch", 9207, "aria"),
         ("hardening-drive", 9203, "industrial"),
     ],
 )

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from refusals import mentions
+from slow import slow
 
 from workbench import load_plate, load_robot, measure_plate
 from workbench.arm.robot import Robot
@@ -105,7 +106,7 @@ def moves_as(meaning: RowMeaning, robot: Robot, columns, joints) -> bool:
 
 
 @pytest.mark.parametrize("with_rotation", [True, False])
-@pytest.mark.parametrize("name", ["puma", "seven", "scara"])
+@pytest.mark.parametrize("name", ["puma", slow("seven"), "scara"])
 def test_joints_are_named_right_or_not_at_all(name, with_rotation):
     named = total = 0
     for seed in range(2):

@@ -54,7 +54,7 @@ def table2(aria, plate, solutions, goal):
 @pytest.fixture(scope="module")
 def mixed(aria, plate, goal):
     return optimise_plate(
-        aria, plate, reading=SEAT, goal=goal, rng=rng(), request=DesignRequest(places=120, starts=1)
+        aria, plate, reading=SEAT, goal=goal, rng=rng(), request=DesignRequest(places=60, starts=1)
     )
 
 
@@ -74,7 +74,7 @@ def test_locked_targets_stay_and_the_others_are_placed(aria, plate, goal):
 
 @pytest.fixture(scope="module")
 def single(aria, plate, goal):
-    request = DesignRequest(places=150, starts=1, postures=Postures.SINGLE)
+    request = DesignRequest(places=75, starts=1, postures=Postures.SINGLE)
     return optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), request=request)
 
 
@@ -183,7 +183,7 @@ def test_cancelled_it_hands_back_the_best_so_far(aria, plate, goal, mixed):
 def test_flat_blocks_with_standard_turns_and_a_making_tolerance(aria, plate, goal, mixed):
     request = DesignRequest(
         number=6,
-        places=80,
+        places=40,
         starts=1,
         blocks=Blocks(style=BlockStyle.STEPPED, turn=np.deg2rad(45.0)),
         production=Production(position=1e-4, angle=1e-3),

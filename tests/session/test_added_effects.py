@@ -4,7 +4,8 @@ import csv
 
 import numpy as np
 import pytest
-from driven_effects import DRIVEN, driven_file
+from driven_effects import driven_file
+from slow import slow
 
 from workbench import evaluate, read_measurements
 from workbench.session.commands.data import LoadData
@@ -36,7 +37,7 @@ def judged_errors(validation):
     return (validation.held_out or validation.train).position_mm.mean
 
 
-@pytest.fixture(scope="module", params=DRIVEN)
+@pytest.fixture(scope="module", params=["payload", "direction", slow("temperature"), slow("time")])
 def measured(request, tmp_path_factory):
     return driven_file(request.param, tmp_path_factory.mktemp("driven"))
 

@@ -28,20 +28,8 @@ FEW = 10
 STEPS = 8
 NUMBERS = (0.0, 0.05, 0.2, 0.4, -0.3, 1.0, -2.6, 1e-6, 1e9, 1e300, -1e300, float("nan"), float("inf"))
 COUNTS = (0, 1, 2, 3, 5, 9, 10, 50, -1, 10**6, -(2**63), 2**200)
-TEXTS = (
-    "",
-    "ARIA",
-    "OPT2",
-    "circle",
-    "grid",
-    "plate",
-    "joint1.theta",
-    "base.x",
-    "++-",
-    "x" * 5000,
-    "<b>",
-    "\0",
-)
+WORDS = ("", "ARIA", "OPT2", "circle", "grid", "plate", "joint1.theta", "base.x", "++-")
+TEXTS = (*WORDS, "x" * 5000, "<b>", "\0")
 
 
 def values_of(hint) -> st.SearchStrategy:

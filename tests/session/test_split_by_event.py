@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from refusals import refuses
+from slow import slow
 
 from tests.session.direct_commands import done
 from workbench.arm.effects.events import FrameStep, ToolStep
@@ -33,7 +34,7 @@ def loaded(name, folder):
     return done(start(made.robot, default_plate(made.robot)), LoadData("rows.csv", content)), made.truth
 
 
-@pytest.mark.parametrize(("name", "kind"), [("slip", ToolStep), ("knock", FrameStep)])
+@pytest.mark.parametrize(("name", "kind"), [("slip", ToolStep), slow("knock", FrameStep)])
 def test_with_a_session_of_their_own_nothing_happens_any_more(name, kind, tmp_path):
     first, (truth,) = loaded(name, tmp_path)
     worker = Worker(first)

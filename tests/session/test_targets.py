@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from slow import slow
 
 import workbench as wb
 from workbench import Motion, load_robot, tool_poses, write_urdf
@@ -23,6 +24,8 @@ from workbench.session.start import default_plate
 from workbench.session.target_steps import place_plate
 
 RPY = (-2.6, 0.05, 0.1)
+FEW = {"aria", "katana450", "panda", "so101", "ur10"}
+"""Arms that are tried at every run."""
 
 
 def assert_reached(session, i):
@@ -40,7 +43,7 @@ def test_all_of_table_2_is_reached_and_clear(first):
     assert len({s.branch for s in first.states}) > 1
 
 
-@pytest.mark.parametrize("name", built_in_robots())
+@pytest.mark.parametrize("name", [n if n in FEW else slow(n) for n in built_in_robots()])
 def test_every_arm_begins_with_room_at_every_target_and_may_be_tried_there(name):
     """Arms began at a limit, out of reach, or with five joints in seats, which they don't fit."""
     robot = load_robot(name)

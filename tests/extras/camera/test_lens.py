@@ -7,6 +7,7 @@ import camera_arms as virtual
 import numpy as np
 import pytest
 from PIL import Image
+from slow import slow
 from test_camera_fit import check_zeros, true_errors
 
 import workbench as wb
@@ -52,7 +53,7 @@ LENSES = {
 }
 
 
-@pytest.mark.parametrize("case", LENSES)
+@pytest.mark.parametrize("case", [slow("usual"), slow("long"), "wide and bent", "on the tool"])
 def test_a_table_of_pixels_starts_any_lens(tmp_path, case):
     """Corners that are wrong among them; the arm ends as well as with a lens that was given."""
     scale, (k1, k2), on_tool = LENSES[case]

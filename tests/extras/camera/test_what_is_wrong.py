@@ -7,6 +7,7 @@ import camera_arms as virtual
 import numpy as np
 import pytest
 from refusals import mentions
+from slow import slow
 from test_camera_fit import identified, read, true_errors, written
 
 import workbench as wb
@@ -20,7 +21,7 @@ def seen(tmp_path, seed, count=12, **options):
     return arm, shots, *written(tmp_path, "ur5", shots)
 
 
-@pytest.mark.parametrize("name", ["ur5", "7R", "industrial"])
+@pytest.mark.parametrize("name", ["ur5", slow("7R"), "industrial"])
 def test_one_wrong_picture_of_twelve_is_named_and_spoils_nothing(tmp_path, name):
     """A geometry that was 200 mm off was taken; good pictures were lost as gross outliers."""
     rng = np.random.default_rng(31)
@@ -74,7 +75,7 @@ IDENTIFY = partial(wb.identify, algorithms=("opt2",))
 
 @pytest.mark.parametrize(
     ("spoil", "verb", "named"),
-    [(rows_away, IDENTIFY, "after"), (backwards, IDENTIFY, "joint 3"), (backwards, wb.rezero, "joint 3")],
+    [(rows_away, IDENTIFY, "after"), (backwards, IDENTIFY, "joint 3"), slow(backwards, wb.rezero, "joint 3")],
 )
 def test_joints_that_are_not_those_of_the_pictures_are_named(tmp_path, spoil, verb, named):
     """Zeros that were 400 mm off were taken, or no joint zero was determined, with status 0."""

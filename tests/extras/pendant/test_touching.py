@@ -10,7 +10,6 @@ import pytest
 from displays import hidden, poses, random_joints
 from refusals import mentions
 from round_trip import angle, inverse, placed, read_arm, rows_of
-from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import workbench as wb
@@ -32,7 +31,7 @@ model = cache(read_arm)
 
 
 def tip_at(arm: Path, place, *, seed: int = 0, turn=None, tilt: float = 0.6) -> np.ndarray:
-    """Joints with the tip at a place; turned at random, or as given."""
+    """Joints with the tip at a place; turned at random, or as given: Newton's steps by differences."""
     rng = np.random.default_rng(seed)
     while True:
         wanted = (
@@ -40,16 +39,15 @@ def tip_at(arm: Path, place, *, seed: int = 0, turn=None, tilt: float = 0.6) -> 
             if turn is not None
             else Rotation.from_rotvec([np.pi, 0, 0]) * Rotation.from_rotvec(rng.normal(0, tilt, 3))
         )
-
-        def off(q, wanted=wanted):
-            pose = model(arm)(rows_of(q[None]))[1][0]
-            turned = (Rotation.from_matrix(pose[:3, :3]) * wanted.inv()).as_rotvec()
-            return [*(pose[:3, :3] @ TIP + pose[:3, 3] - place), *(0.3 * turned)]
-
-        start = np.array([0.3, -1.4, 1.8, -1.9, -1.5, 0.2]) + rng.normal(0, 0.2, 6)
-        found = least_squares(off, start, xtol=1e-14, ftol=1e-14)
-        if found.cost < 1e-20:
-            return found.x
+        q = np.array([0.3, -1.4, 1.8, -1.9, -1.5, 0.2]) + rng.normal(0, 0.2, 6)
+        for _ in range(30):
+            pose = model(arm)(rows_of(q + 1e-6 * np.eye(7, 6, -1)))[1]
+            turned = (Rotation.from_matrix(pose[:, :3, :3]) * wanted.inv()).as_rotvec()
+            off = np.column_stack([pose[:, :3, :3] @ TIP + pose[:, :3, 3] - place, 0.3 * turned])
+            if np.linalg.norm(off[0]) < 1e-10:
+                return q
+            step = np.linalg.solve((off[1:] - off[0]).T / 1e-6, off[0])
+            q = q - step * min(1.0, 0.5 / np.linalg.norm(step))
 
 
 def table(q, contact=None, path: str = "touches.csv") -> Path:

@@ -60,7 +60,8 @@ def test_equal_o_alone_may_have_rank_six(aria, found):
     assert turned.stacked == 0.0
 
 
-def test_orientations_stay_in_the_cone_and_the_plate_round_trips(aria, plate, tmp_path):
+def test_orientations_stay_in_the_cone_and_the_plate_round_trips(aria, plate, tmp_path, monkeypatch):
+    monkeypatch.setattr("workbench.extras.poses.clustering.CONED", 700)
     towards, cone = plate.poses[:, :3, :3], np.deg2rad(50)
     found = cluster_region(aria, plate.region, index="O2", number=6, towards=towards, cone=cone, solid=plate)
     poses = tool_poses(aria, Motion(found.best.q))
