@@ -154,7 +154,6 @@ def _remaining_error(
         ),
         followed=followed,
         places="" if followed else two_places(fit),
-        distrusted=search.last.found.distrusted,
     )
 
 

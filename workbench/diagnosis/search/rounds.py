@@ -142,7 +142,7 @@ def rounds(
     """Search and fit until nothing new is found.
 
     Args:
-        stage: The geometry alone.
+        stage: Where to begin: the geometry alone, or with effects found before.
         tried: Effects to try; events only beside all of them.
         events: Possible events; searched if None.
         without: Names of effects that are not tried.
@@ -182,6 +182,12 @@ def rounds(
     return (*done[:-1], _supported(done[-1], fold))
 
 
+def stage_without(searched: Searched, gone: Sequence[Candidate]) -> Stage:
+    """The stage of a last search without some of its effects, refitted."""
+    kept = tuple(t for t in searched.found.model if t.candidate not in gone)
+    return _without_outliers(_fit(searched.stage, searched.grams, kept), searched.grams)
+
+
 def _supported(searched: Searched, fold: np.ndarray) -> Searched:
     """The search without effects that its last fit doesn't support, refitted."""
     for _ in range(MAX_ROUNDS):
@@ -191,7 +197,7 @@ def _supported(searched: Searched, fold: np.ndarray) -> Searched:
         stage = _fit(searched.stage, searched.grams, kept)
         offered = searched.offered.candidates
         grams = _compressed(stage, [c.effect for c in offered], fold)
-        found = as_found(grams, _among(kept, offered), searched.found.distrusted)
+        found = as_found(grams, _among(kept, offered))
         searched = replace(searched, stage=stage, grams=grams, found=found)
     return searched
 
@@ -239,7 +245,7 @@ def _without_superfluous(searched: Searched) -> Stage | None:
 def _as_fitted(searched: Searched) -> Searched:
     """The search with the fitted model instead of its result."""
     fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
-    return replace(searched, found=as_found(searched.grams, fitted, searched.found.distrusted))
+    return replace(searched, found=as_found(searched.grams, fitted))
 
 
 def _better(searched: Searched) -> bool:
