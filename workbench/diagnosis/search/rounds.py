@@ -18,7 +18,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units
 from workbench.diagnosis.search.backlash_flanks import holding_likeliest
 from workbench.diagnosis.search.candidates import Catalogue, catalogue
-from workbench.diagnosis.search.event_search import Changeable, changeable, promising
+from workbench.diagnosis.search.event_search import Changeable, Timeline, changeable, crowded, promising
 from workbench.diagnosis.search.evidence import Model, drop, rescaled, solve, validated
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, refit, with_own_noise
@@ -30,7 +30,6 @@ from workbench.diagnosis.search.stepwise_search import (
     supported,
 )
 from workbench.diagnosis.search.stepwise_search import search as search_effects
-from workbench.diagnosis.search.timeline import Timeline, crowded
 from workbench.identification.checks.gravity_direction import freed
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise, Problem
