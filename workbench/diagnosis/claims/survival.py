@@ -28,6 +28,7 @@ from workbench.diagnosis.search.evidence import (
     Offer,
     Remainder,
     Term,
+    joints_of,
     left_by,
     offer,
     offers,
@@ -75,9 +76,9 @@ def survival(
     widest = max(kinds, key=lambda c: len(c.names), default=None)
     left, weak = place_of(searched, group).left, set[int | None]()
     beside_all = None if widest is None else offer(left, widest)
-    if beside_all is not None and _joints((beside_all.term,)) >= _joints(group):
+    if beside_all is not None and joints_of((beside_all.term,)) >= joints_of(group):
         clear = _clearness(left, (beside_all.term,))
-        weak |= {j for j in _joints(group) if clear[j] < MIN_NAMED_ERRORS}
+        weak |= {j for j in joints_of(group) if clear[j] < MIN_NAMED_ERRORS}
     others = [o.term.candidate for o in rivals[:MAX_RIVALS]]
     parts = [c for c in every if kind_of(Term(c)) == kind_of(group[0]) and len(c.effect.joints) == 1]
     for k, rows in enumerate(chain([searched], _reweighted(searched, others, kinds, parts))):
@@ -115,10 +116,6 @@ def _student_weights(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.n
     return np.sqrt((STUDENT_FREEDOM + count) / (room + square))
 
 
-def _joints(group: Model) -> set[int]:
-    return {j for t in group for j in t.candidate.effect.joints}
-
-
 def _clearness(left: Remainder, group: Model) -> dict[int | None, float]:
     """Standard errors by which joints' coefficients differ from zero, as in `clearness`, in the place of a
     group."""
@@ -137,7 +134,7 @@ def _replaceable(
 ) -> set[int | None]:
     """Joints of an effect of several in whose place another joint, another kind of effect, or none would do
     beside its other joints."""
-    mine, kind, out = _joints(group), kind_of(group[0]), set[int | None]()
+    mine, kind, out = joints_of(group), kind_of(group[0]), set[int | None]()
     if len(mine) < 2 or not mine <= {*widest.effect.joints}:
         return out
     for joint in mine:
