@@ -18,7 +18,7 @@ from workbench.diagnosis.confidence import PROBABLE
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
-from workbench.diagnosis.search.rounds import Searched, Stage, Tried, geometry_first, rounds, stage_without
+from workbench.diagnosis.search.rounds import Searched, Stage, Tried, geometry_first, rounds
 from workbench.identification.errors.row_errors import Errors, RowErrors, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
@@ -117,8 +117,7 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Trie
             break
         events = [c for c in odds if c.effect.is_event and c not in unsure]
         refused |= {c.effect.name for c in unsure if not c.effect.is_event}
-        again = rounds(stage_without(found[-1], unsure), rng, tried=tried, events=events, without=refused)
-        found = (found[0], *again)
+        found = rounds(first, rng, tried=tried, events=events, without=refused)
     return found
 
 

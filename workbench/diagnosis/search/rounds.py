@@ -141,7 +141,7 @@ def rounds(
     """Search and fit until nothing new is found.
 
     Args:
-        stage: Where to begin: the geometry alone, or with effects found before.
+        stage: The geometry alone.
         tried: Effects to try; events only beside all of them.
         events: Possible events; searched if None.
         without: Names of effects that are not tried.
@@ -179,12 +179,6 @@ def rounds(
         stage = _fit(stage, last.grams, last.found.model)
         stage = _without_outliers(stage, last.grams)
     return (*done[:-1], _supported(done[-1], fold))
-
-
-def stage_without(searched: Searched, gone: Sequence[Candidate]) -> Stage:
-    """The stage of a last search without some of its effects, refitted."""
-    kept = tuple(t for t in searched.found.model if t.candidate not in gone)
-    return _without_outliers(_fit(searched.stage, searched.grams, kept), searched.grams)
 
 
 def _supported(searched: Searched, fold: np.ndarray) -> Searched:
