@@ -20,10 +20,9 @@ from workbench.data.prediction import row_components
 from workbench.data.writer import write_measurements
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.search import rounds
-from workbench.diagnosis.search.event_search import changeable, promising
+from workbench.diagnosis.search.event_search import Timeline, changeable, promising
 from workbench.diagnosis.search.evidence import left_by, offer
 from workbench.diagnosis.search.gram_matrices import compress
-from workbench.diagnosis.search.timeline import Timeline
 from workbench.identification.errors.file_errors import file_text, refitted_errors
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.evaluate import evaluate

@@ -28,7 +28,7 @@ from workbench.identification.rows.two_places import two_places
 from workbench.plate.simulated_measurement import measure_poses
 
 NOISE_ONLY = RemainingError(
-    noise=Noise(1e-4, 1e-3), known_noise=None, joint_noise=None, followed=(), places="", distrusted=()
+    noise=Noise(1e-4, 1e-3), known_noise=None, joint_noise=None, followed=(), places=""
 )
 SLIDING = """
 name = "column"

@@ -112,11 +112,11 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Trie
     """
     found, refused = rounds(first, rng, tried=tried), set[str]()
     while odds := odds_over_time(found[-1]):
-        sure = [candidate for candidate, its_odds in odds.items() if its_odds >= PROBABLE]
-        if len(sure) == len(odds):
+        unsure = [candidate for candidate, its_odds in odds.items() if its_odds < PROBABLE]
+        if not unsure:
             break
-        events = [c for c in sure if c.effect.is_event]
-        refused |= {c.effect.name for c in odds if c not in sure and not c.effect.is_event}
+        events = [c for c in odds if c.effect.is_event and c not in unsure]
+        refused |= {c.effect.name for c in unsure if not c.effect.is_event}
         found = rounds(first, rng, tried=tried, events=events, without=refused)
     return found
 

@@ -115,7 +115,9 @@ def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Nois
     if search.too_few is None:
         drivers = ask("the drivers", lambda: DriverEvidence.of(search.last, search.ready.data), None)
     remaining = _remaining_error(search, known, drivers)
-    causes = () if drivers is None else _found_causes(search, saved, remaining, drivers)
+    causes: tuple[Cause, ...] = ()
+    if drivers is not None and saved.effects:
+        causes = find_causes(search.last, saved.fit.arm, remaining.known_noise, saved.std, drivers)
     followed, correction = _followed(search, drivers, causes, remaining)
     tilted = gravity_direction_causes(saved.fit, given, remaining.noise)
     causes = largest_first(*causes, *tilted)
@@ -154,18 +156,7 @@ def _remaining_error(
         ),
         followed=followed,
         places="" if followed else two_places(fit),
-        distrusted=search.last.found.distrusted,
     )
-
-
-def _found_causes(
-    search: CauseSearch, saved: SavedModel, remaining: RemainingError, drivers: DriverEvidence
-) -> tuple[Cause, ...]:
-    """The causes among the accepted effects."""
-    if not saved.effects:
-        return ()
-    motion = search.last.stage.motion
-    return find_causes(search.last, saved.fit.arm, motion, remaining.known_noise, saved.std, drivers)
 
 
 def _followed(

@@ -8,7 +8,6 @@ import numpy as np
 from workbench.arm.chain import Chain
 from workbench.base.advice import beside
 from workbench.diagnosis.drivers.evidence import FollowedDriver
-from workbench.diagnosis.search.evidence import Offer
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 
@@ -33,7 +32,6 @@ class RemainingError:
         joint_noise: Noise of joint readings, as far as they show any; None if the readings seem exact.
         followed: Drivers that they follow.
         places: Two places in which they lie instead; empty without.
-        distrusted: Significant candidates that cross-validation did not confirm.
     """
 
     noise: Noise
@@ -41,7 +39,6 @@ class RemainingError:
     joint_noise: Readings | None
     followed: Sequence[FollowedDriver]
     places: str
-    distrusted: Sequence[Offer]
 
     @property
     def noise_ratio(self) -> float:
@@ -55,7 +52,7 @@ class RemainingError:
     def is_more_than_noise(self) -> bool:
         """Whether something is left to explain."""
         if np.isnan(self.noise_ratio):
-            return bool(self.followed or self.distrusted or self.places)
+            return bool(self.followed or self.places)
         return self.noise_ratio > MAX_NOISE_RATIO
 
     @beside("the note on joint readings", "")

@@ -56,10 +56,8 @@ def saved_model(search: CauseSearch) -> SavedModel:
     fit = last.stage.fit
     suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.fit.x))
     final, note = fitted_on_all(ready, last, search.judged_fit, suspect_rows)
-    motion, trial = last.stage.motion, ModelComparison(ready, last)
-    missing = ask(
-        "unobservable effects", lambda: () if search.too_few else undetectable(last, fit.arm, motion), ()
-    )
+    trial = ModelComparison(ready, last)
+    missing = ask("unobservable effects", lambda: () if search.too_few else undetectable(last), ())
     std = StandardErrors(final, hidden_variance(last, missing))
     alone, after = (judged(v.errors) for v in (search.before, search.after))
     effects = _accepted(last, final, trial, std, alone=alone, after=after)

@@ -19,8 +19,6 @@ import numpy as np
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect, Candidate, Loads
 from workbench.arm.effects.axes import across, own, turns
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.base.advice import beside
 from workbench.base.wording import joint_list
@@ -62,15 +60,11 @@ class Undetectable:
     size: float = 0.0
 
 
-def undetectable(searched: Searched, robot: Robot, motion: Motion) -> tuple[Undetectable, ...]:
-    """Effects of load that may exist but would not have been found.
-
-    Args:
-        searched: The last search, at the final fit.
-        robot: The identified arm.
-    """
-    idle = _idle(searched, robot, motion)
-    left, sizes = left_by(searched.grams, searched.found.model), _Sizes.of(searched, robot.chain)
+def undetectable(searched: Searched) -> tuple[Undetectable, ...]:
+    """Effects of load that may exist but would not have been found by a last search, at the final fit."""
+    chain = searched.stage.fit.arm.chain
+    idle, found = _idle(searched), _largest_found(searched, chain)
+    left = left_by(searched.grams, searched.found.model)
     noise = np.sqrt(left.square / max(left.freedom, 1))
     out = []
     for candidate in _loads_at_one_joint(searched):
@@ -78,14 +72,15 @@ def undetectable(searched: Searched, robot: Robot, motion: Motion) -> tuple[Unde
         (scale,) = searched.grams.scales(candidate.names)
         whole, alone = searched.grams.total[column, column], left.inner[column, column]
         std = float(noise / (np.sqrt(alone) * scale)) if alone > 0.0 else np.inf
-        size = sizes.like(candidate.effect, robot.chain)
+        kind, (unit,) = candidate.effect.name, candidate.effect.units(chain)
+        size = found.get(kind, found.get(unit, 0.0))
         if candidate.names[0] in idle:
             out.append(Undetectable(candidate.effect, Reason.UNLOADED, np.inf))
         elif DETECTABLE_ERRORS * std > MIN_SIZE_SHARE * size > 0.0:
             reason = Reason.COVERED if alone < MIN_DISTINCT_SHARE * whole else Reason.FAINT
             weight = size**2 / (size**2 + std**2)
-            found = left.inner[column, -1] / (alone * scale) if weight > 0.0 else 0.0
-            expected = np.sqrt((weight * found) ** 2 + size**2 * (1.0 - weight))
+            own = left.inner[column, -1] / (alone * scale) if weight > 0.0 else 0.0
+            expected = np.sqrt((weight * own) ** 2 + size**2 * (1.0 - weight))
             out.append(Undetectable(candidate.effect, reason, std, float(expected)))
     return tuple(out)
 
@@ -147,35 +142,22 @@ def _loads_at_one_joint(searched: Searched) -> list[Candidate]:
     ]
 
 
-@dataclass(frozen=True)
-class _Sizes:
-    """Largest coefficients of the load effects found, by kind; by unit for other kinds."""
-
-    kinds: dict[str, float]
-    units: dict[str, float]
-
-    @classmethod
-    def of(cls, searched: Searched, chain: Chain) -> "_Sizes":
-        found = coefficients(searched.grams, searched.found.model)
-        kinds: dict[str, float] = {}
-        units: dict[str, float] = {}
-        for effect in (t.candidate.effect for t in searched.found.model):
-            if effect.loads:
-                for name, unit in zip(effect.names, effect.units(chain), strict=True):
-                    kinds[effect.name] = max(kinds.get(effect.name, 0.0), abs(found[name]))
-                    units[unit] = max(units.get(unit, 0.0), abs(found[name]))
-        return cls(kinds, units)
-
-    def like(self, effect: AbstractEffect, chain: Chain) -> float:
-        """Expected size of an effect; 0 if no similar one was found."""
-        return self.kinds.get(effect.name) or self.units.get(effect.units(chain)[0], 0.0)
+def _largest_found(searched: Searched, chain: Chain) -> dict[str, float]:
+    """Largest coefficients of the load effects found, by kind and by unit."""
+    found, out = coefficients(searched.grams, searched.found.model), dict[str, float]()
+    for effect in (t.candidate.effect for t in searched.found.model if t.candidate.effect.loads):
+        for name, unit in zip(effect.names, effect.units(chain), strict=True):
+            for key in (effect.name, unit):
+                out[key] = max(out.get(key, 0.0), abs(found[name]))
+    return out
 
 
-def _idle(searched: Searched, robot: Robot, motion: Motion) -> set[str]:
+def _idle(searched: Searched) -> set[str]:
     """Coefficients of effects whose moments are negligible."""
+    robot = searched.stage.fit.arm
     if not robot.has_masses:
         return set()
-    wrenches, joints = motion_wrenches(robot, motion), range(robot.dof)
+    wrenches, joints = motion_wrenches(robot, searched.stage.motion), range(robot.dof)
     about = np.sqrt((own(robot.chain, joints, wrenches) ** 2).mean(0))
     tipping = np.sqrt((across(robot.chain, joints, wrenches) ** 2).sum(-1).mean(0))
     minimum = MIN_MOMENT * max(about.max(), tipping.max())

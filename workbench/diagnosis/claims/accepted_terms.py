@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.arm.effects import Candidate
 from workbench.diagnosis.claims.reduced_models import left_without
-from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, left_by, offers
+from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, joints_of, left_by, offers
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence, kind_of
 
@@ -46,8 +46,7 @@ def _same_claim(other: Candidate, group: Model) -> bool:
     """Whether another candidate would make the same claim as some terms, of these joints or of fewer."""
     if kind_of(Term(other)) != kind_of(group[0]):
         return False
-    joints = {j for t in group for j in t.candidate.effect.joints}
-    return other.alike or len(group) > 1 or set(other.effect.joints) <= joints
+    return other.alike or len(group) > 1 or set(other.effect.joints) <= joints_of(group)
 
 
 def best_of(rivals: Sequence[Offer]) -> float:

@@ -85,24 +85,18 @@ MAX_LOOK_ALIKES = 3
 
 @beside("causes", ())
 def find_causes(
-    searched: Searched,
-    arm: Robot,
-    motion: Motion,
-    known_noise: Noise | None,
-    std: StandardErrors,
-    drivers: DriverEvidence,
+    searched: Searched, arm: Robot, known_noise: Noise | None, std: StandardErrors, drivers: DriverEvidence
 ) -> tuple[Cause, ...]:
     """Causes among the accepted effects, largest contribution first.
 
     Args:
         searched: The last search, at the final fit.
         arm: The identified arm.
-        motion: Of the fitted rows.
         known_noise: Noise known beforehand.
         std: Standard errors of its coefficients.
         drivers: What the error follows at that search.
     """
-    judge = _Judge.of(searched, arm, motion, known_noise, std)
+    judge = _Judge.of(searched, arm, known_noise, std)
     named = [one for one in _terms(searched, arm) if judge.is_named(one)]
     groups = [one.group for one in named]
     parts = zip(named, explained(searched, groups), drivers.challenges(groups), strict=True)
@@ -154,6 +148,7 @@ class _Judge:
     """Decides what is claimed of terms; fields without a note are those of `find_causes`.
 
     Args:
+        motion: Of the fitted rows.
         scatter: Of joint readings; None if they seem exact.
         minimum: Size from which terms are a cause.
         maximum: Largest motions by the terms.
@@ -168,11 +163,9 @@ class _Judge:
     maximum: Sizes
 
     @classmethod
-    def of(
-        cls, searched: Searched, arm: Robot, motion: Motion, known_noise: Noise | None, std: StandardErrors
-    ) -> "_Judge":
+    def of(cls, searched: Searched, arm: Robot, known_noise: Noise | None, std: StandardErrors) -> "_Judge":
         """With what holds for all terms."""
-        geometric = searched.stage.geometric_problem
+        geometric, motion = searched.stage.geometric_problem, searched.stage.motion
         left = float(np.sqrt(validated(searched.grams, searched.found.model).sum() / searched.grams.count))
         noise = _noise(left, geometric.typical_noise, known_noise)
         return cls(

@@ -13,6 +13,7 @@ joint: against other joints in its place, other effects, or none, and beside all
 
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 from jaxtyping import Float
@@ -27,6 +28,7 @@ from workbench.diagnosis.search.evidence import (
     Offer,
     Remainder,
     Term,
+    joints_of,
     left_by,
     offer,
     offers,
@@ -69,23 +71,24 @@ def survival(
         including: Candidates, by their `id`, that contain the claim as a special case and are no rivals.
         minimum: Log evidence by which it must remain better than others.
     """
-    kinds = [c for c in searched.offered.candidates if c.alike and kind_of(Term(c)) == kind_of(group[0])]
+    every = searched.offered.candidates
+    kinds = [c for c in every if c.alike and kind_of(Term(c)) == kind_of(group[0])]
     widest = max(kinds, key=lambda c: len(c.names), default=None)
-    place, others = place_of(searched, group), [o.term.candidate for o in rivals[:MAX_RIVALS]]
-    left = place.left
-    weak = _weak_joints(left, group, widest, minimum)
-    if widest is not None:
-        weak |= _replaceable(left, group, widest, searched.offered.candidates, minimum)
-        beside_all = offer(left, widest)
-        if beside_all is not None and _joints((beside_all.term,)) >= _joints(group):
-            weak |= {
-                j for j, z in _clearness(left, (beside_all.term,)).items() if z < MIN_NAMED_ERRORS
-            } & _joints(group)
-    for other in _reweighted(searched, others, kinds):
-        place = place_of(other, group)
-        if place.own - best_of([o for o in place.offers if id(o.term.candidate) not in including]) < minimum:
+    left, weak = place_of(searched, group).left, set[int | None]()
+    beside_all = None if widest is None else offer(left, widest)
+    if beside_all is not None and joints_of((beside_all.term,)) >= joints_of(group):
+        clear = _clearness(left, (beside_all.term,))
+        weak |= {j for j in joints_of(group) if clear[j] < MIN_NAMED_ERRORS}
+    others = [o.term.candidate for o in rivals[:MAX_RIVALS]]
+    parts = [c for c in every if kind_of(Term(c)) == kind_of(group[0]) and len(c.effect.joints) == 1]
+    for k, rows in enumerate(chain([searched], _reweighted(searched, others, kinds, parts))):
+        place = place_of(rows, group)
+        best = best_of([o for o in place.offers if id(o.term.candidate) not in including])
+        if k and place.own - best < minimum:
             return Survival(False, frozenset())
-        weak |= _weak_joints(place.left, group, widest, minimum)
+        weak |= {j for j, z in _clearness(place.left, group).items() if z < NONZERO_ERRORS}
+        if widest is not None:
+            weak |= _replaceable(place.left, group, widest, rows.offered.candidates, minimum)
     return Survival(None not in weak, frozenset(j for j in weak if j is not None))
 
 
@@ -113,27 +116,6 @@ def _student_weights(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.n
     return np.sqrt((STUDENT_FREEDOM + count) / (room + square))
 
 
-def _best_gain(found: Sequence[Offer]) -> float:
-    return max((o.gain for o in found), default=-np.inf)
-
-
-def _joints(group: Model) -> set[int]:
-    return {j for t in group for j in t.candidate.effect.joints}
-
-
-def _several_joints(group: Model, widest: Candidate) -> set[int]:
-    """The joints of an effect of several, if its widest form has them all; else empty."""
-    mine = _joints(group)
-    return mine if len(mine) > 1 and mine <= set(widest.effect.joints) else set()
-
-
-def _weak_joints(left: Remainder, group: Model, widest: Candidate | None, minimum: float) -> set[int | None]:
-    """Joints with insignificant coefficients, or that others could replace; None for coefficients without a
-    joint."""
-    weak = {j for j, z in _clearness(left, group).items() if z < NONZERO_ERRORS}
-    return weak | (set() if widest is None else _exchangeable(left, group, widest, minimum))
-
-
 def _clearness(left: Remainder, group: Model) -> dict[int | None, float]:
     """Standard errors by which joints' coefficients differ from zero, as in `clearness`, in the place of a
     group."""
@@ -150,38 +132,22 @@ def _clearness(left: Remainder, group: Model) -> dict[int | None, float]:
 def _replaceable(
     left: Remainder, group: Model, widest: Candidate, candidates: Sequence[Candidate], minimum: float
 ) -> set[int | None]:
-    """Joints of an effect that an effect of another kind could replace."""
-    every, mine = widest.effect.joints, _several_joints(group, widest)
-    kind, out = kind_of(group[0]), set[int | None]()
+    """Joints of an effect of several in whose place another joint, another kind of effect, or none would do
+    beside its other joints."""
+    mine, kind, out = joints_of(group), kind_of(group[0]), set[int | None]()
+    if len(mine) < 2 or not mine <= {*widest.effect.joints}:
+        return out
     for joint in mine:
-        alone = [c for c in candidates if kind_of(Term(c)) == kind and c.effect.joints == (joint,)]
-        fewer = widest.only([k for k, j in enumerate(every) if j in mine - {joint}])
-        for rest in offers(left, [fewer], group=group):
-            beside = left_by(left.grams, (*left.model, rest.term))
-            others = [
-                c
-                for c in candidates
-                if kind_of(Term(c)) != kind and not any(c.excludes(t.candidate) for t in beside.model)
-            ]
-            own, best = (_best_gain(offers(beside, some, group=group)) for some in (alone, others))
+        rest = widest.only([k for k, j in enumerate(widest.effect.joints) if j in mine - {joint}])
+        for found in offers(left, [rest], group=group):
+            beside, own, best = left_by(left.grams, (*left.model, found.term)), 0.0, 0.0
+            others = [c for c in candidates if not any(c.excludes(t.candidate) for t in beside.model)]
+            for each in offers(beside, others, group=group):
+                candidate = each.term.candidate
+                if kind_of(each.term) != kind or joint not in candidate.effect.joints:
+                    best = max(best, each.gain)
+                elif candidate.effect.joints == (joint,):
+                    own = max(own, each.gain)
             if best > own - minimum:
                 out.add(joint)
-    return out
-
-
-def _exchangeable(left: Remainder, group: Model, widest: Candidate, minimum: float) -> set[int | None]:
-    """Joints of an effect that others, or none, could replace."""
-    every, mine = widest.effect.joints, _several_joints(group, widest)
-
-    def gain(joints: set[int]) -> float:
-        fewer = widest.only([k for k, j in enumerate(every) if j in joints])
-        return _best_gain(offers(left, [fewer], group=group))
-
-    best, out = gain(mine) if mine else -np.inf, set[int | None]()
-    for joint in sorted(mine):
-        others = [mine - {joint} | {k} for k in every if k not in mine]
-        if len(mine) > 2:
-            others.append(mine - {joint})
-        if max(map(gain, others), default=-np.inf) > best - minimum:
-            out.add(joint)
     return out

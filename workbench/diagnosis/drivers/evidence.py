@@ -25,7 +25,7 @@ from workbench.diagnosis.drivers.driver import (
     followers,
     path_of,
 )
-from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, drop, offers, solve
+from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, drop, joints_of, offers, solve
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence
@@ -214,10 +214,10 @@ class DriverEvidence:
         Terms of the model without a name over the same driver and joints are such a process beside them.
         """
         law = tuple(t for group in groups for t in group)
-        joints, driver = _joints(law), driver_of(law[0].candidate.effect)
+        joints, driver = joints_of(law), driver_of(law[0].candidate.effect)
         kin = tuple(t for t in self._model if _is_nameless(t) and self._is_kin(t, driver, joints))
         left = left_of(self.grams, drop(self._model, (*law, *kin)))
-        own, most = group_evidence(left, (*law, *kin)), sum(max(len(_joints(g)), 1) for g in groups)
+        own, most = group_evidence(left, (*law, *kin)), sum(max(len(joints_of(g)), 1) for g in groups)
         found = [self._described(left, self._over(d), most, law) for d in Driver]
         if driver is Driver.TIME:
             stage = self.searched.stage
@@ -361,10 +361,6 @@ class DriverEvidence:
 
 def _gain(offered: Offer) -> float:
     return offered.gain
-
-
-def _joints(model: Model) -> set[int]:
-    return {j for t in model for j in t.candidate.effect.joints}
 
 
 def _is_nameless(term: Term) -> bool:

@@ -431,6 +431,10 @@ def rescaled(model: Model, factor: float) -> Model:
     return tuple(Term(t.candidate, t.precision * factor) for t in model)
 
 
+def joints_of(model: Model) -> set[int]:
+    return {j for t in model for j in t.candidate.effect.joints}
+
+
 def drop(model: Model, terms: Sequence[Term]) -> Model:
     gone = {id(t) for t in terms}
     return tuple(t for t in model if id(t) not in gone)

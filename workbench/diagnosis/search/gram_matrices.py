@@ -95,12 +95,12 @@ class Grams:
 
     @cached_property
     def lefts(self) -> dict[tuple[Any, ...], Float[np.ndarray, "gc1 gc1"]]:
-        """Cache of inner products left by the last models (`one_less.left_of`)."""
+        """Cache of inner products left by the last models (`reduced_models.left_of`)."""
         return {}
 
     @cached_property
     def wholes(self) -> dict[tuple[Any, ...], Any]:
-        """Cache of the last model from which terms were removed (`one_less.left_without`)."""
+        """Cache of the last model from which terms were removed (`reduced_models.left_without`)."""
         return {}
 
     @cached_property

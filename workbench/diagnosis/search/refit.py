@@ -45,6 +45,9 @@ MIN_CONSTANTS_SHARE = 1e-3
 FLAT = 1e-4
 """Share of a law's prior precision that is kept to estimate its size: it would be pulled towards zero, and
 masses would make up for it."""
+DAMPING = 1e-14
+"""First damping of a fit: it begins where the linear solution expects its end, and more would hold weakly
+observable directions back."""
 STEP_TOLERANCE = 1e-3
 """The search ends when the predicted step is below this many standard errors."""
 
@@ -110,7 +113,7 @@ def refit(
     if holds and any(p.unit == "kg" for p in built.parameters):
         rigid = problem.again(robot=problem.robot.with_effects()) if own else problem
         built = _held(built, rigid, begin or {})
-    algorithm, held = Opt2(limit=steps), built
+    algorithm, held = Opt2(limit=steps, damping=DAMPING), built
     if grams is not None and large(built):
         known = _by_grams(built, grams, model) if huge(built) else _by_jacobian(built, here, grams)
         search = _chord(built, here, known)

@@ -18,7 +18,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units
 from workbench.diagnosis.search.backlash_flanks import holding_likeliest
 from workbench.diagnosis.search.candidates import Catalogue, catalogue
-from workbench.diagnosis.search.event_search import Changeable, changeable, promising
+from workbench.diagnosis.search.event_search import Changeable, Timeline, changeable, crowded, promising
 from workbench.diagnosis.search.evidence import Model, drop, rescaled, solve, validated
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, refit, with_own_noise
@@ -30,7 +30,6 @@ from workbench.diagnosis.search.stepwise_search import (
     supported,
 )
 from workbench.diagnosis.search.stepwise_search import search as search_effects
-from workbench.diagnosis.search.timeline import Timeline, crowded
 from workbench.identification.checks.gravity_direction import freed
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise, Problem
@@ -191,7 +190,7 @@ def _supported(searched: Searched, fold: np.ndarray) -> Searched:
         stage = _fit(searched.stage, searched.grams, kept)
         offered = searched.offered.candidates
         grams = _compressed(stage, [c.effect for c in offered], fold)
-        found = as_found(grams, _among(kept, offered), searched.found.distrusted)
+        found = as_found(grams, _among(kept, offered))
         searched = replace(searched, stage=stage, grams=grams, found=found)
     return searched
 
@@ -239,7 +238,7 @@ def _without_superfluous(searched: Searched) -> Stage | None:
 def _as_fitted(searched: Searched) -> Searched:
     """The search with the fitted model instead of its result."""
     fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
-    return replace(searched, found=as_found(searched.grams, fitted, searched.found.distrusted))
+    return replace(searched, found=as_found(searched.grams, fitted))
 
 
 def _better(searched: Searched) -> bool:

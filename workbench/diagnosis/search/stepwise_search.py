@@ -66,12 +66,10 @@ class FoundEffects:
     Args:
         model: Accepted effects.
         offers: Contribution of each of them to the others, in the model's order.
-        distrusted: Significant candidates that cross-validation did not confirm.
     """
 
     model: Model
     offers: tuple[Offer, ...]
-    distrusted: tuple[Offer, ...]
 
 
 def search(grams: Grams, candidates: Sequence[Candidate], start: Model = ()) -> FoundEffects:
@@ -83,12 +81,11 @@ def search(grams: Grams, candidates: Sequence[Candidate], start: Model = ()) -> 
         start: Effects accepted at an earlier fit.
     """
     model = exchange(grams, candidates, prune(grams, candidates, start))
-    distrusted: list[Offer] = []
     exchanged, seen = True, {_names(model)}
     for _ in range(MAX_EFFECTS):
         if cancelled():
             break
-        added, refused = _add(grams, candidates, model)
+        added = _add(grams, candidates, model)
         if added is not None:
             exchanged = len(added) <= MAX_EARLY_EXCHANGE_EFFECTS
             model = _improved(grams, candidates, added) if exchanged else prune(grams, candidates, added)
@@ -96,19 +93,18 @@ def search(grams: Grams, candidates: Sequence[Candidate], start: Model = ()) -> 
                 break
             seen.add(_names(model))
         elif exchanged:
-            distrusted = refused
             break
         else:
             exchanged, model = True, _improved(grams, candidates, model)
-    return as_found(grams, model, distrusted)
+    return as_found(grams, model)
 
 
 def _names(model: Model) -> frozenset[tuple[str, ...]]:
     return frozenset(t.candidate.names for t in model)
 
 
-def as_found(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> FoundEffects:
-    return FoundEffects(model, tuple(own_offers(grams, model)), tuple(distrusted))
+def as_found(grams: Grams, model: Model) -> FoundEffects:
+    return FoundEffects(model, tuple(own_offers(grams, model)))
 
 
 def significant(found: Offer, tries: int) -> bool:
@@ -148,17 +144,13 @@ def trimmed(grams: Grams, model: Model) -> Model:
     return model
 
 
-def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[Model | None, list[Offer]]:
-    """The model with the best further effect, and candidates rejected on the way."""
-    refused: list[Offer] = []
+def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model | None:
+    """The model with the best further effect that cross-validation confirms; None without one."""
     strong = [o for o in _offers(left_of(grams, model), candidates) if significant(o, len(candidates))]
     ranked = sorted(strong, key=lambda o: -o.gain)[:5]
     suspected({o.term.candidate.effect.plain: o.gain for o in ranked})
-    for best in ranked:
-        if confirmed(grams, model, (*model, best.term)):
-            return (*model, best.term), refused
-        refused.append(best)
-    return None, refused
+    models = ((*model, best.term) for best in ranked)
+    return next((larger for larger in models if confirmed(grams, model, larger)), None)
 
 
 def _offers(left: Remainder, candidates: Sequence[Candidate], group: Model = ()) -> list[Offer]:
