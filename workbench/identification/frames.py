@@ -194,7 +194,7 @@ def _trial(
     robot: Robot, data: Dataset, prior: Prior | None, freedom: FrameFreedom, text: str, **options: Any
 ) -> _FrameTrial:
     aligned = align(robot, data, freedom, noise=options["noise"], known=options["known"])
-    problem = Problem.build(aligned, data, frames=freedom, **options)
+    problem = Problem.build(aligned, data, frames=freedom, **options).with_shares()
     problem = problem if prior is None else prior.on(problem)
     search = Opt2(limit=40).search(problem)
     at = problem.evaluate(search.x)

@@ -292,8 +292,8 @@ def tilts_beside(
     """Inclinometers of rows that also have another observation, with these rows, or their indices there."""
     for kind, rows in kinds:
         if kind is not TiltObservation and data.tilt is not None:
-            for observation in TiltObservation.each_beside(data.take(rows)):
-                yield observation, rows if places is None else places[rows]
+            for seen in (tilt for tilt in TiltObservation.each(data.take(rows)) if tilt.seen.any()):
+                yield replace(seen, beside=True), rows if places is None else places[rows]
 
 
 def carried(data: Dataset) -> dict[type[AbstractObservation], Bool[np.ndarray, " rows"]]:
