@@ -176,7 +176,7 @@ def _number(table: Table, index: int, row: int, cell: str) -> float:
     except ValueError:
         pass
     raise table.error(
-        f"'{cell[:40]}' is not a number: write it without thousands separators, or leave the cell blank",
+        f"'{cell[:40]}' is not a number: write it without unit or thousands separators, or leave it blank",
         index,
         row,
     )

@@ -21,10 +21,10 @@ PIXEL_LABELS = ("image", "camera", "id", "corner")
 
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _JOINT_TEXT = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
-_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse"
+_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节"
 _JOINT_TEXT += "|rax|field_position|joint_states_position"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm|measured|actual|ist"
-_MEASURED = "pos|position|p|measured|measurement|meas|actual|ist|mess|messwert"
+_MEASURED = "pos|position|p|measured|measurement|meas|actual|ist|mess|messwert|tracker|leica|lt|faro|mocap"
 _COMMANDED = re.compile(
     r"(^|_)(goal|target|cmd|command|commanded|desired|nominal|soll|setpoint|ref|reference)(_|$)"
 )
@@ -36,8 +36,8 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (rf"(?:joint_states?_)?(?:{_JOINT_TEXT})_?(\d+)(?:_position)?|joint_a(\d+)", "q{0}"),
         (rf"(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
         (rf"m?([xyz])_coord(?:inate)?|(?:(?:{_MEASURED})_|t|p)?([xyz])", "{0}"),
-        (r"(?:\w+_)?(?:position|translation)_([xyz])", "{0}"),
-        (r"(?:\w+_)?(?:orientation|rotation)_([wxyz])", "q{0}"),
+        (r"(?:tf_\w+_|field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
+        (r"(?:tf_\w+_|field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),
         (r"([xyz])_(?:pos|position|measured|meas|actual|ist)", "{0}"),
         (r"(roll|pitch|yaw)(?:_?(?:winkel|angle))?", "{0}"),
         (r"nick(?:winkel)?", "pitch"),

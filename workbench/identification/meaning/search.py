@@ -66,7 +66,7 @@ STILL = float(np.radians(0.5))
 """Columns that move less don't move."""
 PAIRS = ((0, 1), (0, 2), (1, 2))
 """Axes that may be exchanged."""
-UNIT, HANDED, INVERSE = 1.0, 2.0, 1.5
+UNIT, HANDED, INVERSE = 1.0, 1.4, 1.5
 """Complexity of a unit, a handedness, and of inverse poses."""
 
 
